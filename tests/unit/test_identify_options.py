@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 import microslip as ms
-from microslip.identification.models import model_of
+from microslip.identification import fit, nuisances, options
+from microslip.identification.models import MODELS, model_of
 
 CELL = ms.Jenkins(stiffness=5e7, force_limit=100.0)
 
@@ -98,3 +99,9 @@ def test_records_of_any_kind() -> None:
     for wrong in (iter(()), {"a": records()[0]}, b"", 3.0):
         with pytest.raises(ms.InputError, match="must be a Record or a list of them"):
             identified(wrong)
+
+
+def test_what_may_be_chosen_is_what_there_is() -> None:
+    assert (*nuisances.EFFECTS, nuisances.PLAY) == options.NUISANCES
+    assert tuple(fit._LOSS_WEIGHTS) == options.LOSSES
+    assert set(options.LAWS) <= {model.name for model in MODELS}

@@ -26,12 +26,11 @@ from microslip.cli.records import (
 from microslip.cli.shell import complete_study
 from microslip.cli.structures import BAND, has_structure, identify_structure
 from microslip.cli.work import progress, stoppable
+from microslip.identification.options import LAWS, LOSSES, NUISANCES
 
 if TYPE_CHECKING:
     from microslip.study.description import StudyDescription
     from microslip.tribometer import Record
-
-LAWS = ("interface", "jenkins", "iwan", "segalman", "bouc-wen")
 
 
 class FittedLaw(OneOf):
@@ -44,10 +43,6 @@ class FittedLaw(OneOf):
 
             self.choices = tuple(model.name for model in MODELS)
         return super().convert(value, param, ctx)
-
-
-NUISANCES = ("parallel", "viscous", "inertia", "tilt", "play")
-LOSSES = ("linear", "soft_l1", "huber", "cauchy", "arctan")
 
 
 @click.command(short_help="Identify a joint from a tribometer's records.")

@@ -1,20 +1,6 @@
 """From measured loops to the parameters of a law, with what they cannot tell."""
 
-from microslip.identification.comparison import Comparison, compare
-from microslip.identification.fit_quality import RecordFit
-from microslip.identification.folding import Folded, fold
-from microslip.identification.result import Identification
-from microslip.identification.run import identify
-from microslip.identification.verdicts import Direction, Fitted
+import lazy_loader as _lazy
 
-__all__ = [
-    "Comparison",
-    "Direction",
-    "Fitted",
-    "Folded",
-    "Identification",
-    "RecordFit",
-    "compare",
-    "fold",
-    "identify",
-]
+# Commands read their options from here without waiting for what they work on.
+__getattr__, __dir__, __all__ = _lazy.attach_stub(__name__, __file__)

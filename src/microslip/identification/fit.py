@@ -248,14 +248,13 @@ def solve(
     return best
 
 
-_LOSSES: dict[str, Callable[[Floats], Floats]] = {
+_LOSS_WEIGHTS: dict[str, Callable[[Floats], Floats]] = {
     "linear": np.ones_like,
     "soft_l1": lambda z: 1.0 / np.sqrt(1.0 + z),
     "huber": lambda z: 1.0 / np.sqrt(np.maximum(z, 1.0)),
     "cauchy": lambda z: 1.0 / (1.0 + z),
     "arctan": lambda z: 1.0 / (1.0 + z**2),
 }
-LOSSES = tuple(_LOSSES)
 _TOLERATED = 2.0
 """Residual, in units of its noise, from which on a robust loss gives less weight to a force."""
 
@@ -271,7 +270,7 @@ def _robust(problem: Problem, fit: Fit, loss: str) -> Fit:
             return replace(fit, converged=False, message=_USED_UP)
         residual = problem.standardised(fit.q)
         scale = _TOLERATED * max(1.0, float(np.median(np.abs(residual))) / 0.6745)
-        problem.weigh(np.sqrt(_LOSSES[loss]((residual / scale) ** 2)))
+        problem.weigh(np.sqrt(_LOSS_WEIGHTS[loss]((residual / scale) ** 2)))
         problem.update(fit.q, _SHARE, problem.nuisance_effects if passed >= _PASSES else ())
         before, fit = fit, _refitted(problem, fit)
         _, by = problem.residuals(fit.q)

@@ -15,6 +15,7 @@ from microslip.identification.fit import Fit, settle
 from microslip.identification.folding import Folded
 from microslip.identification.intervals import Profiled
 from microslip.identification.models.base import BackboneModel
+from microslip.identification.options import NUISANCES
 from microslip.identification.problem import Problem
 from microslip.identification.profiles import covariance_of
 from microslip.identification.rules import CAUSES_FROM, WRONG_FROM
@@ -56,8 +57,6 @@ EFFECTS: Mapping[str, Effect] = {
     ),
 }
 """Forces that may be asked for, by name."""
-NAMES = (*EFFECTS, PLAY)
-"""All that may be asked for."""
 
 
 def checked_effects(names: Sequence[str] | None) -> tuple[str, ...]:
@@ -66,12 +65,12 @@ def checked_effects(names: Sequence[str] | None) -> tuple[str, ...]:
         return ()
     if isinstance(names, str) or not isinstance(names, Sequence):
         raise InputError(
-            Argument("nuisances"), f" must be a list of {', '.join(NAMES)}, got {show(names)}"
+            Argument("nuisances"), f" must be a list of {', '.join(NUISANCES)}, got {show(names)}"
         )
     for name in names:
-        if name not in NAMES:
+        if name not in NUISANCES:
             raise InputError(
-                Argument("nuisances"), f" must be of {', '.join(NAMES)}, got {show(name)}"
+                Argument("nuisances"), f" must be of {', '.join(NUISANCES)}, got {show(name)}"
             )
     return tuple(dict.fromkeys(names))
 

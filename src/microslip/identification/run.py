@@ -15,7 +15,7 @@ from microslip.errors import UNSAID, Argument, InputError, Phrase
 from microslip.identification import fit_quality, parameter_choice
 from microslip.identification.averaged_loop import averaged, noise_of
 from microslip.identification.conclusions import result_of
-from microslip.identification.fit import LOSSES, Fit, solve
+from microslip.identification.fit import Fit, solve
 from microslip.identification.folding import MOST_BINS, Folded, fold
 from microslip.identification.intervals import Progress, profiled
 from microslip.identification.models import model_of
@@ -30,6 +30,7 @@ from microslip.identification.nuisances import (
     noise_notes,
     play_of,
 )
+from microslip.identification.options import LOSSES
 from microslip.identification.problem import Problem
 from microslip.identification.quantities import known_data, quantities_of, summit_prior, summits_of
 from microslip.identification.reservations import spread_over_laws

@@ -100,6 +100,20 @@ def _predict_takes(out: Path) -> None:
     assert limits == pytest.approx([275.0, 1100.0], rel=2e-3)
 
 
+def test_what_tightening_and_pressure_made_of_the_surface_is_left_out(folder: Path) -> None:
+    """Both change the law under the fit, so a fit is of the surface as it was made, and says so."""
+    changed = 'tightening_load = "4 kN"\npressure = { kind = "cone", outer = "7 mm" }\n'
+    text = STUDY.replace("friction_coefficient", f"{changed}friction_coefficient", 1)
+    (folder / "tightened.toml").write_text(text, encoding="utf-8")
+    words = ("light.csv", "heavy.csv", "--held-back", "0", "--study")
+    plain, tightened = (summary(*words, name) for name in ("study.toml", "tightened.toml"))
+    fits = (told["identification"] for told in (plain, tightened))
+    assert len({json.dumps(fit["parameters"], sort_keys=True) for fit in fits}) == 1
+    note = tightened["identification"]["notes"][-1]
+    assert note.startswith("joint.tightening_load and joint.pressure of the study: left out")
+    assert "left out" not in " ".join(plain["identification"]["notes"])
+
+
 def test_without_a_study_and_without_a_folder(folder: Path) -> None:
     before = sorted(folder.iterdir())
     outcome = run("identify", "light.csv", "heavy.csv")

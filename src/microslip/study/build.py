@@ -57,6 +57,20 @@ def build_joints(study: StudyDescription) -> list[Interface]:
     return joints
 
 
+def build_as_made(study: StudyDescription) -> tuple[Interface, list[str]]:
+    """The joint under its first load on the surface as it was made, and keys that this leaves out.
+
+    What tightening and an uneven pressure made of the surface is no length that a fit can scale.
+    """
+    without = [key for key in ("tightening_load", "pressure") if getattr(study.joint, key, None)]
+    if not without:
+        return build_joints(study)[0], []
+    assert isinstance(study.joint, Joint)  # only an interface has them
+    even = study.joint.model_copy(update=dict.fromkeys(without))
+    joint = cast(Interface, even.build(build_summits(study), study.joint.normal_load[0]))
+    return joint, [f"joint.{key}" for key in without]
+
+
 def check_loads(study: StudyDescription, joints: Sequence[Interface]) -> None:
     """See that the surface can carry the loads that vary; the others its joints have."""
     first = joints[0]

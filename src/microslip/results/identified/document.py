@@ -78,6 +78,8 @@ class Identified:
     comparison: Comparison | None
     study: StudyDescription | None
     """The study that materials and start are from."""
+    left_out: tuple[str, ...] = ()
+    """Keys of the study that the fit does not follow."""
     skipped: tuple[tuple[str, str], ...] = ()
     """Files that could not be read, and why."""
     campaign: Campaign | None = None
@@ -116,6 +118,7 @@ def identified(
     """
     fits: dict[str, Identification] = {}
     failed: dict[str, str] = {}
+    left_out: list[str] = []
     for index, law in enumerate(laws):
         keywords, names = dict(options), units_of([law])
         for key in ("fixed", "bounds"):
@@ -128,9 +131,9 @@ def identified(
             keywords["intervals"] = "curvature"  # of what is compared there are no profiles
         model: Any = law
         if law == "interface" and study is not None:
-            from microslip.study.build import build_joints  # all that reads studies
+            from microslip.study.build import build_as_made  # all that reads studies
 
-            model = build_joints(study)[0]
+            model, left_out = build_as_made(study)
 
         def report(share: float, index: int = index) -> None:
             progress((index + share) / len(laws))
@@ -145,7 +148,7 @@ def identified(
     if len(laws) > 1:
         ordered = sorted(fits.items(), key=lambda item: (not item[1].converged, item[1].aic))
         comparison = Comparison(MappingProxyType(dict(ordered)), MappingProxyType(failed))
-    return Identified(tuple(fits.values()), comparison, study)
+    return Identified(tuple(fits.values()), comparison, study, tuple(left_out))
 
 
 def measured_together(
@@ -180,6 +183,11 @@ def summarise(outcome: Identified, say: Say = str) -> dict[str, Any]:
     first, *comparisons = (_spelt(result.summary(), say) for result in outcome.results)
     for record, values in zip(outcome.first.records, first["records"], strict=True):
         values["rms_residual"] = math.sqrt(float((record.residual**2).mean()))
+    if outcome.left_out:
+        first["notes"].append(
+            f"{' and '.join(outcome.left_out)} of the study: left out, since a fit is of the "
+            "surface as it was made, evenly pressed; its heights are those at work in the records."
+        )
     return {
         **header(KIND, 1, _title(outcome)),
         "version": __version__,

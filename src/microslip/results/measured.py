@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Iterator, Sequence
 from itertools import count, repeat
@@ -112,8 +113,16 @@ def document(
     )
 
 
-def _joules(*ends: float) -> str:
-    return " to ".join(engineering(end, "J", 4) for end in ends)
+def _joules(*ends: float, digits: int = 0) -> str:
+    return " to ".join(engineering(end, "J", digits or _digits(*ends)) for end in ends)
+
+
+def _digits(*ends: float) -> int:
+    """So many digits that the first and the last one differ."""
+    width, largest = abs(ends[-1] - ends[0]), max(map(abs, ends))
+    if not 0.0 < width < math.inf:  # of one cycle there is no interval
+        return 4
+    return min(max(1 + math.ceil(math.log10(largest / width)), 4), 8)
 
 
 def _answer(measurements: Sequence[Measurement]) -> str:
@@ -130,11 +139,12 @@ def _answer(measurements: Sequence[Measurement]) -> str:
     cycles = f"{len(measured)} cycle{'s' * (len(measured) > 1)}"
     spread = ""
     if energy.number > 1:
-        ends = " … ".join(engineering(end, "J") for end in (energy.low, energy.high))
+        ends = _joules(energy.low, energy.high)
         spread = f" ({ends} with {100.0 * measured.confidence:g} % confidence)"
         if not measured.is_settled:
             spread = f" in the mean, and is not settled ({ends})"
-    return f"{cycles}, mostly {regimes[0]}: each dissipates {_joules(energy.value)}{spread}."
+    value = _joules(energy.value, digits=_digits(energy.low, energy.high))
+    return f"{cycles}, mostly {regimes[0]}: each dissipates {value}{spread}."
 
 
 def _ends(measured: Measurement) -> str:
@@ -163,7 +173,8 @@ def _number(measurements: Sequence[Measurement]) -> Number:
         if not measured.is_settled:
             level = "range of the cycles"
         band = f"{_joules(first.low, first.high)} ({level})"
-    return Number("dissipated a cycle", _joules(first.value), band)
+    value = _joules(first.value, digits=_digits(first.low, first.high))
+    return Number("dissipated a cycle", value, band)
 
 
 def _sections(measured: Measurement, say: Say, is_alone: bool) -> tuple[Section, Section]:

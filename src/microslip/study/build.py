@@ -66,8 +66,8 @@ def build_as_made(study: StudyDescription) -> tuple[Interface, list[str]]:
     if not without:
         return build_joints(study)[0], []
     assert isinstance(study.joint, Joint)  # only an interface has them
-    even = study.joint.model_copy(update=dict.fromkeys(without))
-    joint = cast(Interface, even.build(build_summits(study), study.joint.normal_load[0]))
+    pressed_evenly = study.joint.model_copy(update=dict.fromkeys(without))
+    joint = cast(Interface, pressed_evenly.build(build_summits(study), study.joint.normal_load[0]))
     return joint, [f"joint.{key}" for key in without]
 
 

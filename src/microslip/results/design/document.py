@@ -12,7 +12,7 @@ from microslip.report import cells
 from microslip.report.document import Column, Document, Facts, Note, Picture, Section, Table
 from microslip.report.files import header
 from microslip.report.plot import COLORS, DASHES, Axis, Entry, Panel, Plot, Rule, stacked
-from microslip.results.design.search import KEYS, DesignPoint, Search
+from microslip.results.design.search import KEYS, UNITS, DesignPoint, Search
 
 KIND = "microslip-design"
 SUMMARY_SCHEMA = 1
@@ -27,29 +27,41 @@ def _quantity(key: str, value: float) -> str:
     return engineering(value, kind.unit, 4) if kind in (FORCE, LENGTH) else _number(value)
 
 
+def _amount(quantity: str, value: float) -> str:
+    return engineering(value, UNITS[quantity], 4) if quantity in UNITS else _number(value)
+
+
 def document(search: Search, design: DesignPoint, curve: Sequence[DesignPoint]) -> Document:
     """A design as a document; its data is the summary."""
     target = search.target
-    percent = f"{100.0 * search.probability:g} %"
+    share = "" if search.is_certain else f" with {100.0 * search.probability:g} %"
     study = search.at(search.start, target.value)
     rows = tuple(
-        (r.key, float(search.middle[name]), design.values[r.key], r.low, r.high)
+        (
+            r.key,
+            *(
+                _quantity(r.key, value)
+                for value in (float(search.middle[name]), design.values[r.key], r.low, r.high)
+            ),
+        )
         for r, name in zip(search.ranges, search.names, strict=True)
     )
     columns = (
         Column("key", "Key"),
-        Column("study", "Study", write=_number),
-        Column("design", "Design", write=_number),
-        Column("low", "From", write=_number),
-        Column("high", "To", write=_number),
+        *(Column(name.lower(), name) for name in ("Study", "Design", "From", "To")),
     )
+
+    def outcome_text(point: DesignPoint) -> str:
+        number = _amount(target.quantity, point.reached)
+        return number if search.is_certain else f"{number}, met by {point.probability:.1%}"
+
     facts = Facts(
         "Target",
         (
             ("Wanted", target.written),
-            ("Probability", percent),
-            ("Reached by the study", f"{study.reached:.4g}, met by {study.probability:.1%}"),
-            ("Reached by the design", f"{design.reached:.4g}, met by {design.probability:.1%}"),
+            *(() if search.is_certain else (("Probability", share.removeprefix(" with ")),)),
+            ("Reached by the study", outcome_text(study)),
+            ("Reached by the design", outcome_text(design)),
         ),
     )
     picture = Picture(
@@ -75,11 +87,12 @@ def document(search: Search, design: DesignPoint, curve: Sequence[DesignPoint]) 
         "Numbers of the study that are uncertain scatter about the design by the same shares."
     )
     values = ", ".join(f"{key} = {_quantity(key, v)}" for key, v in design.values.items())
-    answer = f"{values} gives {target.written} with {design.probability:.0%}."
+    reached = "" if search.is_certain else f" with {100.0 * design.probability:.0f} %"
+    answer = f"{values} gives {target.written}{reached}."
     if not design.feasible:
         answer = (
-            f"No values in the ranges give {target.written} with {percent}; the nearest, {values}, "
-            f"reach {design.reached:.4g}."
+            f"No values in the ranges give {target.written}{share}; the nearest, {values}, "
+            f"reach {_amount(target.quantity, design.reached)}."
         )
     data: dict[str, Any] = {
         **header(KIND, SUMMARY_SCHEMA, "Design"),

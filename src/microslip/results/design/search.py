@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from microslip._core.checks import Floats
-from microslip._core.units import AREA, DENSITY, FORCE, LENGTH, Kind, to_si
+from microslip._core.checks import Floats, show
+from microslip._core.units import AREA, DENSITY, FORCE, LENGTH, Kind, engineering, to_si
 from microslip.errors import Argument, InputError, StudyError
 from microslip.kernels import Integers
 from microslip.report.document import Progress
@@ -28,6 +28,7 @@ from microslip.sweeps.derivatives import QUANTITIES, log_derivatives
 MOST_KEYS = 8
 _LEVELS = 11  # of the trade-off
 _TARGET = re.compile(r"^\s*(\w+)\s*(>=|<=)\s*([^@]+?)\s*(?:at|@)\s*(.+?)\s*$")
+UNITS = {"dissipated_energy": "J", "secant_stiffness": "N/m"}
 _WRITTEN = '"damping_ratio >= 0.005 at 10 um"'
 KEYS: dict[str, tuple[str, Kind | None]] = {
     "joint.normal_load": ("normal_load", FORCE),
@@ -69,9 +70,10 @@ class Target(NamedTuple):
 
     @property
     def written(self) -> str:
-        """As it was read, in SI units."""
-        sign = ">=" if self.at_least else "<="
-        return f"{self.quantity} {sign} {self.value:g} at {self.amplitude:g} m"
+        """As it reads, with units."""
+        sign, unit = ">=" if self.at_least else "<=", UNITS.get(self.quantity)
+        value = engineering(self.value, unit, 6, trim=True) if unit else f"{self.value:g}"
+        return f"{self.quantity} {sign} {value} at {engineering(self.amplitude, 'm', 6, trim=True)}"
 
 
 def _value(text: str) -> float:
@@ -160,7 +162,8 @@ class Search:
                 Argument("probability"), f" must be above 0 and below 1, got {probability:g}"
             )
         self.study, self.target, self.ranges = study, target, tuple(ranges)
-        self.probability = probability if is_uncertain(study) else 0.5
+        self.is_certain = not is_uncertain(study)
+        self.probability = 0.5 if self.is_certain else probability
         self.names, self.middle = self._start()
         self.bounds = [(math.log(r.low), math.log(r.high)) for r in ranges]
         self.start = np.log([float(self.middle[name]) for name in self.names])
@@ -411,7 +414,11 @@ class AnySearch(Search):
         for r in self.ranges:
             value = value_at(middle, r.key)
             if value is None or value <= 0.0:
-                raise StudyError(f"{self.study.name}: {r.key}: wanted one number of the study")
+                raise StudyError(
+                    f"{self.study.name}: {r.key}: wanted one number above zero in the study, got "
+                    f"{'none or several' if value is None else show(value)}; give it one by --set "
+                    f"{r.key}=VALUE"
+                )
             values[r.key] = value
         return list(values), values
 

@@ -78,7 +78,7 @@ class Phrase(str):
         return self.parts
 
 
-def spelled(text: str, spelling: Spelling) -> str:
+def said(text: str, spelling: Spelling) -> str:
     """A text in the spelling of an edge; one without arguments stays as it is."""
     return _spelt(text.parts, spelling) if isinstance(text, Phrase) else text
 
@@ -103,7 +103,7 @@ class InputError(ValueError):
         first = next(iter(self.parts), None)
         return first.name if isinstance(first, Argument) else None
 
-    def spelled(self, spelling: Spelling) -> str:
+    def said(self, spelling: Spelling) -> str:
         """The message in the spelling of an edge."""
         return _spelt(self.parts, spelling)
 

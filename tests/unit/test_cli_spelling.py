@@ -266,7 +266,7 @@ def test_errors_are_spelt_by_their_arguments(
     monkeypatch.chdir(tmp_path)
     with pytest.raises(ms.InputError) as caught:
         call()
-    told = caught.value.spelled(spelling(click.Context(command)))
+    told = caught.value.said(spelling(click.Context(command)))
     assert told != str(caught.value) or not ARGUMENT.search(told)
     assert not ARGUMENT.search(told.partition("Python")[0]), told
 
@@ -277,6 +277,4 @@ def test_a_fit_without_an_end_names_options(
 ) -> None:
     with pytest.raises(ms.InputError) as caught:
         call(monkeypatch)
-    assert "--bound NAME=LOW..HIGH" in caught.value.spelled(
-        spelling(click.Context(identify_command))
-    )
+    assert "--bound NAME=LOW..HIGH" in caught.value.said(spelling(click.Context(identify_command)))

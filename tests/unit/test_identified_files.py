@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 import microslip as ms
-from microslip.errors import spelled
+from microslip.errors import said
 from microslip.identification.figures import cycles_by_load, intervals, loops, pictures
 from microslip.report.files import write
 from microslip.report.plot import Words
@@ -162,7 +162,7 @@ def test_records_that_differ_leave_a_trace(tmp_path: Path) -> None:
     assert found.first.parameters["friction_coefficient"].verdict == "in doubt"
 
     def say(text: str) -> str:
-        return spelled(text, lambda argument: "--rig LABEL" if argument.name == "rigs" else "?")
+        return said(text, lambda argument: "--rig LABEL" if argument.name == "rigs" else "?")
 
     write(document(found, say, files=True), tmp_path)
     text = (tmp_path / "joint.toml").read_text("utf-8")

@@ -498,7 +498,7 @@ def test_a_spike_costs_its_cycle_only(value: float) -> None:
     clean = fold(made)
     assert (folded.cycles, folded.left_out) == (clean.cycles - 1, 2)
     assert folded.force_noise == pytest.approx(clean.force_noise, rel=0.1)
-    (note,) = folded.folding_notes
+    (note,) = folded.said
     assert f"at sample {place}" in note
     assert "1 cycle is left out" in note
     found = ms.identify(
@@ -509,8 +509,8 @@ def test_a_spike_costs_its_cycle_only(value: float) -> None:
     # Where too few cycles are left, a straight line stands in its place.
     short = fold(ms.Record(made.displacement, force, sample_rate=64.0), slice(2, 5))
     assert short.cycles == 3
-    assert "straight lines" in short.folding_notes[0]
-    assert fold(made).folding_notes == ()
+    assert "straight lines" in short.said[0]
+    assert fold(made).said == ()
 
 
 def test_a_force_of_the_opposite_sign_is_told() -> None:
@@ -532,7 +532,7 @@ def test_the_load_is_that_of_the_cycles_that_count() -> None:
     load[64:] = np.linspace(300.0, 320.0, load.size - 64)
     folded = fold(_loaded(made, load))
     assert folded.normal_load == pytest.approx(310.0, rel=0.01)
-    assert "the normal load is" in folded.folding_notes[0]
+    assert "the normal load is" in folded.said[0]
     load[64:] = np.linspace(300.0, 450.0, load.size - 64)
     with pytest.raises(ms.InputError, match="must be the same in all cycles"):
         fold(_loaded(made, load))

@@ -13,7 +13,7 @@ from microslip import InputError
 from microslip._core.options import REQUIRED, Option
 from microslip._core.units import LENGTH
 from microslip.cli.options import offers, spelling
-from microslip.errors import UNSAID, Argument, Phrase, spelled
+from microslip.errors import UNSAID, Argument, Phrase, said
 from microslip.study.json_schema import _table
 from microslip.study.part import Part, key
 
@@ -115,7 +115,7 @@ def test_arguments_in_messages_are_said_as_the_edge_writes_them() -> None:
     ).within("file: ")
     assert str(error) == 'file: cutoff is short; write valid=("-1 mm", "1 mm") or '
     say = spelling(command.make_context("x", ["--cutoff", "none"]))
-    assert error.spelled(say) == 'file: --cutoff is short; write --valid "-1 mm" "1 mm" or '
+    assert error.said(say) == 'file: --cutoff is short; write --valid "-1 mm" "1 mm" or '
     assert error.argument is None
     assert InputError(Argument("cutoff"), " is").argument == "cutoff"
     for argument, python, option in (
@@ -137,8 +137,8 @@ def test_phrases_and_errors_survive_joining_and_pickling() -> None:
     phrase = Phrase("give ", Argument("limit", UNSAID))
     whole = pickle.loads(pickle.dumps(Phrase("First: ", phrase, Argument("cutoff"))))
     assert whole == "First: give limit=...cutoff"
-    assert spelled(whole, lambda argument: argument.name.upper()) == "First: give LIMITCUTOFF"
+    assert said(whole, lambda argument: argument.name.upper()) == "First: give LIMITCUTOFF"
     error = pickle.loads(pickle.dumps(InputError("a: ", whole)))
     assert str(error) == "a: First: give limit=...cutoff"
-    assert error.spelled(lambda argument: "!") == "a: First: give !!"
-    assert spelled("plain", lambda argument: "!") == "plain"
+    assert error.said(lambda argument: "!") == "a: First: give !!"
+    assert said("plain", lambda argument: "!") == "plain"

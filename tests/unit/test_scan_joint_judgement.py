@@ -102,13 +102,13 @@ def test_scatter_of_the_stiffness_against_drawing_again(scan: ms.Scan) -> None:
 def test_joint_over_cutoffs(scan: ms.Scan) -> None:
     load = PRESSURE * scan.area
     table = scan.joint_over_cutoffs(PAIR, load, cutoff="8 um", amplitude=1e-7)
-    assert table.cutoff[table.selected[1]] == 8e-6
-    assert math.isinf(table.long_cutoff[table.selected[0]])
+    assert table.cutoff[table.chosen[1]] == 8e-6
+    assert math.isinf(table.long_cutoff[table.chosen[0]])
     # The joint that was asked for is the one that the summits make.
     summits = scan.condition(level="plane").summits("8 um")
     surface = summits.to_surface(PAIR, heights="population")
     joint = ms.Interface(surface, 0.5, normal_load=load)
-    got = {name: float(values[table.selected]) for name, values in table.values.items()}
+    got = {name: float(values[table.chosen]) for name, values in table.values.items()}
     assert got["tangential_stiffness"] == joint.tangential_stiffness
     assert got["loss_factor"] == joint.loss_factor(1e-7)
     assert got["real_area"] == pytest.approx(joint.contact_area / scan.area, rel=1e-12)
@@ -117,9 +117,9 @@ def test_joint_over_cutoffs(scan: ms.Scan) -> None:
     assert table.slope("tangential_stiffness", "long_cutoff") < 0.0
     # Patches of a surface without long waves are as good as the whole.
     assert 0.7 < table.bias("tangential_stiffness") < 1.4
-    row = table.selected[0]
+    row = table.chosen[0]
     line, x = table.values["real_area"][row], np.log(table.cutoff)
-    at = table.selected[1]
+    at = table.chosen[1]
     slope = math.log(line[at + 1] / line[at - 1]) / (x[at + 1] - x[at - 1])
     assert table.slope("real_area", "cutoff") == pytest.approx(slope, rel=1e-12)
     with pytest.raises(ms.InputError, match='"cutoff" or "long_cutoff"'):

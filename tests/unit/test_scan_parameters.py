@@ -512,7 +512,7 @@ def test_summits_known_before_are_not_sought_again() -> None:
     scan = random_surface((96, 96), 1e-6, m0=1e-14, m2=1e-4, m4=4e6, seed=1)
     known = scan.summits(8e-6)
     one = over_cutoffs(scan, [0.0, 8e-6])
-    two = over_cutoffs(scan, [0.0, 8e-6], counted_before=known)
+    two = over_cutoffs(scan, [0.0, 8e-6], known=known)
     for name in one.names:
         np.testing.assert_array_equal(getattr(one, name), getattr(two, name))
 

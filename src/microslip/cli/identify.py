@@ -153,7 +153,7 @@ def identify(
     stepped sine, or a table of amplitude, frequency and damping ratio), and friction, bolt tension
     and a factor on the form are fitted to them.
     """
-    from microslip.errors import InputError, spelled
+    from microslip.errors import InputError, said
 
     if study is not None and has_structure(study):
         identify_structure(study, records, output, band)
@@ -178,7 +178,7 @@ def identify(
         say = spelling(click.get_current_context())
 
         def spell(text: str) -> str:
-            return spelled(text, say)
+            return said(text, say)
 
         remedy = "; records of one rig need none"
         rig_labels = each_of("--rig", rigs, len(records), "a label", remedy)
@@ -235,7 +235,7 @@ def _read(
         except InputError as error:
             if len(paths) == 1 or (index == len(paths) - 1 and not loaded):
                 raise
-            why = error.spelled(spelling(click.get_current_context()))
+            why = error.said(spelling(click.get_current_context()))
             skipped.append((path, why.removeprefix(f"{path}: ")))
             if rigs is not None:
                 rigs[index] = None

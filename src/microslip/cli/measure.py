@@ -83,7 +83,7 @@ def measure(
     if band is not None:
         raise click.UsageError("--band is for the ring-down of a mode, no record is one")
     with stoppable():
-        from microslip.errors import InputError, spelled
+        from microslip.errors import InputError, said
         from microslip.report.files import write
         from microslip.results.measured import KIND, document
         from microslip.tribometer import measure as measured
@@ -113,7 +113,7 @@ def measure(
                         error = error.within(f"{path}: ")
                     if len(paths) == 1:
                         raise error from None
-                    skipped.append((path, error.spelled(spell).removeprefix(f"{path}: ")))
+                    skipped.append((path, error.said(spell).removeprefix(f"{path}: ")))
                 else:
                     results.append(result)
                     places.append(index)
@@ -127,7 +127,7 @@ def measure(
                 [volumes[i] for i in places] if volumes else None,
                 area,
             )
-            result_document = document(campaign, lambda text: spelled(text, spell), skipped)
+            result_document = document(campaign, lambda text: said(text, spell), skipped)
             if stage is not None:
                 result_document = write(result_document, stage, output.kinds)
     output.tell(result_document, full=every_table)

@@ -58,7 +58,7 @@ def surface(
     the report. The scan is only read.
     """
     with stoppable():
-        from microslip.errors import spelled
+        from microslip.errors import said
         from microslip.report.files import write
         from microslip.results.scanned.document import document
         from microslip.results.scanned.findings import Request, analyse
@@ -83,7 +83,7 @@ def surface(
                     findings = analyse(request, report)
             if not of_faces:
                 say = spelling(context)
-                result = document(findings, output.folder, lambda text: spelled(text, say))
+                result = document(findings, output.folder, lambda text: said(text, say))
             if stage is not None:
                 with progress("Drawing and writing") as report:
                     result = write(result, stage, output.kinds, report)

@@ -58,7 +58,7 @@ def stoppable() -> Iterator[None]:
         yield
     except InputError as error:
         context = click.get_current_context(silent=True)
-        words = error.spelled(spelling(context))
+        words = error.said(spelling(context))
         if words == str(error):
             raise
         raise InputError(words) from error

@@ -78,7 +78,7 @@ def averaged(record: Record, noise: tuple[float, float], bins: int = MOST_BINS) 
     count = np.bincount(column).astype(float)
     places = np.bincount(column, phase) / count
     sums = np.bincount(column, force)
-    folding_notes = (
+    said = (
         f"taken for one averaged cycle, the noise of a force {engineering(noise[0], 'N')} and of a "
         f"displacement {engineering(noise[1], 'm')}, as stated",
     )
@@ -99,6 +99,6 @@ def averaged(record: Record, noise: tuple[float, float], bins: int = MOST_BINS) 
         frequency=rate,
         cycles=1,
         left_out=0,
-        notes=(*record.notes, *folding_notes),
-        folding_notes=folding_notes,
+        notes=(*record.notes, *said),
+        said=said,
     )

@@ -133,9 +133,7 @@ def result_of(
     notes = [*notes, *_notes(best.cost / freedom, answer.widen, design, loads, lost)]
     notes += objections
     # What a record says of its own folding; that all cycles are there needs no word.
-    notes += [
-        f"{record.name}: {note}" for record in problem.folded for note in record.folding_notes
-    ]
+    notes += [f"{record.name}: {note}" for record in problem.folded for note in record.said]
     if answer.lower_still:
         notes.append(
             "the sum of squares has many minima, and the profiles met lower ones than that of the "

@@ -133,8 +133,11 @@ def _least_squares(
     problem: Problem, start: Floats, moving: NDArray[np.intp], tolerance: float
 ) -> Fit:
     """The least squares from a start, in a trust region where damped steps do not reach it."""
-    fit, reached = _descended(problem, start, moving, share=1e-3 * tolerance)
-    return fit if reached else _in_trust_region(problem, start, moving, tolerance)
+    with warnings.catch_warnings(), np.errstate(all="ignore"):  # a start may be far away
+        warnings.simplefilter("ignore")
+        fit, reached = _descended(problem, start, moving, share=1e-3 * tolerance)
+    # What is not finite from the start on has its reason told there.
+    return fit if reached and fit.finite else _in_trust_region(problem, start, moving, tolerance)
 
 
 def settle(

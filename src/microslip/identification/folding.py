@@ -77,7 +77,7 @@ class Folded(Locked):
     left_out: int
     """Number of cycles that were left out."""
     notes: tuple[str, ...]
-    folding_notes: tuple[str, ...] = ()
+    said: tuple[str, ...] = ()
     """Those of the notes that are of the folding itself, not of the record."""
     load_error: float = 0.0
     """Standard error of the mean normal load [N]; 0 of one that was given as a number."""
@@ -261,7 +261,7 @@ def _fold(
     del gone
     noise_f = curve.noise(level.residual, 1)
     load = mean_load(record, inside, place, curve)
-    folding_notes = (
+    said = (
         *blocks.notes,
         *(() if like is None else like.notes),
         *clipped(record),
@@ -281,7 +281,7 @@ def _fold(
     growth = grown.value if abs(grown.value) > _LIKELY * grown.standard_error else 0.0
     certain = growth if abs(growth) > CERTAIN * grown.standard_error else 0.0
     if abs(certain) > _ALIKE:
-        folding_notes = (*folding_notes, _growth_note(certain))
+        said = (*said, _growth_note(certain))
     doubt = _doubt_of(record, like, certain)
     timed = record.time is not None or record.sample_rate is not None
     folded = Folded(
@@ -301,8 +301,8 @@ def _fold(
         frequency=rate if timed else None,
         cycles=int(rows.size),
         left_out=int(cycle_count - rows.size),
-        notes=(*record.notes, *folding_notes),
-        folding_notes=folding_notes,
+        notes=(*record.notes, *said),
+        said=said,
         load_error=load.error,
         drift=drift.slope,
         growth=growth,

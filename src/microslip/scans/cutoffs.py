@@ -94,12 +94,12 @@ def over_cutoffs(
     prominence: float | str | None = None,
     window: int = 3,
     progress: Callable[[int, int], None] | None = None,
-    counted_before: Summits | None = None,
+    known: Summits | None = None,
 ) -> CutoffTable:
     """Every parameter against the short-wave cut-off, as of :meth:`microslip.Scan.over_cutoffs`.
 
     Of a scan as it is: nothing is removed unless ``level`` says so. ``window`` is that of
-    :meth:`microslip.Scan.summits`, and ``counted_before`` are summits of this very scan, counted in
+    :meth:`microslip.Scan.summits`, and ``known`` are summits of this very scan, counted in
     this way: at their cut-off they are taken. Where a cut-off leaves too little a parameter is NaN,
     with a note.
 
@@ -124,7 +124,7 @@ def over_cutoffs(
         if counted and not scan.is_profile:
             try:
                 # From the unfiltered scan: its noise decides which peaks are summits.
-                summits = counted_before
+                summits = known
                 if summits is None or not _same_length(summits.cutoff, short):
                     summits = find_summits(
                         levelled.measurable(),

@@ -50,7 +50,7 @@ class JointOverCutoffs(Locked):
     """Short-wave cut-offs [m], rising; 0 where the pixel decides."""
     long_cutoff: Floats
     """Long-wave cut-offs [m], rising; infinite where the form removed and the scan decide."""
-    selected: tuple[int, int]
+    chosen: tuple[int, int]
     """Place (row, column) of the joint that was asked for."""
     values: Mapping[str, Floats]
     """Of each quantity one value a long-wave cut-off (row) and short-wave cut-off (column); not a
@@ -76,7 +76,7 @@ class JointOverCutoffs(Locked):
         """
         if quantity not in self.values:
             raise InputError(Argument("quantity"), f" must be of {[*self.values]}, got {quantity}")
-        row, column = self.selected
+        row, column = self.chosen
         if cutoff == "cutoff":
             places, line, at = self.cutoff, self.values[quantity][row], column
         elif cutoff == "long_cutoff":
@@ -103,7 +103,7 @@ class JointOverCutoffs(Locked):
         """
         ratios = self.patches[quantity]
         ratios = ratios[np.isfinite(ratios) & (ratios > 0.0)]
-        scan_value = float(self.values[quantity][self.selected])
+        scan_value = float(self.values[quantity][self.chosen])
         return float(np.exp(np.log(ratios).mean())) / scan_value if ratios.size else math.nan
 
     def verdicts(self) -> tuple[Verdict, ...]:
@@ -116,7 +116,7 @@ class JointOverCutoffs(Locked):
                 "slope of stiffness over long-wave cut-off": abs(long),
                 "stiffness on patches of half the length, as a factor": max(bias, 1.0 / bias),
                 "contact radius over cut-off": float(
-                    self.values["contact_radius_over_cutoff"][self.selected]
+                    self.values["contact_radius_over_cutoff"][self.chosen]
                 ),
             }
         )

@@ -92,5 +92,5 @@ def blame(study: StudyDescription, key: str, names: Iterable[str] = ()) -> Itera
         if name is not None and (name in names or key.split(",")[0].endswith(name)):
             parts = parts[1:]
             key = f"{key}.{name}" if name in names else key
-        message = " ".join(InputError(*parts).spelled(as_key).split())
+        message = " ".join(InputError(*parts).said(as_key).split())
         raise StudyError(f"{study.name}: {key}: {message}") from error

@@ -108,7 +108,7 @@ class DescribedAlone(Described):
         except InputError as error:
             if error.argument in type(self).model_fields:
                 raise keyed(error, "") from None
-            raise ValueError(error.spelled(as_key)) from None
+            raise ValueError(error.said(as_key)) from None
         return self
 
 

@@ -139,7 +139,7 @@ def keyed(error: InputError, table: str, otherwise: str = "") -> KeyedError:
     """An error of the physics at the key of its argument, or at another key of the table."""
     parts = error.parts[1:] if error.argument else error.parts
     key = f"{table}.{error.argument or otherwise}".removesuffix(".")
-    return KeyedError(key, InputError(*parts).spelled(as_key).strip())
+    return KeyedError(key, InputError(*parts).said(as_key).strip())
 
 
 def _as_toml(value: object) -> str:

@@ -12,7 +12,7 @@ from pydantic import PrivateAttr, ValidationInfo, model_validator
 
 from microslip._core.units import engineering
 from microslip._core.wording import quoted, shorten, show
-from microslip.errors import InputError, spelled
+from microslip.errors import InputError, said
 from microslip.normal import PerssonCurve
 from microslip.scans import options
 from microslip.study.columns import text
@@ -109,12 +109,12 @@ class ScanSurface(SurfaceTable):
                 valid=None if self.valid is None else (self.valid[0], self.valid[1]),
             )
         except InputError as error:
-            message = " ".join(error.spelled(as_key).split()).replace(str(here), name)
+            message = " ".join(error.said(as_key).split()).replace(str(here), name)
             message = message if message.startswith(name) else f"{name}: {message}"
             if not here.exists():
                 message = reading.message(message, self.scan)
             raise KeyedError("surface.scan", message) from None
-        notes = " ".join(spelled(note, as_key) for note in self._scan.notes)
+        notes = " ".join(said(note, as_key) for note in self._scan.notes)
         reading.notes.append(f"surface.scan: {notes}")
         if self._scan.is_profile:
             self._check_profile()

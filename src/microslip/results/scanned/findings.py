@@ -313,7 +313,7 @@ def _over_cutoffs(
         method=request.method,
         prominence=request.prominence,
         progress=lambda number, count: report(number / count),
-        counted_before=summits,
+        known=summits,
     )
 
 

@@ -181,7 +181,7 @@ def _by_law(laws: HeightLaws) -> tuple[Block, ...]:
 
 
 def _against_cutoffs(table: JointOverCutoffs) -> tuple[Block, ...]:
-    place = table.selected[0] * table.cutoff.size + table.selected[1]
+    place = table.chosen[0] * table.cutoff.size + table.chosen[1]
     pairs = tuple(
         (
             _length(row["long_cutoff"]) + " *" * (number == place),
@@ -211,7 +211,7 @@ def _against_cutoffs(table: JointOverCutoffs) -> tuple[Block, ...]:
             plain(table.bias(name)),
         )
         for name, values in table.values.items()
-        if np.isfinite(values[table.selected])
+        if np.isfinite(values[table.chosen])
     )
     return (
         Table("", columns, pairs, keys=2, noun="pairs of cut-offs"),
@@ -261,7 +261,7 @@ def _plot(findings: Findings, table: JointOverCutoffs) -> Plot:
             note=f"{_LABELS[name].capitalize()} [{label}]",
             cell=(row, row, column, column),
         )
-        panel.add(Rule(float(places[table.selected[1]]) / unit, "x", "#444444", 0.9, (1.0, 1.0)))
+        panel.add(Rule(float(places[table.chosen[1]]) / unit, "x", "#444444", 0.9, (1.0, 1.0)))
         for index, line in enumerate(values):
             color, dash, marker = _look(index)
             panel.line(places / unit, line / scale, color, dash=dash)

@@ -1,47 +1,39 @@
 """The errors that wrong input meets, and the arguments that their messages speak of.
 
-A message is built from parts: words, and an :class:`Argument` for each argument of a function
-that it names. So every edge of the house says it in its own way, ``normal_load=500`` in Python,
-``--normal-load 500`` on a command line, ``normal_load = 500`` in a study.
+A message is plain text in which the arguments of a function stand between backticks, alone or with
+the value to write: "`normal_load` must be above zero", "give `start=...`". So every edge of the
+house says it in its own way: ``normal_load=500`` in Python, ``--normal-load 500`` on a command
+line, ``normal_load = 500`` in a study.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from enum import Enum
-from typing import Any, NamedTuple, Self
+import ast
+import re
+from collections.abc import Callable
+from typing import Any, Final, NamedTuple, Self
 
+UNSAID: Final = ...
+"""Stands for the value that the reader has to give: "`key=...`"."""
 
-class _Mark(Enum):
-    """Values that no argument has, the same ones after pickling."""
-
-    UNSAID = "left to the reader"
-    NO_VALUE = "only the name is said"
-
-    def __repr__(self) -> str:
-        return "..."
-
-
-UNSAID: Any = _Mark.UNSAID
-"""Stands for the value that the reader has to give; ``Argument("key", UNSAID)`` is ``key=...``."""
+_NO_VALUE: Final = object()
+_SLICE = re.compile(r"slice\((\w+), (\w+)\)")
+_MARKED = re.compile(r"`(?P<name>[^`=]+)(?:=(?P<value>[^`]*))?`")
 
 
 class Argument(NamedTuple):
     """An argument in a message: by its name alone, or with a value to write."""
 
     name: str
-    value: Any = _Mark.NO_VALUE
+    value: Any = _NO_VALUE
 
     @property
     def has_value(self) -> bool:
         """Whether the message says what to write, :data:`UNSAID` included."""
-        return self.value is not _Mark.NO_VALUE
+        return self.value is not _NO_VALUE
 
     def __str__(self) -> str:
         return f"{self.name}={in_python(self.value)}" if self.has_value else self.name
-
-    def __format__(self, spec: str) -> str:
-        return format(str(self), spec)
 
 
 Spelling = Callable[[Argument], str]
@@ -56,31 +48,14 @@ def in_python(value: object) -> str:
         return f"({', '.join(map(in_python, value))}{',' * (len(value) == 1)})"
     if isinstance(value, dict):
         return f"{{{', '.join(f'{in_python(k)}: {in_python(v)}' for k, v in value.items())}}}"
-    return repr(value)
+    if isinstance(value, slice):
+        return f"slice({value.start}, {value.stop})"
+    return "..." if value is UNSAID else repr(value)
 
 
-class Phrase(str):
-    """Text built from words and arguments: a note or a remedy that each edge says its own way.
-
-    As a string it is spelt for Python.
-    """
-
-    parts: tuple[str | Argument, ...]
-
-    def __new__(cls, *parts: object) -> Self:
-        """Join words and arguments, those of other phrases included."""
-        flat = _flat(parts)
-        phrase = super().__new__(cls, "".join(map(str, flat)))
-        phrase.parts = flat
-        return phrase
-
-    def __getnewargs__(self) -> tuple[Any, ...]:
-        return self.parts
-
-
-def said(text: str, spelling: Spelling) -> str:
-    """A text in the spelling of an edge; one without arguments stays as it is."""
-    return _spelt(text.parts, spelling) if isinstance(text, Phrase) else text
+def said(text: str, spelling: Spelling = str) -> str:
+    """A text in the spelling of an edge, of Python by default."""
+    return _MARKED.sub(lambda match: _spelt(match, spelling), text)
 
 
 class InputError(ValueError):
@@ -88,48 +63,50 @@ class InputError(ValueError):
 
     Parameters
     ----------
-    *parts : str or Argument
-        The message, in parts; `str` of the error joins them as they are written in Python.
+    text : str
+        The message, arguments between backticks; `str` of the error writes them as in Python.
     """
 
     @property
-    def parts(self) -> tuple[str | Argument, ...]:
-        """Words and arguments of the message."""
-        return _flat(self.args)
+    def text(self) -> str:
+        """The message with its arguments marked."""
+        return "".join(map(str, self.args))
 
     @property
     def argument(self) -> str | None:
         """Name of the argument that is wrong, if the message begins with one."""
-        first = next(iter(self.parts), None)
-        return first.name if isinstance(first, Argument) else None
+        match = _MARKED.match(self.text)
+        return match["name"] if match else None
+
+    @property
+    def statement(self) -> str:
+        """The message without the argument that it begins with."""
+        return _MARKED.sub("", self.text, count=1).strip() if self.argument else self.text
 
     def said(self, spelling: Spelling) -> str:
         """The message in the spelling of an edge."""
-        return _spelt(self.parts, spelling)
+        return said(self.text, spelling)
 
-    def within(self, *place: object) -> Self:
+    def within(self, place: str) -> Self:
         """The same error with the place where it arose before it, such as a file and ": "."""
-        return type(self)(*place, *self.args)
+        return type(self)(place + self.text)
 
     def __str__(self) -> str:
-        return "".join(map(str, self.args))
+        return said(self.text)
 
 
 class StudyError(InputError):
     """A study file is not usable; the message names the file and the key."""
 
 
-def _flat(parts: Iterable[object]) -> tuple[str | Argument, ...]:
-    flat: list[str | Argument] = []
-    for part in parts:
-        if isinstance(part, Phrase):
-            flat.extend(part.parts)
-        elif isinstance(part, Argument):
-            flat.append(part)
-        else:
-            flat.append(str(part))
-    return tuple(flat)
-
-
-def _spelt(parts: Iterable[str | Argument], spelling: Spelling) -> str:
-    return "".join(spelling(part) if isinstance(part, Argument) else part for part in parts)
+def _spelt(match: re.Match[str], spelling: Spelling) -> str:
+    name, value = match["name"], match["value"]
+    if value is None:
+        return spelling(Argument(name))
+    if rows := _SLICE.fullmatch(value):
+        ends = (int(end) if end.isdecimal() else end for end in rows.groups())
+        return spelling(Argument(name, slice(*(None if end == "None" else end for end in ends))))
+    try:
+        return spelling(Argument(name, ast.literal_eval(value)))
+    except (SyntaxError, ValueError):
+        return match[0]  # backticks that somebody else wrote

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from microslip._core.checks import Floats, floats, record, show, whole_number
 from microslip._core.frozen import Locked, assign, lock
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 
 MOST_SAMPLES = 10_000_000
 
@@ -27,11 +27,6 @@ class Loop(Locked):
         Displacements [m], one-dimensional, at least four, in the order of time.
     force : array_like
         Forces [N], one for each displacement.
-
-    Raises
-    ------
-    InputError
-        Lengths that differ, too few samples, values that are not finite, no displacement at all.
 
     Notes
     -----
@@ -51,7 +46,7 @@ class Loop(Locked):
                 f"got {x.size} and {t.size}"
             )
         if x.min() == x.max():
-            raise InputError(Argument("displacement"), f" must move, got {x[0]:g} m throughout")
+            raise InputError(f"`displacement` must move, got {x[0]:g} m throughout")
         assign(self, displacement=lock(x.copy()), force=lock(t.copy()))
 
     @cached_property
@@ -140,11 +135,6 @@ class Loop(Locked):
 
         That shows the width of a thin loop. Loops laid over each other share their units. Axes,
         colour and label are as of :meth:`microslip.BackboneLaw.plot`.
-
-        Raises
-        ------
-        InputError
-            Something else than axes.
         """
         from microslip.report.axes import draw
         from microslip.report.plot import Axis, Panel, Plot
@@ -196,7 +186,5 @@ def checked_cycle(amplitude: float, samples: int) -> tuple[float, Floats, int]:
     count = whole_number("samples", samples, 5, MOST_SAMPLES)
     a = floats("amplitude", amplitude)
     if a.ndim > 0 or a <= 0.0:
-        raise InputError(
-            Argument("amplitude"), f" must be one number above zero [m], got {show(amplitude)}"
-        )
+        raise InputError(f"`amplitude` must be one number above zero [m], got {show(amplitude)}")
     return (float(a), *unit_cycle(count))

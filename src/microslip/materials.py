@@ -12,7 +12,7 @@ from types import MappingProxyType
 
 from microslip._core.checks import exact, number, positive, show
 from microslip._core.frozen import assign
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 
 
 @dataclass(frozen=True)
@@ -29,11 +29,6 @@ class Material:
         Indentation hardness H [Pa]. It enters no result; with it the validity verdicts of an
         interface hold the plasticity index.
 
-    Raises
-    ------
-    InputError
-        A value out of its range.
-
     Warns
     -----
     UserWarning
@@ -48,15 +43,12 @@ class Material:
     def __post_init__(self) -> None:
         if isinstance(self.young_modulus, float) and self.young_modulus == math.inf:
             raise InputError(
-                Argument("young_modulus"),
-                " must be finite, got inf; a rigid body is Material.rigid()",
+                "`young_modulus` must be finite, got inf; a rigid body is Material.rigid()"
             )
         modulus = positive("young_modulus", self.young_modulus, "Pa", 69e9)
         ratio = number("poisson_ratio", self.poisson_ratio, "", 0.33)
         if not -1.0 < ratio <= 0.5:
-            raise InputError(
-                Argument("poisson_ratio"), f" must be in (-1, 0.5], got {exact(ratio)}"
-            )
+            raise InputError(f"`poisson_ratio` must be in (-1, 0.5], got {exact(ratio)}")
         hardness = self.hardness
         if hardness is not None:
             hardness = positive("hardness", hardness, "Pa", 1e9)
@@ -98,11 +90,6 @@ class Material:
         name : str
             Name in the table, such as "steel" or "al2017", or an alias such as "S355", "316L" or
             "EN AW-6082"; capitals, spaces, hyphens and underscores do not count.
-
-        Raises
-        ------
-        InputError
-            A name that is not in the table; the message says which one was probably meant.
         """
         return metal(name).material
 
@@ -143,11 +130,6 @@ class Metal:
         Document and year of each value, by the names above.
     aliases : tuple of str
         Other names, such as "s355", "EN AW-6082" and numbers of standards.
-
-    Raises
-    ------
-    InputError
-        A value out of the range of :class:`Material`.
 
     Notes
     -----
@@ -201,7 +183,7 @@ def metals() -> Mapping[str, Metal]:
 def metal(name: str) -> Metal:
     """One metal of the table, as :meth:`Material.named` finds it."""
     if not isinstance(name, str):
-        raise InputError(Argument("name"), f" must be a text such as 'steel', got {show(name)}")
+        raise InputError(f"`name` must be a text such as 'steel', got {show(name)}")
     entry = metal_called(name)
     if entry is None:
         raise InputError(f"no metal is named {show(name)}; {_near(_plain(name), metals())}")
@@ -247,11 +229,6 @@ class MaterialPair:
     ----------
     first, second : Material
         The two materials; at most one of them rigid.
-
-    Raises
-    ------
-    InputError
-        Something else than materials, or two rigid ones.
     """
 
     first: Material
@@ -261,9 +238,8 @@ class MaterialPair:
         for name in ("first", "second"):
             if not isinstance(getattr(self, name), Material):
                 raise InputError(
-                    Argument(name),
-                    f" must be a Material, got {show(getattr(self, name))}; "
-                    "write MaterialPair(Material(69e9, 0.33), Material(210e9, 0.3))",
+                    f"`{name}` must be a Material, got {show(getattr(self, name))}; write "
+                    "MaterialPair(Material(69e9, 0.33), Material(210e9, 0.3))"
                 )
         if self.first.is_rigid and self.second.is_rigid:
             raise InputError("a pair needs one body that deforms, got two rigid ones")

@@ -112,7 +112,7 @@ def two_rigs() -> None:
         for rig in (1e8, 2e8)
     ]
     found = ms.identify(records, intervals="curvature", held_back=0).message
-    raise ms.InputError(*found.parts)  # type: ignore[attr-defined]
+    raise ms.InputError(found)
 
 
 def identify(*records: ms.Record, **how: Any) -> Callable[[], object]:
@@ -190,7 +190,7 @@ def suspect() -> object:
     np.save("suspect.npy", np.where(np.eye(96, dtype=bool), -1e-3, HEIGHTS))
     scan = ms.Scan.read("suspect.npy", unit="m", pixel=1e-6)
     (note,) = (note for note in scan.notes if note.startswith("suspect:"))
-    raise ms.InputError(*note.parts)  # type: ignore[attr-defined]
+    raise ms.InputError(note)
 
 
 def no_array() -> object:

@@ -199,7 +199,7 @@ def test_a_number_for_nothing_measured_is_told(sentinel: float, told: str, limit
     np.save("a.npy", z)
     scan = ms.Scan.read("a.npy", **UM)
     note = f"suspect: 4 points are all {told}, far from all others; if that stands for "
-    assert f'{note}"nothing measured", leave them out by valid={limits}.' in scan.notes
+    assert f'{note}"nothing measured", leave them out by `valid={limits}`.' in scan.notes
     mended = ms.Scan.read("a.npy", valid=("-4 um", "4 um"), **UM)
     assert mended.missing == 0.01
     assert not any("suspect" in note for note in (*mended.notes, *_notes_of("whole.npy")))

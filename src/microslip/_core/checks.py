@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 
 Floats = NDArray[np.float64]
 
@@ -42,14 +42,14 @@ def number(name: str, value: Any, unit: str = "", example: float = 1.0) -> float
         value = value.item()
     if not isinstance(value, numbers.Real) or isinstance(value, (bool, np.timedelta64)):
         hint = f", for example {name}={example:g}" if isinstance(value, str) else ""
-        raise InputError(Argument(name), f" must be {expected}, got {show(value)}{hint}")
+        raise InputError(f"`{name}` must be {expected}, got {show(value)}{hint}")
     try:
         with np.errstate(over="ignore"):
             result = float(value)
     except Exception:  # an integer beyond all floats, or a conversion that raises what it likes
         result = math.nan
     if not math.isfinite(result):
-        raise InputError(Argument(name), f" must be {expected}, got {show(value)}")
+        raise InputError(f"`{name}` must be {expected}, got {show(value)}")
     return result
 
 
@@ -63,11 +63,11 @@ def positive(name: str, value: Any, unit: str = "", example: float = 1.0) -> flo
 def _check_size(name: str, smallest: float, largest: float, unit: str) -> None:
     in_unit = f" [{unit}]" if unit else ""
     if smallest <= 0.0:
-        raise InputError(Argument(name), f" must be above zero{in_unit}, got {exact(smallest)}")
+        raise InputError(f"`{name}` must be above zero{in_unit}, got {exact(smallest)}")
     if not (smallest >= SMALLEST and largest <= LARGEST):
         worst = exact(largest if largest > LARGEST else smallest)
         limits = f"between {SMALLEST:g} and {LARGEST:g}{in_unit}"
-        raise InputError(Argument(name), f" must be {limits}, got {worst}")
+        raise InputError(f"`{name}` must be {limits}, got {worst}")
 
 
 def floats(name: str, value: ArrayLike, *, missing: bool = False, endless: bool = False) -> Floats:
@@ -85,10 +85,10 @@ def floats(name: str, value: ArrayLike, *, missing: bool = False, endless: bool 
             array = np.ascontiguousarray(raw_values, dtype=float).reshape(raw_values.shape)
     except Exception:  # an object's own conversion may raise anything
         raise InputError(
-            Argument(name), f" must be a number or an array of numbers, got {show(value)}"
+            f"`{name}` must be a number or an array of numbers, got {show(value)}"
         ) from None
     if array.size == 0:
-        raise InputError(Argument(name), " must hold at least one number, got an empty array")
+        raise InputError(f"`{name}` must hold at least one number, got an empty array")
     # a sum is quick and finite unless something is not; only then look closer.
     with np.errstate(all="ignore"):
         total = float(np.add.reduce(array, axis=None))
@@ -97,9 +97,8 @@ def floats(name: str, value: ArrayLike, *, missing: bool = False, endless: bool 
         bad = np.flatnonzero(~np.isfinite(array) & ~allowed)
         if bad.size:
             raise InputError(
-                Argument(name),
-                f" must be finite: {bad.size} of {array.size} values are not, "
-                f"the first is {array.flat[bad[0]]} at index {bad[0]}",
+                f"`{name}` must be finite: {bad.size} of {array.size} values are not, the first "
+                f"is {array.flat[bad[0]]} at index {bad[0]}"
             )
     return array
 
@@ -134,7 +133,7 @@ def whole_number(name: str, value: Any, low: int = 1, high: int | None = None) -
     """An integer in a range, or an error that says which; the bound on work is in it."""
     if not is_whole(value) or value < low or (high is not None and value > high):
         span = f"of at least {low}" if high is None else f"from {low} to {high}"
-        raise InputError(Argument(name), f" must be an integer {span}, got {show(value)}")
+        raise InputError(f"`{name}` must be an integer {span}, got {show(value)}")
     return int(value)
 
 
@@ -147,8 +146,7 @@ def rising_orders(name: str, value: Any) -> tuple[int, ...]:
         fit = False
     if not fit or orders.min(initial=0) < 0 or np.any(orders[1:] <= orders[:-1]):
         raise InputError(
-            Argument(name),
-            f" must be whole numbers that rise, such as [0, 1, 3], got {show(value)}",
+            f"`{name}` must be whole numbers that rise, such as [0, 1, 3], got {show(value)}"
         )
     return tuple(orders.tolist())
 
@@ -160,16 +158,15 @@ def members(name: str, value: Any, kind: type, expected: str) -> list[Any]:
         for member in value.ravel().tolist() if isinstance(value, np.ndarray) else value:
             if not isinstance(member, kind):  # what never ends is none of ours, or fills no memory
                 raise InputError(
-                    Argument(name),
-                    f" must be {expected}, got {show(member)} at index {len(checked)}",
+                    f"`{name}` must be {expected}, got {show(member)} at index {len(checked)}"
                 )
             checked.append(member)
     except InputError:
         raise
     except Exception:  # nothing to go through, or an iteration that raises what it likes
-        raise InputError(Argument(name), f" must be {expected}, got {show(value)}") from None
+        raise InputError(f"`{name}` must be {expected}, got {show(value)}") from None
     if not checked:
-        raise InputError(Argument(name), f" must be {expected}, got none")
+        raise InputError(f"`{name}` must be {expected}, got none")
     return checked
 
 
@@ -184,9 +181,7 @@ def sized(name: str, value: ArrayLike, unit: str = "m") -> Floats:
     array = floats(name, value)
     if max(-float(array.min()), float(array.max())) > LARGEST:
         worst = float(np.abs(array).max())
-        raise InputError(
-            Argument(name), f" must be at most {LARGEST:g} {unit}, got {worst:g} {unit}"
-        )
+        raise InputError(f"`{name}` must be at most {LARGEST:g} {unit}, got {worst:g} {unit}")
     return array
 
 
@@ -194,7 +189,7 @@ def record(name: str, value: ArrayLike) -> Floats:
     """A series in time: one-dimensional (a single number counts as one sample)."""
     array = floats(name, value)
     if array.ndim > 1:
-        raise InputError(Argument(name), f" must be one-dimensional, got shape {array.shape}")
+        raise InputError(f"`{name}` must be one-dimensional, got shape {array.shape}")
     return array
 
 

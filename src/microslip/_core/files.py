@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 
 
 def reason(error: Exception) -> str:
@@ -58,7 +58,7 @@ def whole_file(path: str | Path, overwrite: bool) -> Iterator[Path]:
 
 
 def _exists(target: Path) -> InputError:
-    return InputError(f"{target}: exists; replace it with ", Argument("overwrite", True))
+    return InputError(f"{target}: exists; replace it with `overwrite=True`")
 
 
 def _claim(stage: Path, target: Path) -> None:

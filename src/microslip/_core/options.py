@@ -13,7 +13,7 @@ from typing import Any, NoReturn
 
 from microslip._core.units import Kind, Sign, to_si
 from microslip._core.wording import did_you_mean, quoted, show
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 
 JsonSchema = dict[str, Any]
 
@@ -200,7 +200,7 @@ class Option:
         if self.most > 1 and isinstance(value, (list, tuple)):
             if not self.least <= len(value) <= self.most:
                 count = f"{self.least} to {self.most}" if self.least < self.most else self.most
-                raise InputError(Argument(self.name), f" must be {count} values, got {len(value)}")
+                raise InputError(f"`{self.name}` must be {count} values, got {len(value)}")
             return tuple(self._check_item(item) for item in value)
         return self._check_item(value)
 
@@ -215,12 +215,12 @@ class Option:
             if self._inside(result):
                 return result
             value = checks.exact(result)
-            raise InputError(Argument(self.name), f" must be {self.allowed_values}, got {value}")
+            raise InputError(f"`{self.name}` must be {self.allowed_values}, got {value}")
         try:
             return self._read_item(value)
         except ValueError as error:
             expected, _, came = str(error).removeprefix("wanted ").rpartition(", got ")
-            raise InputError(Argument(self.name), f" must be {expected}, got {came}") from None
+            raise InputError(f"`{self.name}` must be {expected}, got {came}") from None
 
     # -- as an editor knows it -----------------------------------------------------------------
 

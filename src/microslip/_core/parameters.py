@@ -21,7 +21,7 @@ import numpy as np
 
 from microslip._core.checks import LARGEST, SMALLEST, exact, number, record
 from microslip._core.frozen import lock
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 
 _KEY = "microslip"
 # Where a fit looks for a value above zero of a unit, unless the parameter says where.
@@ -98,11 +98,11 @@ class Parameter:
             for end in (int(values.argmin()), int(values.argmax())):
                 if expected := self._allowed_instead(float(values[end])):
                     worst = f"{exact(float(values[end]))} at index {end}"
-                    raise InputError(Argument(self.name), f" must be {expected}, got {worst}")
+                    raise InputError(f"`{self.name}` must be {expected}, got {worst}")
             return lock(values)
         result = number(self.name, value, self.unit, self.example)
         if expected := self._allowed_instead(result):
-            raise InputError(Argument(self.name), f" must be {expected}, got {exact(result)}")
+            raise InputError(f"`{self.name}` must be {expected}, got {exact(result)}")
         return result
 
     def _allowed_instead(self, value: float) -> str:

@@ -157,11 +157,6 @@ def units(text: str) -> float:
     -------
     float
         The same in SI units, such as [Pa], the double nearest to what was written.
-
-    Raises
-    ------
-    InputError
-        Something else than a number with a unit that there is.
     """
     message = 'units("69 GPa") wants a number with its unit, got '
     came = show(text)

@@ -143,15 +143,15 @@ def _joints(study: Path) -> list[Interface]:
 
 def _at_the_load_of(record: Record, joints: list[Interface]) -> Interface | None:
     """A study's joint under the load of a record; its own load where the record has none."""
-    from microslip.errors import Argument, InputError
+    from microslip.errors import InputError
 
     if not joints:
         return None
     if record.normal_load is None:
         if len(joints) > 1:
             raise InputError(
-                "the study has several normal loads and the record has none; give ",
-                Argument("normal_load", "500 N"),
+                "the study has several normal loads and the record has none; give "
+                '`normal_load="500 N"`'
             )
         return joints[0]
     import numpy as np

@@ -197,6 +197,7 @@ def _range(value: Any) -> str:
 
 def _word(value: Any) -> str:
     if isinstance(value, slice):
-        value = f"{(value.start or 0) + 1}..{value.stop or ''}"
+        first = value.start if isinstance(value.start, str) else (value.start or 0) + 1
+        value = f"{first}..{value.stop or ''}"
     text = f"{value:g}" if isinstance(value, float) else str(value)
     return text if shlex.quote(text) == text else f'"{text}"'

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.export.order import Accuracy, Order
 
 Deck = tuple[dict[str, str | bytes], Accuracy]
@@ -37,9 +37,8 @@ def numbered_cells(
     for index, (patch, model) in enumerate(zip(order.patches, order.cell_models, strict=True), 1):
         if connected and not patch.nodes:
             raise InputError(
-                Argument("nodes"),
-                f" must be given for {order.kind}: the two nodes of the mesh that the joint lies "
-                "between, for example nodes=[[1, 2]]",
+                f"`nodes` must be given for {order.kind}: the two nodes of the mesh that the "
+                "joint lies between, for example nodes=[[1, 2]]"
             )
         columns = (np.asarray(c).tolist() for c in (model.stiffnesses, model.force_limits))
         pairs = enumerate(zip(*columns, strict=True), number)

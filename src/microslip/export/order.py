@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, exact, show
 from microslip._version import __version__
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.export.backbone_panels import BackbonePanels
 from microslip.friction import BackboneLaw, JointField, Parallel
 from microslip.friction.base import CellModel
@@ -128,14 +128,13 @@ def patches_of(kind: str, law: Any, nodes: ArrayLike | None) -> tuple[Patch, ...
     if nodes is None:
         if len(laws) > 1:
             raise InputError(
-                Argument("nodes"),
-                f" must be given for a field, two numbers a patch [{len(laws)} patches], got none",
+                f"`nodes` must be given for a field, two numbers a patch [{len(laws)} patches], "
+                "got none"
             )
         return (Patch(laws[0], ()),)
     if kind not in ELEMENTS:
         raise InputError(
-            Argument("nodes"),
-            f" must not be given for {kind}, which knows no mesh; {', '.join(ELEMENTS)} do",
+            f"`nodes` must not be given for {kind}, which knows no mesh; {', '.join(ELEMENTS)} do"
         )
     pairs = np.atleast_2d(np.asarray(nodes))
     if (
@@ -145,9 +144,8 @@ def patches_of(kind: str, law: Any, nodes: ArrayLike | None) -> tuple[Patch, ...
         or np.any(pairs[:, 0] == pairs[:, 1])
     ):
         raise InputError(
-            Argument("nodes"),
-            f" must be two different numbers of nodes (1 and up) for each of {len(laws)} "
-            f"patch(es), for example nodes=[[1, 2]]; got {show(nodes)}",
+            "`nodes` must be two different numbers of nodes (1 and up) for each of "
+            f"{len(laws)} patch(es), for example nodes=[[1, 2]]; got {show(nodes)}"
         )
     return tuple(
         Patch(item, (int(a), int(b)))
@@ -170,7 +168,7 @@ def _laws(kind: str, law: Any) -> list[Any]:
             if item is not None:
                 check_not_rigid(item, f"files of kind {kind}")
         if not any(laws):
-            raise InputError(Argument("law"), " must have a patch that carries a load, got none")
+            raise InputError("`law` must have a patch that carries a load, got none")
         return laws
     if several:
         raise InputError(
@@ -184,9 +182,8 @@ def _laws(kind: str, law: Any) -> list[Any]:
             "direction"
         )
     raise InputError(
-        Argument("law"),
-        " must be a backbone law, which one curve and Masing's rules make, such as an Interface "
-        f"or Iwan, got {show(law)}",
+        "`law` must be a backbone law, which one curve and Masing's rules make, such as "
+        f"an Interface or Iwan, got {show(law)}"
     )
 
 

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from microslip._core.checks import show, whole_number
 from microslip._core.files import whole_file
 from microslip._core.wording import did_you_mean, one_line
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.export.formats import FORMATS, KINDS
 from microslip.export.order import Accuracy, Order, described, patches_of, sum_of
 from microslip.friction.conversions import amplitude_range
@@ -89,12 +89,6 @@ def write(
     Exported
         The files and how exact they are.
 
-    Raises
-    ------
-    InputError
-        A kind that is none; a law that the kind cannot hold; a range that is none; cells, a depth,
-        a name or nodes that are none; files that exist or cannot be written.
-
     Notes
     -----
     Cells are tangents of the backbone at geometric places (Iwan 1966, DOI 10.1115/1.3625199). The
@@ -103,22 +97,19 @@ def write(
     file_format = next((item for item in FORMATS if item.kind == kind), None)
     if file_format is None:
         near = did_you_mean(kind, KINDS) if isinstance(kind, str) else ""
-        raise InputError(
-            Argument("kind"), f" must be one of {', '.join(KINDS)}, got {show(kind)}{near}"
-        )
+        raise InputError(f"`kind` must be one of {', '.join(KINDS)}, got {show(kind)}{near}")
     try:
         path = Path(file)
     except TypeError:
-        raise InputError(Argument("file"), f" must be a path, got {show(file)}") from None
+        raise InputError(f"`file` must be a path, got {show(file)}") from None
     suffix = path.suffix if path.suffix in file_format.suffixes else file_format.suffixes[0]
     stem = path.stem if path.suffix == suffix else path.name
     if not stem or stem.startswith("."):
-        raise InputError(Argument("file"), f" must be the name of a file, got {show(str(file))}")
+        raise InputError(f"`file` must be the name of a file, got {show(str(file))}")
     if not isinstance(name, str) or not _NAME.fullmatch(name):
         raise InputError(
-            Argument("name"),
-            " must begin with a letter and hold up to 31 letters, digits and _, which C and "
-            f'Fortran take, for example name="joint"; got {show(name)}',
+            "`name` must begin with a letter and hold up to 31 letters, digits and _, which "
+            f'C and Fortran take, for example name="joint"; got {show(name)}'
         )
     depth, cells = (
         whole_number("depth", depth, 2, _MOST_DEPTH),

@@ -21,7 +21,7 @@ from microslip._core.checks import (
     record,
 )
 from microslip._core.frozen import lock
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.friction.fields import AsperityFields, Body, bodies, distances, potentials
 from microslip.friction.guesses import all_features, draw, loads_of
 from microslip.friction.interface import Interface
@@ -47,11 +47,6 @@ class Asperity(Interface):
         Normal load N [N], above zero.
     indentation : float, optional
         Indentation s [m] instead, above zero.
-
-    Raises
-    ------
-    InputError
-        Both or neither of load and indentation; a value out of its range.
 
     Notes
     -----
@@ -89,13 +84,7 @@ class Asperity(Interface):
         separation: float | None = None,
         indentation: float | None = None,
     ) -> Asperity:
-        """The same asperity at another normal load [N], or at another indentation [m].
-
-        Raises
-        ------
-        InputError
-            Not one of load, separation (the indentation with a minus sign) and indentation.
-        """
+        """The same asperity at another normal load [N], or at another indentation [m]."""
         states = {
             "normal_load": normal_load,
             "separation": separation,
@@ -112,8 +101,7 @@ class Asperity(Interface):
             d = number("separation", separation, "m")
             if d >= 0.0:
                 raise InputError(
-                    Argument("separation"),
-                    f" must be below zero [m], where the sphere touches, got {d:g}",
+                    f"`separation` must be below zero [m], where the sphere touches, got {d:g}"
                 )
             indentation = -d
         return Asperity(
@@ -168,11 +156,6 @@ class Asperity(Interface):
         -------
         float or ndarray
             Pressures [Pa], shape of ``radius``; 0 outside the contact.
-
-        Raises
-        ------
-        InputError
-            Negative, not finite or empty.
         """
         r = distances("radius", radius)
         a = self.contact_radius
@@ -209,11 +192,6 @@ class Asperity(Interface):
 
         At displacements from rest [m] or at forces T [N] up to the force limit, any shape, of which
         only the size matters: c = a (1 - T/mu N)^(1/3).
-
-        Raises
-        ------
-        InputError
-            Both or neither given, not finite, empty, a force beyond the limit.
         """
         name, values = _one_of(displacement, force)
         if name == "displacement":
@@ -237,11 +215,6 @@ class Asperity(Interface):
         -------
         float or ndarray
             Radii [m] from (c'/a)^3 = 1 - |T_max - T|/2 mu N.
-
-        Raises
-        ------
-        InputError
-            Not finite, empty, shapes that do not fit each other, a force out of its range.
         """
         peak, current = floats("peak_force", peak_force), floats("force", force)
         try:
@@ -256,9 +229,8 @@ class Asperity(Interface):
         if outside.size:
             first, turn = (float(v.flat[outside[0]]) for v in (current, peak))
             raise InputError(
-                Argument("force"),
-                f" must be between the peak force {exact(turn)} N and its negative, "
-                f"got {exact(first)} N",
+                f"`force` must be between the peak force {exact(turn)} N and its negative, got "
+                f"{exact(first)} N"
             )
         share = np.abs(peak - current) / (2.0 * self.force_limit)
         return plain(self.contact_radius * np.cbrt(1.0 - share))
@@ -267,9 +239,8 @@ class Asperity(Interface):
         sizes = np.abs(force)
         if sizes.max() > self.force_limit:
             raise InputError(
-                Argument(name),
-                f" must not exceed the force limit {self.force_limit:.10g} N in size, "
-                f"got {sizes.max():.10g} N",
+                f"`{name}` must not exceed the force limit {self.force_limit:.10g} N in size, "
+                f"got {sizes.max():.10g} N"
             )
         return sizes
 
@@ -284,12 +255,6 @@ class Asperity(Interface):
 
         The record is one-dimensional, of displacements [m] or of forces [N] below the force limit
         in size; turning points will do, and one number is first loading up to it.
-
-        Raises
-        ------
-        InputError
-            Both or neither given, several dimensions, not finite, empty, a force at or beyond the
-            limit.
         """
         name, values = _one_of(displacement, force)
         x = record(name, values).reshape(-1)
@@ -324,11 +289,6 @@ class Asperity(Interface):
         The ``pair`` of materials must be given; so must the ``normal_load`` [N], one number or one
         for each of the data, where the records do not say it. The asperity is that at the mean
         load. The rest is as of :meth:`BackboneLaw.guess`.
-
-        Raises
-        ------
-        InputError
-            No pair, no load; whatever that one refuses.
         """
         check_pair(pair)
         assert pair is not None

@@ -133,35 +133,17 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
         -------
         float or ndarray
             Forces [N], shape of ``displacement``.
-
-        Raises
-        ------
-        InputError
-            Not finite or empty.
         """
         x = floats("displacement", displacement)
         return plain(np.copysign(self._backbone(np.abs(x).reshape(-1)).reshape(x.shape), x))
 
     def backbone_stiffness(self, displacement: ArrayLike) -> Any:
-        """Tangent stiffness T0' [N/m] of the backbone at displacements [m] of any shape.
-
-        Raises
-        ------
-        InputError
-            Not finite or empty.
-        """
+        """Tangent stiffness T0' [N/m] of the backbone at displacements [m] of any shape."""
         x = floats("displacement", displacement)
         return plain(self._slope(np.abs(x).reshape(-1)).reshape(x.shape))
 
     def backbone_displacement(self, force: ArrayLike) -> Any:
-        """Displacement [m] at which the backbone reaches forces [N] of any shape: its inverse.
-
-        Raises
-        ------
-        InputError
-            Not finite, empty, or a force at or beyond the limit, which no displacement answers
-            (or, for a law that reaches its limit, no single one).
-        """
+        """Displacement [m] at which the backbone reaches forces [N] of any shape: its inverse."""
         f = self._below_limit("force", floats("force", force))
         return plain(np.copysign(self._inverse(np.abs(f).reshape(-1)).reshape(f.shape), f))
 
@@ -175,11 +157,6 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
         arrays : mapping of str to array_like, optional
             What :meth:`microslip.State.to_arrays` gave [m, N, J], shapes there; or what
             ``numpy.load`` reads of it. The state goes on from there.
-
-        Raises
-        ------
-        InputError
-            Arrays that are missing, of another shape, or no memory of a joint.
         """
         return State(self) if arrays is None else State.from_arrays(self, arrays)
 
@@ -198,11 +175,6 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
         -------
         ndarray or float
             Forces [N], one for each sample.
-
-        Raises
-        ------
-        InputError
-            Empty, several dimensions, or not finite.
         """
         x = record("displacement", displacement)
         # A state would also count what is lost on the way, which takes half as long again.
@@ -213,11 +185,6 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
         """Displacement [m] along any force record [N], from rest: the inverse of :meth:`force`.
 
         The record is as :meth:`force` has it, but below the force limit in size.
-
-        Raises
-        ------
-        InputError
-            Empty, several dimensions, not finite, or a force at or beyond the limit.
         """
         f = self._below_limit("force", record("force", force))
         result = Memory().respond(f.reshape(-1), self._inverse, None)
@@ -239,11 +206,6 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
         -------
         PeriodicResponse
             ``force`` [N], ``stiffness`` [N/m], ``parent`` and ``root``, and its ``derivative``.
-
-        Raises
-        ------
-        InputError
-            Empty, several dimensions, or not finite; a rest that is neither.
         """
         return settled_cycle(self, displacement_cycle, rest)
 
@@ -275,12 +237,6 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
         HarmonicForce
             ``force`` [N] and ``jacobian`` [N/m], force coefficients (rows) by those of the
             displacement (columns).
-
-        Raises
-        ------
-        InputError
-            Another shape, not finite, harmonics that do not rise, a tolerance that is none or that
-            the law is too rough for.
 
         Notes
         -----
@@ -335,11 +291,6 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
             error that falls with the square of the number of cells. Cycles too small for the
             first cell to yield cost them nothing; without a range the places make the errors of
             the force even, and the first cell yields late.
-
-        Raises
-        ------
-        InputError
-            Not an integer of at least 1; a range that is none; a law that is rigid at rest.
         """
         model: CellModel = self._conversions["iwan"](
             self, cells, smallest_amplitude, largest_amplitude
@@ -356,12 +307,6 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
         spread evenly on a logarithmic scale over a range: without one, from 0.01 to 10 times the
         displacement at which the first tangent meets the force limit. What comes back is the model,
         ``law``, and its ``misfit``.
-
-        Raises
-        ------
-        InputError
-            A range that is none, or in which the law dissipates nothing; a law that is rigid at
-            rest.
         """
         fit: SegalmanFit = self._conversions["segalman"](
             self, smallest_amplitude, largest_amplitude
@@ -385,12 +330,6 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
         -------
         BackboneLaw
             An instance of the law.
-
-        Raises
-        ------
-        InputError
-            Data of another kind, no closed cycle, a force that does not vary; a law that does not
-            say its parameters and has no guess.
         """
         law: Self = guessed_law(cls, data)
         return law

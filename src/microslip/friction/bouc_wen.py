@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, exact, positive, record
 from microslip._core.parameters import Parametric, parameter
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.friction.guesses import all_features
 from microslip.loops import Loop, checked_cycle
 from microslip.numerics.inversion import invert
@@ -43,11 +43,6 @@ class BoucWen(Parametric):
         sum above zero. beta = gamma unloads along a straight line.
     n : float, optional
         Sharpness of the yielding [-], from 1 to 100.
-
-    Raises
-    ------
-    InputError
-        A value out of its range; a model that is not dissipative.
 
     Notes
     -----
@@ -84,10 +79,9 @@ class BoucWen(Parametric):
         self._check_parameters()
         if self.beta < abs(self.gamma):
             raise InputError(
-                Argument("beta"),
-                " must be at least the size of gamma, or the model is not dissipative (it "
+                "`beta` must be at least the size of gamma, or the model is not dissipative (it "
                 f"gives energy away on part of a cycle), got beta={exact(self.beta)}, "
-                f"gamma={exact(self.gamma)}",
+                f"gamma={exact(self.gamma)}"
             )
         if self.beta + self.gamma <= 0.0:
             raise InputError(
@@ -161,13 +155,7 @@ class BoucWen(Parametric):
     # -- responses ----------------------------------------------------------------------------
 
     def force(self, displacement: ArrayLike) -> Floats | float:
-        """Force [N] along any displacement record [m] from rest, one-dimensional.
-
-        Raises
-        ------
-        InputError
-            Empty, several dimensions, or not finite.
-        """
+        """Force [N] along any displacement record [m] from rest, one-dimensional."""
         displacements = record("displacement", displacement)
         x = displacements.reshape(-1)
         w = self._memory(np.clip(x, -1e200, 1e200))
@@ -178,11 +166,6 @@ class BoucWen(Parametric):
         """The settled loop between +amplitude and -amplitude [m], as it is after many cycles.
 
         Samples lie as those of :meth:`microslip.BackboneLaw.loop`.
-
-        Raises
-        ------
-        InputError
-            An amplitude not above zero; a number of samples that is not an integer of at least 5.
         """
         a, shape, turn = checked_cycle(amplitude, samples)
         scale = self.stiffness / self.yield_force

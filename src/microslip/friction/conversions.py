@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from microslip._core.checks import exact, positive, whole_number
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.friction.base import BackboneLaw, CellModel, SegalmanFit
 
 MOST_CELLS = 10_000_000
@@ -66,8 +66,7 @@ def amplitude_range(
     high = positive("largest_amplitude", high, "m", 1e-5)
     if high <= low:
         raise InputError(
-            Argument("largest_amplitude"),
-            f" must be above the smallest, {exact(low)} m, got {exact(high)} m",
+            f"`largest_amplitude` must be above the smallest, {exact(low)} m, got {exact(high)} m"
         )
     return low, high
 

@@ -25,11 +25,6 @@ class Coulomb(BackboneLaw):
     force_limit : float
         Force at which it slips [N], above zero.
 
-    Raises
-    ------
-    InputError
-        A limit that is not above zero and finite.
-
     Notes
     -----
     The cell of Iwan (1966, DOI 10.1115/1.3625199) without its spring. Its backbone is 0 at

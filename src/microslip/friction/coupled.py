@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from microslip import normal
 from microslip._core.checks import Floats, check_one_of, exact, is_whole, record, show
 from microslip._core.frozen import Locked, lock
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.friction.curves import curve_of
 from microslip.friction.losses import Losses
 from microslip.kernels.profile import Profile
@@ -68,9 +68,7 @@ def check_surface(surface: Any) -> None:
     """Every joint stands on a normal law."""
     if not isinstance(surface, NormalLaw):
         names = ", ".join(law.__name__ for law in normal.NORMAL_LAWS)
-        raise InputError(
-            Argument("surface"), f" must be a normal load law ({names}), got {show(surface)}"
-        )
+        raise InputError(f"`surface` must be a normal load law ({names}), got {show(surface)}")
 
 
 class Coupling:
@@ -182,9 +180,8 @@ class Coupling:
             top = self._law._top
             if not math.isfinite(top):
                 raise InputError(
-                    Argument("normal_load"),
-                    " must stay above zero on this surface, whose heights have no end: "
-                    "at any separation some summit touches; got 0"
+                    "`normal_load` must stay above zero on this surface, whose heights have no "
+                    "end: at any separation some summit touches; got 0"
                     + (f" at sample {int(np.argmax(unloaded))}" if numbered else ""),
                 )
             steps[unloaded] = top - self.origin
@@ -314,11 +311,6 @@ class CoupledResponse(Locked):
 
         Cycles of so many samples are counted back from the last sample; those that begin at a
         sample, whole, count. Once the history has settled each entry is the area of its loop.
-
-        Raises
-        ------
-        InputError
-            Not a whole number above zero, or no more samples than one cycle has.
         """
         count, first = self._cycles(samples_per_cycle)
         return np.asarray(self.energy_per_step[first + 1 :].reshape(-1, count).sum(axis=1))
@@ -338,14 +330,13 @@ class CoupledResponse(Locked):
         """Samples in a cycle, checked, and the sample at which the first whole cycle begins."""
         if not is_whole(samples_per_cycle):
             raise InputError(
-                Argument("samples_per_cycle"),
-                f" must be a whole number, got {show(samples_per_cycle)}",
+                f"`samples_per_cycle` must be a whole number, got {show(samples_per_cycle)}"
             )
         count, size = int(samples_per_cycle), self.displacement.size
         if not 0 < count < size:
             raise InputError(
-                Argument("samples_per_cycle"),
-                f" must be above zero and below the {size} samples there are, got {count}",
+                f"`samples_per_cycle` must be above zero and below the {size} samples there are, "
+                f"got {count}"
             )
         return count, (size - 1) % count
 
@@ -379,9 +370,9 @@ def respond_to_force(
     if beyond.size:
         i = int(beyond[0])
         raise InputError(
-            Argument("force"),
-            " must stay below the force limit mu N in size (no displacement holds it beyond), "
-            f"got {exact(f[i])} N at sample {i}, where the limit is {limit[i]:.10g} N",
+            "`force` must stay below the force limit mu N in size (no displacement holds it "
+            f"beyond), got {exact(f[i])} N at sample {i}, where the limit is {limit[i]:.10g} "
+            "N"
         )
     profile = coupling.profile(float(steps.min()), float(steps.max()))
     places = Diagram().hold(steps, f / coupling.friction, profile or coupling.curve)

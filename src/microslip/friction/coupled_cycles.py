@@ -68,12 +68,6 @@ class CoupledCycle(Locked):
         each sample a unit of each parameter, are of the shape (samples, parameters) or (samples,).
         Those of the force [N] that come back have it, too; that of the normal load is
         ``-normal_stiffness`` times that of the separation.
-
-        Raises
-        ------
-        InputError
-            None of them, or both of separation and load; not one row for each sample, shapes that
-            differ, not finite; a change of the load where there is no contact to change it.
         """
         if separation is not None and normal_load is not None:
             raise InputError("separation or normal_load must be given, not both")

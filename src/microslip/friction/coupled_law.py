@@ -71,13 +71,6 @@ class CoupledLaw(_Law):
         ndarray or float
             Forces [N], one for each sample.
 
-        Raises
-        ------
-        InputError
-            Both or neither of load and separation, lengths that differ, values that are not finite,
-            a load that is negative or that the surface cannot carry, no load at all where the
-            heights have no end.
-
         Notes
         -----
         The superposition of Jaeger (1998), DOI 10.1115/1.2833765, and Ciavarella (1998) carried
@@ -166,11 +159,6 @@ class CoupledLaw(_Law):
             varying one a :class:`microslip.CoupledCycle`, also with loads and separations. Both
             have a ``derivative`` by whatever moves the cycle.
 
-        Raises
-        ------
-        InputError
-            As of :meth:`BackboneLaw.periodic` and :meth:`coupled_force`.
-
         Notes
         -----
         Between samples the path is straight in separation and displacement: a curved one is met to
@@ -232,12 +220,6 @@ class CoupledLaw(_Law):
             At a constant load ``force`` [N] and ``jacobian`` [N/m]; under a varying one ``force``
             and ``normal_load`` [N], and the ``jacobian`` of both by both, shape (2, 2, n, n).
 
-        Raises
-        ------
-        InputError
-            As of :meth:`BackboneLaw.harmonics`; too few samples, both of load and separation, one
-            that the surface cannot carry.
-
         Notes
         -----
         Under a load that varies the path between samples is straight: the error falls with the
@@ -262,11 +244,6 @@ class CoupledLaw(_Law):
         the step, of any shapes that go together. What comes back is that of
         :func:`microslip.friction.first_loading`, which takes the separations before the step, too,
         one for each node.
-
-        Raises
-        ------
-        InputError
-            Both or neither of load and separation; otherwise as that function.
         """
         check_one_of("normal_load [N] or separation=... [m]", normal_load, separation)
         if separation is None:

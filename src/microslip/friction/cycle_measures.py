@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, check_one_of, floats, plain, sized
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.loops import Loop, checked_cycle, halves_of
 
 
@@ -64,9 +64,8 @@ class CycleMeasures(ABC):
         largest = float(np.abs(force).max())
         if largest >= self.force_limit:
             raise InputError(
-                Argument(name),
-                f" must stay below the force limit {self.force_limit:.10g} N in size "
-                f"(no single displacement answers it), got {largest:.10g} N",
+                f"`{name}` must stay below the force limit {self.force_limit:.10g} N in size (no "
+                f"single displacement answers it), got {largest:.10g} N"
             )
         return force
 
@@ -79,7 +78,7 @@ class CycleMeasures(ABC):
             else floats(name, force_amplitude)
         )
         if values.min() < 0.0:
-            raise InputError(Argument(name), f" must not be negative, got {values.min():g}")
+            raise InputError(f"`{name}` must not be negative, got {values.min():g}")
         values = np.abs(values)  # -0.0 is 0.0 here
         if force_amplitude is None:
             return values
@@ -108,11 +107,6 @@ class CycleMeasures(ABC):
         -------
         float or ndarray
             Energies E_d [J], shape of the amplitudes.
-
-        Raises
-        ------
-        InputError
-            Both or neither given, negative, not finite, empty, a force at or beyond the limit.
         """
         return self._measure(amplitude, force_amplitude, self._energy)
 
@@ -216,11 +210,6 @@ class CycleMeasures(ABC):
         -------
         matplotlib.axes.Axes
             What was drawn on.
-
-        Raises
-        ------
-        InputError
-            Another quantity, amplitudes that are negative, something else than axes.
         """
         from microslip.friction.law_figure import law_figure
         from microslip.report.axes import draw
@@ -242,11 +231,6 @@ class CycleMeasures(ABC):
         -------
         Loop
             From +amplitude down to -amplitude and up again.
-
-        Raises
-        ------
-        InputError
-            An amplitude not above zero; a number of samples that is not an integer of at least 5.
         """
         a, shape, turn = checked_cycle(amplitude, samples)
         peak = self._backbone_at(a)[0]

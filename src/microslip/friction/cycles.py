@@ -68,11 +68,6 @@ class PeriodicResponse(_Cycle):
         -------
         ndarray
             Changes of the force a unit of each parameter, shape of ``directions`` ([N]).
-
-        Raises
-        ------
-        InputError
-            Not one row for each sample, not finite, or none at all.
         """
         change = rows_of("directions", directions, self.force.size)
         if self._rest_is_mean:

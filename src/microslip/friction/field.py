@@ -20,7 +20,7 @@ from microslip._core.checks import (
     sized,
 )
 from microslip._core.frozen import Locked, assign, lock
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.friction.base import BackboneLaw
 from microslip.friction.coupled import check_surface
 from microslip.friction.field_backbone import FieldBackbone
@@ -60,13 +60,6 @@ class JointField(SettledField, Locked):
     surface_area : float, optional
         Apparent area [m^2] that the law of the surface stands for; its own ``area`` where it has
         one.
-
-    Raises
-    ------
-    InputError
-        Not one of loads, pressures, separations and gaps; arrays of different lengths; areas or
-        coefficients not above zero, negative loads; a load that the surface cannot carry, with its
-        node; a surface of unknown area.
 
     Notes
     -----
@@ -216,11 +209,6 @@ class JointField(SettledField, Locked):
         """The same nodes in another state of rest, with the gaps of this field.
 
         By separations [m] or by normal loads [N], shape (nodes,) or one number.
-
-        Raises
-        ------
-        InputError
-            Both or neither given; as for the field itself.
         """
         check_one_of("separations [m] or loads [N]", separations, loads)
         field = object.__new__(JointField)
@@ -238,11 +226,6 @@ class JointField(SettledField, Locked):
         """Normal loads N [N] at separations [m], and their slopes dN/dd [N/m], not positive.
 
         Separations are one-dimensional, one a node, or one number.
-
-        Raises
-        ------
-        InputError
-            Not finite, another number of them, or outside a table.
         """
         load, fall = self._curve.load(self._step_array(separations))
         return self._scale * load, -self._scale * fall
@@ -254,11 +237,6 @@ class JointField(SettledField, Locked):
         number. What comes back is ``force`` [N], ``load`` [N] and ``tangent`` [N/m], its shape
         (nodes, 2, 2), by the formulas of :func:`microslip.first_loading` (Jaeger 1998, DOI
         10.1115/1.2833765).
-
-        Raises
-        ------
-        InputError
-            Not finite, another number of them, or outside a table.
         """
         place = beyond(self._per_node("displacement", displacement), self._slip)
         step = self._step_array(separation, "separation")
@@ -288,11 +266,6 @@ class JointField(SettledField, Locked):
         Amplitudes [m] are not negative: shape (nodes,), one number, or (cycles, nodes) for many
         cycles at once, which is quicker than one after the other. Energies, one a node, have the
         shape (nodes,) or (cycles, nodes), as of :meth:`microslip.Interface.dissipated_energy`.
-
-        Raises
-        ------
-        InputError
-            Negative, not finite, or another number of them.
         """
         a = sized("amplitude", amplitude)
         several = a.ndim == 2
@@ -324,11 +297,6 @@ class JointField(SettledField, Locked):
         -------
         BackboneLaw
             What :class:`microslip.Parallel` of all nodes is, and as quick as one joint.
-
-        Raises
-        ------
-        InputError
-            No node carries a load.
         """
         if not np.any(self.normal_loads > 0.0):
             raise InputError("rigid needs a node that carries a load, got none")
@@ -365,11 +333,6 @@ class JointField(SettledField, Locked):
         IsotropicField
             With ``start``, ``periodic`` and ``harmonics``; its ``load_error`` and ``resolution``
             say how good it is.
-
-        Raises
-        ------
-        InputError
-            No whole number of sliders, a nearest separation above one at rest, no loaded node.
         """
         check_sliders(sliders, 2)
         smallest = float(self.separations.min())
@@ -404,9 +367,8 @@ class JointField(SettledField, Locked):
         array = floats(name, value)
         if array.ndim > 1 or array.size not in (1, self.size):
             raise InputError(
-                Argument(name),
-                f" must be one number or one for each of the {self.size} nodes, "
-                f"got shape {array.shape}",
+                f"`{name}` must be one number or one for each of the {self.size} nodes, got "
+                f"shape {array.shape}"
             )
         return np.ascontiguousarray(np.broadcast_to(array.reshape(-1), (self.size,)))
 

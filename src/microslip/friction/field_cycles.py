@@ -45,11 +45,6 @@ class FieldCycle(Locked):
         How displacements and separations [m a unit] change with each parameter is of the shape
         (samples, directions) for all nodes alike, or (nodes, samples, directions), which both
         answers have; without separations these do not change.
-
-        Raises
-        ------
-        InputError
-            Not finite, another shape; separations where the cycle has none.
         """
         nodes, samples = self.force.shape
         by_place = self._directions("displacements", displacements)
@@ -125,11 +120,6 @@ class SettledField:
         FieldCycle
             ``force`` and ``load`` [N], ``stiffness`` [N/m] and ``derivative``, see there.
 
-        Raises
-        ------
-        InputError
-            Another shape, not finite, separations outside a table.
-
         Notes
         -----
         Each node goes from rest in a straight line of (separation, displacement) to the sample
@@ -198,11 +188,6 @@ class SettledField:
             Derivatives [N/m] of force coefficients (rows) by displacement coefficients (columns),
             shape (nodes, coefficients, coefficients). With ``separations`` the shape is (nodes,
             2, 2, coefficients, coefficients): those of (force, load) by (displacement, separation).
-
-        Raises
-        ------
-        InputError
-            As :meth:`periodic`; harmonics that do not rise, too few samples for them.
 
         Notes
         -----

@@ -7,7 +7,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from microslip._core.checks import LARGEST, SMALLEST, Floats, exact, floats, positive
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.friction.field_curve import FieldCurve
 from microslip.memory.field_state import Nodes
 from microslip.normal.base import NormalLaw
@@ -42,14 +42,12 @@ def nodes_of(values: dict[str, Any]) -> dict[str, Floats]:
     arrays = {name: floats(name, value) for name, value in values.items()}
     for name, array in arrays.items():
         if array.ndim > 1:
-            raise InputError(Argument(name), f" must be one-dimensional, got shape {array.shape}")
+            raise InputError(f"`{name}` must be one-dimensional, got shape {array.shape}")
     lengths = {name: array.size for name, array in arrays.items() if array.ndim}
     size = max(lengths.values(), default=1)
     if any(length != size for length in lengths.values()):
         came = ", ".join(f"{length} {name}" for name, length in lengths.items())
-        raise InputError(
-            Argument("all"), f" must be of one length, one a node, or one number, got {came}"
-        )
+        raise InputError(f"`all` must be of one length, one a node, or one number, got {came}")
     return {
         name: np.array(np.broadcast_to(array.reshape(-1), (size,)), order="C")
         for name, array in arrays.items()
@@ -62,7 +60,7 @@ def check_positive(name: str, unit: str, values: Floats) -> None:
     if off.any():
         i = int(np.argmax(off))
         bounds = "above zero" if values[i] <= 0.0 else f"between {SMALLEST:g} and {LARGEST:g}"
-        raise InputError(Argument(name), f" must be {bounds}{unit}, got {exact(values[i])}{at(i)}")
+        raise InputError(f"`{name}` must be {bounds}{unit}, got {exact(values[i])}{at(i)}")
 
 
 def area_of(surface: NormalLaw, area: float | None) -> float:
@@ -72,8 +70,7 @@ def area_of(surface: NormalLaw, area: float | None) -> float:
     surface_area = getattr(surface, "area", None)
     if surface_area is None:
         raise InputError(
-            Argument("surface_area"),
-            f" must be given: the law of a {type(surface).__name__} does not tell "
-            "which apparent area it stands for; write surface_area=2e-4 [m^2]",
+            f"`surface_area` must be given: the law of a {type(surface).__name__} does not "
+            "tell which apparent area it stands for; write surface_area=2e-4 [m^2]"
         )
     return positive("surface_area", surface_area, "m^2")

@@ -31,7 +31,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from microslip._core.checks import Floats, floats, plain, show
 from microslip._core.frozen import Locked
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.materials import Material, MaterialPair
 from microslip.numerics.quadrature import gauss_legendre
 
@@ -160,11 +160,6 @@ class AsperityFields(Locked):
         float or ndarray
             Tractions [Pa], shape of ``radius``; 0 outside the contact. Their integral over it is
             the force.
-
-        Raises
-        ------
-        InputError
-            Negative, not finite or empty.
         """
         places = distances("radius", radius)
         r, a = places.reshape(-1), self.asperity.contact_radius
@@ -204,11 +199,6 @@ class AsperityFields(Locked):
         -------
         u_x, u_y : float or ndarray
             Along and across the force [m], against the distant points of each body.
-
-        Raises
-        ------
-        InputError
-            Not finite, empty, shapes that do not fit each other; another body.
 
         Notes
         -----
@@ -267,7 +257,7 @@ def distances(name: str, value: ArrayLike) -> Floats:
     """Distances from the centre, not negative."""
     r = floats(name, value)
     if r.min() < 0.0:
-        raise InputError(Argument(name), f" must not be negative [m], got {r.min():g}")
+        raise InputError(f"`{name}` must not be negative [m], got {r.min():g}")
     return r
 
 

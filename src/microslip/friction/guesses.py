@@ -11,7 +11,7 @@ import numpy as np
 from microslip._core.checks import Floats, positive, show
 from microslip._core.checks import record as series
 from microslip._core.parameters import Parameter, parameters_of, rescaled, says_all, values_of
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 
 Share = Callable[[Floats], Floats]
 """Share of a force limit against displacement over a length: 0 at 0, 1 in the end."""
@@ -74,20 +74,18 @@ def all_features(data: Any) -> list[Features]:
 def _pairs(data: Any) -> list[tuple[Floats, Floats]]:
     several = list(data) if isinstance(data, (list, tuple)) else [data]
     if not several:
-        raise InputError(Argument("data"), " must be loops or records, at least one, got none")
+        raise InputError("`data` must be loops or records, at least one, got none")
     pairs = []
     for item in several:
         if not hasattr(item, "displacement") or not hasattr(item, "force"):
             raise InputError(
-                Argument("data"),
-                " must be a Loop, a Record or a list of such (anything that has displacement "
-                f"[m] and force [N]), got {show(item)}",
+                "`data` must be a Loop, a Record or a list of such (anything that has "
+                f"displacement [m] and force [N]), got {show(item)}"
             )
         if callable(item.force):
             raise InputError(
-                Argument("data"),
-                " must be what was measured, a Loop or a Record, got a law; give "
-                f"law.loop(amplitude), got {show(item)}",
+                "`data` must be what was measured, a Loop or a Record, got a law; give "
+                f"law.loop(amplitude), got {show(item)}"
             )
         x, t = series("displacement", item.displacement), series("force", item.force)
         if x.shape != t.shape or x.size < 4:
@@ -102,9 +100,9 @@ def _pairs(data: Any) -> list[tuple[Floats, Floats]]:
 def _features(x: Floats, t: Floats) -> Features:
     span = float(np.ptp(x))
     if span <= 0.0:
-        raise InputError(Argument("displacement"), f" must move, got {x[0]:g} m throughout")
+        raise InputError(f"`displacement` must move, got {x[0]:g} m throughout")
     if float(np.ptp(t)) <= 0.0:
-        raise InputError(Argument("force"), f" must vary, got {t[0]:g} N throughout")
+        raise InputError(f"`force` must vary, got {t[0]:g} N throughout")
     turns = _turns(_smoothed(x, len(_turns(x))))
     x = _smoothed(x, turns.size)
     lengths = np.abs(np.diff(x[turns]))
@@ -112,9 +110,8 @@ def _features(x: Floats, t: Floats) -> Features:
     ways = np.sign(np.diff(x[turns]))[full] if lengths.size else lengths
     if not (np.any(ways > 0.0) and np.any(ways < 0.0)):
         raise InputError(
-            Argument("data"),
-            " must hold a closed cycle, one way and back over the whole range of displacement, "
-            f"got {x.size} samples with {turns.size} turning points",
+            "`data` must hold a closed cycle, one way and back over the whole range of "
+            f"displacement, got {x.size} samples with {turns.size} turning points"
         )
     bins = int(np.clip(np.median(np.diff(turns)[full]) // 2, 3, _MOST_BINS))
     # Even in the phase of a sine, so that bins are narrow where a branch begins.
@@ -137,9 +134,8 @@ def _features(x: Floats, t: Floats) -> Features:
     top = float(np.median(force[-3:])) if force.size > 8 else float(force[-1])
     if top <= 0.0:
         raise InputError(
-            Argument("force"),
-            " must rise with the displacement, got a loop whose force falls on average; turn "
-            "the sign of one of them",
+            "`force` must rise with the displacement, got a loop whose force falls on "
+            "average; turn the sign of one of them"
         )
     real = distance > 0.0
     return Features(0.5 * float(np.median(lengths[full])), top, distance[real], force[real])
@@ -192,14 +188,13 @@ def loads_of(loads: Any, count: int, data: Any = None) -> list[float]:
     listed = list(loads) if several else [loads] * count
     if len(listed) != count:
         raise InputError(
-            Argument("normal_load"),
-            f" must be one number [N] or one for each of the {count} records, got {len(listed)}",
+            f"`normal_load` must be one number [N] or one for each of the {count} records, "
+            f"got {len(listed)}"
         )
     if any(load is None for load in listed):
         raise InputError(
-            Argument("normal_load"),
-            " must be known for every record: the model scales with it; give "
-            "normal_load=... [N], or state it with the record",
+            "`normal_load` must be known for every record: the model scales with it; give "
+            "normal_load=... [N], or state it with the record"
         )
     return [positive("normal_load", load, "N", 500.0) for load in listed]
 

@@ -23,7 +23,7 @@ from microslip._core.checks import (
 )
 from microslip._core.frozen import assign, made_once
 from microslip._core.parameters import parameter
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.friction.coupled import check_surface
 from microslip.friction.coupled_law import CoupledLaw
 from microslip.friction.sliders import Sliders
@@ -47,12 +47,6 @@ class Interface(CoupledLaw):
         Normal load N [N], above zero.
     separation : float, optional
         Separation d [m] instead, at which the surface carries a load.
-
-    Raises
-    ------
-    InputError
-        Both or neither of load and separation; a value out of its range; a load that the surface
-        cannot carry.
 
     Notes
     -----
@@ -94,20 +88,13 @@ class Interface(CoupledLaw):
             if load < FAINTEST:
                 where = "nothing touches" if load <= 0.0 else f"it is {load:g} N"
                 raise InputError(
-                    Argument("separation"),
-                    f" must be one at which the surface carries a load, "
-                    f"got {separation:g} m, where {where}",
+                    "`separation` must be one at which the surface carries a load, got "
+                    f"{separation:g} m, where {where}"
                 )
         assign(self, friction_coefficient=friction, normal_load=load, separation=separation)
 
     def at(self, *, normal_load: float | None = None, separation: float | None = None) -> Interface:
-        """The same joint at another normal load [N], or at another separation [m].
-
-        Raises
-        ------
-        InputError
-            Both or neither given; a load that the surface cannot carry.
-        """
+        """The same joint at another normal load [N], or at another separation [m]."""
         return Interface(
             self.surface,
             self.friction_coefficient,
@@ -188,11 +175,6 @@ class Interface(CoupledLaw):
         At displacements [m] from rest, of any shape, of which only the size matters, the stick
         circles c^2 = rho (s - delta/kappa) of (19.9), summed. On a branch that began at a reversal
         the zone not slipping now is that of half the distance from it.
-
-        Raises
-        ------
-        InputError
-            Not finite, empty, or a surface that does not know its contacts.
         """
         x = floats("displacement", displacement)
         place = np.minimum(np.abs(x), LARGEST * min(self.slip_per_indentation, 1.0))
@@ -344,18 +326,11 @@ class Interface(CoupledLaw):
         -------
         Interface
             On a :class:`microslip.GreenwoodWilliamson` surface, at the geometric mean of the loads.
-
-        Raises
-        ------
-        InputError
-            No pair, no load, loads that no surface of these heights can carry; a radius or an area
-            not above zero; whatever that one refuses.
         """
         if pair is None:
             raise InputError(
-                Argument("pair"),
-                " must be given: loops do not tell the materials; write "
-                "pair=ms.MaterialPair(ms.Material(69e9, 0.33), ms.Material(69e9, 0.33))",
+                "`pair` must be given: loops do not tell the materials; write "
+                "pair=ms.MaterialPair(ms.Material(69e9, 0.33), ms.Material(69e9, 0.33))"
             )
         from microslip.friction.surface_guesses import guessed_surface
 

@@ -36,12 +36,6 @@ class IsotropicJoint(Locked):
         Range of amplitudes [m] that they are for, see :meth:`BackboneLaw.to_iwan`; without it 0.01
         to 10 times the displacement at which the first tangent meets the force limit.
 
-    Raises
-    ------
-    InputError
-        No backbone law, one that is rigid at rest, no whole number of sliders, a range that is
-        none.
-
     Notes
     -----
     No closed law exists in two directions: even for one sphere the answer depends on the path
@@ -94,24 +88,13 @@ class IsotropicJoint(Locked):
 
         Without a number of ``nodes`` [-] there is one, without an axis of its own. With
         ``energies`` it counts what is dissipated, which takes its time.
-
-        Raises
-        ------
-        InputError
-            No whole number above zero, or so large that all sliders are more than 100 million.
         """
         if nodes is not None:
             whole_number("nodes", nodes, 1, _MOST_IN_STATE // self._tops.size)
         return VectorState(_ConstantLoad(self, int(nodes or 1)), nodes is None, bool(energies))
 
     def force(self, displacement: ArrayLike) -> Floats:
-        """Forces [N] along a path [m] from rest of straight lines, both of the shape (samples, 2).
-
-        Raises
-        ------
-        InputError
-            Not finite, or another shape.
-        """
+        """Forces [N] along a path [m] of straight lines from rest, both of shape (samples, 2)."""
         x = _path("displacement", displacement)
         state, forces = self.start(), np.empty(x.shape)
         for i, row in enumerate(x):
@@ -124,11 +107,6 @@ class IsotropicJoint(Locked):
 
         For radii [m] of any shape the sum of 2 pi k u sqrt(a^2 - u^2) over the sliders that yield
         at u < a.
-
-        Raises
-        ------
-        InputError
-            Negative, not finite, or none.
         """
         a = sized("amplitude", amplitude)
         if a.min() < 0.0:
@@ -152,11 +130,6 @@ class IsotropicJoint(Locked):
         -------
         VectorCycle
             ``force`` [N], shape (samples, 2), and ``derivative``, see there.
-
-        Raises
-        ------
-        InputError
-            Not finite, another shape, a cycle that does not settle.
         """
         places = _path("displacement_cycle", displacement_cycle)[None]
         steps, nothing = np.zeros(places.shape[:2]), np.zeros((places.shape[1], 0))
@@ -193,12 +166,6 @@ class IsotropicJoint(Locked):
         jacobian : ndarray
             Derivatives [N/m] of coefficients of force i by those of displacement k: shape (2, 2,
             coefficients, coefficients), in the order i, k, row, column.
-
-        Raises
-        ------
-        InputError
-            Not finite, another shape, harmonics that do not rise, too few samples for them, a
-            cycle that does not settle.
         """
         numbers = _orders(harmonics)
         basis, analysis = _transform(numbers, _samples(samples, numbers))

@@ -139,12 +139,6 @@ class IsotropicField(Locked):
         -------
         VectorCycle
             ``force`` and ``load`` [N], and ``derivative``, see there.
-
-        Raises
-        ------
-        InputError
-            Not finite, another shape, separations that the sliders do not reach, a cycle that does
-            not settle.
         """
         x = floats("displacements", displacements)
         size = self.field.size
@@ -196,11 +190,6 @@ class IsotropicField(Locked):
             Derivatives [N/m], shape (nodes, 2, 2, coefficients, coefficients); with
             ``separations`` (nodes, 3, 3, ...), of (T1, T2, N) by both displacements and the
             separation.
-
-        Raises
-        ------
-        InputError
-            As :meth:`periodic`; harmonics that do not rise, too few samples for them.
         """
         numbers = _orders(harmonics)
         basis, analysis = _transform(numbers, _samples(samples, numbers))

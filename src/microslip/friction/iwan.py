@@ -55,11 +55,6 @@ class Iwan(Locked, CellModel):
     force_limits : array_like
         Force at which the slider of each cell slips [N], above zero, as many.
 
-    Raises
-    ------
-    InputError
-        No cells, lengths that differ, a value that is not above zero and finite.
-
     Notes
     -----
     T0(u) = sum of min(k_i u, f_i) (Iwan 1966, DOI 10.1115/1.3625199), a polygon with a corner at

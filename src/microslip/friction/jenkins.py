@@ -24,11 +24,6 @@ class Jenkins(BackboneLaw):
     force_limit : float
         Force at which the slider slips [N], above zero.
 
-    Raises
-    ------
-    InputError
-        A value that is not above zero and finite.
-
     Notes
     -----
     One cell of Iwan (1966, DOI 10.1115/1.3625199). With its yield displacement y = limit/stiffness

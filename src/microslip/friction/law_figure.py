@@ -9,7 +9,7 @@ import numpy as np
 
 from microslip._core.checks import Floats, show
 from microslip._core.units import prefix
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.report.plot import DASHED, THIN, Axis, Panel, Plot, Rule
 from microslip.report.scales import length_prefix
 
@@ -30,7 +30,7 @@ def law_figure(law: Any, quantity: Any, amplitudes: Any) -> Plot:
     """One quantity over amplitudes, from far in the microslip to far in the slip by default."""
     if not isinstance(quantity, str) or quantity not in LABELS:
         names = ", ".join(LABELS)
-        raise InputError(Argument("quantity"), f" must be one of {names}, got {show(quantity)}")
+        raise InputError(f"`quantity` must be one of {names}, got {show(quantity)}")
     a = _amplitudes(law) if amplitudes is None else np.sort(law._amplitudes(amplitudes, None))
     a = a.reshape(-1)
     values = np.asarray(getattr(law, quantity)(a), dtype=float)

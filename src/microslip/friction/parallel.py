@@ -27,11 +27,6 @@ class Parallel(Locked, BackboneLaw):
     laws : sequence of BackboneLaw
         The laws, at least one, of any kind, mixed as one likes.
 
-    Raises
-    ------
-    InputError
-        No law, or something that is none.
-
     Notes
     -----
     All obey Masing's rules with the same reversals, so their sum does: backbones, stiffnesses,

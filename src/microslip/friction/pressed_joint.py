@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, exact, floats, number, plain, positive, show
 from microslip._core.frozen import assign, lock, made_once
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.friction.base import BackboneLaw
 from microslip.friction.interface import Interface
 from microslip.friction.parallel import Parallel
@@ -29,8 +29,7 @@ def _checked_pressure(pressure: Any) -> Pressure:
     if isinstance(pressure, Pressure):
         return pressure
     raise InputError(
-        Argument("pressure"),
-        f" must be a Pressure, got {show(pressure)}; write ms.Pressure.cone(outer=0.01)",
+        f"`pressure` must be a Pressure, got {show(pressure)}; write ms.Pressure.cone(outer=0.01)"
     )
 
 
@@ -52,12 +51,6 @@ class PressedJoint(Parallel):
     normal_load : float
         All of it [N].
 
-    Raises
-    ------
-    InputError
-        A surface without an area, or too small a one; a value out of its range; a load that the
-        surface cannot carry where it is pressed most.
-
     Notes
     -----
     The sum of Ciavarella and Jaeger's superposition over the places, T0 = sum mu [N_p(d_p) -
@@ -75,9 +68,8 @@ class PressedJoint(Parallel):
         _checked_pressure(self.pressure)
         if not isinstance(self.surface, NormalLaw):
             raise InputError(
-                Argument("surface"),
-                f" must be a normal load law, such as ms.GreenwoodWilliamson, got "
-                f"{show(self.surface)}",
+                "`surface` must be a normal load law, such as ms.GreenwoodWilliamson, got "
+                f"{show(self.surface)}"
             )
         load = positive("normal_load", self.normal_load, "N", 2000.0)
         mu = positive("friction_coefficient", self.friction_coefficient)
@@ -85,9 +77,8 @@ class PressedJoint(Parallel):
         apparent = getattr(self.surface, "area", None)
         if apparent is not None and self.pressure.area > apparent * (1.0 + 1e-9):
             raise InputError(
-                Argument("pressure"),
-                f" must lie within the area of the surface, {exact(apparent)} m^2, got one on "
-                f"{self.pressure.area:.6g} m^2",
+                f"`pressure` must lie within the area of the surface, {exact(apparent)} m^2, got "
+                f"one on {self.pressure.area:.6g} m^2"
             )
         places = zip(self.pressure.areas.tolist(), self.pressure.shares.tolist(), strict=True)
         laws = tuple(
@@ -97,13 +88,7 @@ class PressedJoint(Parallel):
         assign(self, laws=laws)
 
     def at(self, *, normal_load: float) -> PressedJoint:
-        """The same joint under another load [N], spread in the same way.
-
-        Raises
-        ------
-        InputError
-            A load that is not above zero, or that the surface cannot carry where pressed most.
-        """
+        """The same joint under another load [N], spread in the same way."""
         load = positive("normal_load", normal_load, "N", 2000.0)
         # The places keep their surfaces: what tightening left of each is computed once.
         joint = copy(self)
@@ -139,13 +124,7 @@ class PressedJoint(Parallel):
         return self.laws  # type: ignore[return-value]
 
     def slip_shares(self, displacement: float) -> Floats:
-        """How near each place is to sliding at a displacement [m]: T/(mu N) there, 0 to 1.
-
-        Raises
-        ------
-        InputError
-            Not a finite number.
-        """
+        """How near each place is to sliding at a displacement [m]: T/(mu N) there, 0 to 1."""
         u = number("displacement", displacement, "m", 1e-7)
         return np.array([float(law.backbone(u)) / law.force_limit for law in self._joints])
 
@@ -187,11 +166,6 @@ class PressedJoint(Parallel):
         ----------
         displacement : array_like
             Displacements [m] of any shape, which the result has too.
-
-        Raises
-        ------
-        InputError
-            A displacement that is not finite.
         """
         x = floats("displacement", displacement)
         return plain(np.asarray(sum(np.asarray(law.stick_area(x)) for law in self._joints)))
@@ -228,11 +202,6 @@ class PressedJoint(Parallel):
 
         The ``pressure`` is required; without an ``area`` [m^2] the surface has that of the
         pressure.
-
-        Raises
-        ------
-        InputError
-            No pressure, or one beyond the area; whatever :meth:`Interface.guess` refuses.
         """
         spread = _checked_pressure(pressure)
         area = spread.area if area is None else area

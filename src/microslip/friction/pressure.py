@@ -24,7 +24,7 @@ from microslip._core.checks import (
 )
 from microslip._core.frozen import Locked, lock
 from microslip._core.wording import did_you_mean, quoted
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.numerics.quadrature import gauss_legendre
 
 RINGS = 32
@@ -85,11 +85,6 @@ class Pressure(Locked):
         Distance of each from the axis [m], where there is one.
     kind : str, optional
         What it is called.
-
-    Raises
-    ------
-    InputError
-        From what makes it: radii, plates or pressures that hold no pressure.
     """
 
     areas: Floats
@@ -128,11 +123,6 @@ class Pressure(Locked):
             How many such, equal and far enough apart.
         rings : int, optional
             Rings that stand for the whole: 32 are good to 1e-11 in the energy, 8 to 1e-6.
-
-        Raises
-        ------
-        InputError
-            Radii that do not hold a ring, no whole number.
         """
         return cls._ring("cone", lambda t: 1.0 - t, outer, inner, count, rings)
 
@@ -143,23 +133,12 @@ class Pressure(Locked):
         """The same along a parabola with its top at the inner radius.
 
         As 1 - ((r - r_i)/(r_o - r_i))^2, between radii [m] as of :meth:`cone`.
-
-        Raises
-        ------
-        InputError
-            Radii that do not hold a ring, no whole number.
         """
         return cls._ring("parabola", lambda t: 1.0 - t * t, outer, inner, count, rings)
 
     @classmethod
     def annulus(cls, outer: float, inner: float = 0.0, *, count: int = 1) -> Pressure:
-        """An even pressure on a ring, or on a disc: radii [m] and count as of :meth:`cone`.
-
-        Raises
-        ------
-        InputError
-            Radii that do not hold a ring, no whole number.
-        """
+        """An even pressure on a ring, or on a disc: radii [m] and count as of :meth:`cone`."""
         outer, inner = _radii(outer, inner)
         area = (
             whole_number("count", count, 1, _MAX_COUNT)
@@ -207,11 +186,6 @@ class Pressure(Locked):
             On the ring from the hole to (head + 2 t tan(angle))/2 with t the thinner plate, falling
             along a straight line to none there, or cut at the edge.
 
-        Raises
-        ------
-        InputError
-            Another size; lengths that do not fit into each other.
-
         Notes
         -----
         The pressure of a head spreads as a cone of about 30 degrees from either side (see Wileman,
@@ -220,14 +194,10 @@ class Pressure(Locked):
         """
         if not isinstance(size, str) or size not in BOLTS:
             near = did_you_mean(size, BOLTS) if isinstance(size, str) else ""
-            raise InputError(
-                Argument("size"), f" must be one of {quoted(BOLTS)}, got {show(size)}{near}"
-            )
+            raise InputError(f"`size` must be one of {quoted(BOLTS)}, got {show(size)}{near}")
         thick = record("plates", plates).reshape(-1)
         if thick.size != 2 or not thick.min() > 0.0:
-            raise InputError(
-                Argument("plates"), f" must be two thicknesses above zero [m], got {show(plates)}"
-            )
+            raise InputError(f"`plates` must be two thicknesses above zero [m], got {show(plates)}")
         bolt = BOLTS[size]
         hole = positive("hole", bolt.hole if hole is None else hole, "m", 9e-3)
         head = positive("head", bolt.head if head is None else head, "m", 12e-3)
@@ -241,9 +211,7 @@ class Pressure(Locked):
         rim = head + 2.0 * float(thick.min()) * math.tan(angle)
         end = rim if edge is None else min(positive("edge", edge, "m", 0.03), rim)
         if end <= hole:
-            raise InputError(
-                Argument("edge"), f" must be above the hole, {exact(hole)} m, got {exact(end)}"
-            )
+            raise InputError(f"`edge` must be above the hole, {exact(hole)} m, got {exact(end)}")
         cut = (end - hole) / (rim - hole)
         return cls._ring("bolt", lambda t: 1.0 - cut * t, 0.5 * end, 0.5 * hole, count, rings)
 
@@ -283,21 +251,15 @@ class Pressure(Locked):
             zero.
         count : int, optional
             How many such.
-
-        Raises
-        ------
-        InputError
-            Lengths that differ, distances that do not rise, a negative pressure, no pressure.
         """
         r, p = record("distance", distance).reshape(-1), _pressures(pressure)
         if r.size != p.size or r.size < 2:
             raise InputError(
-                Argument("distance"),
-                f" and pressure must be two lists of one length, two at least, got {r.size} and "
-                f"{p.size}",
+                "`distance` and pressure must be two lists of one length, two at least, got "
+                f"{r.size} and {p.size}"
             )
         if r[0] < 0.0 or not np.all(np.diff(r) > 0.0):
-            raise InputError(Argument("distance"), " must rise from zero or more [m]")
+            raise InputError("`distance` must rise from zero or more [m]")
         # Within each of the pieces, or a few together, by Gauss in the area.
         edges = r if r.size <= _MOST_PIECES else np.interp(
             np.linspace(0.0, r.size - 1.0, _MOST_PIECES), np.arange(r.size), r
@@ -322,18 +284,12 @@ class Pressure(Locked):
             Areas [m^2] of any shape, above zero; or one for all.
         pressure : array_like
             Pressures, of any scale, not negative, some above zero.
-
-        Raises
-        ------
-        InputError
-            Lengths that differ, an area not above zero, a negative pressure, no pressure.
         """
         a, p = floats("area", area).reshape(-1), _pressures(pressure)
         if a.size not in (1, p.size) or not (a.min() > 0.0 and a.max() <= LARGEST):
             raise InputError(
-                Argument("area"),
-                f" must be one above zero [m^2], or one for each of the {p.size} pressures, got "
-                f"{show(area)}",
+                f"`area` must be one above zero [m^2], or one for each of the {p.size} "
+                f"pressures, got {show(area)}"
             )
         a = np.broadcast_to(a, p.shape).copy()
         return cls._pressed(a, a * p, None, "patches")
@@ -343,7 +299,7 @@ class Pressure(Locked):
         """Without what bears nothing, or next to nothing."""
         bears = loads > 1e-12 * loads.sum() * areas / areas.sum()
         if not bears.any():
-            raise InputError(Argument("pressure"), " must be above zero somewhere, got none")
+            raise InputError("`pressure` must be above zero somewhere, got none")
         load = loads[bears]
         return cls(areas[bears], load / load.sum(), None if places is None else places[bears], kind)
 
@@ -358,8 +314,7 @@ def _radii(outer: float, inner: float) -> tuple[float, float]:
     inner = number("inner", inner, "m", 0.003)
     if not 0.0 <= inner < outer:
         raise InputError(
-            Argument("inner"),
-            f" must be zero or more and below outer, {exact(outer)} m, got {exact(inner)}",
+            f"`inner` must be zero or more and below outer, {exact(outer)} m, got {exact(inner)}"
         )
     return outer, inner
 
@@ -367,9 +322,7 @@ def _radii(outer: float, inner: float) -> tuple[float, float]:
 def _pressures(pressure: ArrayLike) -> Floats:
     p = floats("pressure", pressure).reshape(-1)
     if p.min() < 0.0:
-        raise InputError(Argument("pressure"), f" must not be negative, got {exact(p.min())}")
+        raise InputError(f"`pressure` must not be negative, got {exact(p.min())}")
     if p.max() > LARGEST:
-        raise InputError(
-            Argument("pressure"), f" must be at most {LARGEST:g}, got {exact(p.max())}"
-        )
+        raise InputError(f"`pressure` must be at most {LARGEST:g}, got {exact(p.max())}")
     return p

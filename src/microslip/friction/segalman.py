@@ -10,7 +10,7 @@ import numpy as np
 from microslip._core.checks import Floats
 from microslip._core.frozen import lock
 from microslip._core.parameters import parameter
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.friction.base import BackboneLaw, PowerModel, SegalmanFit
 from microslip.friction.guesses import all_features, draw, points_of
 from microslip.friction.sliders import Sliders
@@ -32,11 +32,6 @@ class SegalmanIwan(PowerModel):
         Segalman takes it between -1 and 0.
     beta : float
         Stiffness of the last slider over that of all others [-], not negative; 0 is smooth.
-
-    Raises
-    ------
-    InputError
-        A value out of its range.
 
     Notes
     -----
@@ -205,9 +200,8 @@ def fit_segalman(law: BackboneLaw, amplitudes: Floats) -> SegalmanFit:
     loses = energy > 0.0
     if np.count_nonzero(loses) < 4:
         raise InputError(
-            Argument("amplitudes"),
-            " must be such that the law dissipates at four of them at least, got "
-            f"{np.count_nonzero(loses)} between {amplitudes[0]:g} and {amplitudes[-1]:g} m",
+            "`amplitudes` must be such that the law dissipates at four of them at least, got "
+            f"{np.count_nonzero(loses)} between {amplitudes[0]:g} and {amplitudes[-1]:g} m"
         )
     amplitudes, energy = amplitudes[loses], energy[loses]
 

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, floats, plain
 from microslip._core.frozen import Locked
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,18 +29,10 @@ class Sliders(Locked):
     _density: Callable[[Floats], Floats] | None
 
     def density(self, yield_displacement: ArrayLike) -> Any:
-        """Stiffness per yield displacement -T0'' [N/m^2] of the spread sliders, any shape.
-
-        Raises
-        ------
-        InputError
-            Yield displacements [m] that are negative, not finite, or none.
-        """
+        """Stiffness per yield displacement -T0'' [N/m^2] of the spread sliders, any shape."""
         u = floats("yield_displacement", yield_displacement)
         if u.min() < 0.0:
-            raise InputError(
-                Argument("yield_displacement"), f" must not be negative, got {u.min():g} m"
-            )
+            raise InputError(f"`yield_displacement` must not be negative, got {u.min():g} m")
         if self._density is None:
             return plain(np.zeros(u.shape))
         # So far out that nothing yields there, and so near that laws do not overflow.

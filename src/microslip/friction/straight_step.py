@@ -64,12 +64,6 @@ def first_loading(
     FirstLoading
         ``force`` and ``load`` [N], and ``tangent`` [N/m], see there.
 
-    Raises
-    ------
-    InputError
-        Not finite or empty, shapes that do not go together, a separation outside a table, a
-        coefficient not above zero, a surface that is no normal law.
-
     Notes
     -----
     Where slip has begun, T = mu [N(d) - N(d + abs(delta)/kappa)] with kappa = mu E*/4G*. Where the

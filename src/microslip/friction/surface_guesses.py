@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from microslip._core.checks import Floats, positive, show
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.friction.guesses import Features, Scaled, all_features, best_of, loads_of
 from microslip.heights import Gaussian, HeightDistribution, as_heights
 from microslip.materials import MaterialPair
@@ -47,7 +47,7 @@ def shape_of(heights: HeightDistribution, pair: MaterialPair) -> tuple[Shape, tu
     """The shape of heights, and the standardised separations between which loads are."""
     unit = heights.spread
     if not unit > 0.0:
-        raise InputError(Argument("heights"), f" must differ from one another, got {show(heights)}")
+        raise InputError(f"`heights` must differ from one another, got {show(heights)}")
     law = GreenwoodWilliamson(pair, heights, radius=1.0, density=1.0, area=1.0)
     low, high = (end / unit for end in heights.span)
     return Shape(law, unit), (low, 0.999 * high + 0.001 * low)
@@ -82,9 +82,8 @@ def interface_values(
         low, high = max(span[0], best[3] - step), min(span[1], best[3] + step)
     if not math.isfinite(best[0]):
         raise InputError(
-            Argument("normal_load"),
-            " must be loads that one surface of these heights can carry, got "
-            f"{min(loads):g} to {max(loads):g} N",
+            "`normal_load` must be loads that one surface of these heights can carry, got "
+            f"{min(loads):g} to {max(loads):g} N"
         )
     return best[1], best[2], best[3]
 

@@ -46,11 +46,6 @@ class VectorCycle(Locked):
         parameter [m a unit]: they serve for the first displacement, then again for the second, then
         come those of the separations. What comes back is of the shape (nodes, samples, 2,
         directions twice and more), of one joint without the first axis.
-
-        Raises
-        ------
-        InputError
-            Not finite, or another shape.
         """
         samples = self._places.shape[1]
         by_place = _directions("directions", directions, samples)

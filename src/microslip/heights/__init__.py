@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from microslip._core.checks import show
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.heights.base import HeightDistribution
 from microslip.heights.discrete import Discrete
 from microslip.heights.exponential import Exponential
@@ -45,8 +45,7 @@ def as_heights(value: Any) -> HeightDistribution:
     if isinstance(value, (list, tuple, np.ndarray)):
         return Discrete(value)
     raise InputError(
-        Argument("heights"),
-        " must be ms.Gaussian(std=...), ms.Exponential(scale=...), "
-        "ms.TabulatedHeights(height, density), a frozen scipy.stats "
-        f"distribution or an array of heights [m], got {show(value)}",
+        "`heights` must be ms.Gaussian(std=...), ms.Exponential(scale=...), "
+        "ms.TabulatedHeights(height, density), a frozen scipy.stats distribution or an "
+        f"array of heights [m], got {show(value)}"
     )

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, plain, show, sized
 from microslip._core.parameters import Parametric, rescaled, says_all, values_of
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 
 TWICE_ORDERS: Mapping[float, int] = MappingProxyType({k / 2: k for k in range(-1, 6)})
 """Orders n of the partial moments that exist here, with twice their value."""
@@ -101,16 +101,11 @@ class HeightDistribution(Parametric, ABC):
         -------
         float or ndarray
             Moments [m^order], shape of ``threshold``.
-
-        Raises
-        ------
-        InputError
-            Another order; a threshold that is not finite, or beyond 1e40 m.
         """
         if not isinstance(order, numbers.Real) or order not in TWICE_ORDERS:
             raise InputError(
-                Argument("order"),
-                f" must be one of {', '.join(f'{n:g}' for n in TWICE_ORDERS)}, got {show(order)}",
+                f"`order` must be one of {', '.join(f'{n:g}' for n in TWICE_ORDERS)}, got "
+                f"{show(order)}"
             )
         return plain(self._moment(TWICE_ORDERS[order], sized("threshold", threshold)))
 
@@ -122,11 +117,6 @@ class HeightDistribution(Parametric, ABC):
         """Probability that a summit is not higher than ``height`` [m], any shape.
 
         For Gaussian heights it is (19.26), corrected: (1 + erf((y - m)/(sigma sqrt(2))))/2.
-
-        Raises
-        ------
-        InputError
-            Not finite or empty.
         """
         return plain(np.clip(self._below(sized("height", height)), 0.0, 1.0))
 

@@ -22,11 +22,6 @@ class Discrete(Locked, HeightDistribution):
     ----------
     values : array_like
         Heights [m], one-dimensional, at least one.
-
-    Raises
-    ------
-    InputError
-        Nothing given, several dimensions, a value that is not finite.
     """
 
     key = "values"

@@ -21,11 +21,6 @@ class Exponential(HeightDistribution):
     scale : float
         Mean and standard deviation of the heights [m], above zero.
 
-    Raises
-    ------
-    InputError
-        A scale that is not above zero and finite.
-
     Notes
     -----
     F_n(h) = Gamma(n+1) exp(-h) holds only for h >= 0, h = threshold/scale. Below, with every

@@ -24,11 +24,6 @@ class Gaussian(HeightDistribution):
     mean : float, optional
         Mean height m [m].
 
-    Raises
-    ------
-    InputError
-        A standard deviation that is not above zero; a value that is not finite.
-
     Notes
     -----
     The moments F_n(h) = Gamma(n+1)/sqrt(2 pi) exp(-h^2/4) D_{-n-1}(h) (DLMF 12.5.1) come from

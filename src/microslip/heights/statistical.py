@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, show
 from microslip._core.frozen import assign
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.heights.base import HeightDistribution
 from microslip.heights.density import NODES, DensityHeights
 
@@ -31,12 +31,6 @@ class Statistical(DensityHeights):
         For example ``scipy.stats.weibull_min(2.2, scale=1e-6)``: ``pdf``, ``sf``, ``isf``,
         ``ppf``, ``std`` and ``support`` are used.
 
-    Raises
-    ------
-    InputError
-        Not a continuous distribution; one whose partial moment of order 3/2, that is its normal
-        load, is infinite (a tail heavier than y^(-5/2) in the density).
-
     Notes
     -----
     The moments are tabulated once (tens of milliseconds): the one of order -1/2 by quadrature in
@@ -53,28 +47,24 @@ class Statistical(DensityHeights):
         needed = ("dist", "pdf", "cdf", "sf", "isf", "ppf", "support", "std")
         if hasattr(d, "pmf") or not all(hasattr(d, name) for name in needed):
             raise InputError(
-                Argument("heights"),
-                " must be a frozen continuous scipy.stats distribution such as "
+                "`heights` must be a frozen continuous scipy.stats distribution such as "
                 f"scipy.stats.weibull_min(2.2, scale=1e-6), got {show(d)}"
-                + ("; freeze it by calling it" if callable(d) else ""),
+                + ("; freeze it by calling it" if callable(d) else "")
             )
         with np.errstate(all="ignore"):
             several = any(np.ndim(v) for v in (*d.support(), d.sf(0.0)))
         if several:
-            raise InputError(
-                Argument("heights"), f" must be one distribution, got several at once: {self!r}"
-            )
+            raise InputError(f"`heights` must be one distribution, got several at once: {self!r}")
         low, high = (float(v) for v in d.support())
         if not high > low:
             raise InputError(
-                Argument("heights"), f" must have a support of some length, got [{low:g}, {high:g}]"
+                f"`heights` must have a support of some length, got [{low:g}, {high:g}]"
             )
         index = math.inf if math.isfinite(high) else self._tail_index()
         if index <= 1.5 + 1e-6:
             raise InputError(
-                Argument("heights"),
-                " must have a finite moment of order 3/2 (the normal load), got a "
-                f"distribution whose tail falls like y^-{index:.3g}",
+                "`heights` must have a finite moment of order 3/2 (the normal load), got a "
+                f"distribution whose tail falls like y^-{index:.3g}"
             )
         assign(self, _index=index, edge=low)
 
@@ -85,8 +75,7 @@ class Statistical(DensityHeights):
             return Statistical(frozen.dist(*shapes, loc=at * factor, scale=scale * factor))
         except (AttributeError, TypeError):
             raise InputError(
-                Argument("heights"),
-                f" must be of a distribution with location and scale, got {show(frozen)}",
+                f"`heights` must be of a distribution with location and scale, got {show(frozen)}"
             ) from None
 
     def _tail_index(self) -> float:
@@ -211,9 +200,8 @@ class Statistical(DensityHeights):
         index: float = self._index  # type: ignore[attr-defined]
         if order >= index:
             raise InputError(
-                Argument("order"),
-                f" must be below {index:.3g}, where the moments of this distribution become "
-                f"infinite, got {order:g}",
+                f"`order` must be below {index:.3g}, where the moments of this distribution "
+                f"become infinite, got {order:g}"
             )
         if order <= 0.0 or math.isinf(index):
             return moment

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from microslip._core.checks import Floats, record, whole_number
 from microslip._core.frozen import Locked, assign, lock
 from microslip._core.parameters import parameter
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.heights.base import HeightDistribution
 from microslip.heights.piecewise_density import (
     Panels,
@@ -48,12 +48,6 @@ class TabulatedHeights(Locked, HeightDistribution):
         Density [1/m] at the heights, not below zero, of any scale: it is divided by its integral,
         :attr:`integral`.
 
-    Raises
-    ------
-    InputError
-        Lengths that differ, heights that fall, a density below zero or zero everywhere, a value
-        that is not finite; more than 5000 panels.
-
     Notes
     -----
     In the root of the distance from the threshold, (y - t)^n times a straight density is a
@@ -85,36 +79,29 @@ class TabulatedHeights(Locked, HeightDistribution):
         density = record("density", self.density).reshape(-1)
         if height.size != density.size:
             raise InputError(
-                Argument("density"),
-                f" must have one value for each of the {height.size} heights, got {density.size}",
+                f"`density` must have one value for each of the {height.size} heights, got "
+                f"{density.size}"
             )
         steps = np.diff(height)
         if steps.size == 0 or steps.min() < 0.0 or not steps.max() > 0.0:
             raise InputError(
-                Argument("height"),
-                " must be at least two heights [m] in rising order, got "
+                "`height` must be at least two heights [m] in rising order, got "
                 + (
                     f"{height.size} of which {int(np.count_nonzero(steps < 0.0))} fall"
                     if steps.size and steps.min() < 0.0
                     else f"{np.unique(height).size}"
-                ),
+                )
             )
         if density.min() < 0.0:
-            raise InputError(
-                Argument("density"), f" must not be below zero [1/m], got {density.min():g}"
-            )
+            raise InputError(f"`density` must not be below zero [1/m], got {density.min():g}")
         with np.errstate(all="ignore"):
             integral = float((steps * (0.5 * density[1:] + 0.5 * density[:-1])).sum())
         if not (math.isfinite(integral) and integral > 0.0):
-            raise InputError(
-                Argument("density"), f" must have an integral above zero, got {integral:g}"
-            )
+            raise InputError(f"`density` must have an integral above zero, got {integral:g}")
         with np.errstate(over="ignore"):
             density = density / integral
         if not np.isfinite(density).all():
-            raise InputError(
-                Argument("density"), " must vary over lengths that a number can hold [m]"
-            )
+            raise InputError("`density` must vary over lengths that a number can hold [m]")
         # Zero at either end is no part of the distribution.
         pieces = np.flatnonzero((steps > 0.0) & (density[1:] + density[:-1] > 0.0))
         first, last = int(pieces[0]), int(pieces[-1]) + 1
@@ -152,18 +139,11 @@ class TabulatedHeights(Locked, HeightDistribution):
         -------
         TabulatedHeights
             Its mean is that of the binned heights; it ends a bin beyond the lowest and the highest.
-
-        Raises
-        ------
-        InputError
-            Heights that are all the same; no number of bins, or more than 4000.
         """
         values = record("values", values).reshape(-1)
         low, high = float(values.min()), float(values.max())
         if not high > low:
-            raise InputError(
-                Argument("values"), f" must be at least two different heights [m], got {low:g}"
-            )
+            raise InputError(f"`values` must be at least two different heights [m], got {low:g}")
         if bins is None:
             quarter, three = np.percentile(values, (25.0, 75.0))
             width = 2.0 * float(three - quarter) / values.size ** (1.0 / 3.0)

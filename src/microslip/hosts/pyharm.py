@@ -18,7 +18,7 @@ from pyHarm.DynamicOperator import get_array_nh
 from pyHarm.Elements.NodeToNodeElements.NodeToNodeElement import NodeToNodeElement
 
 from microslip._core.checks import Floats, show
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.friction import BackboneLaw, Interface, IsotropicJoint, JointField
 
 
@@ -47,12 +47,12 @@ class _Element(NodeToNodeElement):  # type: ignore[misc]
         dirs = self.data["dirs"]
         if len(dirs) != self.directions:
             raise InputError(
-                Argument("dirs"),
-                f" must be {self.directions} direction(s) for {self.factory_keyword}, got {dirs}",
+                f"`dirs` must be {self.directions} direction(s) for {self.factory_keyword}, got "
+                f"{dirs}"
             )
         law = self.data.get("law")
         if not isinstance(law, self.law_kind):
-            raise InputError(Argument("law"), f" must be {self.law_text}, got {show(law)}")
+            raise InputError(f"`law` must be {self.law_text}, got {show(law)}")
         self.read_law(law)
         self._known: tuple[bytes, Floats, Floats] | None = None
 

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from tmdsimpy.nlforces.nonlinear_force import HystereticForce
 
 from microslip._core.checks import Floats, floats, show
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.friction import BackboneLaw
 
 
@@ -31,16 +31,11 @@ class JointForce(HystereticForce):  # type: ignore[misc]
         The law of each of them.
     rest : float or "mean", optional
         Displacement [m] at which the joint began, or the mean of the cycle.
-
-    Raises
-    ------
-    InputError
-        Something that is no law; matrices of other shapes.
     """
 
     def __init__(self, Q: ArrayLike, T: ArrayLike, law: BackboneLaw, rest: Any = "mean") -> None:
         if not isinstance(law, BackboneLaw):
-            raise InputError(Argument("law"), f" must be a backbone law, got {show(law)}")
+            raise InputError(f"`law` must be a backbone law, got {show(law)}")
         to_local, to_system = floats("Q", Q), floats("T", T)
         if to_local.ndim != 2 or to_system.shape != to_local.shape[::-1]:
             raise InputError(

@@ -10,7 +10,7 @@ import numpy as np
 from microslip._core.checks import number, show
 from microslip._core.frozen import lock
 from microslip._core.units import engineering
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.identification.displacement_series import QUIET, series_of
 from microslip.identification.folding import MOST_BINS, Folded
 from microslip.tribometer.cycles import BAND, FEWEST_SAMPLES, crossings_of
@@ -24,9 +24,8 @@ def noise_of(stated: Any) -> tuple[float, float]:
     """Standard deviations of a force [N] and of a displacement [m]."""
     if isinstance(stated, str) or not hasattr(stated, "__len__") or len(stated) != 2:
         raise InputError(
-            Argument("noise"),
-            f" must be the standard deviations of a force [N] and a displacement [m], such as "
-            f"(2.0, 5e-9), got {show(stated)}",
+            "`noise` must be the standard deviations of a force [N] and a displacement [m], "
+            f"such as (2.0, 5e-9), got {show(stated)}"
         )
     force, displacement = (
         number("noise", value, unit, example)
@@ -34,8 +33,7 @@ def noise_of(stated: Any) -> tuple[float, float]:
     )
     if not force > 0.0 or displacement < 0.0:
         raise InputError(
-            Argument("noise"),
-            f" must be above zero in the force, got {force:g} N, {displacement:g} m",
+            f"`noise` must be above zero in the force, got {force:g} N, {displacement:g} m"
         )
     return force, displacement
 
@@ -54,10 +52,9 @@ def averaged(record: Record, noise: tuple[float, float], bins: int = MOST_BINS) 
     turns = crossings_of(np.tile(x - middle, 3), BAND * 0.5 * spans[0])
     if size < FEWEST_SAMPLES or not 5 <= turns <= 6:
         raise InputError(
-            f"{record.name}: an averaged loop is one cycle of {FEWEST_SAMPLES} samples or more, "
-            f"got {size} samples that cross their middle {turns // 3} times; of whole "
-            "records the noise is found, without ",
-            Argument("noise"),
+            f"{record.name}: an averaged loop is one cycle of {FEWEST_SAMPLES} samples or "
+            f"more, got {size} samples that cross their middle {turns // 3} times; of whole "
+            "records the noise is found, without `noise`"
         )
     phase = 2.0 * math.pi * np.arange(size) / size
     rate = None

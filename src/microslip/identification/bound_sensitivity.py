@@ -11,7 +11,7 @@ import numpy as np
 
 from microslip._core.checks import Floats
 from microslip._core.units import significant
-from microslip.errors import UNSAID, Argument, Phrase
+from microslip.errors import UNSAID, in_python
 from microslip.identification.coordinates import Coordinate
 from microslip.identification.fit import Fit, bounds_of, settle
 from microslip.identification.problem import Problem
@@ -121,12 +121,12 @@ def with_doubts(
     rank = {problem.coordinates[int(j)].name: i for i, j in enumerate(problem.free)}
     for end in (end for end in ends if end.rests):
         parameter = problem.coordinates[int(problem.free[end.row])].parameter
-        remedy = Phrase(
-            f"take other heights, or records that tell {parameter}; how far that is searched say ",
-            Argument("bounds", {parameter: UNSAID}),
+        remedy = (
+            f"take other heights, or records that tell {parameter}; how far that is searched say "
+            f"`bounds={in_python({parameter: UNSAID})}`"
         )
         at = judged_parameters[end.name]
-        judged_parameters[end.name] = replace(at, remedy=Phrase("take other heights; ", at.remedy))
+        judged_parameters[end.name] = replace(at, remedy=f"take other heights; {at.remedy}")
         for name, number in parameters.items():
             if number.verdict != IDENTIFIED or name not in rank:
                 continue

@@ -12,7 +12,7 @@ from typing import Any
 from microslip._core.checks import show
 from microslip._core.frozen import Locked
 from microslip._core.units import significant
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.identification.coordinates import RIG
 from microslip.identification.intervals import Progress
 from microslip.identification.models import MODELS, CycleModel, model_of
@@ -123,11 +123,6 @@ def compare(
     Comparison
         The fits, ordered by Akaike's criterion; laws that the records do not suit are told apart.
 
-    Raises
-    ------
-    InputError
-        No law at all, one that there is not, or none that can be fitted.
-
     Notes
     -----
     The noise is known from the cycles, so the criteria are those of Akaike (1974,
@@ -139,7 +134,7 @@ def compare(
     """
     if isinstance(laws, str) or not isinstance(laws, Sequence) or not laws:
         raise InputError(
-            Argument("laws"), f" must be a list such as ['interface', 'jenkins'], got {show(laws)}"
+            f"`laws` must be a list such as ['interface', 'jenkins'], got {show(laws)}"
         )
     models = [model_of(law) for law in laws]  # a wrong name is no law that does not suit
     folded: Any = fold_all(

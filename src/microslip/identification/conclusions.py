@@ -10,7 +10,7 @@ import numpy as np
 
 from microslip._core.checks import Floats
 from microslip._core.frozen import lock
-from microslip.errors import UNSAID, Argument, InputError, Phrase
+from microslip.errors import InputError
 from microslip.identification import fit_quality
 from microslip.identification.bound_sensitivity import with_doubts
 from microslip.identification.coordinates import SUMMIT_DATA, Coordinate
@@ -78,8 +78,7 @@ def result_of(
     if not best.finite:
         raise InputError(
             f"the law {problem.model.name!r} has no finite answer near the first guess "
-            f"({best.message}); give another ",
-            *(Argument("start", UNSAID), " or narrower ", Argument("bounds", UNSAID)),
+            f"({best.message}); give another `start=...` or narrower `bounds=...`"
         )
     records = fit_quality.record_fits(problem, best.q)
     loads = [record.normal_load for record in problem.folded]
@@ -122,11 +121,11 @@ def result_of(
     if status == DIFFER:
         reason = "found as if all records had one rig, which the loops speak against"
         parameters, derived = (mark(n, IN_DOUBT, reason) for n in (parameters, derived))
-        parameters = with_remedy(parameters, Phrase("name the rig of each record: ", _NAME_RIGS))
+        parameters = with_remedy(parameters, f"name the rig of each record: {_NAME_RIGS}")
     objections = [unfit] if unfit else []
     objections += [] if contradicted is None else [contradicted.text]
     for objection in objections:
-        message = Phrase(message, "; ", objection)
+        message = f"{message}; {objection}"
     # Each law makes its own covariance of the noise of the displacement: its determinant counts.
     deviance, fitted_count = best.cost + problem.log_determinant, problem.free.size + problem.flat
     lost = any(fitted.verdict == NOT for fitted in parameters.values())
@@ -180,7 +179,7 @@ def result_of(
     )
 
 
-_NAME_RIGS = Argument("rigs", UNSAID)
+_NAME_RIGS = "`rigs=...`"
 
 
 def _status(
@@ -193,8 +192,8 @@ def _status(
         )
     difference = fit_quality.rigs_differ(problem, best, freedom)
     if difference is not None and difference.explain:
-        return DIFFER, Phrase(difference.text, ": ", _NAME_RIGS)
-    rig_note = () if difference is None else ("; ", difference.text, ": ", _NAME_RIGS)
+        return DIFFER, f"{difference.text}: {_NAME_RIGS}"
+    rig_note = "" if difference is None else f"; {difference.text}: {_NAME_RIGS}"
     at = [problem.coordinates[int(problem.free[i])].name for i in at_bounds(problem, best.q)]
     if at:
         of = " and ".join(
@@ -211,8 +210,8 @@ def _status(
             if identified_names
             else "nothing is identified"
         )
-        return AT_BOUND, Phrase(of, "; ", identified, *rig_note)
-    return CONVERGED, Phrase("the fit ended at a minimum within the bounds", *rig_note)
+        return AT_BOUND, f"{of}; {identified}{rig_note}"
+    return CONVERGED, f"the fit ended at a minimum within the bounds{rig_note}"
 
 
 def _minimiser_message(message: str) -> str:

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from microslip._core.checks import Floats, number, show
 from microslip._core.parameters import Parameter
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 
 RIG = "rig_stiffness"
 DELAY = "delay"
@@ -107,9 +107,8 @@ def option_mapping(name: str, option: Any) -> dict[str, Any]:
         return {}
     if not isinstance(option, Mapping):
         raise InputError(
-            Argument(name),
-            f" must be a dict by parameter names, such as {{'friction_coefficient': 0.5}}, "
-            f"got {show(option)}",
+            f"`{name}` must be a dict by parameter names, such as {{'friction_coefficient': "
+            f"0.5}}, got {show(option)}"
         )
     return dict(option)
 

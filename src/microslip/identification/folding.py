@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from microslip._core.checks import Floats, show
 from microslip._core.frozen import Locked, lock
 from microslip._core.units import engineering, significant
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.identification.displacement_series import QUIET, series_of
 from microslip.identification.drift import Drift, drift_of
 from microslip.identification.mean_cycle import MeanCycle, Turns, all_turns, places_of, stretches
@@ -170,17 +170,11 @@ def fold(
     -------
     Folded
         Displacement as Fourier series, force in bins, noise of both.
-
-    Raises
-    ------
-    InputError
-        Not a record, no cycles to be found, or fewer than three settled ones.
     """
     if not isinstance(record, Record):
         raise InputError(
-            Argument("records"),
-            f" must be Records, got {show(record)}; "
-            "write Record(displacement, force) or Record.read(path)",
+            f"`records` must be Records, got {show(record)}; write Record(displacement, "
+            "force) or Record.read(path)"
         )
     spikes = spikes_of(record)
     folded, jumps_there = _fold(record, spikes, cycles, bins, running_in)
@@ -385,9 +379,7 @@ def _settled_cycles(
     is_chosen = np.zeros(cycle_count, dtype=bool)
     if cycles is not None:
         if not isinstance(cycles, slice):
-            raise InputError(
-                Argument("cycles"), f" must be a slice, such as slice(2, 20), got {show(cycles)}"
-            )
+            raise InputError(f"`cycles` must be a slice, such as slice(2, 20), got {show(cycles)}")
         is_chosen[cycles] = True
     else:
         gap = _differences_of_ends(phases, force)
@@ -428,7 +420,5 @@ def _force_range(force: Floats) -> float:
     sampled = force[:: max(1, force.size >> 17)]
     low, high = np.percentile(sampled, (1.0, 99.0))
     if low == high:
-        raise InputError(
-            Argument("force"), f" must vary, got {low:g} N nearly throughout: a dead sensor"
-        )
+        raise InputError(f"`force` must vary, got {low:g} N nearly throughout: a dead sensor")
     return float(high - low)

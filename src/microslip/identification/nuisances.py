@@ -10,7 +10,7 @@ import numpy as np
 
 from microslip._core.checks import Floats, show
 from microslip._core.units import engineering, significant
-from microslip.errors import Argument, InputError, Phrase
+from microslip.errors import InputError, in_python
 from microslip.identification.fit import Fit, settle
 from microslip.identification.folding import Folded
 from microslip.identification.intervals import Profiled
@@ -23,7 +23,7 @@ from microslip.identification.verdicts import IDENTIFIED, NOT, Fitted, number_te
 
 _EXPLAINED, _SIGNIFICANT = 0.5, 1e-3
 """Share of the sum of squares that an effect or a delay has to explain, and not by chance."""
-_FREE = ("write ", Argument("delay", "free"))
+_FREE = 'write `delay="free"`'
 _NOTICED = 1.1  # times as wide
 _RARE = 1e-4
 _QUIET = 1e-8  # of the range of force: less noise is none
@@ -64,14 +64,10 @@ def checked_effects(names: Sequence[str] | None) -> tuple[str, ...]:
     if names is None:
         return ()
     if isinstance(names, str) or not isinstance(names, Sequence):
-        raise InputError(
-            Argument("nuisances"), f" must be a list of {', '.join(NUISANCES)}, got {show(names)}"
-        )
+        raise InputError(f"`nuisances` must be a list of {', '.join(NUISANCES)}, got {show(names)}")
     for name in names:
         if name not in NUISANCES:
-            raise InputError(
-                Argument("nuisances"), f" must be of {', '.join(NUISANCES)}, got {show(name)}"
-            )
+            raise InputError(f"`nuisances` must be of {', '.join(NUISANCES)}, got {show(name)}")
     return tuple(dict.fromkeys(names))
 
 
@@ -174,10 +170,10 @@ def effect_notes(problem: Problem, best: Fit, freedom: int) -> list[str]:
         if play.explained > max(largest, _NEARLY_ALL):
             share = significant(100.0 * play.explained, 2)
             return [
-                Phrase(
+                (
                     f"play of {engineering(2.0 * play.value, 'm')} between joint and transducer "
-                    f"would explain {share} % of what the law leaves; ",
-                    *("write ", Argument("nuisances", [PLAY])),
+                    f"would explain {share} % of what the law leaves; write "
+                    f"`nuisances={in_python([PLAY])}`"
                 )
             ]
     # Of a sine displacement and acceleration are one: the first of what is as good.
@@ -186,9 +182,9 @@ def effect_notes(problem: Problem, best: Fit, freedom: int) -> list[str]:
         return []
     share = significant(100.0 * min(shares[name][0], 1.0), 2)
     return [
-        Phrase(
-            f"{EFFECTS[name].words} would explain {share} % of what the law leaves; ",
-            *("write ", Argument("nuisances", [name])),
+        (
+            f"{EFFECTS[name].words} would explain {share} % of what the law leaves; write "
+            f"`nuisances={in_python([name])}`"
         )
     ]
 
@@ -255,7 +251,7 @@ def late_note(problem: Problem, best: Fit, freedom: int) -> str | None:
         return None
     text = _explains(problem, best)
     if text is None and any(problem.lags) and best.cost > WRONG_FROM * freedom:
-        return Phrase("the delay that was given may not be that of these records; ", *_FREE)
+        return f"the delay that was given may not be that of these records; {_FREE}"
     return text
 
 
@@ -280,10 +276,11 @@ def _explains(problem: Problem, best: Fit) -> str | None:
     lag = float(remainder @ residual) / square
     by_this = number_text(abs(lag), "s" if timed else "rad", 2)
     way = "behind" if lag > 0.0 else "ahead of"
-    return Phrase(
-        f"a force{' another' if any(problem.lags) else ''} {by_this} {way} the displacement would "
-        f"explain {significant(100.0 * min(fall / best.cost, 1.0), 2)} % of what the law leaves; ",
-        *_FREE,
+    return (
+        f"a force{(' another' if any(problem.lags) else '')} {by_this} {way} the "
+        "displacement would explain "
+        f"{significant(100.0 * min(fall / best.cost, 1.0), 2)} % of what the law leaves; "
+        f"{_FREE}"
     )
 
 

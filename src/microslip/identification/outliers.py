@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from microslip._core.checks import Floats
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError, in_python
 from microslip.identification.drift import error_of_mean
 from microslip.identification.mean_cycle import MeanCycle
 from microslip.numerics.runs import runs_of
@@ -97,9 +97,9 @@ def mean_load(
         return Load(mean, error, ())
     if high - low > _CHANGED * abs(mean):
         raise InputError(
-            f"{record.name}: the normal load must be the same in all cycles, got {low:.4g} to "
-            f"{high:.4g} N in their means; take a record of one load, or ",
-            *(Argument("cycles", slice(0, 10)), ", say"),
+            f"{record.name}: the normal load must be the same in all cycles, got {low:.4g} "
+            f"to {high:.4g} N in their means; take a record of one load, or "
+            f"`cycles={in_python(slice(0, 10))}`, say"
         )
     note = (
         f"the normal load is {low:.4g} to {high:.4g} N in the means of the cycles; the law counts "

@@ -10,7 +10,7 @@ import numpy as np
 
 from microslip._core.checks import exact, members, number, positive, show
 from microslip._core.wording import did_you_mean
-from microslip.errors import UNSAID, Argument, InputError
+from microslip.errors import UNSAID, InputError, in_python
 from microslip.identification.coordinates import (
     AREA,
     RIG,
@@ -37,10 +37,9 @@ def checked_loads(model: Model, folded: Sequence[Folded]) -> None:
         if load is None or not load > 0.0:
             came = "none" if load is None else f"{exact(load)} N"
             raise InputError(
-                f"{record.name}: the law {model.name!r} needs the normal load [N], above zero, got "
-                f"{came}; state it with the record, as ",
-                *(Argument("normal_load", 500.0), " [N], or take ", Argument("law", "jenkins")),
-                ", which has no load",
+                f"{record.name}: the law {model.name!r} needs the normal load [N], above zero, "
+                f"got {came}; state it with the record, as `normal_load=500.0` [N], or take "
+                '`law="jenkins"`, which has no load'
             )
 
 
@@ -57,8 +56,8 @@ def checked_area(contact: Coordinate | None, area: float | None) -> None:
     if contact is None or contact.parameter != AREA or area is None or contact.start <= area:
         return
     raise InputError(
-        Argument("contact_area"),
-        f" must not be above the apparent area, {exact(area)} m^2, got {exact(contact.start)} m^2",
+        f"`contact_area` must not be above the apparent area, {exact(area)} m^2, got "
+        f"{exact(contact.start)} m^2"
     )
 
 
@@ -71,7 +70,7 @@ def _names(name: str, option: Any) -> list[str]:
     if isinstance(option, Mapping):
         return [key for key, is_named in option.items() if is_named]
     if isinstance(option, str) or not isinstance(option, Iterable):
-        raise InputError(Argument(name), f" must be a list of parameter names, got {show(option)}")
+        raise InputError(f"`{name}` must be a list of parameter names, got {show(option)}")
     return list(option)
 
 
@@ -80,8 +79,8 @@ def _check_names(name: str, keys: Iterable[Any], names: Sequence[str]) -> None:
         if key not in names:
             hint = did_you_mean(key, names) if isinstance(key, str) else ""
             raise InputError(
-                Argument(name),
-                f": {show(key)} is no parameter of this fit, which has {', '.join(names)}{hint}",
+                f"`{name}`: {show(key)} is no parameter of this fit, which has "
+                f"{', '.join(names)}{hint}"
             )
 
 
@@ -92,19 +91,16 @@ def _value(option: str, key: str, values: Mapping[str, Any], coordinate: Coordin
         examples = {"m": 3e-7, "N": 1000.0, "N/m": 2e8}
         example = examples.get(unit, 0.5 if coordinate.low >= 0.0 else 2.0)
         raise InputError(
-            Argument(option),
-            f": {key} must be a finite number{f' [{unit}]' if unit else ''}, got "
-            f"{show(raw_value)}; write ",
-            Argument(option, {key: example}),
+            f"`{option}`: {key} must be a finite number{f' [{unit}]' if unit else ''}, got "
+            f"{show(raw_value)}; write `{option}={in_python({key: example})}`"
         )
     value = number(f"{'start of' if option == 'start' else 'fixed'} {key}", raw_value, unit)
     if not coordinate.low <= value <= coordinate.high:
         unit = f" {unit}" if unit else ""
         raise InputError(
-            Argument(option),
-            f": {coordinate.name} must be within its bounds, {coordinate.low:g} to "
-            f"{coordinate.high:g}{unit}, got {exact(value)}{unit}; set others by ",
-            Argument("bounds", {coordinate.parameter: UNSAID}),
+            f"`{option}`: {coordinate.name} must be within its bounds, {coordinate.low:g} to "
+            f"{coordinate.high:g}{unit}, got {exact(value)}{unit}; set others by "
+            f"`bounds={in_python({coordinate.parameter: UNSAID})}`"
         )
     return value
 
@@ -172,8 +168,7 @@ def coordinates_for(
         _check_names(name, option, names)
         if RIG in option and name == "fixed":
             raise InputError(
-                *(Argument("fixed"), ": write ", Argument("rig_stiffness", 2e8)),
-                " for a rig of known stiffness [N/m]",
+                "`fixed`: write `rig_stiffness=200000000.0` for a rig of known stiffness [N/m]"
             )
     given_start: dict[str, float] = {}
     for i, free_coordinate in enumerate(coordinates):

@@ -11,7 +11,7 @@ import numpy as np
 
 from microslip._core.checks import Floats, number, positive, show
 from microslip._core.wording import did_you_mean
-from microslip.errors import UNSAID, Argument, InputError
+from microslip.errors import InputError
 from microslip.identification.coordinates import (
     AREA,
     DENSITY,
@@ -28,7 +28,7 @@ from microslip.normal import GreenwoodWilliamson
 
 _STEP = 1e-5
 _NEED_MORE = ("std", "density_root_radius", "radius", "density", "summit_count", "contact_area")
-_GIVE_PAIR = ("; give ", Argument("pair", UNSAID), ", and the apparent area with it")
+_GIVE_PAIR = "; give `pair=...`, and the apparent area with it"
 
 
 Function = Callable[[Floats], tuple[float, Floats]]
@@ -153,9 +153,8 @@ def summit_prior(
             value, error, load = contact_area
         except (TypeError, ValueError):
             raise InputError(
-                Argument("contact_area"),
-                " must be (value [m^2], uncertainty [m^2], normal load [N]), got "
-                f"{show(contact_area)}",
+                "`contact_area` must be (value [m^2], uncertainty [m^2], normal load [N]), got "
+                f"{show(contact_area)}"
             ) from None
         value = positive(AREA, value, "m^2", 2e-5)
         error = positive(f"uncertainty of {AREA}", error, "m^2", 1e-6)
@@ -182,21 +181,20 @@ def summits_of(
     """Radius, density and contact area: the loops know density * sqrt(radius), one is given."""
     if not _has_summits(problem.model):
         raise InputError(
-            *(Argument("contact_area"), " needs ", Argument("law", "interface")),
-            " with a distribution of summit heights: other laws do not know their contacts",
+            '`contact_area` needs `law="interface"` with a distribution of summit heights: '
+            "other laws do not know their contacts"
         )
     if pair is None:
         raise InputError(
-            *(Argument("contact_area"), " needs ", Argument("pair", UNSAID)),
-            ", the two materials: what a load presses flat depends on the modulus",
+            "`contact_area` needs `pair=...`, the two materials: what a load presses flat "
+            "depends on the modulus"
         )
     index, datum_name = next(
         (i, c.parameter) for i, c in enumerate(problem.coordinates) if c.parameter in SUMMIT_DATA
     )
     if datum_name == DENSITY and area is None:
         raise InputError(
-            *(Argument("known"), ": density needs ", Argument("area", UNSAID)),
-            ", the apparent area [m^2]: loops know N/A",
+            "`known`: density needs `area=...`, the apparent area [m^2]: loops know N/A"
         )
     if load is None:
         load = problem.model.reference_load  # type: ignore[attr-defined]
@@ -250,8 +248,7 @@ def known_data(problem: Problem, quantities: list[Quantity], data_options: Any) 
         return []
     if not isinstance(data_options, Mapping):
         raise InputError(
-            Argument("known"),
-            f" must be a dict such as {{'std': (5e-7, 5e-8)}}, got {show(data_options)}",
+            f"`known` must be a dict such as {{'std': (5e-7, 5e-8)}}, got {show(data_options)}"
         )
     by_name = {quantity.name: quantity for quantity in quantities}
     free = {problem.coordinates[int(j)].name: int(j) for j in problem.free}
@@ -261,10 +258,8 @@ def known_data(problem: Problem, quantities: list[Quantity], data_options: Any) 
             names = [*free, *by_name]
             hint = did_you_mean(name, names) if isinstance(name, str) else ""
             raise InputError(
-                Argument("known"),
-                f": {show(name)} is nothing that this fit knows, which has "
-                f"{', '.join(names)}{hint}",
-                *(_GIVE_PAIR if name in _NEED_MORE else ()),
+                f"`known`: {show(name)} is nothing that this fit knows, which has "
+                f"{', '.join(names)}{hint}" + (_GIVE_PAIR if name in _NEED_MORE else "")
             )
         value, error = _datum(name, raw_datum)
         function = by_name[name].function if name in by_name else of_coordinate(problem, free[name])
@@ -280,8 +275,7 @@ def _datum(name: str, raw_datum: Any) -> tuple[float, float]:
             value, error = raw_datum
         except (TypeError, ValueError):
             raise InputError(
-                Argument("known"),
-                f": {name} must be (value, standard deviation), got {show(raw_datum)}",
+                f"`known`: {name} must be (value, standard deviation), got {show(raw_datum)}"
             ) from None
     return number(f"known {name}", value), positive(f"standard deviation of {name}", error)
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from microslip._core.checks import positive, show
 from microslip._core.frozen import Locked
 from microslip._core.wording import plural
-from microslip.errors import UNSAID, Argument, InputError
+from microslip.errors import InputError, in_python
 from microslip.friction import Interface
 from microslip.identification.fit_quality import RecordFit
 from microslip.identification.load_levels import labels_of, levels_of
@@ -173,12 +173,6 @@ class Identification(Locked, Plottable):
         -------
         Interface, Jenkins, Iwan, SegalmanIwan or BoucWen
             Without its rig.
-
-        Raises
-        ------
-        InputError
-            A fit that did not converge; an interface without a pair of materials; a load at which
-            a law that has one set of values a load was not measured.
         """
         self._check_accepted(even_if)
         load = None
@@ -198,14 +192,13 @@ class Identification(Locked, Plottable):
         for word in accepted:
             if word not in (NOT_CONVERGED, NOT):
                 raise InputError(
-                    Argument("even_if"),
-                    f" must be of {NOT_CONVERGED!r} and {NOT!r}, got {show(word)}",
+                    f"`even_if` must be of {NOT_CONVERGED!r} and {NOT!r}, got {show(word)}"
                 )
         if not self.converged and NOT_CONVERGED not in accepted:
             raise InputError(
-                *("the fit did not converge (", self.message, "); its values are no result; give "),
-                *("other ", Argument("start", UNSAID), " or ", Argument("bounds", UNSAID)),
-                *(", or take them all the same: ", Argument("even_if", NOT_CONVERGED)),
+                f"the fit did not converge ({self.message}); its values are no result; give "
+                "other `start=...` or `bounds=...`, or take them all the same: "
+                f"`even_if={in_python(NOT_CONVERGED)}`"
             )
 
     def _check_measured(self, load: float) -> None:
@@ -220,9 +213,8 @@ class Identification(Locked, Plottable):
             and not any(abs(load / other_load - 1.0) <= 0.02 for other_load in loads)
         ):
             raise InputError(
-                Argument("normal_load"),
-                f" must be one of those measured, {', '.join(load_texts)} N: {self.law!r} "
-                f"has values of its own for each, got {load:g} N",
+                f"`normal_load` must be one of those measured, {', '.join(load_texts)} N: "
+                f"{self.law!r} has values of its own for each, got {load:g} N"
             )
 
     def study(self, *, even_if: tuple[str, ...] = ()) -> dict[str, Any]:
@@ -237,11 +229,6 @@ class Identification(Locked, Plottable):
         -------
         dict
             Tables of text with units and of numbers.
-
-        Raises
-        ------
-        InputError
-            A fit that did not converge; a law or a surface that a study does not know; no pair.
         """
         from microslip.identification.study_keys import amplitudes_of, loads_of, study_of
 

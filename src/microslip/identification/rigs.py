@@ -12,7 +12,7 @@ import numpy as np
 from microslip._core.checks import Floats, positive, show
 from microslip._core.units import engineering
 from microslip._core.wording import did_you_mean, plural
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.identification.coordinates import RIG, Coordinate, limits_of, option_mapping
 from microslip.identification.models.base import BackboneModel
 from microslip.loops import Loop
@@ -80,9 +80,8 @@ def of_each_rig(option: Any, labels: Sequence[str], named: bool) -> dict[str, An
     have = ", ".join(show(label) for label in labels)
     if not named:
         raise InputError(
-            Argument("rig_stiffness"),
-            " must be one for all records, which have no rigs by name, got a table; "
-            "name the rig of each record: rigs=[one label a record]",
+            "`rig_stiffness` must be one for all records, which have no rigs by name, got a "
+            "table; name the rig of each record: rigs=[one label a record]"
         )
     by_label = {str(label): stiffness for label, stiffness in option.items()}
     for label in labels:
@@ -102,16 +101,13 @@ def rig_coordinate(coordinate: Coordinate, stiffness: Any) -> Coordinate:
     if isinstance(stiffness, str):
         if stiffness != "free":
             raise InputError(
-                Argument("rig_stiffness"),
-                " must be 'free', a stiffness [N/m], (value, uncertainty), or "
-                f"'rigid', got {show(stiffness)}",
+                "`rig_stiffness` must be 'free', a stiffness [N/m], (value, uncertainty), or "
+                f"'rigid', got {show(stiffness)}"
             )
         return coordinate
     if isinstance(stiffness, (tuple, list)):
         if len(stiffness) != 2:
-            raise InputError(
-                Argument("rig_stiffness"), f" must be (value, uncertainty), got {show(stiffness)}"
-            )
+            raise InputError(f"`rig_stiffness` must be (value, uncertainty), got {show(stiffness)}")
         value = positive(RIG, stiffness[0], "N/m", 1e8)
         error = positive(f"uncertainty of {RIG}", stiffness[1], "N/m", 1e6)
         prior = (1.0 / value, error / value**2)
@@ -145,9 +141,8 @@ def rig_coordinates(
             rigs = rigs.ravel().tolist()
         if isinstance(rigs, str) or not isinstance(rigs, Sequence) or len(rigs) != len(loops):
             raise InputError(
-                Argument("rigs"),
-                f" must hold a label for each of the {plural(len(loops), 'record')}, got "
-                f"{show(rigs)}",
+                f"`rigs` must hold a label for each of the {plural(len(loops), 'record')}, got "
+                f"{show(rigs)}"
             )
         labels = [str(label) for label in rigs]
     rig_labels = list(dict.fromkeys(labels))

@@ -11,7 +11,7 @@ import numpy as np
 
 from microslip._core.checks import exact, number, positive, show
 from microslip._core.units import engineering
-from microslip.errors import UNSAID, Argument, InputError, Phrase
+from microslip.errors import InputError, in_python
 from microslip.identification import fit_quality, parameter_choice
 from microslip.identification.averaged_loop import averaged, noise_of
 from microslip.identification.conclusions import result_of
@@ -151,12 +151,6 @@ def identify(
     Identification
         Values with profile intervals, verdicts, residuals; whether it converged is its status.
 
-    Raises
-    ------
-    InputError
-        Too few cycles, a missing load, unknown names, values out of their bounds, options that
-        contradict each other.
-
     Notes
     -----
     What Fig. 19.22 of the chapter (DOI 10.1007/978-3-319-56818-8_19) does by eye, with the rig and
@@ -172,14 +166,12 @@ def identify(
     report = _reporter(progress)
     level = _checked_share("confidence", confidence)
     if level < _LEAST_CONFIDENCE:
-        raise InputError(
-            Argument("confidence"), f" must be at least {_LEAST_CONFIDENCE:g}, got {exact(level)}"
-        )
+        raise InputError(f"`confidence` must be at least {_LEAST_CONFIDENCE:g}, got {exact(level)}")
     if loss not in LOSSES:
-        raise InputError(Argument("loss"), f" must be one of {', '.join(LOSSES)}, got {show(loss)}")
+        raise InputError(f"`loss` must be one of {', '.join(LOSSES)}, got {show(loss)}")
     if intervals not in INTERVALS:
         allowed = ", ".join(map(repr, INTERVALS))
-        raise InputError(Argument("intervals"), f" must be one of {allowed}, got {show(intervals)}")
+        raise InputError(f"`intervals` must be one of {allowed}, got {show(intervals)}")
     held_share = number("held_back", held_back, "", 0.25)
     held_share = 0.0 if held_share == 0.0 else _checked_share("held_back", held_share)
     folded = fold_all(records, cycles, lambda share: report(0.3 * share), noise)
@@ -195,10 +187,8 @@ def identify(
     if isinstance(model, CycleModel) and not is_rigid(rig_stiffness):
         if not isinstance(rig_stiffness, str):
             raise InputError(
-                Argument("rig_stiffness"),
-                f" has no place in {model.name!r}, which has its own elastic part; take it off the "
-                "displacement, or write ",
-                Argument("rig_stiffness", None),
+                f"`rig_stiffness` has no place in {model.name!r}, which has its own elastic "
+                "part; take it off the displacement, or write `rig_stiffness=None`"
             )
         rig_stiffness = None
         notes.append(f"{model.name!r} has an elastic part of its own: the rig is part of it")
@@ -255,8 +245,8 @@ def identify(
         if soft is not None:
             raise InputError(soft)
         raise InputError(
-            *("no first guess comes out of these records; give ", Argument("start", UNSAID)),
-            f" for {', '.join(model.names)}",
+            "no first guess comes out of these records; give `start=...` for "
+            f"{', '.join(model.names)}"
         )
     if free_delay:
         problem, best = _fit_with_delays(problem, best, loss, freedom)
@@ -318,16 +308,14 @@ def _reporter(progress: Progress | None) -> Progress:
     if progress is None:
         return lambda share: None
     if not callable(progress):
-        raise InputError(
-            Argument("progress"), f" must be a function of the share done, got {show(progress)}"
-        )
+        raise InputError(f"`progress` must be a function of the share done, got {show(progress)}")
     return progress
 
 
 def _checked_share(name: str, raw_value: Any) -> float:
     value = number(name, raw_value, "", 0.25)
     if not 0.0 < value < 1.0:
-        raise InputError(Argument(name), f" must be between 0 and 1, got {exact(value)}")
+        raise InputError(f"`{name}` must be between 0 and 1, got {exact(value)}")
     return value
 
 
@@ -341,8 +329,9 @@ def fold_all(
     bins = max(64, min(MOST_BINS, _MOST_FORCES // len(records)))
     stated = None if noise is None else noise_of(noise)
     if stated is not None and cycles is not None:
-        options = (Argument("cycles"), " and ", Argument("noise"))
-        raise InputError(*options, " contradict each other: an averaged loop is one cycle")
+        raise InputError(
+            "`cycles` and `noise` contradict each other: an averaged loop is one cycle"
+        )
     folded = []
     for at, record in enumerate(records):
         one_cycle = fold(record, cycles, bins) if stated is None else averaged(record, stated, bins)
@@ -364,9 +353,9 @@ def _checked_direction(folded: Folded) -> Folded:
     # A delay may turn a thin loop, too, but leaves the force alike to the displacement.
     if energy < -_CERTAIN * noise and alike < _ALIKE:
         raise InputError(
-            f"{folded.name}: the loops run the wrong way round (energy {engineering(energy, 'J')} "
-            "a cycle): the force has the opposite sign; reading with ",
-            *(Argument("sign", -1), " turns it"),
+            f"{folded.name}: the loops run the wrong way round (energy "
+            f"{engineering(energy, 'J')} a cycle): the force has the opposite sign; reading "
+            "with `sign=-1` turns it"
         )
     return folded
 
@@ -375,9 +364,7 @@ def _pair_of(pair: Any, model: Model, surface: Any) -> MaterialPair | None:
     if pair is None:
         pair = model.pair or getattr(surface, "pair", None)
     if pair is not None and not isinstance(pair, MaterialPair):
-        raise InputError(
-            Argument("pair"), f" must be a MaterialPair of two materials, got {show(pair)}"
-        )
+        raise InputError(f"`pair` must be a MaterialPair of two materials, got {show(pair)}")
     return pair
 
 
@@ -393,21 +380,18 @@ def _checked_summits(count: Any, model: Model, notes: list[str]) -> float | None
     if template is None or not isinstance(template.law, GreenwoodWilliamson):
         if count is not None:
             raise InputError(
-                *(Argument("summits"), " needs ", Argument("law", "interface")),
-                " with a distribution of summit heights: other laws have no summits by chance",
+                '`summits` needs `law="interface"` with a distribution of summit heights: other '
+                "laws have no summits by chance"
             )
         return None
     if count is not None:
         return positive("summits", count, "", 2e4)
     law = getattr(model, "law", None)
-    number = UNSAID if law is None else round(law.surface.density * law.surface.area)
+    number = ... if law is None else round(law.surface.density * law.surface.area)
     notes.append(
-        Phrase(
-            "heights are a continuum here: the chance in those of the summits in contact moves "
-            "slip scale, separation and rig, by more than noise where there are few; it is in no "
-            "interval without their number, ",
-            Argument("summits", number),
-        )
+        "heights are a continuum here: the chance in those of the summits in contact "
+        "moves slip scale, separation and rig, by more than noise where there are few; "
+        f"it is in no interval without their number, `summits={in_python(number)}`"
     )
     return None
 
@@ -415,18 +399,15 @@ def _checked_summits(count: Any, model: Model, notes: list[str]) -> float | None
 def _checked_delay(delay: Any, folded: Sequence[Folded]) -> tuple[bool, list[float]]:
     free = isinstance(delay, str)
     if free and delay != "free":
-        raise InputError(Argument("delay"), f" must be a time [s] or 'free', got {show(delay)}")
+        raise InputError(f"`delay` must be a time [s] or 'free', got {show(delay)}")
     lag = 0.0 if free else number("delay", delay, "s")
     if lag != 0.0 and any(record.frequency is None for record in folded):
-        raise InputError(
-            "delay needs records with time or sample_rate; or write ", Argument("delay", "free")
-        )
+        raise InputError('delay needs records with time or sample_rate; or write `delay="free"`')
     for folded_record in folded:
         if folded_record.frequency is not None and abs(lag) * folded_record.frequency > 0.5:
             raise InputError(
-                Argument("delay"),
-                f" must be within half a period, {0.5 / folded_record.frequency:.4g} s at "
-                f"{folded_record.frequency:.4g} Hz, got {lag:g} s",
+                f"`delay` must be within half a period, {0.5 / folded_record.frequency:.4g} s at "
+                f"{folded_record.frequency:.4g} Hz, got {lag:g} s"
             )
     return free, [2.0 * math.pi * (record.frequency or 0.0) * lag for record in folded]
 

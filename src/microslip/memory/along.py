@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, exact, floats
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 
 
 def loads_along(name: str, loads: ArrayLike, size: int) -> Floats:
@@ -17,9 +17,7 @@ def loads_along(name: str, loads: ArrayLike, size: int) -> Floats:
     if values.min() < 0.0:
         i = int(np.argmax(values < 0.0))
         where = f" at sample {i}" if np.ndim(loads) else ""
-        raise InputError(
-            Argument(name), f" must not be negative [N], got {exact(values[i])}{where}"
-        )
+        raise InputError(f"`{name}` must not be negative [N], got {exact(values[i])}{where}")
     return values
 
 
@@ -28,8 +26,8 @@ def along(name: str, numbers: ArrayLike, size: int) -> Floats:
     values = floats(name, numbers)
     if values.ndim > 1 or values.size not in (1, size):
         raise InputError(
-            Argument(name),
-            f" must be one number or one for each of the {size} samples, got shape {values.shape}",
+            f"`{name}` must be one number or one for each of the {size} samples, got shape "
+            f"{values.shape}"
         )
     return np.ascontiguousarray(np.broadcast_to(values.reshape(-1), (size,)))
 

@@ -136,13 +136,7 @@ class FieldState:
 
     @property
     def dissipated_energy(self) -> Floats:
-        """Energies dissipated so far [J], one a node.
-
-        Raises
-        ------
-        InputError
-            The state was started without them.
-        """
+        """Energies dissipated so far [J], one a node."""
         if self._loss is None:
             raise InputError(
                 "dissipated_energy is not counted: start the state with start(energies=True)"
@@ -167,11 +161,6 @@ class FieldState:
             Without separations the forces [N] and the tangent stiffnesses dT/d(displacement) [N/m]
             of the step; with them ``force``, ``load`` [N] and ``tangent`` [N/m], shape (nodes, 2,
             2), consistent with the step.
-
-        Raises
-        ------
-        InputError
-            Not finite, another number of them, outside a table.
         """
         self._trial = None  # should this one fail, no earlier one is left to commit
         field = self._field

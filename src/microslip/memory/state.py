@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import LARGEST, Floats, beyond, exact, number, record, show
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.kernels.profile import Profile
 from microslip.kernels.table import Table
 from microslip.memory.along import along, loads_along, saved_array
@@ -91,7 +91,7 @@ class State:
     def __init__(self, law: Law) -> None:
         if not hasattr(law, "_backbone_at"):
             message = f" must be a backbone law, got {show(law)}; write joint.start()"
-            raise InputError(Argument("law"), message)
+            raise InputError(f"`law`{message}")
         self._law, self._turn = law, Turn()
         self._memory = Memory()
         # Once the load has varied, this is the memory.
@@ -173,12 +173,6 @@ class State:
             It unpacks as ``force, stiffness``: the force needed to hold the displacement [N] and
             the tangent stiffness [N/m], at this load, of the branch that the step ends on. It also
             has ``normal_load`` and the tangents of both by both, see there.
-
-        Raises
-        ------
-        InputError
-            A displacement that is not finite; a load that the surface cannot carry, a separation
-            outside a table, both of them, or any of them for a law without a surface.
         """
         self._trial = None  # should this one fail, no earlier one is left to commit
         x = number("displacement", displacement, "m")
@@ -242,12 +236,6 @@ class State:
         -------
         ndarray or float
             Forces [N], one for each displacement. Pieces in a row give what the whole gives.
-
-        Raises
-        ------
-        InputError
-            Empty, several dimensions, or not finite; loads as for :meth:`try_`, or of another
-            length. The state is then unchanged.
         """
         x = record("displacement", displacement)
         self._trial = None
@@ -319,11 +307,6 @@ class State:
 
         Its arrays are as :meth:`to_arrays` gave them, or ``numpy.load`` of that;
         ``joint.start(arrays)`` makes it.
-
-        Raises
-        ------
-        InputError
-            Arrays that are missing, of other shapes, not finite, or not a memory.
         """
         state = cls(law)
         ends, reversals, rows = (saved_array(arrays, key, width) for key, width in _SAVED)
@@ -397,9 +380,7 @@ class State:
             return None if self._diagram is None else self._diagram.separation
         load = number("normal_load", normal_load, "N")
         if load < 0.0:
-            raise InputError(
-                Argument("normal_load"), f" must not be negative [N], got {exact(load)}"
-            )
+            raise InputError(f"`normal_load` must not be negative [N], got {exact(load)}")
         step = self._coupling().step_of(load)
         return None if step == 0.0 and self._diagram is None else step
 

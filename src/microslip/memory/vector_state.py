@@ -101,13 +101,7 @@ class VectorState:
 
     @property
     def dissipated_energy(self) -> Any:
-        """Energies dissipated so far at held separations [J], one a node.
-
-        Raises
-        ------
-        InputError
-            The state was started without them.
-        """
+        """Energies dissipated so far at held separations [J], one a node."""
         if self._loss is None:
             raise InputError(
                 "dissipated_energy is not counted: start the state with start(energies=True)"
@@ -131,12 +125,6 @@ class VectorState:
             Without separations the forces [N], shape (nodes, 2), and the stiffnesses of the step
             [N/m], (nodes, 2, 2), of one node without the first axis. With them ``force``, ``load``
             and ``tangent``.
-
-        Raises
-        ------
-        InputError
-            Not finite, another shape, separations that the sliders do not reach or for a joint
-            whose load is held; separations while energies are counted.
         """
         self._trial = None  # should this one fail, no earlier one is left to commit
         bank, nodes = self._bank, self._step.size

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from microslip._core.checks import LARGEST, Floats, exact, floats, plain, show
 from microslip._core.parameters import Parametric
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.materials import Material, MaterialPair
 from microslip.normal.spheres import DROP, EXCESS, EXCESS_SLOPE, FALL, Spheres
 from microslip.normal.spline import Spline
@@ -61,9 +61,8 @@ def check_pair(pair: Any) -> None:
     """Every law stands on a pair of materials."""
     if not isinstance(pair, MaterialPair):
         raise InputError(
-            Argument("pair"),
-            f" must be a MaterialPair, got {show(pair)}; "
-            "write MaterialPair(Material(69e9, 0.33), Material(69e9, 0.33))",
+            f"`pair` must be a MaterialPair, got {show(pair)}; write "
+            "MaterialPair(Material(69e9, 0.33), Material(69e9, 0.33))"
         )
 
 
@@ -169,9 +168,8 @@ class NormalLaw(Parametric, ABC):
         """The same surface on another area [m^2], which bears a share of the load."""
         if not any(item.name == "area" for item in dataclasses.fields(self)):  # type: ignore[arg-type]
             raise InputError(
-                Argument("surface"),
-                " must have an apparent area over which a pressure is spread, as a "
-                f"GreenwoodWilliamson surface has, got {type(self).__name__}",
+                "`surface` must have an apparent area over which a pressure is spread, as a "
+                f"GreenwoodWilliamson surface has, got {type(self).__name__}"
             )
         return dataclasses.replace(self, area=area)  # type: ignore[type-var]
 
@@ -189,11 +187,6 @@ class NormalLaw(Parametric, ABC):
         -------
         float or ndarray
             Loads [N], shape of ``separation``.
-
-        Raises
-        ------
-        InputError
-            Not finite, empty, or outside a table.
         """
         return plain(self._derivative(self._separations(separation), 0))
 
@@ -213,21 +206,15 @@ class NormalLaw(Parametric, ABC):
         -------
         float or ndarray
             Separations [m], shape of ``load``, to rounding.
-
-        Raises
-        ------
-        InputError
-            A load not above zero, not finite, or one that the law cannot carry.
         """
         loads = floats("load", load)
         lightest, heaviest = float(loads.min()), float(loads.max())
         if lightest <= 0.0:
-            raise InputError(Argument("load"), f" must be above zero [N], got {exact(lightest)}")
+            raise InputError(f"`load` must be above zero [N], got {exact(lightest)}")
         if not (lightest >= FAINTEST and heaviest <= LARGEST):
             worst = heaviest if heaviest > LARGEST else lightest
             raise InputError(
-                Argument("load"),
-                f" must be between {FAINTEST:g} and {LARGEST:g} [N], got {exact(worst)}",
+                f"`load` must be between {FAINTEST:g} and {LARGEST:g} [N], got {exact(worst)}"
             )
         return plain(self._solve(loads.reshape(-1)).reshape(loads.shape))
 
@@ -314,9 +301,7 @@ class NormalLaw(Parametric, ABC):
     def _separations(self, value: ArrayLike) -> Floats:
         d = floats("separation", value)
         if d.min() < -LARGEST:
-            raise InputError(
-                Argument("separation"), f" must be above {-LARGEST:g} [m], got {d.min():g}"
-            )
+            raise InputError(f"`separation` must be above {-LARGEST:g} [m], got {d.min():g}")
         return np.minimum(d, LARGEST)  # where nothing has touched for long
 
     def _solve(self, loads: Floats) -> Floats:
@@ -333,15 +318,12 @@ class NormalLaw(Parametric, ABC):
             low -= scale
             scale *= 2.0
         else:
-            raise InputError(
-                Argument("load"), f" must be one that the surface can carry, got {top:g} N"
-            )
+            raise InputError(f"`load` must be one that the surface can carry, got {top:g} N")
         lightest = self._derivative_at(high, 0)
         if loads.min() < lightest:
             raise InputError(
-                Argument("load"),
-                f" must be at least {lightest:.3g} N, the lightest this surface can tell from "
-                f"none, got {exact(loads.min())} N",
+                f"`load` must be at least {lightest:.3g} N, the lightest this surface can tell "
+                f"from none, got {exact(loads.min())} N"
             )
         grid = np.linspace(low, high, 65)
         with np.errstate(divide="ignore"):
@@ -382,9 +364,8 @@ class NormalLaw(Parametric, ABC):
         off = np.abs(self._derivative(d, 0) - loads) > 1e-9 * loads
         if off.any():
             raise InputError(
-                Argument("load"),
-                " must be one that a separation in double precision can tell from its "
-                f"neighbours on this surface, not one as light as {exact(loads[off][0])} N",
+                "`load` must be one that a separation in double precision can tell from its "
+                f"neighbours on this surface, not one as light as {exact(loads[off][0])} N"
             )
 
     @classmethod

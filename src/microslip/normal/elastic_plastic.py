@@ -15,7 +15,7 @@ import numpy as np
 
 from microslip._core.checks import Floats, show
 from microslip._core.frozen import lock
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.materials import MaterialPair
 
 # Fully plastic pressure over yield stress, where a hardness is given (Jackson and Green 2005).
@@ -133,7 +133,7 @@ def model_of(name: str, pair: MaterialPair, yield_stress: float) -> SummitModel:
     """The model of a name."""
     if not isinstance(name, str) or name not in MODELS:
         names = ", ".join(f'"{key}"' for key in MODELS)
-        raise InputError(Argument("model"), f" must be one of {names}, got {show(name)}")
+        raise InputError(f"`model` must be one of {names}, got {show(name)}")
     return MODELS[name](pair, yield_stress)
 
 

@@ -85,11 +85,6 @@ class EllipticSummits(GreenwoodWilliamson):
     direction : float
         Angle between the motion and the lay [rad]: 0 along it, pi/2 across.
 
-    Raises
-    ------
-    InputError
-        A value out of its range; heights whose 3/2-moment is infinite.
-
     Notes
     -----
     The contacts are Hertz's ellipses with the long axis along the lay. Cattaneo's superposition
@@ -142,13 +137,7 @@ class EllipticSummits(GreenwoodWilliamson):
         hardness: float | None = None,
         model: str = "jackson-green",
     ) -> TightenedSurface:
-        """Not known of ellipses: the models of yielding summits are of spheres.
-
-        Raises
-        ------
-        InputError
-            Always.
-        """
+        """Not known of ellipses: the models of yielding summits are of spheres."""
         raise InputError(
             "EllipticSummits cannot be tightened: what is known of summits that yield is of "
             "spheres; take a GreenwoodWilliamson surface of the same radius"

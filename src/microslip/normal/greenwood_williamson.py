@@ -44,11 +44,6 @@ class GreenwoodWilliamson(NormalLaw):
     area : float
         Apparent area S_a [m^2].
 
-    Raises
-    ------
-    InputError
-        A value out of its range; heights whose 3/2-moment is infinite.
-
     Notes
     -----
     N(d) = N_a (4/3) E* sqrt(rho) times the partial moment of order 3/2 of the heights above d
@@ -186,11 +181,6 @@ class GreenwoodWilliamson(NormalLaw):
         -------
         TightenedSurface
             A normal load law for loads up to the tightening load.
-
-        Raises
-        ------
-        InputError
-            A value out of its range, another model, both or neither of stress and hardness.
         """
         return TightenedSurface(
             self.pair,

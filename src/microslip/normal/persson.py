@@ -26,7 +26,7 @@ from microslip._core.checks import (
 )
 from microslip._core.frozen import Locked, assign, lock
 from microslip._core.parameters import Parametric, parameter
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.materials import MaterialPair
 from microslip.normal.base import PRESSURE, NormalLaw, check_pair
 from microslip.normal.table import TabulatedNormalLaw
@@ -83,11 +83,6 @@ class PerssonCurve(Locked, Parametric):
     stored_share : float, optional
         Persson's gamma [-]: how much of the elastic energy of full contact partial contact stores.
 
-    Raises
-    ------
-    InputError
-        A value out of its range; fewer than two points, wavenumbers that do not rise.
-
     Notes
     -----
     Yang and Persson (2008), DOI 10.1088/0953-8984/20/21/215214: the mean separation under a
@@ -125,12 +120,11 @@ class PerssonCurve(Locked, Parametric):
         q, c = self.wavenumber, self.spectrum
         if q.size != c.size or q.size < 2:
             raise InputError(
-                Argument("wavenumber"),
-                " and the spectrum must be two lists of one length, two at least, got "
-                f"{q.size} and {c.size}",
+                "`wavenumber` and the spectrum must be two lists of one length, two at least, "
+                f"got {q.size} and {c.size}"
             )
         if not np.all(np.diff(q) > 0.0):
-            raise InputError(Argument("wavenumber"), " must rise [1/m]")
+            raise InputError("`wavenumber` must rise [1/m]")
 
     @classmethod
     def from_spectrum(
@@ -154,20 +148,14 @@ class PerssonCurve(Locked, Parametric):
             Apparent area [m^2].
         longest, shortest : float, optional
             Wavelengths [m] between which it counts; all that are in it unless given.
-
-        Raises
-        ------
-        InputError
-            Fewer than two rings between the wavelengths; a profile; a density below zero.
         """
         q, c = (record(name, getattr(spectrum, name)) for name in ("wavenumber", "density"))
         if q.shape != c.shape:
             raise InputError(
-                Argument("wavenumber"),
-                f" and density must be of one length, got {q.size} and {c.size}",
+                f"`wavenumber` and density must be of one length, got {q.size} and {c.size}"
             )
         if c.min() < 0.0:
-            raise InputError(Argument("spectrum"), f" must not be negative, got {exact(c.min())}")
+            raise InputError(f"`spectrum` must not be negative, got {exact(c.min())}")
         if len(getattr(spectrum, "axes", (0, 0))) < 2:
             raise InputError("PerssonCurve needs the spectrum of a map, got that of a profile")
         low = 0.0 if longest is None else 2.0 * math.pi / positive("longest", longest, "m", 1e-3)
@@ -209,15 +197,10 @@ class PerssonCurve(Locked, Parametric):
             Wavelengths [m], falling.
         area : float
             Apparent area [m^2].
-
-        Raises
-        ------
-        InputError
-            A value out of its range, wavelengths that do not fall.
         """
         rms, hurst = positive("rms", rms, "m", 1e-6), positive("hurst", hurst)
         if hurst > 1.0:
-            raise InputError(Argument("hurst"), f" must be in (0, 1], got {exact(hurst)}")
+            raise InputError(f"`hurst` must be in (0, 1], got {exact(hurst)}")
         ends = [
             2.0 * math.pi / positive(name, value, "m", 1e-3)
             for name, value in (
@@ -295,13 +278,7 @@ class PerssonCurve(Locked, Parametric):
     # -- separation by pressure -------------------------------------------------------------------
 
     def separation(self, load: ArrayLike) -> Any:
-        """Mean separation of the mean planes [m] under loads [N] of any shape.
-
-        Raises
-        ------
-        InputError
-            A load not above zero, not finite, empty.
-        """
+        """Mean separation of the mean planes [m] under loads [N] of any shape."""
         from scipy.special import exp1
 
         loads = positives("load", load, "N")
@@ -321,13 +298,7 @@ class PerssonCurve(Locked, Parametric):
         return plain(gaps.reshape(loads.shape))
 
     def contact_share(self, load: ArrayLike) -> Any:
-        """Real over apparent area [-] at the shortest waves, under loads [N] of any shape.
-
-        Raises
-        ------
-        InputError
-            Not finite, empty.
-        """
+        """Real over apparent area [-] at the shortest waves, under loads [N] of any shape."""
         from scipy.special import erf
 
         full = self.pair.composite_modulus * self.rms_slope / math.sqrt(2.0)
@@ -347,11 +318,6 @@ class PerssonCurve(Locked, Parametric):
         -------
         PerssonSurface
             A table with an exponential tail, which is the law of light loads.
-
-        Raises
-        ------
-        InputError
-            Fewer than ten points, or more than a million.
         """
         points = whole_number("points", points, 10, 1_000_000)
         full = self.area * self.pair.composite_modulus * self.rms_slope / math.sqrt(2.0)
@@ -383,13 +349,7 @@ class PerssonSurface(TabulatedNormalLaw):
         return self.curve.area
 
     def contact_area(self, separation: ArrayLike) -> Any:
-        """Real contact area [m^2] at the shortest waves, for separations [m] of any shape.
-
-        Raises
-        ------
-        InputError
-            Not finite, empty, or closer than the table.
-        """
+        """Real contact area [m^2] at the shortest waves, for separations [m] of any shape."""
         share = self.curve.contact_share(self.load(separation))
         return plain(self.area * np.asarray(share))
 
@@ -404,9 +364,9 @@ class PerssonSurface(TabulatedNormalLaw):
         heaviest = float(np.asarray(self.loads)[0])
         if loads.max() > heaviest:
             raise InputError(
-                Argument("load"),
-                f" must be at most {heaviest:.6g} N, half of full contact, to which the curve is "
-                f"computed, got {exact(loads.max())} N; give a larger area or a smaller load",
+                f"`load` must be at most {heaviest:.6g} N, half of full contact, to which the "
+                f"curve is computed, got {exact(loads.max())} N; give a larger area or a smaller "
+                "load"
             )
         return super()._solve(loads)
 

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from microslip._core.checks import Floats, floats, plain, positive, record
 from microslip._core.frozen import Locked, assign, lock
 from microslip._core.parameters import parameter
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.heights import Discrete
 from microslip.materials import MaterialPair
 from microslip.normal.base import (
@@ -45,11 +45,6 @@ class AsperityPopulation(Locked, NormalLaw):
     area : float, optional
         Apparent area [m^2] that they stand on; it enters no load, only verdicts.
 
-    Raises
-    ------
-    InputError
-        Nothing given, lengths that differ, a radius not above zero, a value that is not finite.
-
     Notes
     -----
     Each summit follows (19.1)-(19.3). The last contact is lost exactly at the highest summit, and
@@ -72,12 +67,11 @@ class AsperityPopulation(Locked, NormalLaw):
         radii = floats("radii", self.radii)
         if radii.ndim > 1 or radii.size not in (1, heights.size):
             raise InputError(
-                Argument("radii"),
-                f" must be one number or one for each of the {heights.size} heights, "
-                f"got shape {radii.shape}",
+                f"`radii` must be one number or one for each of the {heights.size} heights, got "
+                f"shape {radii.shape}"
             )
         if radii.min() <= 0.0:
-            raise InputError(Argument("radii"), f" must be above zero [m], got {radii.min():g}")
+            raise InputError(f"`radii` must be above zero [m], got {radii.min():g}")
         radii = np.broadcast_to(radii.reshape(-1), heights.shape)
         assign(self, copies=positive("copies", self.copies, "", 1.0))
         if self.area is not None:
@@ -144,11 +138,6 @@ class AsperityPopulation(Locked, NormalLaw):
         """The summits after they were pressed together once by a load [N] and yielded.
 
         As of :meth:`GreenwoodWilliamson.tightened`, whose parameters and errors these are.
-
-        Raises
-        ------
-        InputError
-            As there.
         """
         order = np.argsort(np.asarray(self.heights), kind="stable")  # that of Discrete
         return TightenedSurface(

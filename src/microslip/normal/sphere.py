@@ -28,11 +28,6 @@ class SphereOnFlat(NormalLaw):
         The two materials.
     radius : float
         Radius rho [m].
-
-    Raises
-    ------
-    InputError
-        A radius that is not above zero and finite.
     """
 
     key = "sphere"
@@ -58,11 +53,6 @@ class SphereOnFlat(NormalLaw):
         """Largest pressure p0 = (2 E*/pi) sqrt(s/rho) [Pa] at a separation -s [m] (19.2), (19.3).
 
         Zero where nothing touches.
-
-        Raises
-        ------
-        InputError
-            A separation that is no finite number.
         """
         depth = max(-number("separation", separation, "m", -1e-6), 0.0)
         return 2.0 / math.pi * self.pair.composite_modulus * math.sqrt(depth / self.radius)

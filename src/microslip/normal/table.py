@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, exact, record, show
 from microslip._core.frozen import Locked, assign, lock
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.kernels import Integers
 from microslip.materials import MaterialPair
 from microslip.normal.base import NormalLaw, aluminium, check_pair
@@ -46,12 +46,6 @@ class TabulatedNormalLaw(Locked, NormalLaw):
     tail : {None, "exponential"}, optional
         How the load goes on after the last separation where it is not zero there: N and N' are
         continued by an exponential. Without a tail the last load must be zero.
-
-    Raises
-    ------
-    InputError
-        Lengths that differ, fewer than three points, separations that do not rise, loads that do
-        not fall or are not convex, an end above zero without a tail.
 
     Notes
     -----
@@ -127,8 +121,8 @@ class TabulatedNormalLaw(Locked, NormalLaw):
         d, first = super()._separations(value), self._span[0]
         if d.min() < first:
             raise InputError(
-                Argument("separation"),
-                f" must be at least {exact(first)} m, where the table begins, got {exact(d.min())}",
+                f"`separation` must be at least {exact(first)} m, where the table begins, got "
+                f"{exact(d.min())}"
             )
         return d
 
@@ -157,9 +151,8 @@ class TabulatedNormalLaw(Locked, NormalLaw):
         heaviest = float(np.asarray(self.loads)[0])
         if loads.max() > heaviest:
             raise InputError(
-                Argument("load"),
-                f" must be at most {exact(heaviest)} N, where the table begins, "
-                f"got {exact(loads.max())} N",
+                f"`load` must be at most {exact(heaviest)} N, where the table begins, got "
+                f"{exact(loads.max())} N"
             )
         knots, _, curvatures, ends_of, _, ends, _ = self._spline
         i = np.clip(np.searchsorted(-ends_of, -loads, side="left"), 1, ends.size) - 1
@@ -287,31 +280,25 @@ def _check_table(d: Floats, n: Floats, tail: str | None) -> None:
     steps = np.diff(d)
     if steps.min() <= 0.0:
         i = int(np.argmin(steps))
-        raise InputError(
-            Argument("separation"), f" must rise, got {d[i]:g} then {d[i + 1]:g} at index {i + 1}"
-        )
+        raise InputError(f"`separation` must rise, got {d[i]:g} then {d[i + 1]:g} at index {i + 1}")
     drops = -np.diff(n)
     if drops.min() <= 0.0:
         i = int(np.argmin(drops))
-        raise InputError(
-            Argument("load"), f" must fall, got {n[i]:g} then {n[i + 1]:g} at index {i + 1}"
-        )
+        raise InputError(f"`load` must fall, got {n[i]:g} then {n[i + 1]:g} at index {i + 1}")
     if n[-1] < 0.0:
-        raise InputError(Argument("load"), f" must not be negative, got {n[-1]:g} at the end")
+        raise InputError(f"`load` must not be negative, got {n[-1]:g} at the end")
     bends = np.diff(-drops / steps)
     # Points on a straight line are convex, whatever rounding says.
     i = int(np.argmin(bends))
     if bends[i] < -1e-9 * drops[i] / steps[i]:
         raise InputError(
-            Argument("load"),
-            " must be convex (its fall must slow down: N'' < 0 would be a negative density of "
-            f"sliders), got a fall that grows at index {i + 1}, d = {d[i + 1]:g} m",
+            "`load` must be convex (its fall must slow down: N'' < 0 would be a negative "
+            f"density of sliders), got a fall that grows at index {i + 1}, d = {d[i + 1]:g} m"
         )
     if tail is None and n[-1] > 0.0:
         raise InputError(
-            Argument("load"),
-            f" must end at zero, got {n[-1]:g} N at the last separation; "
-            'add the point where contact ends or state tail="exponential"',
+            f"`load` must end at zero, got {n[-1]:g} N at the last separation; add the point "
+            'where contact ends or state tail="exponential"'
         )
     if tail is not None and n[-1] == 0.0:
-        raise InputError(Argument("tail"), " must be None where the load ends at zero")
+        raise InputError("`tail` must be None where the load ends at zero")

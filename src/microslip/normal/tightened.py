@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, exact, plain, positive
 from microslip._core.frozen import made_once
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.heights import Discrete, Gaussian, HeightDistribution
 from microslip.heights.density import DensityHeights
 from microslip.materials import MaterialPair
@@ -119,11 +119,6 @@ class TightenedSurface(NormalLaw):
     area : float, optional
         Apparent area [m^2].
 
-    Raises
-    ------
-    InputError
-        A value out of its range, another model, a load that the surface cannot carry.
-
     Notes
     -----
     After Jackson and Green (2005), DOI 10.1115/1.1866166, for the way in, and Etsion, Kligerman and
@@ -167,8 +162,8 @@ class TightenedSurface(NormalLaw):
             high, low, scale = low, low - scale, 2.0 * scale
         else:
             raise InputError(
-                Argument("normal_load"),
-                f" must be one that the surface can carry, got {exact(self.tightening_load)} N",
+                "`normal_load` must be one that the surface can carry, got "
+                f"{exact(self.tightening_load)} N"
             )
         return self._bisect(low, high)
 
@@ -260,9 +255,7 @@ class TightenedSurface(NormalLaw):
     def _patch(self, area: float, share: float) -> NormalLaw:
         """A part, which bore its share of the load that tightened the whole."""
         if self.area is None:
-            raise InputError(
-                Argument("surface"), " must have an apparent area over which a pressure is spread"
-            )
+            raise InputError("`surface` must have an apparent area over which a pressure is spread")
         count, load = self.summit_count * (area / self.area), self.tightening_load * share
         return dataclasses.replace(self, area=area, summit_count=count, tightening_load=load)
 
@@ -325,9 +318,9 @@ class TightenedSurface(NormalLaw):
         closest = self.closest_separation
         if d.size and float(d.min()) < closest - 1e-9 * self.heights.spread:
             raise InputError(
-                Argument("separation"),
-                f" must be at least {closest:.6g} m, that of the tightening load "
-                f"{self.tightening_load:.6g} N (closer the summits yield again), got {d.min():.6g}",
+                f"`separation` must be at least {closest:.6g} m, that of the tightening load "
+                f"{self.tightening_load:.6g} N (closer the summits yield again), got "
+                f"{d.min():.6g}"
             )
 
     def _derivative(self, separation: Floats, order: int) -> Floats:
@@ -341,9 +334,8 @@ class TightenedSurface(NormalLaw):
         heaviest = float(loads.max())
         if heaviest > self.tightening_load * (1.0 + 1e-12):
             raise InputError(
-                Argument("load"),
-                f" must be at most the tightening load {self.tightening_load:.10g} N "
-                f"(above it the summits yield again), got {exact(heaviest)} N",
+                f"`load` must be at most the tightening load {self.tightening_load:.10g} N "
+                f"(above it the summits yield again), got {exact(heaviest)} N"
             )
         # What the tables round of the largest load must not ask for a closer separation.
         return super()._solve(np.minimum(loads, self._derivative_at(self.closest_separation, 0)))
@@ -402,11 +394,8 @@ def yield_stress_of(yield_stress: float | None, hardness: float | None) -> float
     if (yield_stress is None) == (hardness is None):
         came = "neither" if hardness is None else "both"
         raise InputError(
-            Argument("yield_stress"),
-            " [Pa] or ",
-            Argument("hardness"),
-            f" [Pa] must be given, one of them, got {came}; write ",
-            Argument("yield_stress", 250e6),
+            f"`yield_stress` [Pa] or `hardness` [Pa] must be given, one of them, got {came}; "
+            "write `yield_stress=250000000.0`"
         )
     if hardness is not None:
         return positive("hardness", hardness, "Pa", 1.2e9) / HARDNESS_RATIO

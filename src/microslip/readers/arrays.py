@@ -11,7 +11,7 @@ import numpy as np
 
 from microslip._core.checks import Floats
 from microslip._core.wording import shorten
-from microslip.errors import UNSAID, Argument, InputError
+from microslip.errors import InputError
 from microslip.readers.files import first_line
 from microslip.readers.tables import Column, Stated, Table, refuse_long
 
@@ -94,9 +94,7 @@ def single_array(arrays: Mapping[str, Leaf], key: str | None, kind: str) -> str:
             f"wanted a matrix of heights, got this {kind} with {listed or 'no numbers'}"
         )
     if len(able) > 1:
-        raise InputError(
-            f"this {kind} holds more than one array: {listed}; write ", Argument("key", UNSAID)
-        )
+        raise InputError(f"this {kind} holds more than one array: {listed}; write `key=...`")
     return able[0]
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from microslip._core.files import reason
 from microslip._core.wording import did_you_mean, shorten
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError, in_python
 
 _HEAD = 1024
 
@@ -100,8 +100,7 @@ def refuse_beyond(shape: tuple[int, ...], limit: int) -> None:
     if (count := math.prod(shape)) > limit:
         size = " x ".join(str(n) for n in shape)
         raise InputError(
-            f"holds {size} = {count} points, more than ",
-            Argument("limit", limit),
-            "; give a higher limit if there is memory for it "
-            f"({count * 8e-9:.3g} GB and a few times that)",
+            f"holds {size} = {count} points, more than `limit={in_python(limit)}`; give a "
+            f"higher limit if there is memory for it ({count * 8e-09:.3g} GB and a few times "
+            "that)"
         )

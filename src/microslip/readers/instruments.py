@@ -13,7 +13,7 @@ import numpy as np
 
 from microslip._core.units import LENGTH, QuantityError, engineering, to_si
 from microslip._core.wording import did_you_mean, shorten, show
-from microslip.errors import UNSAID, Argument, InputError
+from microslip.errors import InputError, in_python
 from microslip.readers.files import first_line, refuse_beyond
 from microslip.readers.grid import on_grid
 
@@ -127,9 +127,8 @@ def _check_size(path: Path, limit: int) -> None:
             raise ValueError(f"damaged archive: {first_line(error)}") from None
     if size > largest:
         raise InputError(
-            f"unpacks to {size / 1e6:.0f} MB, more than ",
-            Argument("limit", limit),
-            " points can need; give a higher limit if there is memory for it",
+            f"unpacks to {size / 1000000.0:.0f} MB, more than `limit={in_python(limit)}` "
+            "points can need; give a higher limit if there is memory for it"
         )
 
 
@@ -179,8 +178,7 @@ def _open(path: Path, format_name: Any) -> tuple[Any, str]:
             names = [*house_formats, *sorted({*readers} - {*house_formats})]
             hint = did_you_mean(format_name, names) if isinstance(format_name, str) else ""
             raise InputError(
-                Argument("format"),
-                f": no format {show(format_name)}{hint}; there are {', '.join(names)}",
+                f"`format`: no format {show(format_name)}{hint}; there are {', '.join(names)}"
             )
         try:
             return readers[format_name](str(path)), format_name
@@ -203,9 +201,9 @@ def _open(path: Path, format_name: Any) -> tuple[Any, str]:
     if failed:
         raise ValueError(failed)
     raise InputError(
-        "of no format that is known by its first bytes or its ending; write ",
-        Argument("format", UNSAID),
-        f", one of text, npy, npz, {', '.join(sorted({*readers} - {'text', 'npy', 'npz'}))}",
+        "of no format that is known by its first bytes or its ending; write "
+        "`format=...`, one of text, npy, npz, "
+        f"{', '.join(sorted({*readers} - {'text', 'npy', 'npz'}))}"
     )
 
 
@@ -240,9 +238,7 @@ def _channel_index(channels: list[Any], channel_name: Any) -> int:
         if not able:
             raise ValueError(f"no channel of heights; there are {listed or 'none'}")
         listed = ", ".join(f'{i}: "{shorten(names[i], 40)}"' for i in able[:20])
-        raise InputError(
-            f"{len(able)} channels of heights, {listed}; write ", Argument("channel", UNSAID)
-        )
+        raise InputError(f"{len(able)} channels of heights, {listed}; write `channel=...`")
     text = str(channel_name)
     if text in names and not isinstance(channel_name, int):
         if names.count(text) > 1:

@@ -10,7 +10,7 @@ from typing import NamedTuple
 from microslip._core.checks import Floats
 from microslip._core.units import Kind, QuantityError, factor_of
 from microslip._core.wording import did_you_mean, quoted, shorten, show
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.readers.headings import NO_UNITS, name_and_unit, spelt
 
 MAX_SAMPLES = 500_000_000
@@ -105,10 +105,10 @@ def fits(unit: str | None, kind: Kind) -> bool:
 
 def find(columns: Sequence[Named], text: object, role: str = "") -> Named:
     """The column that somebody named, with or without unit, by the end of a path, or as "#2"."""
-    before = (Argument(role), ": ") if role else ()
+    before = f"`{role}`: " if role else ""
     if not isinstance(text, str) or not text.strip():
         raise InputError(
-            *before, f'wanted the name of a column, or "#2" for the second, got {show(text)}'
+            f'{before}wanted the name of a column, or "#2" for the second, got {show(text)}'
         )
     query = text.strip()
     small = query.casefold()
@@ -125,14 +125,12 @@ def find(columns: Sequence[Named], text: object, role: str = "") -> Named:
         if alike:
             text = unmistakable(alike[0], columns)
             raise InputError(
-                *before,
-                f'{len(alike)} columns are called "{shorten(query, 40)}", {headings(alike)}; ',
-                "write ",
-                Argument(role, text) if role else f'"{text}"',
+                f'{before}{len(alike)} columns are called "{shorten(query, 40)}", '
+                f"{headings(alike)}; write " + (f'`{role}="{text}"`' if role else f'"{text}"')
             )
     hint = did_you_mean(query, dict.fromkeys(n for c in columns for n in (c.name, c.heading)))
     advice = hint or f"; {listed(columns)}"
-    raise InputError(*before, f'no column "{shorten(query, 40)}"{advice}')
+    raise InputError(f'{before}no column "{shorten(query, 40)}"{advice}')
 
 
 def listed(columns: Sequence[Named]) -> str:

@@ -14,7 +14,7 @@ import numpy as np
 
 from microslip._core.checks import Floats
 from microslip._core.wording import shorten, show
-from microslip.errors import UNSAID, Argument, InputError
+from microslip.errors import InputError
 from microslip.readers.dialect import (
     NUMBER,
     SEPARATORS,
@@ -112,16 +112,15 @@ class TextFile(NamedTuple):
     def no_number(self, line: int, place: int, cell: str) -> ValueError:
         """What is wrong with a cell, and where it is."""
         name = shorten(self.layout.names[place], 40) or f"#{place + 1}"
-        hint: tuple[object, ...] = ()
+        hint = ""
         other_sign = "," if self.decimal == "." else "."
         if other_sign in cell and NUMBER[other_sign].fullmatch(cell):
-            hint = (f' (the decimal sign of the lines above is "{self.decimal}")',)
+            hint = f' (the decimal sign of the lines above is "{self.decimal}")'
         elif re.fullmatch(r"[+-]?\d{1,3}([,.' ]\d{3})+([.,]\d+)?", cell):
-            hint = (" (write numbers without signs between thousands)",)
+            hint = " (write numbers without signs between thousands)"
         elif re.fullmatch(r"[\d/. -]*\d{1,2}:\d\d(:\d\d([.,]\d+)?)?", cell):
-            rate = Argument("sample_rate", UNSAID)
-            hint = ("; for times of day write ", Argument("time", False), " and ", rate)
-        return InputError(f'line {line}, column "{name}": wanted a number, got {show(cell)}', *hint)
+            hint = "; for times of day write `time=False` and `sample_rate=...`"
+        return InputError(f'line {line}, column "{name}": wanted a number, got {show(cell)}{hint}')
 
     def line_of(self, row: int) -> int:
         """Line of a row, both counted as people do and as arrays do."""

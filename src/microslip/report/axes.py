@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import AutoLocator, LogLocator, NullFormatter, NullLocator, ScalarFormatter
 
 from microslip._core.checks import show
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.report import plot as shapes
 from microslip.report.drawing import STYLE
 from microslip.report.matplotlib_figure import figure, paint
@@ -44,7 +44,7 @@ def draw(plot: Plot, ax: Any = None, *, color: str | None = None, label: str = "
         all_axes = np.atleast_1d(np.asarray(ax, dtype=object)).reshape(-1)
         if len(all_axes) != len(panels) or not all(isinstance(axes, Axes) for axes in all_axes):
             expected = "Matplotlib's axes" if len(panels) == 1 else f"{len(panels)} of them"
-            raise InputError(Argument("ax"), f" must be {expected}, got {show(ax)}")
+            raise InputError(f"`ax` must be {expected}, got {show(ax)}")
         with style.context(STYLE):
             for axes, panel in zip(all_axes, panels, strict=True):
                 _draw_panel(axes, panel, color)

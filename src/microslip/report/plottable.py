@@ -32,11 +32,6 @@ class Plottable:
         -------
         matplotlib.axes.Axes or ndarray of Axes
             What was drawn on; an array where there are several panels.
-
-        Raises
-        ------
-        InputError
-            Something else than axes, or too few or too many of them.
         """
         from microslip.report.axes import draw
 
@@ -71,11 +66,6 @@ class PlottableAtSensor:
         -------
         matplotlib.axes.Axes or ndarray of Axes
             What was drawn on.
-
-        Raises
-        ------
-        InputError
-            Something else than axes; a sensor that is not there.
         """
         from microslip.report.axes import draw
 

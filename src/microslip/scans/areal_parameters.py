@@ -13,7 +13,7 @@ import numpy as np
 
 from microslip._core.checks import Floats
 from microslip._core.frozen import Locked, lock
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.scans.curvature import fitted
 from microslip.scans.height_map import HeightMap
 from microslip.scans.noise import present
@@ -79,7 +79,7 @@ class Autocorrelation(Locked):
         does not fall so far within half of the scan. Another level is an InputError.
         """
         if not 0.0 < level < 1.0:
-            raise InputError(Argument("level"), f" must be between 0 and 1, got {level:g}")
+            raise InputError(f"`level` must be between 0 and 1, got {level:g}")
         from scipy.ndimage import map_coordinates
 
         rows, columns = self.values.shape

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from microslip._core.checks import LARGEST, exact, floats, positive, show
 from microslip._core.frozen import lock
 from microslip._core.units import AREA, LENGTH, Kind, QuantityError, engineering, to_si
-from microslip.errors import Argument, InputError, Phrase
+from microslip.errors import InputError
 
 LIMIT = 100_000_000
 """Points that a file may hold unless more are asked for: 0.8 GB of heights."""
@@ -112,22 +112,20 @@ def enough(name: str, heights: NDArray[np.float64]) -> None:
         )
 
 
-def objection(heights: NDArray[np.float64]) -> Phrase:
+def objection(heights: NDArray[np.float64]) -> str:
     """Why heights cannot be measured: all the same, or with spikes that drown the others."""
     low, high = float(np.fmin.reduce(heights, axis=None)), float(np.fmax.reduce(heights, axis=None))
     if low == high:
-        return Phrase(
+        return (
             f"all heights are {exact(low)} m: nothing to measure; another channel, or more digits?"
         )
     if count := spikes(heights):
-        return Phrase(
-            f"{count} of {heights.size} points lie more than {SPIKE:g} times farther from the "
-            f"median than usual (lowest {low:g} m, highest {high:g} m): not heights; leave "
-            "them out by ",
-            *(Argument("outliers", 6), ", or ", Argument("valid", ("-1 mm", "1 mm"))),
-            " when reading",
+        return (
+            f"{count} of {heights.size} points lie more than {SPIKE:g} times farther from "
+            f"the median than usual (lowest {low:g} m, highest {high:g} m): not heights; "
+            'leave them out by `outliers=6`, or `valid=("-1 mm", "1 mm")` when reading'
         )
-    return Phrase()
+    return ""
 
 
 def pixel_of(pixel: Any, axes: int) -> tuple[float, ...]:
@@ -140,7 +138,7 @@ def pixel_of(pixel: Any, axes: int) -> tuple[float, ...]:
         return (_step(pixel),) * axes
     if len(steps) != axes:
         shape = "one distance" if axes == 1 else "one distance, or (along x, along y)"
-        raise InputError(Argument("pixel"), f" must be {shape}, got {len(steps)} of them")
+        raise InputError(f"`pixel` must be {shape}, got {len(steps)} of them")
     return steps
 
 
@@ -159,16 +157,14 @@ def _quantity(name: str, value: Any, kind: Kind, example: str, number: float) ->
         try:
             return to_si(value, kind, example)
         except QuantityError as error:
-            raise InputError(Argument(name), f": {error}") from None
+            raise InputError(f"`{name}`: {error}") from None
     return positive(name, value, kind.unit, number)
 
 
 def _step(value: Any) -> float:
     step = length_of("pixel", value, "1.66 um")
     if not 1e-15 <= step <= 1e3:
-        raise InputError(
-            Argument("pixel"), f" must be between 1e-15 m and 1000 m, got {exact(step)} m"
-        )
+        raise InputError(f"`pixel` must be between 1e-15 m and 1000 m, got {exact(step)} m")
     return step
 
 
@@ -178,16 +174,13 @@ def height_array(heights: ArrayLike) -> NDArray[np.float64]:
     try:
         array = np.asarray(np.ma.getdata(heights) if mask is not None else heights)
     except Exception:  # an object's own conversion may raise anything
-        raise InputError(
-            Argument("heights"), f" must be an array of numbers, got {show(heights)}"
-        ) from None
+        raise InputError(f"`heights` must be an array of numbers, got {show(heights)}") from None
     if array.dtype.kind not in "iuf":
-        raise InputError(Argument("heights"), f" must be an array of numbers, got {show(heights)}")
+        raise InputError(f"`heights` must be an array of numbers, got {show(heights)}")
     if array.ndim not in (1, 2):
         raise InputError(
-            Argument("heights"),
-            " must have two dimensions, rows along y and columns along x, or one for a "
-            f"profile, got shape {array.shape}",
+            "`heights` must have two dimensions, rows along y and columns along x, or one "
+            f"for a profile, got shape {array.shape}"
         )
     if array.ndim == 1 and array.size < 4:
         raise InputError(f"a profile needs at least four points, got {array.size}")
@@ -195,8 +188,7 @@ def height_array(heights: ArrayLike) -> NDArray[np.float64]:
         hint = "; for a profile, give one dimension" if array.size > 3 else ""
         rows, columns = array.shape
         raise InputError(
-            Argument("heights"),
-            f" must have at least two rows and two columns, got {rows} x {columns}{hint}",
+            f"`heights` must have at least two rows and two columns, got {rows} x {columns}{hint}"
         )
     # Our own results come locked and owned by nobody else: no need to copy them.
     shared = array.dtype == np.float64 and array.flags.c_contiguous and mask is None
@@ -217,12 +209,11 @@ def _check_values(array: NDArray[np.float64]) -> None:
     if math.isinf(low) or math.isinf(high):
         count = np.count_nonzero(np.isinf(array))
         raise InputError(
-            Argument("heights"),
-            f" must be finite, or NaN where they are missing: {count} of {array.size} are infinite",
+            f"`heights` must be finite, or NaN where they are missing: {count} of "
+            f"{array.size} are infinite"
         )
     if max(-low, high) > LARGEST:
         worst = low if -low > high else high
         raise InputError(
-            Argument("heights"),
-            f" must be heights in metres, got {worst:g} m; mark missing points as NaN",
+            f"`heights` must be heights in metres, got {worst:g} m; mark missing points as NaN"
         )

@@ -47,11 +47,6 @@ def combine(
         Those of the sum; a radius is by load if one of the two is. Axes are as laid on each other:
         x on x and y on y. The joint of both is ``combine(a, b).to_surface(pair, area)``; of
         moments, ``combine(a, b).mccool().to_surface(pair, area)``.
-
-    Raises
-    ------
-    InputError
-        Two of different kinds, or of another.
     """
     if isinstance(a, Moments) and isinstance(b, Moments):
         same_axes = len(a.m2_axes) == len(b.m2_axes)
@@ -101,11 +96,6 @@ def average(faces: Sequence[SummitStatistics]) -> tuple[SummitStatistics, Spread
     Spread
         Standard deviation from scan to scan over the mean, of density, radius and std; not a
         number for one scan.
-
-    Raises
-    ------
-    InputError
-        None at all, something else, or radii of two kinds.
     """
     for item in faces:
         if not isinstance(item, SummitStatistics):

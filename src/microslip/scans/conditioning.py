@@ -11,7 +11,7 @@ import numpy as np
 from microslip._core.frozen import lock
 from microslip._core.units import engineering
 from microslip._core.wording import did_you_mean, quoted, show
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError, in_python
 from microslip.scans.checks import length_of
 from microslip.scans.filters import smooth
 from microslip.scans.height_map import HeightMap
@@ -53,8 +53,8 @@ def condition(scan: Map, steps: Steps) -> Map:
         heights, removed = level(heights, scan.pixel, steps.level)
         if float(np.nanmax(np.abs(heights))) <= _ROUNDING * before:
             raise InputError(
-                *(f"{scan.name[:60]}: ", Argument("level", steps.level)),
-                " leaves nothing but rounding: no roughness to measure",
+                f"{scan.name[:60]}: `level={in_python(steps.level)}` leaves nothing but "
+                "rounding: no roughness to measure"
             )
         notes.append(f"level: {steps.level} removed, {engineering(removed, 'm')} high.")
     unfiltered = scan._unfiltered
@@ -109,21 +109,20 @@ def band(scan: HeightMap, cutoff: Any, long_cutoff: Any) -> tuple[float | None, 
         if not shortest < length < longest:
             where = _beside_bounds(length, shortest, longest)
             raise InputError(
-                Argument(name),
-                f" must be between two pixels ({_readable(shortest)}) and the size of the scan "
-                f"({_readable(longest)}), got {_readable(length)}: {where}",
+                f"`{name}` must be between two pixels ({_readable(shortest)}) and the size of "
+                f"the scan ({_readable(longest)}), got {_readable(length)}: {where}"
             )
         cutoffs.append(length)
     short, long = cutoffs
     if long is not None and (before := short or scan.cutoff) is not None and long <= before:
         raise InputError(
-            *(Argument("long_cutoff"), " must be longer than ", Argument("cutoff")),
-            f", got {_readable(long)} and {_readable(before)}",
+            f"`long_cutoff` must be longer than `cutoff`, got {_readable(long)} and "
+            f"{_readable(before)}"
         )
     if short is not None and scan.long_cutoff is not None and short >= scan.long_cutoff:
         raise InputError(
-            *(Argument("cutoff"), " must be shorter than the ", Argument("long_cutoff")),
-            f" {_readable(scan.long_cutoff)} that was applied before, got {_readable(short)}",
+            f"`cutoff` must be shorter than the `long_cutoff` {_readable(scan.long_cutoff)} "
+            f"that was applied before, got {_readable(short)}"
         )
     return short, long
 
@@ -142,15 +141,13 @@ def remaining(scan: HeightMap, cutoff: float | None) -> float | None:
     came, applied = (engineering(value, "m", 4, trim=True) for value in (cutoff, before))
     if cutoff < before:
         raise InputError(
-            Argument("cutoff"),
-            f" must not be shorter than the {applied} that was applied before, got {came}: waves "
-            "that are gone do not come back; take None, or the scan as it was",
+            f"`cutoff` must not be shorter than the {applied} that was applied before, got "
+            f"{came}: waves that are gone do not come back; take None, or the scan as it was"
         )
     next_one = engineering(math.hypot(before, 1.01 * shortest), "m", 4, trim=True)
     raise InputError(
-        Argument("cutoff"),
-        f" must be the {applied} that was applied before, or at least {next_one}, got {came}: "
-        "what is between takes a filter of two pixels or less",
+        f"`cutoff` must be the {applied} that was applied before, or at least "
+        f"{next_one}, got {came}: what is between takes a filter of two pixels or less"
     )
 
 
@@ -176,9 +173,7 @@ def _threshold(value: Any) -> float | None:
 def _check_choice(name: str, value: Any, words: tuple[str, ...]) -> None:
     if value is not None and (not isinstance(value, str) or value not in words):
         hint = did_you_mean(value, words) if isinstance(value, str) else ""
-        raise InputError(
-            Argument(name), f" must be {quoted(words)} or None, got {show(value)}{hint}"
-        )
+        raise InputError(f"`{name}` must be {quoted(words)} or None, got {show(value)}{hint}")
 
 
 def _without_outliers(scan: HeightMap, limit: float) -> tuple[np.ndarray, str]:
@@ -188,7 +183,7 @@ def _without_outliers(scan: HeightMap, limit: float) -> tuple[np.ndarray, str]:
     minimum = 4 if scan.is_profile else 9
     if (remaining_count := int(np.count_nonzero(~np.isnan(heights)))) < minimum:
         raise InputError(
-            Argument("outliers"), f": only {remaining_count} of {heights.size} points would be left"
+            f"`outliers`: only {remaining_count} of {heights.size} points would be left"
         )
     return heights, (
         f"outliers: {count} of {heights.size} points farther than {limit:g} robust standard "

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from microslip._core.checks import Floats, sized
 from microslip._core.frozen import Locked, lock
 from microslip._core.units import engineering
-from microslip.errors import Argument, InputError, Phrase
+from microslip.errors import InputError
 from microslip.scans.checks import length_of
 from microslip.scans.conditioning import Steps, condition, remaining
 from microslip.scans.height_map import HeightMap
@@ -102,15 +102,10 @@ def over_cutoffs(
     :meth:`microslip.Scan.summits`, and ``known`` are summits of this very scan, counted in
     this way: at their cut-off they are taken. Where a cut-off leaves too little a parameter is NaN,
     with a note.
-
-    Raises
-    ------
-    InputError
-        Cut-offs [m] that cannot be used: below zero, two pixels or less, the size of the scan.
     """
     lengths = default_cutoffs(scan) if cutoffs is None else _lengths(cutoffs)
     if lengths.ndim != 1 or (lengths < 0.0).any():
-        raise InputError(Argument("cutoffs"), " must be a series of lengths [m], or 0 for none")
+        raise InputError("`cutoffs` must be a series of lengths [m], or 0 for none")
     lengths = np.unique(lengths)
     # Levelled once; the filter works on what is left.
     levelled = scan if level is None else condition(scan, Steps(level))
@@ -137,14 +132,14 @@ def over_cutoffs(
                 filtered = summits.scan
                 _count(summits, columns, row)
             except InputError as error:
-                notes.append(Phrase(f"{at}: ", *error.parts))
+                notes.append(f"{at}: {error.text}")
         try:
             filtered = filtered or condition(levelled, Steps(cutoff=remaining(levelled, short)))
             _measure(filtered, columns, row)
         except InputError as error:
             if cutoffs is not None and filtered is None:
                 raise  # a cut-off of the user's that cannot be used
-            notes.append(Phrase(f"{at}: ", *error.parts))
+            notes.append(f"{at}: {error.text}")
         if progress is not None:
             progress(row + 1, lengths.size)
     if scan.is_profile and counted:

@@ -42,11 +42,6 @@ def elliptic_surface(
         is the mean over the summits. Where the summits lie in all directions that is the ratio of a
         circle.
 
-    Raises
-    ------
-    InputError
-        Summits by differences, something else, a direction that is not finite.
-
     Notes
     -----
     The mean is weighted by the root of the radii, as stiffnesses are at equal indentation. The

@@ -12,7 +12,7 @@ import numpy as np
 
 from microslip._core.units import LENGTH, QuantityError, engineering, to_si
 from microslip._core.wording import shorten, show
-from microslip.errors import Argument, InputError, Phrase
+from microslip.errors import InputError, in_python
 from microslip.readers.files import usable
 from microslip.scans.checks import absurd, exact_zeros, height_array, pixel_of, repeated, spikes
 from microslip.scans.heights_in_files import RawHeights, Wishes, read_heights
@@ -59,12 +59,10 @@ def read(path: Path, wishes: Wishes) -> Understood:
 def _check(wishes: Wishes) -> None:
     limit = wishes.limit
     if not isinstance(limit, numbers.Integral) or isinstance(limit, bool) or limit < 1:
-        raise InputError(
-            Argument("limit"), f" must be a number of points above zero, got {show(limit)}"
-        )
+        raise InputError(f"`limit` must be a number of points above zero, got {show(limit)}")
     for name, value in (("format", wishes.format), ("key", wishes.key)):
         if value is not None and not isinstance(value, str):
-            raise InputError(Argument(name), f" must be text, got {show(value)}")
+            raise InputError(f"`{name}` must be text, got {show(value)}")
 
 
 def _format(name: str | None) -> str | None:
@@ -97,29 +95,26 @@ def _understood(raw: RawHeights, path: Path, wishes: Wishes) -> Understood:
     if missing:
         notes.append(f"missing: {missing:.3g} of the points.")
     if count := spikes(heights):
-        spiky = Phrase(
-            f"spikes: {count} points lie more than a million times farther from the median than "
-            f"usual, up to {engineering(float(max(abs(low), abs(high))), 'm')}; they must go, by ",
-            *(Argument("outliers"), " or ", Argument("valid"), "."),
+        spiky = (
+            f"spikes: {count} points lie more than a million times farther from the median "
+            f"than usual, up to {engineering(float(max(abs(low), abs(high))), 'm')}; they "
+            "must go, by `outliers` or `valid`."
         )
         notes.append(spiky)
     elif atom := repeated(heights):
         value, count, *limits = atom
         lowest, highest = (engineering(limit, "m", 6, trim=True) for limit in limits)
-        origin = Phrase(
+        origin = (
             f"{SUSPECT}{count} points are all {_length(value)}, far from all others; if that "
-            'stands for "nothing measured", leave them out by ',
-            *(Argument("valid", (lowest, highest)), "."),
+            'stands for "nothing measured", leave them out by '
+            f"`valid={in_python((lowest, highest))}`."
         )
         notes.append(origin)
     if (zeros := exact_zeros(heights)) is not None:
         notes.append(
-            Phrase(
-                f"{SUSPECT}{zeros} points are exactly 0, and no other height is there nearly as "
-                'often; if that stands for "nothing measured", make them missing before, or leave '
-                "them out by ",
-                *(Argument("outliers", 6), "."),
-            )
+            f"{SUSPECT}{zeros} points are exactly 0, and no other height is there nearly as "
+            'often; if that stands for "nothing measured", make them missing before, or '
+            "leave them out by `outliers=6`."
         )
     notes += [f"{UNIT_QUESTION}{question}" for question in absurd(heights, pixel)]
     return Understood(heights, pixel, name, (first, *raw.notes, *notes))
@@ -146,8 +141,7 @@ def _units(raw: RawHeights, wishes: Wishes) -> tuple[tuple[float, float], list[s
     if raw.unit is not None:
         if wishes.unit is not None:
             raise InputError(
-                f'the file says that heights are in "{shorten(raw.unit, 20)}"; leave out ',
-                Argument("unit"),
+                f'the file says that heights are in "{shorten(raw.unit, 20)}"; leave out `unit`'
             )
         factor = _factor(raw.unit)
         return (factor, factor), [f"heights: in {shorten(raw.unit, 20)}, as the file says."]
@@ -155,29 +149,27 @@ def _units(raw: RawHeights, wishes: Wishes) -> tuple[tuple[float, float], list[s
     if wishes.unit is None:
         if up is None:
             raise InputError(
-                "the file does not say the unit of its heights; write ",
-                Argument("unit", "um" if across is None else (across, "um")),
-                ", say",
+                "the file does not say the unit of its heights; write "
+                f"`unit={in_python('um' if across is None else (across, 'um'))}`, say"
             )
         if across is None and raw.steps is not None:
             raise InputError(
-                f'the file says that heights are in "{up}", but not the unit of coordinates; ',
-                *("write ", Argument("unit", ("mm", up)), ", say"),
+                f'the file says that heights are in "{up}", but not the unit of coordinates; '
+                f"write `unit={in_python(('mm', up))}`, say"
             )
         return _factors((across or up, up), raw, "as the file says")
     pair = wishes.unit if isinstance(wishes.unit, (list, tuple)) else (wishes.unit,) * 2
     if len(pair) != 2:
         raise InputError(
-            Argument("unit"),
-            ': wanted one such as "um", or one of the coordinates and one of the heights, ',
-            *(Argument("unit", ("mm", "um")), f", got {show(wishes.unit)}"),
+            '`unit`: wanted one such as "um", or one of the coordinates and one of the '
+            f'heights, `unit=("mm", "um")`, got {show(wishes.unit)}'
         )
     for axis, file_unit, stated in zip(("coordinates", "heights"), (across, up), pair, strict=True):
         if file_unit is not None and _factor(file_unit) != _factor(stated):
-            argument = Argument("unit", (across or pair[0], up or pair[1]))
+            units = in_python((across or pair[0], up or pair[1]))
             raise InputError(
-                f'the file says that {axis} are in "{file_unit}", not "{shorten(stated, 20)}"; ',
-                *(("leave out ", Argument("unit")) if across and up else ("write ", argument)),
+                f'the file says that {axis} are in "{file_unit}", not "{shorten(stated, 20)}"; '
+                + ("leave out `unit`" if across and up else f"write `unit={units}`")
             )
     return _factors((pair[0], pair[1]), raw, "as stated")
 
@@ -193,13 +185,11 @@ def _factors(
 
 def _factor(unit: Any) -> float:
     if not isinstance(unit, str) or not unit.strip():
-        raise InputError(
-            Argument("unit"), f': wanted a unit of length such as "um", got {show(unit)}'
-        )
+        raise InputError(f'`unit`: wanted a unit of length such as "um", got {show(unit)}')
     try:
         return to_si(f"1 {unit.strip()}", LENGTH, "1 um")
     except QuantityError as error:
-        raise InputError(Argument("unit"), f": {error}") from None
+        raise InputError(f"`unit`: {error}") from None
 
 
 def _pixel(raw: RawHeights, wishes: Wishes, factor: float) -> tuple[tuple[float, ...], str]:
@@ -219,8 +209,7 @@ def _pixel(raw: RawHeights, wishes: Wishes, factor: float) -> tuple[tuple[float,
     if raw.steps is not None:
         return tuple(step * factor for step in raw.steps), "by its coordinates"
     raise InputError(
-        "the file does not say the distance of neighbouring points; write ",
-        *(Argument("pixel", "1.66 um"), ", say"),
+        'the file does not say the distance of neighbouring points; write `pixel="1.66 um"`, say'
     )
 
 
@@ -248,13 +237,12 @@ def _valid(heights: np.ndarray, limits: Any) -> list[str]:
         return []
     if not isinstance(limits, (list, tuple)) or len(limits) != 2:
         raise InputError(
-            Argument("valid"), f' must be two heights such as ("-1 mm", "1 mm"), got {show(limits)}'
+            f'`valid` must be two heights such as ("-1 mm", "1 mm"), got {show(limits)}'
         )
     low, high = (_height(limit) for limit in limits)
     if not low < high:
         raise InputError(
-            Argument("valid"),
-            f": the first must be the lower, got {_length(low)} and {_length(high)}",
+            f"`valid`: the first must be the lower, got {_length(low)} and {_length(high)}"
         )
     beyond = (heights < low) | (heights > high)
     count = int(np.count_nonzero(beyond))
@@ -273,9 +261,7 @@ def _height(value: Any) -> float:
         try:
             return to_si(value, LENGTH, "1 mm", sign="any")
         except QuantityError as error:
-            raise InputError(Argument("valid"), f": {error}") from None
+            raise InputError(f"`valid`: {error}") from None
     if isinstance(value, numbers.Real) and not isinstance(value, bool) and not math.isnan(value):
         return float(value)
-    raise InputError(
-        Argument("valid"), f': wanted a height [m] or such as "1 mm", got {show(value)}'
-    )
+    raise InputError(f'`valid`: wanted a height [m] or such as "1 mm", got {show(value)}')

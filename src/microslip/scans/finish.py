@@ -13,7 +13,7 @@ from typing import NamedTuple
 from microslip._core.checks import exact, positive, show
 from microslip._core.frozen import assign
 from microslip._core.wording import did_you_mean, quoted
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.materials import MaterialPair
 from microslip.normal import GreenwoodWilliamson
 from microslip.scans.moments import Moments
@@ -81,11 +81,6 @@ class SurfaceFinish:
     breadth : float, optional
         Nayak's alpha m0 m4/m2^2 [-], 1.5 or more, if it is known.
 
-    Raises
-    ------
-    InputError
-        Nothing of the height; several numbers for it; a value out of its range; another process.
-
     Notes
     -----
     Heights are taken as Gaussian and isotropic; the three moments that McCool (1987),
@@ -127,9 +122,8 @@ class SurfaceFinish:
             breadth = positive("breadth", self.breadth, "", 10.0)
             if breadth < 1.5:
                 raise InputError(
-                    Argument("breadth"),
-                    " must be at least 1.5, the least of an isotropic Gaussian surface, "
-                    f"got {exact(breadth)}",
+                    "`breadth` must be at least 1.5, the least of an isotropic Gaussian surface, "
+                    f"got {exact(breadth)}"
                 )
             assign(self, breadth=breadth)
 
@@ -228,11 +222,6 @@ class SurfaceFinish:
         """A rough surface with these summits against a smooth one, Gaussian from the mean plane.
 
         Parameters are those of :meth:`microslip.scans.SummitStatistics.to_surface`, areas in [m^2].
-
-        Raises
-        ------
-        InputError
-            An area that is not above zero.
         """
         return self.statistics.to_surface(pair, area)
 
@@ -253,9 +242,7 @@ def process_named(name: object) -> str:
     word = _ALIASES.get(word, word)
     if word not in PROCESSES:
         hint = did_you_mean(word, PROCESSES)
-        raise InputError(
-            Argument("process"), f" must be one of {quoted(PROCESSES)}, got {show(name)}{hint}"
-        )
+        raise InputError(f"`process` must be one of {quoted(PROCESSES)}, got {show(name)}{hint}")
     return word
 
 

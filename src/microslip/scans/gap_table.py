@@ -23,7 +23,7 @@ from microslip._core.checks import Floats, positive, show
 from microslip._core.files import sparse_of_either_kind
 from microslip._core.frozen import assign
 from microslip._core.wording import did_you_mean, shorten
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.heights import TabulatedHeights
 from microslip.materials import MaterialPair
 from microslip.normal import GreenwoodWilliamson
@@ -48,11 +48,6 @@ class GapTable:
         Heights [m]: minus the gaps, so that zero is where the first pair touches.
     notes : tuple of str
         What was read, and what was done to it.
-
-    Raises
-    ------
-    InputError
-        A number that is not above zero; other heights.
     """
 
     radius: float
@@ -64,19 +59,12 @@ class GapTable:
         radius = positive("radius", self.radius, "m", 1e-3)
         assign(self, radius=radius, density=positive("density", self.density, "1/m^2", 1e6))
         if not isinstance(self.heights, TabulatedHeights):
-            raise InputError(
-                Argument("heights"), f" must be TabulatedHeights, got {show(self.heights)}"
-            )
+            raise InputError(f"`heights` must be TabulatedHeights, got {show(self.heights)}")
 
     def to_surface(self, pair: MaterialPair, area: float) -> GreenwoodWilliamson:
         """The joint of the two surfaces as a rough one against a plane, of an apparent area [m^2].
 
         The separation counts from the first touch: -u when closed by u.
-
-        Raises
-        ------
-        InputError
-            An area that is not above zero.
         """
         return GreenwoodWilliamson(pair, self.heights, self.radius, self.density, area)
 
@@ -114,12 +102,6 @@ def read_gap_table(
     -------
     GapTable
         Radius, density and heights.
-
-    Raises
-    ------
-    InputError
-        A file that is absent, damaged or too large, names that are not in it, numbers that are no
-        table of gaps.
     """
     file = Path(path)
     names = [v for v in (gap, probability, scale, radius, density) if isinstance(v, str)]

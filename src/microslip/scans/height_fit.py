@@ -14,7 +14,7 @@ from microslip._core.checks import Floats
 from microslip._core.frozen import Locked, lock
 from microslip._core.units import engineering
 from microslip._core.verdicts import Verdict
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.scans.distribution_fits import RANGE, TAIL, Fit, fits_of
 from microslip.scans.height_map import HeightMap
 from microslip.scans.scan_rules import judged
@@ -99,9 +99,7 @@ def height_distribution_of(heights: Floats, *, bins: int = 200) -> HeightFit:
     if numbers.count < 20:
         raise InputError(f"a height distribution needs 20 heights or more, got {numbers.count}")
     if not isinstance(bins, int) or not 2 <= bins <= 100_000:
-        raise InputError(
-            Argument("bins"), f" must be a whole number from 2 to 100000, got {bins!r}"
-        )
+        raise InputError(f"`bins` must be a whole number from 2 to 100000, got {bins!r}")
     ordered = heights.reshape(-1)
     ordered = ordered[~np.isnan(ordered)]
     ordered.sort()

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from microslip._core.checks import positive, show
 from microslip._core.frozen import Locked, assign
 from microslip._core.units import engineering
-from microslip.errors import Argument, InputError, Phrase
+from microslip.errors import InputError
 from microslip.report.plot import Plot
 from microslip.report.plottable import Plottable
 from microslip.scans.checks import enough, height_array, length_of, objection, pixel_of
@@ -54,9 +54,9 @@ class HeightMap(Locked, Plottable):
     ) -> None:
         array = height_array(heights)
         if not isinstance(name, str):
-            raise InputError(Argument("name"), f" must be text, got {show(name)}")
+            raise InputError(f"`name` must be text, got {show(name)}")
         if isinstance(notes, str) or not all(isinstance(note, str) for note in notes):
-            raise InputError(Argument("notes"), f" must be a tuple of texts, got {show(notes)}")
+            raise InputError(f"`notes` must be a tuple of texts, got {show(notes)}")
         assign(self, heights=array, pixel=pixel_of(pixel, array.ndim), name=name)
         assign(self, notes=tuple(notes))
         for key, length in (("cutoff", cutoff), ("long_cutoff", long_cutoff)):
@@ -95,13 +95,7 @@ class HeightMap(Locked, Plottable):
 
     @property
     def area(self) -> float:
-        """Area [m^2] that the points stand for, missing ones among them.
-
-        Raises
-        ------
-        InputError
-            A profile has none.
-        """
+        """Area [m^2] that the points stand for, missing ones among them."""
         if self.is_profile:
             raise InputError(f"{self.name[:60]}: a profile has no area; wanted a scan of an area")
         return math.prod(self.size)
@@ -112,16 +106,9 @@ class HeightMap(Locked, Plottable):
         return float(np.count_nonzero(np.isnan(self.heights)) / self.heights.size)
 
     def measurable(self) -> Self:
-        """The scan itself, if its heights vary and no spike drowns the others.
-
-        Raises
-        ------
-        InputError
-            Heights that are all the same; points a million times farther from the median than
-            usual.
-        """
+        """The scan itself, if its heights vary and no spike drowns the others."""
         if self._objection:
-            raise InputError(f"{self.name[:60]}: ", *self._objection.parts)
+            raise InputError(f"{self.name[:60]}: {self._objection}")
         return self
 
     def statistics(self) -> Statistics:
@@ -140,20 +127,14 @@ class HeightMap(Locked, Plottable):
         """Standard deviation [m] of the noise behind a filter of a cut-off [m] and earlier ones.
 
         It is that of white noise of the size that the scan had before any filter, if that is known.
-
-        Raises
-        ------
-        InputError
-            A cut-off below two pixels or beyond the size of the scan.
         """
         if cutoff is not None:
             cutoff = length_of("cutoff", cutoff, "10 um")
             shortest, longest = 2.0 * min(self.pixel), max(self.size)
             if not shortest <= cutoff <= longest:
                 raise InputError(
-                    Argument("cutoff"),
-                    f" must be between two pixels, {shortest:g} m, and the size of the scan, "
-                    f"{longest:g} m, got {cutoff:g} m",
+                    f"`cutoff` must be between two pixels, {shortest:g} m, and the size of the "
+                    f"scan, {longest:g} m, got {cutoff:g} m"
                 )
         if self._noise_before is None:
             return noise_passed(self.noise, self.pixel, cutoff)
@@ -176,7 +157,7 @@ class HeightMap(Locked, Plottable):
         return rough_share(self.heights)
 
     @cached_property
-    def _objection(self) -> Phrase:
+    def _objection(self) -> str:
         return objection(self.heights)
 
     @cached_property

@@ -11,7 +11,7 @@ import numpy as np
 
 from microslip._core.units import LENGTH, QuantityError, is_unit, to_si
 from microslip._core.wording import shorten
-from microslip.errors import UNSAID, Argument, InputError
+from microslip.errors import InputError, in_python
 from microslip.readers import hdf5, matlab, numpy_files
 from microslip.readers.arrays import Arrays, leaves, single_array, values_of
 from microslip.readers.dialect import is_comment, split
@@ -84,7 +84,7 @@ def read_heights(path: Path, wishes: Wishes) -> RawHeights:
         takes = "channel"
     for name in ("key", "channel"):
         if getattr(wishes, name) is not None and name != takes:
-            raise InputError(Argument(name), " means nothing for this kind of file; leave it out")
+            raise InputError(f"`{name}` means nothing for this kind of file; leave it out")
     if form in ARRAY_FILES:
         return _of_arrays(ARRAY_FILES[form](path), wishes)
     if form in TEXTS:
@@ -104,8 +104,8 @@ def _form(head: bytes, suffix: str) -> str | None:
         return form  # some instruments write text of their own, which their endings tell
     if suffix in (".npy", ".npz"):
         raise InputError(
-            f"its ending says {suffix}, its first bytes do not; if it is of another kind, write ",
-            Argument("format", UNSAID),
+            f"its ending says {suffix}, its first bytes do not; if it is of another kind, "
+            "write `format=...`"
         )
     return None
 
@@ -155,7 +155,7 @@ def _of_text(file: TextFile, form: str, wishes: Wishes) -> RawHeights:
         return _matrix(file.matrix(), above, notes)
     fewest, limit, expected = (3, count, "3") if form == "xyz" else (1, 2, "1 or 2")
     if not fewest <= count <= limit:
-        raise InputError(Argument("format", form), f": wanted {expected} columns, got {count}")
+        raise InputError(f"`format={in_python(form)}`: wanted {expected} columns, got {count}")
     order, order_notes = _order(called, count)
     columns: tuple[str | None, str | None] = (None, None)
     for place in order:
@@ -168,9 +168,8 @@ def _of_text(file: TextFile, form: str, wishes: Wishes) -> RawHeights:
         return RawHeights(kind, file.matrix()[:, 0], columns=columns, notes=notes)
     if wishes.pixel is not None:
         raise InputError(
-            *("its coordinates say the distance of neighbours: leave out ", Argument("pixel")),
-            ", or, if it is a matrix of heights, write ",
-            Argument("format", "matrix"),
+            "its coordinates say the distance of neighbours: leave out `pixel`, or, if it is "
+            'a matrix of heights, write `format="matrix"`'
         )
     *places, values = file.load(order)
     try:
@@ -179,9 +178,8 @@ def _of_text(file: TextFile, form: str, wishes: Wishes) -> RawHeights:
         if count <= 3:
             raise
         raise InputError(
-            f"of {count} columns the first three were taken for x, y and z: {error}; "
-            "if it is a matrix of heights, write ",
-            Argument("format", "matrix"),
+            f"of {count} columns the first three were taken for x, y and z: {error}; if it "
+            'is a matrix of heights, write `format="matrix"`'
         ) from None
     if count > 3:
         ignored = "1 column" if count == 4 else f"{count - 3} columns"

@@ -15,7 +15,7 @@ from microslip._core.checks import Floats, positive, positives, show
 from microslip._core.frozen import Locked, lock
 from microslip._core.units import engineering
 from microslip._core.verdicts import Verdict
-from microslip.errors import Argument, InputError, Phrase
+from microslip.errors import InputError
 from microslip.friction import Interface
 from microslip.materials import MaterialPair
 from microslip.normal.base import check_pair
@@ -75,7 +75,7 @@ class JointOverCutoffs(Locked):
         name is an InputError.
         """
         if quantity not in self.values:
-            raise InputError(Argument("quantity"), f" must be of {[*self.values]}, got {quantity}")
+            raise InputError(f"`quantity` must be of {[*self.values]}, got {quantity}")
         row, column = self.chosen
         if cutoff == "cutoff":
             places, line, at = self.cutoff, self.values[quantity][row], column
@@ -83,9 +83,7 @@ class JointOverCutoffs(Locked):
             long = np.minimum(self.long_cutoff, self.size)
             places, line, at = long, self.values[quantity][:, column], row
         else:
-            raise InputError(
-                Argument("cutoff"), f' must be "cutoff" or "long_cutoff", got {show(cutoff)}'
-            )
+            raise InputError(f'`cutoff` must be "cutoff" or "long_cutoff", got {show(cutoff)}')
         with np.errstate(divide="ignore", invalid="ignore"):
             x, y = np.log(places), np.log(line)
         good = np.flatnonzero(np.isfinite(x) & np.isfinite(y))
@@ -171,11 +169,6 @@ def joint_over_cutoffs(
     -------
     JointOverCutoffs
         Stiffness, real area, plasticity index, contact radius over cut-off and loss factor.
-
-    Raises
-    ------
-    InputError
-        A profile; cut-offs that cannot be used; values out of their range.
     """
     scan = scan.measurable()
     if scan.is_profile:
@@ -213,7 +206,7 @@ def joint_over_cutoffs(
                 summits = find_summits(filtered.measurable(), float(short_wave) or None, **counting)  # type: ignore[arg-type]
                 whole_area = joint.store(values, (row, column), summits, float(short_wave))
             except InputError as error:
-                notes.append(Phrase(f"{at}: ", *error.parts))
+                notes.append(f"{at}: {error.text}")
             count += 1
             if progress is not None:
                 progress(count, total)

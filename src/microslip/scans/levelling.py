@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 
 from microslip._core.checks import Floats
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError, in_python
 
 Level = Literal["plane", "quadratic", "cylinder", "mean"]
 
@@ -94,10 +94,8 @@ def _check(matrix: Floats, form: str, count: int) -> None:
     values = np.linalg.eigvalsh(matrix * np.outer(scale, scale))
     if not values[0] > 1e-9 * values[-1]:
         raise InputError(
-            Argument("level", form),
-            f": the {count} points that are there do not determine that form; wanted more of "
-            "them, or ",
-            *(Argument("level", "plane"), " or ", Argument("level", "mean")),
+            f"`level={in_python(form)}`: the {count} points that are there do not determine "
+            'that form; wanted more of them, or `level="plane"` or `level="mean"`'
         )
 
 

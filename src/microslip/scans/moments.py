@@ -23,7 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from microslip._core.checks import Floats, positive
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.scans.nayak import NayakSummits
 from microslip.scans.summit_statistics import SummitStatistics
 
@@ -54,11 +54,6 @@ class Moments:
         m4 [1/m^2] along x and along y.
     m11 : float
         Mean product of the slopes along x and along y [-].
-
-    Raises
-    ------
-    InputError
-        A moment that is not above zero.
     """
 
     m0: float
@@ -131,11 +126,6 @@ class Moments:
         SummitStatistics
             Density (m4/m2)/(6 pi sqrt 3), radius (3/8) sqrt(pi/m4), mean height
             4 sqrt(m0/(pi alpha)), std sqrt((1 - 0.8968/alpha) m0).
-
-        Raises
-        ------
-        InputError
-            An alpha so small that no variance is left for the summits.
         """
         alpha = self.nayak
         variance = (1.0 - SUMMIT_SHARE / alpha) * self.m0
@@ -272,8 +262,7 @@ class _Mean:
         if self.count == 0:
             raise InputError(
                 f"no three neighbouring points along {axis} are present: there is nothing to "
-                "take slopes and curvatures from; fill the scan first, ",
-                Argument("fill", "interpolate"),
+                'take slopes and curvatures from; fill the scan first, `fill="interpolate"`'
             )
         return self.total / self.count / step**power
 

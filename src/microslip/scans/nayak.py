@@ -41,11 +41,6 @@ class NayakSummits:
         Mean square slope of a profile [-].
     m4 : float
         Mean square curvature of a profile [1/m^2].
-
-    Raises
-    ------
-    InputError
-        Moments with alpha = m0 m4/m2^2 below 1.5, which no isotropic surface has.
     """
 
     m0: float
@@ -113,11 +108,6 @@ class NayakSummits:
         -------
         float or ndarray
             Density [1/m], of the shape of `height`; Nayak (1971), DOI 10.1115/1.3451608.
-
-        Raises
-        ------
-        InputError
-            Heights that are not finite numbers.
         """
         z = floats("height", height)
         return plain(self._parts(z)[0] / math.sqrt(self.m0))

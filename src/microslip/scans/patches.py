@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from microslip._core.checks import number, show
 from microslip._core.frozen import Locked, lock
 from microslip._core.wording import did_you_mean, quoted
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.scans.height_map import HeightMap
 from microslip.scans.spectrum import mirrored_counts
 
@@ -91,9 +91,7 @@ class PatchErrors(Locked):
 
         confidence = number("confidence", confidence)
         if not 0.5 <= confidence < 1.0:
-            raise InputError(
-                Argument("confidence"), f" must be from 0.5 to below 1, got {confidence:g}"
-            )
+            raise InputError(f"`confidence` must be from 0.5 to below 1, got {confidence:g}")
         reach = float(stdtrit(self.values.size - 1, 0.5 + 0.5 * confidence)) * self.standard_error
         return self.value - reach, self.value + reach
 
@@ -120,26 +118,20 @@ def patch_errors(
     -------
     PatchErrors
         The value of the whole scan and those of the patches.
-
-    Raises
-    ------
-    InputError
-        No such parameter; patches that are too small; fewer than two that give a number.
     """
     if isinstance(parameter, str):
         if parameter not in PARAMETERS:
             hint = did_you_mean(parameter, PARAMETERS)
             raise InputError(
-                Argument("parameter"),
-                f" must be {quoted(PARAMETERS)} or a function of a scan, "
-                f"got {show(parameter)}{hint}",
+                f"`parameter` must be {quoted(PARAMETERS)} or a function of a scan, got "
+                f"{show(parameter)}{hint}"
             )
         function = PARAMETERS[parameter]
     elif callable(parameter):
         function = parameter
     else:
         raise InputError(
-            Argument("parameter"), f" must be a name or a function of a scan, got {show(parameter)}"
+            f"`parameter` must be a name or a function of a scan, got {show(parameter)}"
         )
     parts = cut(scan, patches)
     total = math.prod(_counts(patches, scan.heights.ndim))
@@ -178,12 +170,11 @@ def cut(scan: Map, patches: tuple[int, int] | int = (3, 3)) -> list[Map]:
     """Patches of a scan, of the same size but for a point."""
     counts = _counts(patches, scan.heights.ndim)
     if math.prod(counts) < 2:
-        raise InputError(Argument("patches"), f" must be two or more, got {show(patches)}")
+        raise InputError(f"`patches` must be two or more, got {show(patches)}")
     if any(n // count < 8 for n, count in zip(scan.heights.shape, counts, strict=True)):
         raise InputError(
-            Argument("patches"),
-            f" must have eight points along a side, got {show(patches)} patches of "
-            f"{' x '.join(str(n) for n in scan.heights.shape)} points",
+            f"`patches` must have eight points along a side, got {show(patches)} patches of "
+            f"{' x '.join(str(n) for n in scan.heights.shape)} points"
         )
     edges = [
         np.linspace(0, n, count + 1).astype(int)
@@ -213,8 +204,7 @@ def _counts(patches: Any, axes: int) -> tuple[int, ...]:
         counts = (int(counts[0]) * int(counts[1]),)
     if len(counts) != axes or not all(_is_count(n) for n in counts):
         raise InputError(
-            Argument("patches"),
-            f" must be whole numbers above zero, one for each axis, got {show(patches)}",
+            f"`patches` must be whole numbers above zero, one for each axis, got {show(patches)}"
         )
     return tuple(int(n) for n in counts)
 

@@ -11,7 +11,7 @@ from typing import Any, Literal
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, show
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.scans.areal_parameters import (
     ArealParameters,
     Autocorrelation,
@@ -55,12 +55,6 @@ class Scan(HeightMap):
         Wavelength [m] below which conditioning has removed the waves; None if it has not.
     long_cutoff : float, optional
         Wavelength [m] above which it has.
-
-    Raises
-    ------
-    InputError
-        Heights of another shape, none but missing ones, infinite ones or ones that no arithmetic
-        can use; a distance that is not above zero.
     """
 
     @classmethod
@@ -112,15 +106,9 @@ class Scan(HeightMap):
         -------
         Scan
             The scan, as it is in the file.
-
-        Raises
-        ------
-        InputError
-            A file that is absent, broken, of no known format, of no units or others than stated,
-            too large; heights that are all the same, or all missing.
         """
         if not isinstance(path, (str, os.PathLike)):
-            raise InputError(Argument("path"), f" must be text or a path, got {show(path)}")
+            raise InputError(f"`path` must be text or a path, got {show(path)}")
         wishes = Wishes(format, unit, pixel, key, channel, valid, limit)
         heights, steps, name, notes = read(Path(path), wishes)
         return cls(heights, steps, name=name, notes=notes)
@@ -155,12 +143,6 @@ class Scan(HeightMap):
         -------
         Scan
             The conditioned scan; its notes and cut-offs tell what was done.
-
-        Raises
-        ------
-        InputError
-            Words or numbers that are not understood; a cut-off of two pixels or less, or of the
-            size of the scan or more; too few points left.
 
         Notes
         -----
@@ -242,11 +224,6 @@ class Scan(HeightMap):
         -------
         Summits
             Positions, heights and radii.
-
-        Raises
-        ------
-        InputError
-            A profile; a cut-off that cannot be used; no summit found.
         """
         return find_summits(
             self.measurable(),
@@ -289,11 +266,6 @@ class Scan(HeightMap):
         -------
         CutoffTable
             The parameters, one column each.
-
-        Raises
-        ------
-        InputError
-            Cut-offs that cannot be used.
         """
         return over_cutoffs(
             self.measurable(),

@@ -252,11 +252,6 @@ def verdicts(scan: HeightMap) -> tuple[Verdict, ...]:
     slopes and curvatures, on slopes, on what the pixel takes from waves of few pixels, on
     Nayak's alpha (Nayak 1971, DOI 10.1115/1.3451608) and on the lay. The limits are
     conventions: a Gaussian isotropic surface that is well resolved is far within all of them.
-
-    Raises
-    ------
-    InputError
-        Heights that are all the same or along a straight line; no three points in a row present.
     """
     numbers, moments = scan.statistics(), scan.moments()
     raw = scan.unfiltered

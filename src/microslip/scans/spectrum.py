@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from microslip._core.checks import Floats, show
 from microslip._core.frozen import Locked, lock
 from microslip._core.wording import quoted
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.scans.height_map import HeightMap
 from microslip.scans.moments import Moments
 
@@ -41,7 +41,7 @@ class AxisSpectrum(Locked):
     def moment(self, order: int, *, differences: bool = False) -> float:
         """Spectral moment of the profiles."""
         if order not in (0, 2, 4):
-            raise InputError(Argument("order"), f" must be 0, 2 or 4, got {show(order)}")
+            raise InputError(f"`order` must be 0, 2 or 4, got {show(order)}")
         q = self.wavenumber
         if differences:
             q = 2.0 / self.pixel * np.sin(0.5 * self.pixel * q)
@@ -101,11 +101,6 @@ class Spectrum(Locked):
         -------
         SelfAffineFit
             Hurst's exponent, its error, and how far the density is from a power law.
-
-        Raises
-        ------
-        InputError
-            Fewer than five rings between the wavelengths.
         """
         from microslip._core.checks import positive
 
@@ -211,9 +206,7 @@ def _power_law(spectrum: Spectrum, inside: NDArray[np.bool_]) -> SelfAffineFit:
 def spectrum(scan: HeightMap, *, window: Window = "hann") -> Spectrum:
     """Power spectrum of a scan, as it is: level it first."""
     if window not in ("hann", None):
-        raise InputError(
-            Argument("window"), f" must be {quoted(['hann'])} or None, got {show(window)}"
-        )
+        raise InputError(f"`window` must be {quoted(['hann'])} or None, got {show(window)}")
     heights, steps = scan.heights, scan.pixel
     tapers = [_taper(n, window) for n in heights.shape]
     weight: Any = tapers[0] if heights.ndim == 1 else tapers[0][:, None]

@@ -13,7 +13,7 @@ from microslip._core.frozen import Locked, lock
 from microslip._core.units import engineering
 from microslip._core.verdicts import Verdict
 from microslip._core.wording import quoted
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.friction import Interface
 from microslip.heights import Discrete, HeightDistribution, TabulatedHeights
 from microslip.materials import MaterialPair
@@ -38,11 +38,6 @@ class Summits(Locked, Plottable):
     """Summits of a scan.
 
     Made by :func:`find_summits`, not by hand.
-
-    Raises
-    ------
-    InputError
-        No summit, or arrays that do not belong together.
     """
 
     positions: Floats
@@ -77,9 +72,7 @@ class Summits(Locked, Plottable):
         count = np.size(self.heights)
         rows = {len(v) for v in (self.positions, self.radii, self.curvatures, self.prominences)}
         if count == 0 or rows != {count}:
-            raise InputError(
-                Argument("summits"), f" must be one or more, each with all it has, got {count}"
-            )
+            raise InputError(f"`summits` must be one or more, each with all it has, got {count}")
         for value in (
             self.positions,
             self.heights,
@@ -145,11 +138,6 @@ class Summits(Locked, Plottable):
         -------
         SummitStatistics
             The parameters of Greenwood and Williamson (1966), DOI 10.1098/rspa.1966.0242.
-
-        Raises
-        ------
-        InputError
-            Another word; moments that no isotropic Gaussian surface has.
         """
         if estimate == "counted":
             by_fit = self.method == "watershed"
@@ -169,7 +157,7 @@ class Summits(Locked, Plottable):
         if estimate == "nayak":
             return self.scan.moments().nayak_summits().statistics()
         raise InputError(
-            Argument("estimate"), f" must be one of {quoted(ESTIMATES[:-1])}, got {show(estimate)}"
+            f"`estimate` must be one of {quoted(ESTIMATES[:-1])}, got {show(estimate)}"
         )
 
     def to_surface(
@@ -201,11 +189,6 @@ class Summits(Locked, Plottable):
         GreenwoodWilliamson or AsperityPopulation
             Heights are measured from the mean plane of the scan.
 
-        Raises
-        ------
-        InputError
-            A word or an area that is not understood; an area of less than one summit.
-
         Notes
         -----
         A population has each counted summit as often as the apparent area holds the scanned one.
@@ -221,19 +204,16 @@ class Summits(Locked, Plottable):
         if estimate == "population":
             if heights not in ("gaussian", "population"):
                 raise InputError(
-                    Argument("heights"),
-                    f" must be left out for a population, which has its own, got {show(heights)}",
+                    "`heights` must be left out for a population, which has its own, got "
+                    f"{show(heights)}"
                 )
             estimate, heights = "counted", "population"
         if estimate not in ESTIMATES[:-1]:
-            raise InputError(
-                Argument("estimate"), f" must be one of {quoted(ESTIMATES)}, got {show(estimate)}"
-            )
+            raise InputError(f"`estimate` must be one of {quoted(ESTIMATES)}, got {show(estimate)}")
         if isinstance(heights, str) and heights == "population":
             if estimate != "counted":
                 raise InputError(
-                    *(Argument("heights", "population"), " goes with "),
-                    *(Argument("estimate", "counted"), f", got {show(estimate)}"),
+                    f'`heights="population"` goes with `estimate="counted"`, got {show(estimate)}'
                 )
             return self._population(pair, area)
         statistics = self.statistics(estimate)
@@ -279,11 +259,6 @@ class Summits(Locked, Plottable):
         HeightLaws
             Contacts, real area, stiffness and loss factor by each law, the share of the load
             above the highest measured summit, and the law that the loaded tail bears.
-
-        Raises
-        ------
-        InputError
-            A value out of its range, or a load that the summits cannot carry.
         """
         if amplitude is not None:
             amplitude = positive("amplitude", amplitude, "m", 1e-7)
@@ -306,14 +281,9 @@ class Summits(Locked, Plottable):
 
         Those on the summits come first, then those on a joint of theirs at its load, if one is
         given.
-
-        Raises
-        ------
-        InputError
-            No joint.
         """
         if joint is not None and not isinstance(joint, Interface):
-            raise InputError(Argument("joint"), f" must be an Interface, got {show(joint)}")
+            raise InputError(f"`joint` must be an Interface, got {show(joint)}")
         pixel = math.sqrt(math.prod(self.scan.pixel))
         spacing = 1.0 / math.sqrt(self.density)
         values = radius_in_pixels(self.statistics().radius, self.scan.pixel)
@@ -349,7 +319,7 @@ class Summits(Locked, Plottable):
         count = self.density * area
         if count < 0.5:
             raise InputError(
-                Argument("area"),
-                f" must hold at least one summit, {1.0 / self.density:.3g} m^2, got {area:g} m^2",
+                f"`area` must hold at least one summit, {1.0 / self.density:.3g} m^2, got "
+                f"{area:g} m^2"
             )
         return AsperityPopulation(pair, self.heights, self.radii, count / self.count, area)

@@ -8,7 +8,7 @@ from typing import Literal
 from microslip._core.checks import number, positive, show
 from microslip._core.units import engineering, significant
 from microslip._core.wording import quoted
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.heights import Gaussian, HeightDistribution
 from microslip.materials import MaterialPair
 from microslip.normal import GreenwoodWilliamson
@@ -44,11 +44,6 @@ class SummitStatistics:
     radius_by : {"curvature", "load"}
         What the radius is: one over the mean curvature of the summits, as McCool's, or that of
         equal spheres that carry at equal indentation what the summits carry.
-
-    Raises
-    ------
-    InputError
-        A number that is not of this kind; another word.
     """
 
     density: float
@@ -64,11 +59,10 @@ class SummitStatistics:
         for name in ("std", "mean_height"):
             object.__setattr__(self, name, number(name, getattr(self, name), "m", 1e-7))
         if self.std < 0.0:
-            raise InputError(Argument("std"), f" must not be below zero [m], got {self.std:g}")
+            raise InputError(f"`std` must not be below zero [m], got {self.std:g}")
         if self.radius_by not in RADII:
             raise InputError(
-                Argument("radius_by"),
-                f" must be one of {quoted(RADII)}, got {show(self.radius_by)}",
+                f"`radius_by` must be one of {quoted(RADII)}, got {show(self.radius_by)}"
             )
 
     @property
@@ -110,11 +104,6 @@ class SummitStatistics:
         GreenwoodWilliamson
             Heights are measured from the mean plane of the surface; Greenwood and Williamson
             (1966), DOI 10.1098/rspa.1966.0242.
-
-        Raises
-        ------
-        InputError
-            An area that is not above zero; another word; summits of one height, for a Gaussian.
         """
         area = area_of(area)
         if isinstance(heights, str) and heights == "gaussian":

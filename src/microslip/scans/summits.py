@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from microslip._core.checks import LARGEST, is_whole, number, show
 from microslip._core.units import engineering, significant
 from microslip._core.wording import quoted
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.scans.checks import length_of
 from microslip.scans.conditioning import Steps, band, condition, remaining
 from microslip.scans.curvature import by_differences, equivalent_radii, fitted
@@ -41,20 +41,16 @@ def find_summits(
 ) -> Summits:
     """Find the summits of a scan."""
     if not isinstance(scan, HeightMap):
-        raise InputError(Argument("scan"), f" must be a Scan, got {show(scan)}")
+        raise InputError(f"`scan` must be a Scan, got {show(scan)}")
     if scan.is_profile:
         raise InputError(
             f"{scan.name[:60]}: a profile has peaks but no summits; use "
             "condition(cutoff=...).moments().mccool(), which has to_surface(pair, area)"
         )
     if method not in METHODS:
-        raise InputError(
-            Argument("method"), f" must be one of {quoted(METHODS)}, got {show(method)}"
-        )
+        raise InputError(f"`method` must be one of {quoted(METHODS)}, got {show(method)}")
     if not is_whole(window) or window not in range(3, 16, 2):
-        raise InputError(
-            Argument("window"), f" must be an odd number from 3 to 15, got {show(window)}"
-        )
+        raise InputError(f"`window` must be an odd number from 3 to 15, got {show(window)}")
     rise = None if prominence is None else _rise(prominence)
     short = remaining(scan, band(scan, cutoff, None)[0])
     noise = scan.noise_behind(short)
@@ -68,9 +64,8 @@ def find_summits(
     maxima = _selected(peaks, inner[peaks.places])
     if not maxima.places.size:
         raise InputError(
-            f"{scan.name[:60]}: no point is above its eight neighbours: no summit; is it levelled? "
-            "",
-            Argument("level", "plane"),
+            f"{scan.name[:60]}: no point is above its eight neighbours: no summit; is it "
+            'levelled? `level="plane"`'
         )
     pixel_area = math.prod(scan.pixel)
     flat = heights.reshape(-1)
@@ -142,9 +137,9 @@ def _rise(prominence: float | str) -> float:
         return length_of("prominence", prominence, "2 nm")
     rise = number("prominence", prominence, "m")
     if rise < 0.0:
-        raise InputError(Argument("prominence"), f" must not be below zero [m], got {rise:g}")
+        raise InputError(f"`prominence` must not be below zero [m], got {rise:g}")
     if rise > LARGEST:
-        raise InputError(Argument("prominence"), f" must be at most {LARGEST:g} m, got {rise:g}")
+        raise InputError(f"`prominence` must be at most {LARGEST:g} m, got {rise:g}")
     return rise
 
 

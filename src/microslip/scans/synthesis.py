@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, exact, floats, number, positive, show
 from microslip._core.frozen import lock
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.scans.checks import pixel_of
 from microslip.scans.scan import Scan
 
@@ -61,11 +61,6 @@ def random_surface(
     -------
     Scan
         The surface; its notes tell the band.
-
-    Raises
-    ------
-    InputError
-        Moments that no band of waves on this grid has.
     """
     rows, columns = _shape(shape)
     dx, dy = _pair(pixel)
@@ -73,9 +68,9 @@ def random_surface(
         positive(key, value, unit)
     hurst = number("hurst", hurst)
     if not -1.0 <= hurst <= 2.0:
-        raise InputError(Argument("hurst"), f" must be from -1 to 2, got {hurst:g}")
+        raise InputError(f"`hurst` must be from -1 to 2, got {hurst:g}")
     if not isinstance(seed, (int, np.integer)) or isinstance(seed, bool) or seed < 0:
-        raise InputError(Argument("seed"), f" must be a whole number from 0, got {show(seed)}")
+        raise InputError(f"`seed` must be a whole number from 0, got {show(seed)}")
     qx: Floats = 2.0 * math.pi * np.fft.rfftfreq(columns, dx).astype(float)
     qy: Floats = 2.0 * math.pi * np.fft.fftfreq(rows, dy).astype(float)
     q = np.hypot(qy[:, None], qx[None, :])
@@ -262,21 +257,13 @@ def paraboloids(
     -------
     Scan
         The surface.
-
-    Raises
-    ------
-    InputError
-        Arrays that do not belong together, a summit off the grid, under the plane or buried by
-        another.
     """
     rows, columns = _shape(shape)
     dx, dy = _pair(pixel)
     base = number("base", base, "m", 0.0)
     at = floats("positions", positions)
     if at.ndim != 2 or at.shape[1] != 2:
-        raise InputError(
-            Argument("positions"), f" must be (n, 2), x and y of each summit, got {at.shape}"
-        )
+        raise InputError(f"`positions` must be (n, 2), x and y of each summit, got {at.shape}")
     count = at.shape[0]
     tops = _per_summit("heights", floats("heights", heights), count)
     curvature = floats("radii", radii)
@@ -287,16 +274,12 @@ def paraboloids(
     )
     curved = np.broadcast_to(per_summit, (count, 2))
     if not (curved > 0.0).all():
-        raise InputError(Argument("radii"), f" must be above zero [m], got {curved.min():g}")
+        raise InputError(f"`radii` must be above zero [m], got {curved.min():g}")
     if not (tops > base).all():
-        raise InputError(
-            Argument("heights"), f" must be above base = {base:g} m, got {tops.min():g}"
-        )
+        raise InputError(f"`heights` must be above base = {base:g} m, got {tops.min():g}")
     ends = np.array([(columns - 1) * dx, (rows - 1) * dy])
     if ((at < 0.0) | (at > ends)).any():
-        raise InputError(
-            Argument("positions"), f" must be from (0, 0) to ({ends[0]:g}, {ends[1]:g}) m"
-        )
+        raise InputError(f"`positions` must be from (0, 0) to ({ends[0]:g}, {ends[1]:g}) m")
     z = np.full((rows, columns), base)
     reach = np.sqrt(2.0 * curved * (tops - base)[:, None])
     for (x, y), top, (rx, ry), (across, along) in zip(at, tops, curved, reach, strict=True):
@@ -321,8 +304,7 @@ def paraboloids(
 def _per_summit(name: str, values: Floats, count: int) -> Floats:
     if values.ndim > 1 or values.size not in (1, count):
         raise InputError(
-            Argument(name),
-            f" must be one, or one for each of {count} summits, got shape {values.shape}",
+            f"`{name}` must be one, or one for each of {count} summits, got shape {values.shape}"
         )
     return np.broadcast_to(values.reshape(-1), (count,))
 
@@ -337,9 +319,8 @@ def _shape(shape: Any) -> tuple[int, int]:
     )
     if not good:
         raise InputError(
-            Argument("shape"),
-            " must be (rows, columns), each 16 or more and not above "
-            f"{_LARGEST} points in all, got {show(shape)}",
+            f"`shape` must be (rows, columns), each 16 or more and not above {_LARGEST} "
+            f"points in all, got {show(shape)}"
         )
     return int(shape[0]), int(shape[1])
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import SMALLEST, Floats, record, show, sized
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.structures.matrices import direction_matrix
 
 Quantity = Literal["displacement", "velocity", "acceleration"]
@@ -55,7 +55,7 @@ def power_of(quantity: Any) -> int:
     """How often a quantity is a derivative of the displacement."""
     if not isinstance(quantity, str) or quantity not in POWERS:
         words = ", ".join(f'"{name}"' for name in POWERS)
-        raise InputError(Argument("quantity"), f" must be one of {words}, got {show(quantity)}")
+        raise InputError(f"`quantity` must be one of {words}, got {show(quantity)}")
     return POWERS[quantity]
 
 

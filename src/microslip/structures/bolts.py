@@ -49,12 +49,6 @@ class Bolts(Locked):
     density : float, optional
         Of the bolts [kg/m^3]; that of the plates unless given.
 
-    Raises
-    ------
-    InputError
-        Diameters that do not fit into each other; tension and torque both, or neither; a torque
-        without the diameter of the thread or without a rule; lists of different lengths.
-
     Notes
     -----
     With frictions given, the torque follows VDI 2230 for threads of 60 degrees,

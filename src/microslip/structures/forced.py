@@ -71,11 +71,6 @@ class ForcedResponse(LockedArrays, PlottableAtSensor):
         -------
         ndarray
             Amplitudes [m], one a point.
-
-        Raises
-        ------
-        InputError
-            Another length.
         """
         sensor = vector("at", at, self.displacement.shape[1])
         first = self.harmonics.index(1)

@@ -56,11 +56,6 @@ def read_decay(time: ArrayLike, signal: ArrayLike) -> FreeDecay:
     FreeDecay
         For each cycle but those at the ends.
 
-    Raises
-    ------
-    InputError
-        Series of different lengths or uneven steps, fewer than eight samples a cycle or six cycles.
-
     Notes
     -----
     By zero crossings (linear between samples of alternating sign, after a parabola for the peaks)

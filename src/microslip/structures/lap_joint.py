@@ -56,12 +56,6 @@ class LapJoint:
         In a half lap each part is half as thick in the overlap, so that the whole is straight; in
         a single lap whole plates lie on each other.
 
-    Raises
-    ------
-    InputError
-        A size that is not above zero, a lap as long as the whole, bolts outside the lap, washers
-        over its edge or into each other, an unknown style.
-
     Examples
     --------
     >>> import microslip as ms
@@ -112,11 +106,6 @@ class LapJoint:
         element_size : float, optional
             Size of the elements in the lap [m]; a 24th of the lap or a quarter of the width, what
             is less, unless given. Outside the lap they grow.
-
-        Raises
-        ------
-        InputError
-            Values that are not above zero; a rigid or incompressible material.
         """
         density = positive("density", density, "kg/m^3", 7800.0)
         for body in (material, self.bolts.material or material):
@@ -216,11 +205,6 @@ class LapJoint:
             Mass, stiffness, patches, bolts and sensors; without the contact and without rigid
             motion.
 
-        Raises
-        ------
-        InputError
-            Values that make no joint; scikit-fem not installed.
-
         Notes
         -----
         Quadratic hexahedra of 20 nodes. Craig and Bampton (1968, DOI 10.2514/3.4741) with the mean
@@ -287,11 +271,6 @@ class LapJoint:
         Convergence
             The reduced joint, and what finer patches, a finer mesh, more kept modes and more
             harmonics would change.
-
-        Raises
-        ------
-        InputError
-            As for :meth:`reduce` and for the modes of the tightened joint.
 
         Notes
         -----

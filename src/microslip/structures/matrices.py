@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, floats, show
 from microslip._core.frozen import lock
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 
 _ASYMMETRY = 1e-8  # of the largest entry: what files with eight digits leave
 LARGEST_DENSE = 4000
@@ -129,7 +129,7 @@ def vector(name: str, value: ArrayLike, size: int) -> Floats:
     """One number for each degree of freedom, or an error."""
     array = floats(name, value)
     if array.shape != (size,):
-        raise InputError(Argument(name), f" must have the shape ({size},), got {array.shape}")
+        raise InputError(f"`{name}` must have the shape ({size},), got {array.shape}")
     return array
 
 

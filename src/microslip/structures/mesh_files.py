@@ -85,12 +85,6 @@ class MeshedJoint(Locked):
         MeshedJoint
             To be reduced.
 
-        Raises
-        ------
-        InputError
-            meshio not installed, a file that it cannot read, names that are not in the file, cells
-            of no body, kinds of cells that are not solid.
-
         Notes
         -----
         Corners count: cells with nodes in the middle of their edges become straight, and get
@@ -180,11 +174,6 @@ class MeshedJoint(Locked):
         list of tuple
             Place along and across [m], diameter of a circle of the mean section [m], and number of
             the contact, of each shank.
-
-        Raises
-        ------
-        InputError
-            A direction that is normal to the contact.
         """
         from microslip.structures.reduction_elements import Elements
         from microslip.structures.reduction_patches import contact_frame
@@ -226,11 +215,6 @@ class MeshedJoint(Locked):
         ReducedJoint
             Mass, stiffness, patches, bolts and sensors; without the contact and without rigid
             motion.
-
-        Raises
-        ------
-        InputError
-            As for :meth:`LapJoint.reduce`.
 
         Notes
         -----

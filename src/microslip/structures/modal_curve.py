@@ -113,11 +113,6 @@ class ModalCurve(LockedArrays, Plottable):
         modal_amplitude : ndarray
             Amplitudes there.
 
-        Raises
-        ------
-        InputError
-            A force of another length, or one so large that the peak lies beyond the curve.
-
         Notes
         -----
         At the modal amplitude a the mode answers like a linear one of frequency omega(a) and

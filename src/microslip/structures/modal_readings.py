@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, floats, record, show, whole_number
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError, in_python
 from microslip.structures.amplitude import power_of
 from microslip.structures.free_decay import read_decay
 
@@ -70,7 +70,7 @@ def stepped_sine(
         )
     for name, values in (("frequency", f), ("amplitude", a), ("force", push)):
         if values.min() <= 0.0:
-            raise InputError(Argument(name), f" must be above zero, got {values.min():g}")
+            raise InputError(f"`{name}` must be above zero, got {values.min():g}")
     omega = 2.0 * math.pi * f
     a = a / omega**power
     behind = 0.5 * math.pi * power - psi  # the displacement's phase behind the force
@@ -86,7 +86,7 @@ def stepped_sine(
     with np.errstate(over="ignore"):
         apparent = push / a
     if not np.isfinite(apparent).all():
-        raise InputError(Argument("force"), " over the amplitude goes beyond all numbers")
+        raise InputError("`force` over the amplitude goes beyond all numbers")
     cosine, sine = apparent * np.cos(behind), apparent * np.sin(behind)
     if cosine.min() * cosine.max() >= 0.0:
         raise InputError("phase must pass 90 degrees behind the force, got one side of it alone")
@@ -157,9 +157,7 @@ def _band_limits(band: Any) -> tuple[float, float]:
     """Of a band [Hz]."""
     ends = floats("band", band)
     if ends.shape != (2,):
-        raise InputError(
-            Argument("band"), f" must be two frequencies [Hz], (150.0, 220.0), got {show(band)}"
-        )
+        raise InputError(f"`band` must be two frequencies [Hz], (150.0, 220.0), got {show(band)}")
     return float(ends[0]), float(ends[1])
 
 
@@ -169,16 +167,14 @@ def _filtered(x: Floats, step: float, low: float, high: float) -> Floats:
 
     if not 0.0 < low < high < 0.5 / step:
         raise InputError(
-            Argument("band"),
-            f" must rise from above 0 to below half the sample rate, {0.5 / step:g} Hz, got "
-            f"{low:g} to {high:g} Hz",
+            f"`band` must rise from above 0 to below half the sample rate, {0.5 / step:g} "
+            f"Hz, got {low:g} to {high:g} Hz"
         )
     longest = x.size * step
     if (high - low) * longest < _SETTLING:
         raise InputError(
-            Argument("band"),
-            f" must be wide enough to settle within the {longest:g} s of the signal, "
-            f"{_SETTLING / longest:g} Hz or more, got {low:g} to {high:g} Hz",
+            f"`band` must be wide enough to settle within the {longest:g} s of the signal, "
+            f"{_SETTLING / longest:g} Hz or more, got {low:g} to {high:g} Hz"
         )
     parts = butter(4, [low, high], "bandpass", fs=1.0 / step, output="sos")
     room = min(x.size - 1, int(3.0 / ((high - low) * step)))
@@ -198,10 +194,10 @@ def _single_mode(x: Floats, step: float) -> Floats:
         outside = np.where(inside, 0.0, power)
         second = float(places[int(np.argmax(outside))])
         raise InputError(
-            f"signal must be of one mode, got {share:.0%} of its energy elsewhere: it rings at "
-            f"{first:.5g} Hz and at {second:.5g} Hz; give ",
-            Argument("band", (round(0.85 * first, 1), round(1.15 * first, 1))),
-            " around the mode that is meant [Hz]",
+            f"signal must be of one mode, got {share:.0%} of its energy elsewhere: it rings "
+            f"at {first:.5g} Hz and at {second:.5g} Hz; give "
+            f"`band={in_python((round(0.85 * first, 1), round(1.15 * first, 1)))}` around "
+            "the mode that is meant [Hz]"
         )
     return x
 

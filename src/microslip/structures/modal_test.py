@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from microslip._core.checks import positive, record, show, whole_number
 from microslip._core.frozen import Locked, assign, lock
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,11 +36,6 @@ class ModalTest(Locked):
         What it is called in reports.
     notes : tuple of str
         How it was read.
-
-    Raises
-    ------
-    InputError
-        Arrays that differ in length, values that are not above zero.
 
     Notes
     -----
@@ -74,7 +69,7 @@ class ModalTest(Locked):
             assign(self, **{name: positive(name, getattr(self, name), "", 0.05)})
         whole_number("mode", self.mode, 0, 1000)
         if not isinstance(self.name, str):
-            raise InputError(Argument("name"), f" must be text, got {show(self.name)}")
+            raise InputError(f"`name` must be text, got {show(self.name)}")
 
     @classmethod
     def from_ring_down(
@@ -109,11 +104,6 @@ class ModalTest(Locked):
         -------
         ModalTest
             Frequency and damping against amplitude.
-
-        Raises
-        ------
-        InputError
-            As for :func:`microslip.read_decay`; several modes without a band, a band that is none.
         """
         from microslip.structures.modal_readings import ring_down
 
@@ -150,11 +140,6 @@ class ModalTest(Locked):
         -------
         ModalTest
             Frequency and damping against amplitude.
-
-        Raises
-        ------
-        InputError
-            Shapes that differ, too few values near the resonance, phases that do not pass it.
 
         Notes
         -----
@@ -199,11 +184,6 @@ class ModalTest(Locked):
         -------
         ModalTest
             With notes that say how it was read.
-
-        Raises
-        ------
-        InputError
-            Not such a file; a column without a unit; what the reading of it refuses.
         """
         from microslip.structures.modal_test_files import read
 

@@ -14,7 +14,7 @@ import numpy as np
 from microslip._core.checks import Floats, show
 from microslip._core.units import ANGLE, FORCE, FREQUENCY, LENGTH, RATIO, Kind, factor_of
 from microslip._core.wording import did_you_mean, quoted, shorten
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.readers.files import head_of, kind_of, usable
 from microslip.readers.tables import Named, Table, find, fits, understood
 from microslip.structures.amplitude import POWERS
@@ -66,7 +66,7 @@ def read(
     try:
         place = Path(path)
     except TypeError:
-        raise InputError(Argument("path"), f" must be a path, got {show(path)}") from None
+        raise InputError(f"`path` must be a path, got {show(path)}") from None
     name = shorten(place.name, 100)
     for role in columns:
         if role not in KINDS:
@@ -145,7 +145,7 @@ def _kind(roles: Mapping[str, Named]) -> str | None:
 
 def _values(kind: str, table: Table, roles: dict[str, Named], band: Any, points: Any) -> Values:
     if kind != "ring-down" and band is not None:
-        raise InputError(Argument("band"), f" is for a ring-down, this is a {kind}")
+        raise InputError(f"`band` is for a ring-down, this is a {kind}")
     if kind == "curve":
         return tuple(_column(table, roles, r) for r in ("amplitude", "frequency", "damping_ratio"))  # type: ignore[return-value]
     signals = [role for role in POWERS if role in roles]

@@ -22,7 +22,7 @@ from microslip._core.checks import (
 )
 from microslip._core.frozen import LockedArrays, assign
 from microslip._core.wording import quoted
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.friction import LAWS, BackboneLaw
 from microslip.kernels import Integers
 from microslip.numerics.inversion import adaptive
@@ -75,11 +75,6 @@ class Oscillator:
     viscous_damping_ratio : float, optional
         Damping ratio of all else [-], from 0 to below 1.
 
-    Raises
-    ------
-    InputError
-        A value out of its range; a joint that is no backbone law.
-
     Notes
     -----
     m q'' + c q' + k q + T[q] = 0 with the joint's force T and c = 2 zeta_v m omega_0, omega_0 that
@@ -108,19 +103,16 @@ class Oscillator:
         stiffness = number("stiffness", self.stiffness, "N/m")
         if not 0.0 <= stiffness <= LARGEST:
             raise InputError(
-                Argument("stiffness"),
-                f" must be from 0 to {LARGEST:g} [N/m], got {exact(stiffness)}",
+                f"`stiffness` must be from 0 to {LARGEST:g} [N/m], got {exact(stiffness)}"
             )
         if not isinstance(self.joint, BackboneLaw):
             names = ", ".join(law.__name__ for law in LAWS)
-            raise InputError(
-                Argument("joint"), f" must be a backbone law ({names}), got {show(self.joint)}"
-            )
+            raise InputError(f"`joint` must be a backbone law ({names}), got {show(self.joint)}")
         ratio = number("viscous_damping_ratio", self.viscous_damping_ratio, example=0.01)
         if not 0.0 <= ratio < 1.0:
             raise InputError(
-                Argument("viscous_damping_ratio"),
-                f" must be from 0 to below 1 (else nothing swings), got {exact(ratio)}",
+                "`viscous_damping_ratio` must be from 0 to below 1 (else nothing swings), got "
+                f"{exact(ratio)}"
             )
         # -0.0 is 0.0 here
         assign(self, mass=mass, stiffness=stiffness + 0.0, viscous_damping_ratio=ratio + 0.0)
@@ -154,11 +146,6 @@ class Oscillator:
         float or ndarray
             omega = sqrt((k + k_joint(a))/m) [rad/s], shape of ``amplitude``: from
             sqrt((k + k_t)/m), the joint sticks, down to sqrt(k/m), it slides.
-
-        Raises
-        ------
-        InputError
-            Negative, not finite or empty; another method.
         """
         a = self.joint._amplitudes(amplitude, None)
         joint = self._joint_stiffness(a.reshape(-1), method).reshape(a.shape)
@@ -178,11 +165,6 @@ class Oscillator:
             the energy of the whole mode. By harmonic balance the dashpot, whose c is one number,
             has the ratio c/2 m omega(a) in place of zeta_v: the two differ by the shift of the
             frequency.
-
-        Raises
-        ------
-        InputError
-            Negative, not finite or empty; another method.
 
         Notes
         -----
@@ -211,7 +193,7 @@ class Oscillator:
         """The joint's stiffness in the mode [N/m]."""
         if method not in get_args(Method):
             methods = quoted(get_args(Method))
-            raise InputError(Argument("method"), f" must be {methods}, got {show(method)}")
+            raise InputError(f"`method` must be {methods}, got {show(method)}")
         if method == "quasi-static" or a.size == 0:
             return np.asarray(self.joint.secant_stiffness(a))
         blocks = np.split(a, range(_BLOCK, a.size, _BLOCK))
@@ -239,12 +221,6 @@ class Oscillator:
             ``time``, ``amplitude``, ``frequency`` and ``damping_ratio`` at the beginning and after
             each cycle. It ends early where a cycle would lose more than half of its amplitude, as
             before a dry slider stops: there it is no slow decay.
-
-        Raises
-        ------
-        InputError
-            Both or neither of cycles and duration, a value that is not above zero; a decay that
-            is too fast from the beginning.
 
         Notes
         -----
@@ -289,12 +265,6 @@ class Oscillator:
             Times, displacements, velocities, joint forces and energies; turning points; and the
             amplitude, frequency and damping ratio of each cycle, read from these. It ends early
             where a joint that is rigid at rest holds the mass.
-
-        Raises
-        ------
-        InputError
-            Both or neither of cycles and duration, a value out of its range; cycles of a motion
-            that creeps back without turning, or more samples than memory is likely to hold.
 
         Notes
         -----
@@ -380,15 +350,13 @@ def _slow_flow(
 
     if not slow(0.0, np.ones(1)) > 0.0:
         raise InputError(
-            Argument("amplitude"),
-            f" must be one that decays slowly: of {exact(amplitude)} m a cycle would lose "
-            "more than half; ring_down(...) follows any motion",
+            f"`amplitude` must be one that decays slowly: of {exact(amplitude)} m a cycle "
+            "would lose more than half; ring_down(...) follows any motion"
         )
     if duration is not None and not periods <= _MOST_CYCLES:
         raise InputError(
-            Argument("duration"),
-            f" must be at most {_MOST_CYCLES} periods of the oscillator, "
-            f"got {exact(duration)} s, which are {periods:.3g}",
+            f"`duration` must be at most {_MOST_CYCLES} periods of the oscillator, got "
+            f"{exact(duration)} s, which are {periods:.3g}"
         )
     limit = periods + 1.0 if cycles is None else float(cycles)
     events = [slow, there] + ([within] if cycles is None else [])

@@ -127,11 +127,6 @@ class Preload:
         -------
         LinearModes
             ``frequency`` [Hz] and ``shape``.
-
-        Raises
-        ------
-        InputError
-            A number that is none, another word.
         """
         if joints not in ("stuck", "open"):
             raise InputError(f'joints must be "stuck" or "open", got {show(joints)}')
@@ -185,11 +180,6 @@ class Preload:
         ModalCurve
             Frequencies [Hz], damping ratios, shapes and the loss of each joint.
 
-        Raises
-        ------
-        InputError
-            No such mode, amplitudes not above zero, harmonics, samples or a sensor that do not fit.
-
         Notes
         -----
         The balance is that of the extended periodic motion, M x'' + C x' - 2 zeta omega M x' + K x
@@ -239,11 +229,6 @@ class Preload:
         ForcedResponse
             Frequencies along the path, amplitudes of each harmonic, turning points.
 
-        Raises
-        ------
-        InputError
-            Shapes that do not fit, frequencies that are not above zero or do not rise or fall.
-
         Notes
         -----
         The balance of harmonics is followed by arc length, around the turning points where the
@@ -285,11 +270,6 @@ class Preload:
         -------
         Motion
             Displacements, velocities, joint motions and forces, and the balance of energy.
-
-        Raises
-        ------
-        InputError
-            Shapes that do not fit, times in uneven steps.
 
         Notes
         -----

@@ -14,7 +14,7 @@ from microslip._core.checks import Floats, number, positive, show
 from microslip._core.frozen import LockedArrays
 from microslip._core.verdicts import Rule, Verdict
 from microslip._core.wording import did_you_mean, quoted
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.normal import NormalLaw
 from microslip.structures.modal_curve import ModalCurve
 from microslip.structures.modal_test import ModalTest
@@ -141,12 +141,6 @@ def identify_modal(
     ModalIdentification
         Values, intervals, correlations and verdicts.
 
-    Raises
-    ------
-    InputError
-        Names that cannot be fitted, more parameters than values, a form to be fitted of flat faces,
-        a state that the model does not have.
-
     Notes
     -----
     The curves in the fit are quasi-static (Lacayo and Allen 2019, DOI 10.1016/j.ymssp.2018.08.034)
@@ -166,9 +160,7 @@ def identify_modal(
     for name in ("friction_coefficient", "tension", "form"):
         low, high, _ = KINDS[name]
         if not min(0.1 * low, 10.0 * low) <= start[name] <= 10.0 * high:
-            raise InputError(
-                Argument(name), f" must be about {low:g} to {high:g}, got {start[name]:g}"
-            )
+            raise InputError(f"`{name}` must be about {low:g} to {high:g}, got {start[name]:g}")
     if "base_damping_ratio" in names and start["base_damping_ratio"] <= 0.0:
         start["base_damping_ratio"] = 0.1 * min(float(t.damping_ratio.min()) for t in modal_tests)
     return _Fit(joint, surface, modal_tests, names, start, unit_form).run()

@@ -121,11 +121,6 @@ class ReducedJoint(LockedArrays):
         -------
         ndarray
             A row to multiply with displacements; its values are forces of a unit there, too.
-
-        Raises
-        ------
-        InputError
-            A name that is not there.
         """
         if name not in self.sensor_names:
             there = quoted(self.sensor_names) if self.sensor_names else "no sensor"
@@ -142,7 +137,7 @@ class ReducedJoint(LockedArrays):
             Gap between the faces where nothing presses: a function of x and y (arrays, along and
             across the lap from its middle [m]) that gives gaps [m]; a table with the columns x, y
             and gap [m], NaN where nothing was measured, such as two scans of the faces give; or
-            one gap [m] for each patch.
+            one gap [m] for each patch, of the shape (patches,).
         factor : float
             What all gaps are multiplied with, such as 0 for flat faces or -1 for the reversed
             form.
@@ -151,11 +146,6 @@ class ReducedJoint(LockedArrays):
         -------
         ReducedJoint
             A new one. A level common to all patches says nothing and is taken out.
-
-        Raises
-        ------
-        InputError
-            A form that is no number at a patch, or of another shape.
 
         Notes
         -----
@@ -194,11 +184,6 @@ class ReducedJoint(LockedArrays):
         -------
         ReducedJoint
             A new one.
-
-        Raises
-        ------
-        InputError
-            Other than one number or one a bolt, above zero.
         """
         bolts = len(self.bolt_stiffness)
         return replace(self, bolt_tension=each_bolt("tension", tension, bolts, "N"))
@@ -223,11 +208,6 @@ class ReducedJoint(LockedArrays):
         -------
         Structure
             The reduced matrices with the field attached.
-
-        Raises
-        ------
-        InputError
-            As for :class:`microslip.JointField`.
         """
         field = self.field(surface, friction_coefficient)
         return Structure(self.mass, self.stiffness).attach(field, directions=self.directions)
@@ -245,11 +225,6 @@ class ReducedJoint(LockedArrays):
         ndarray
             One force a degree of freedom: with them :meth:`Structure.preload` comes to the
             tensions of the bolts.
-
-        Raises
-        ------
-        InputError
-            A surface that cannot carry the bolts.
 
         Notes
         -----
@@ -276,11 +251,6 @@ class ReducedJoint(LockedArrays):
         -------
         Preload
             The static state, with its pressures, ``modes``, ``forced_response`` and ``integrate``.
-
-        Raises
-        ------
-        InputError
-            As for :class:`microslip.JointField` and :meth:`Structure.preload`.
         """
         return self.structure(surface, friction_coefficient).preload(self.static_force(surface))
 
@@ -296,11 +266,6 @@ class ReducedJoint(LockedArrays):
         -------
         ndarray
             One a bolt.
-
-        Raises
-        ------
-        InputError
-            Arrays that are no numbers, or of another shape.
         """
         moved = vector("displacement", displacement, self.size)[self._bolts]
         pushed = vector("static_force", static_force, self.size)[self._bolts]
@@ -315,11 +280,6 @@ class ReducedJoint(LockedArrays):
             The file, ending in ``.npz``.
         overwrite : bool, optional
             Whether a file in its place may be replaced.
-
-        Raises
-        ------
-        InputError
-            The file is there already, ends otherwise, or cannot be written.
         """
         file = Path(path)
         if file.suffix.lower() != ".npz":
@@ -348,11 +308,6 @@ class ReducedJoint(LockedArrays):
         -------
         ReducedJoint
             The same numbers.
-
-        Raises
-        ------
-        InputError
-            A file that is absent, damaged or of another kind.
         """
         file = Path(path)
         try:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from microslip._core.checks import Floats
 from microslip._core.frozen import LockedArrays, lock
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.friction import BackboneLaw
 from microslip.friction.energies import energies_along
 from microslip.memory import State
@@ -281,9 +281,8 @@ def ring_down(
     """Integrate, see :meth:`microslip.Oscillator.ring_down`."""
     if stuck == 0.0:
         raise InputError(
-            Argument("stiffness"),
-            " must be above zero beside a joint that is rigid at rest: nothing swings "
-            "without a spring, got 0",
+            "`stiffness` must be above zero beside a joint that is rigid at rest: nothing "
+            "swings without a spring, got 0"
         )
     period = 2.0 * math.pi / stuck
     step, count = period / samples_per_cycle, MOST_SAMPLES

@@ -55,11 +55,6 @@ class Structure:
     damping : array_like or sparse matrix, optional
         Damping matrix C [N s/m] of all but the joints; none without it.
 
-    Raises
-    ------
-    InputError
-        Matrices that do not fit, are not finite, not symmetric or not definite.
-
     Notes
     -----
     The joints join by M x'' + C x' + K x + sum of B^T T[B x] = f. Frequencies and damping at an
@@ -108,12 +103,6 @@ class Structure:
         -------
         Structure
             Without joints: these are attached in Python.
-
-        Raises
-        ------
-        InputError
-            A file that is absent, damaged or of another kind, an extra not installed, names that
-            are not in it, matrices that do not fit.
         """
         return cls(*load_matrices(path, names))
 
@@ -126,11 +115,6 @@ class Structure:
             The file, ending in ``.npz``.
         overwrite : bool, optional
             Whether a file in its place may be replaced.
-
-        Raises
-        ------
-        InputError
-            The file is there already, ends otherwise, or cannot be written.
         """
         save_matrices(path, self.mass, self.stiffness, self.damping, overwrite)
 
@@ -153,12 +137,6 @@ class Structure:
         -------
         Structure
             A new one; this one is unchanged.
-
-        Raises
-        ------
-        InputError
-            Another kind of joint, directions that do not fit the structure or the field, or that
-            move nothing.
         """
         attachment: Attachment
         if isinstance(joint, JointField):
@@ -205,12 +183,6 @@ class Structure:
         -------
         Preload
             Displacement, normal loads, pressures, gaps; and the methods of this class about it.
-
-        Raises
-        ------
-        InputError
-            Forces that do not fit, that push along a motion which nothing holds, or that leave no
-            contact.
 
         Notes
         -----
@@ -265,11 +237,6 @@ class Structure:
         """Frequency [Hz] and damping of a mode against its amplitude, one-dimensional.
 
         Arguments and result are those of :meth:`microslip.Preload.modes`.
-
-        Raises
-        ------
-        InputError
-            As there; a field with gaps, whose loads a static solution must find first.
         """
         return self._undeformed.modes(index, amplitudes, **options)
 
@@ -279,11 +246,6 @@ class Structure:
         """Periodic motions under a harmonic force [N] of shape (n,), along frequencies [Hz].
 
         Arguments and result are those of :meth:`microslip.Preload.forced_response`.
-
-        Raises
-        ------
-        InputError
-            As for :meth:`modes`.
         """
         return self._undeformed.forced_response(force, frequencies, **options)
 
@@ -291,11 +253,6 @@ class Structure:
         """The motion in time [s], one-dimensional, under forces [N].
 
         Arguments and result are those of :meth:`microslip.Preload.integrate`.
-
-        Raises
-        ------
-        InputError
-            As for :meth:`modes`.
         """
         return self._undeformed.integrate(force, time, **options)
 

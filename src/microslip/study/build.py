@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import cast
 
-from microslip.errors import InputError, StudyError
+from microslip.errors import InputError, StudyError, said
 from microslip.friction import Interface
 from microslip.materials import MaterialPair
 from microslip.normal import NormalLaw
@@ -88,9 +88,9 @@ def blame(study: StudyDescription, key: str, names: Iterable[str] = ()) -> Itera
     try:
         yield
     except InputError as error:
-        parts, name = error.parts, error.argument
+        text, name = error.text, error.argument
         if name is not None and (name in names or key.split(",")[0].endswith(name)):
-            parts = parts[1:]
+            text = error.statement
             key = f"{key}.{name}" if name in names else key
-        message = " ".join(InputError(*parts).said(as_key).split())
+        message = " ".join(said(text, as_key).split())
         raise StudyError(f"{study.name}: {key}: {message}") from error

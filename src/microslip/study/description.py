@@ -112,12 +112,6 @@ class StudyDescription(StudyTables):
         -------
         Study
             The validated study, in SI units.
-
-        Raises
-        ------
-        StudyError
-            If the file cannot be read or is not a study; one line with file, key, what came and
-            what was wanted.
         """
         path = Path(path)
         name = shorten(str(path), 200)
@@ -152,11 +146,6 @@ class StudyDescription(StudyTables):
         -------
         Study
             The validated study, in SI units.
-
-        Raises
-        ------
-        StudyError
-            If the text is not a study.
         """
         if is_too_deep(text):
             raise StudyError(f"{name}: not a study: a key of more than {MAX_DEPTH} levels")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 from pydantic import Discriminator, Tag, model_validator
 
 from microslip._core.parameters import key_of
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.friction import LAWS, BackboneLaw, Interface, PressedJoint
 from microslip.normal import AsperityPopulation, GreenwoodWilliamson, NormalLaw
 from microslip.normal.elastic_plastic import MODELS
@@ -90,16 +90,15 @@ class Joint(Part):
             return surface
         if not isinstance(surface, (GreenwoodWilliamson, AsperityPopulation)):
             raise InputError(
-                Argument("tightening_load"),
-                " wanted only for a surface of summits that can yield, such as law = "
-                f'"greenwood-williamson", "population" or "scan", got {type(surface).__name__}',
+                "`tightening_load` wanted only for a surface of summits that can yield, such as "
+                'law = "greenwood-williamson", "population" or "scan", got '
+                f"{type(surface).__name__}"
             )
         hardness = surface.pair.hardness if self.yield_stress is None else None
         if self.yield_stress is None and hardness is None:
             raise InputError(
-                Argument("yield_stress"),
-                ' missing, and the materials have no hardness; write for example "355 MPa", or '
-                "the hardness of the softer material",
+                "`yield_stress` missing, and the materials have no hardness; write for example "
+                '"355 MPa", or the hardness of the softer material'
             )
         model = self.tightening_model or "jackson-green"
         return surface.tightened(

@@ -12,7 +12,7 @@ from pydantic_core import CoreSchema, core_schema
 
 from microslip._core.options import Option
 from microslip._core.verdicts import Verdict
-from microslip.errors import Argument, InputError, in_python
+from microslip.errors import Argument, InputError, in_python, said
 
 JsonSchema = dict[str, Any]
 
@@ -137,9 +137,8 @@ def as_key(argument: Argument) -> str:
 
 def keyed(error: InputError, table: str, otherwise: str = "") -> KeyedError:
     """An error of the physics at the key of its argument, or at another key of the table."""
-    parts = error.parts[1:] if error.argument else error.parts
     key = f"{table}.{error.argument or otherwise}".removesuffix(".")
-    return KeyedError(key, InputError(*parts).said(as_key).strip())
+    return KeyedError(key, said(error.statement, as_key))
 
 
 def _as_toml(value: object) -> str:

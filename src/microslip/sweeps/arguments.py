@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from microslip._core.checks import LARGEST, check_one_of, exact, floats, positives, show
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.normal import NormalLaw
 
 Arguments = dict[str, Any]
@@ -24,23 +24,21 @@ def checked(args: Arguments) -> Arguments:
     of_surface = ("young_modulus", "poisson_ratio", "radius", "density", "area", "std")
     if "surface" in args:
         if not isinstance(args["surface"], NormalLaw):
-            raise InputError(
-                Argument("surface"), f" must be a normal load law, got {show(args['surface'])}"
-            )
+            raise InputError(f"`surface` must be a normal load law, got {show(args['surface'])}")
         extra = [name for name in (*of_surface, "mean", "heights", *_OTHER_BODY) if name in args]
         if extra:
-            raise InputError(Argument(extra[0]), " must be left out: the surface has its own")
+            raise InputError(f"`{extra[0]}` must be left out: the surface has its own")
     else:
         needs += of_surface[: 5 if "heights" in args else 6]
     for name in needs:
         if name not in args:
             raise InputError(
-                Argument(name), " must be given" + ("" if name == "std" else "; it is missing")
+                f"`{name}` must be given" + ("" if name == "std" else "; it is missing")
             )
     load, separation = (args.get(name) for name in ("normal_load", "separation"))
     check_one_of("normal_load [N] or separation [m]", load, separation)
     if "mean" in args and "heights" in args:
-        raise InputError(Argument("mean"), " must be left out: the heights have their own")
+        raise InputError("`mean` must be left out: the heights have their own")
     result: Arguments = {k: v for k, v in args.items() if k in ("surface", "heights", "samples")}
     for name, value in args.items():
         if name in NO_ARRAYS:
@@ -48,20 +46,18 @@ def checked(args: Arguments) -> Arguments:
         if name in ("separation", "mean"):
             length = result[name] = floats(name, value)
             if (largest := np.abs(length).max()) > LARGEST:
-                raise InputError(
-                    Argument(name), f" must be at most {LARGEST:g} m in size, got {largest:g}"
-                )
+                raise InputError(f"`{name}` must be at most {LARGEST:g} m in size, got {largest:g}")
         elif name in ("poisson_ratio", "other_poisson_ratio"):
             ratio = result[name] = floats(name, value)
             bad = ratio[(ratio <= -1.0) | (ratio > 0.5)]
             if bad.size:
-                raise InputError(Argument(name), f" must be in (-1, 0.5], got {exact(bad[0])}")
+                raise InputError(f"`{name}` must be in (-1, 0.5], got {exact(bad[0])}")
         elif name in ("amplitude", "force_amplitude"):
             a = floats(name, value)
             if a.min() < 0.0:
-                raise InputError(Argument(name), f" must not be negative, got {a.min():g}")
+                raise InputError(f"`{name}` must not be negative, got {a.min():g}")
             if a.max() > LARGEST:
-                raise InputError(Argument(name), f" must be at most {LARGEST:g}, got {a.max():g}")
+                raise InputError(f"`{name}` must be at most {LARGEST:g}, got {a.max():g}")
             result[name] = np.abs(a)
         elif name == "other_young_modulus":
             modulus = floats(name, value, endless=True)
@@ -86,16 +82,14 @@ def check_names(
     """Quantities are a list of names that there are, some only beside amplitudes."""
     if isinstance(quantities, str) or not isinstance(quantities, Sequence) or not quantities:
         raise InputError(
-            Argument("quantities"),
-            f" must be a list of names, got {show(quantities)}; "
-            f'for example quantities=["{example}"]',
+            f"`quantities` must be a list of names, got {show(quantities)}; for example "
+            f'quantities=["{example}"]'
         )
     for name in quantities:
         if name not in available:
             hint = " beside amplitude" if name in of_amplitudes else ""
             raise InputError(
-                Argument("quantities"),
-                f" must be of {', '.join(available)}, got {show(name)}{hint}",
+                f"`quantities` must be of {', '.join(available)}, got {show(name)}{hint}"
             )
 
 

@@ -17,7 +17,7 @@ from microslip._core.files import whole_file
 from microslip._core.frozen import lock
 from microslip._core.netcdf import Variable
 from microslip._core.netcdf import write as write_netcdf
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 
 if TYPE_CHECKING:
     import xarray
@@ -38,11 +38,6 @@ class Sweep:
         and what it is).
     attributes : mapping of str to str
         What was swept, and with which version.
-
-    Raises
-    ------
-    InputError
-        A name that is not there; a file that is.
 
     Notes
     -----
@@ -91,7 +86,7 @@ class Sweep:
                 values = group[name].values
                 return float(values) if values.ndim == 0 else values
         names = ", ".join((*self.variables, *self.coords))
-        raise InputError(Argument("name"), f" must be one of {names}, got {show(name)}")
+        raise InputError(f"`name` must be one of {names}, got {show(name)}")
 
     def __contains__(self, name: object) -> bool:
         return name in self.variables or name in self.coords
@@ -127,11 +122,6 @@ class Sweep:
 
         By default along the longest. Axes, colour and label, those of the first line, are as of
         :meth:`microslip.BackboneLaw.plot`.
-
-        Raises
-        ------
-        InputError
-            A name that is not there, a variable of one number, something else than axes.
         """
         from microslip.report.axes import draw
         from microslip.sweeps.figure import sweep_figure
@@ -139,13 +129,7 @@ class Sweep:
         return draw(sweep_figure(self, quantity, along), ax, color=color, label=label)
 
     def to_xarray(self) -> xarray.Dataset:
-        """The same as an ``xarray.Dataset``.
-
-        Raises
-        ------
-        InputError
-            xarray is not installed.
-        """
+        """The same as an ``xarray.Dataset``."""
         try:
             import xarray
         except ImportError:
@@ -163,11 +147,6 @@ class Sweep:
         """Write one netCDF-4 file, whole or not at all, and return its path.
 
         A file in its place is replaced only with ``overwrite``.
-
-        Raises
-        ------
-        InputError
-            The file is there already, or it cannot be written.
         """
         with whole_file(path, overwrite) as stage:
             write_netcdf(stage, self.sizes, self.coords, self.variables, self.attributes)

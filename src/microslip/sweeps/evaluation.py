@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, plain, whole_number
 from microslip._core.frozen import lock
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.heights import Gaussian, as_heights
 from microslip.loops import MOST_SAMPLES, halves_of, unit_cycle
 from microslip.materials import Material, MaterialPair
@@ -115,12 +115,6 @@ def evaluate(
         and loop_force with a last axis of the samples of :meth:`microslip.Interface.loop`. Of
         ``xarray.DataArray`` and Dask arrays the same kind, computed when it is asked for.
 
-    Raises
-    ------
-    InputError
-        An argument that is missing or one too many, out of its range, or of a shape that does not
-        broadcast; a force at or beyond the limit; a load that a surface cannot carry.
-
     Notes
     -----
     The numbers of :class:`microslip.Interface`, to 1e-13: (19.8), (19.15), (19.29) and (19.30), the
@@ -152,7 +146,7 @@ def _quantity_names(args: Arguments) -> tuple[str, ...]:
     if "samples" in args:
         whole_number("samples", args["samples"], 5, MOST_SAMPLES)
         if not cycles:
-            raise InputError(Argument("samples"), " must stand beside amplitude, got none")
+            raise InputError("`samples` must stand beside amplitude, got none")
         loops = _LOOPS
     if quantities is None:
         return (*(name for name in names if name not in _COSTLY), *loops)
@@ -201,9 +195,8 @@ class Joints:
             self.load = self.scale * self.unit_load
             if float(self.load.min()) < FAINTEST:
                 raise InputError(
-                    Argument("separation"),
-                    " must be one at which the surface carries a load, and at "
-                    f"{float(np.max(args['separation'])):g} m it carries none",
+                    "`separation` must be one at which the surface carries a load, and at "
+                    f"{float(np.max(args['separation'])):g} m it carries none"
                 )
         else:
             self.load = args["normal_load"]
@@ -414,9 +407,8 @@ def _below(force: Floats, limit: Floats) -> None:
     worst = int(np.argmax(force - limit))
     if force[worst] >= limit[worst]:
         raise InputError(
-            Argument("force_amplitude"),
-            f" must stay below the force limit of each joint, {limit[worst]:.10g} N of one; "
-            f"got {force[worst]:.10g} N",
+            "`force_amplitude` must stay below the force limit of each joint, "
+            f"{limit[worst]:.10g} N of one; got {force[worst]:.10g} N"
         )
 
 

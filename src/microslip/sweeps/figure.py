@@ -8,7 +8,7 @@ import numpy as np
 
 from microslip._core.checks import show
 from microslip._core.units import engineering, prefix
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.report.plot import COLORS, DASHES, Axis, Entry, Panel, Plot
 from microslip.report.scales import evenly
 
@@ -20,14 +20,14 @@ def sweep_figure(sweep: Any, quantity: Any, along: Any) -> Plot:
     """Lines along one dimension; a few, evenly, of all combinations of the others."""
     if not isinstance(quantity, str) or quantity not in sweep.variables:
         names = ", ".join(sweep.variables)
-        raise InputError(Argument("quantity"), f" must be one of {names}, got {show(quantity)}")
+        raise InputError(f"`quantity` must be one of {names}, got {show(quantity)}")
     dims, values, about = sweep.variables[quantity]
     if not dims:
-        raise InputError(Argument("quantity"), f" must have a dimension, {quantity} is one number")
+        raise InputError(f"`quantity` must have a dimension, {quantity} is one number")
     if along is None:
         along = max(dims, key=lambda dim: sweep.sizes[dim])
     if along not in dims:
-        raise InputError(Argument("along"), f" must be one of {', '.join(dims)}, got {show(along)}")
+        raise InputError(f"`along` must be one of {', '.join(dims)}, got {show(along)}")
     place = dims.index(along)
     lines = np.moveaxis(values, place, -1).reshape(-1, values.shape[place])
     rows = [dim for dim in dims if dim != along]

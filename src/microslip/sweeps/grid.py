@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from microslip._core.checks import Floats, exact
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.friction import Interface
 from microslip.normal.grids import inverse_on_grid, on_grid, separations
 
@@ -136,9 +136,8 @@ class Grid:
         largest = float(self.given.max())
         if largest >= self.limit[i, j]:
             raise InputError(
-                Argument("force_amplitude"),
-                f" must stay below the force limit at every load, and at "
-                f"{exact(self.load[j])} N it is {self.limit[i, j]:.10g} N; got {largest:.10g} N",
+                "`force_amplitude` must stay below the force limit at every load, and at "
+                f"{exact(self.load[j])} N it is {self.limit[i, j]:.10g} N; got {largest:.10g} N"
             )
         drops = self.given / self.factor[..., None]
         rows = np.tile(self.separation, self.friction.size)

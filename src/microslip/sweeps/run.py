@@ -13,7 +13,7 @@ from microslip._core.checks import LARGEST, Floats, check_one_of, floats, positi
 from microslip._core.netcdf import Variable
 from microslip._core.quantities import QUANTITIES, Quantity
 from microslip._version import __version__
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.friction import BackboneLaw, Interface
 from microslip.sweeps.arguments import check_names
 from microslip.sweeps.arrays import Sweep
@@ -88,12 +88,6 @@ def sweep(
         Each list is a dimension, in the order friction_coefficient, normal_load, amplitude; a
         number, or what was not given, is a coordinate without one.
 
-    Raises
-    ------
-    InputError
-        Both or neither of the amplitudes; values out of their range; a quantity that is unknown, or
-        that the law does not know; loads that the surface cannot carry.
-
     Notes
     -----
     The same numbers as of one interface after the other, to rounding (1e-13), but not one after
@@ -102,9 +96,8 @@ def sweep(
     """
     if not isinstance(joint, BackboneLaw):
         raise InputError(
-            Argument("joint"),
-            f" must be an Interface or another backbone law, got {show(joint)}; "
-            "write sweep(joint, normal_load=[...], amplitude=[...])",
+            f"`joint` must be an Interface or another backbone law, got {show(joint)}; write "
+            "sweep(joint, normal_load=[...], amplitude=[...])"
         )
     wording = "amplitude=[...] [m] or force_amplitude=[...] [N]"
     check_one_of(wording, amplitude, force_amplitude)
@@ -113,14 +106,12 @@ def sweep(
         name, values_along = "force_amplitude", force_amplitude
     along = _axis(name, values_along)
     if along.min() < 0.0:
-        raise InputError(Argument(name), f" must not be negative, got {along.min():g}")
+        raise InputError(f"`{name}` must not be negative, got {along.min():g}")
     if name == "amplitude" and along.max() > LARGEST:
-        raise InputError(Argument(name), f" must be at most {LARGEST:g} m, got {along.max():g} m")
+        raise InputError(f"`{name}` must be at most {LARGEST:g} m, got {along.max():g} m")
     names = _quantity_names(quantities, name)
     if progress is not None and not callable(progress):
-        raise InputError(
-            Argument("progress"), f" must be a function of the share done, got {show(progress)}"
-        )
+        raise InputError(f"`progress` must be a function of the share done, got {show(progress)}")
     axes = {name: np.abs(along)}  # -0.0 is 0.0 here
     if not isinstance(joint, Interface):
         for key, value in (
@@ -149,9 +140,7 @@ def sweep(
 def _axis(name: str, value: Any) -> Floats:
     array = floats(name, value)
     if array.ndim > 1:
-        raise InputError(
-            Argument(name), f" must be a number or one-dimensional, got shape {array.shape}"
-        )
+        raise InputError(f"`{name}` must be a number or one-dimensional, got shape {array.shape}")
     return array.copy()
 
 
@@ -165,13 +154,11 @@ def _quantity_names(quantities: Any, name: str) -> tuple[str, ...]:
         return (converse, *_DEFAULT_QUANTITIES)
     available = [quantity for quantity in DIMENSIONS if quantity != name]
     if isinstance(quantities, (list, tuple)) and name in quantities:
-        raise InputError(
-            Argument("quantities"), f" must not name {name}: it is a coordinate already"
-        )
+        raise InputError(f"`quantities` must not name {name}: it is a coordinate already")
     check_names(quantities, available, "dissipated_energy")
     if len(set(quantities)) < len(quantities):
         twice = next(q for q in quantities if list(quantities).count(q) > 1)
-        raise InputError(Argument("quantities"), f" must name each once, got {twice} twice")
+        raise InputError(f"`quantities` must name each once, got {twice} twice")
     return tuple(quantities)
 
 
@@ -218,7 +205,6 @@ def _of_law(
     for name in names:
         if name not in calls:
             raise InputError(
-                Argument("quantities"),
-                f" must be what {type(joint).__name__} knows, which has no {name}",
+                f"`quantities` must be what {type(joint).__name__} knows, which has no {name}"
             )
     return {name: np.asarray(calls[name](), dtype=float) for name in names}

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from microslip._core.checks import Floats, floats, show, whole_number
 from microslip._core.quantities import QUANTITIES, Quantity
 from microslip._version import __version__
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.sweeps.evaluation import evaluate
 
 _FINISHED = "done"
@@ -52,11 +52,6 @@ def evaluate_to_zarr(
     -------
     pathlib.Path
         The store, which ``xarray.open_zarr`` reads.
-
-    Raises
-    ------
-    InputError
-        Zarr is not installed; arguments that :func:`evaluate` refuses; a store of other arguments.
 
     Notes
     -----
@@ -98,13 +93,11 @@ def evaluate_to_zarr(
 
 def _lines(axes: Mapping[str, ArrayLike]) -> dict[str, Floats]:
     if not isinstance(axes, Mapping) or not axes:
-        raise InputError(
-            Argument("axes"), f" must be a mapping of names to arrays, got {show(axes)}"
-        )
+        raise InputError(f"`axes` must be a mapping of names to arrays, got {show(axes)}")
     lines = {name: floats(name, values) for name, values in axes.items()}
     for name, line in lines.items():
         if line.ndim != 1:
-            raise InputError(Argument(name), f" must be one-dimensional, got shape {line.shape}")
+            raise InputError(f"`{name}` must be one-dimensional, got shape {line.shape}")
     return lines
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from microslip._core.checks import Floats, positive, show
 from microslip._core.frozen import Locked
 from microslip._core.units import engineering
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.tribometer.estimates import Estimate, quantile
 from microslip.tribometer.measurement import Measurement
 
@@ -77,11 +77,6 @@ class Campaign(Locked):
     area : float, optional
         Apparent area [m^2], for energies and stiffnesses per area.
 
-    Raises
-    ------
-    InputError
-        No measurement, labels or volumes that are not as many, a value that is not above zero.
-
     Notes
     -----
     Wear after Fouvry, Liskiewicz, Kapsa, Hannel and Sauger (2003, DOI
@@ -97,12 +92,12 @@ class Campaign(Locked):
     def __post_init__(self) -> None:
         count = len(self.measurements)
         if count == 0:
-            raise InputError(Argument("measurements"), " must be at least one, got none")
+            raise InputError("`measurements` must be at least one, got none")
         for name in ("runs", "worn_volumes"):
             labels = getattr(self, name)
             if labels is not None and len(labels) != count:
                 raise InputError(
-                    Argument(name), f" must be one for each of {count} records, got {show(labels)}"
+                    f"`{name}` must be one for each of {count} records, got {show(labels)}"
                 )
         for volume in self.worn_volumes or ():
             if volume is not None:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from microslip._core.checks import Floats, exact, number, positive, show
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.tribometer.blocks import gaps_of
 from microslip.tribometer.cycles import Cycles, split
 from microslip.tribometer.estimates import Estimate, mean_of, quantile, trend
@@ -53,12 +53,6 @@ def condition(
     Record
         With steps of even time, one-dimensional, in SI units.
 
-    Raises
-    ------
-    InputError
-        Not a record, a value out of its range, a record without time where one is needed, or
-        without a full cycle.
-
     Notes
     -----
     Uneven time is evened by straight lines first. The area of a loop is that of the harmonics which
@@ -85,9 +79,7 @@ def condition(
     if delay != 0.0:
         shift, size = delay * _rate(rate, "delay"), len(record)
         if abs(shift) > 0.25 * (size - 1):
-            raise InputError(
-                Argument("delay"), f" must be less than a quarter of the record, got {delay:g} s"
-            )
+            raise InputError(f"`delay` must be less than a quarter of the record, got {delay:g} s")
         place = np.arange(size)
         channels["force"] = np.interp(place + shift, place, channels["force"])
         # What has no force of its own any more goes.
@@ -108,10 +100,9 @@ def condition(
         low = LEAST_CUTOFF * sampled / period
         if not low <= cutoff < 0.5 * sampled:
             raise InputError(
-                Argument("cutoff"),
-                f" must be from {LEAST_CUTOFF:g} times the frequency of the cycles, "
-                f"{low:.6g} Hz, to below half the sample rate, {0.5 * sampled:.6g} Hz, "
-                f"got {exact(cutoff)} Hz",
+                f"`cutoff` must be from {LEAST_CUTOFF:g} times the frequency of the cycles, "
+                f"{low:.6g} Hz, to below half the sample rate, {0.5 * sampled:.6g} Hz, got "
+                f"{exact(cutoff)} Hz"
             )
         for key in channels.keys() - {"commanded"}:
             channels[key] = _low_pass(channels[key], cutoff / sampled)
@@ -126,16 +117,14 @@ def condition(
 
 def _check(record: Any) -> None:
     if not isinstance(record, Record):
-        raise InputError(Argument("record"), f" must be a Record, got {show(record)}")
+        raise InputError(f"`record` must be a Record, got {show(record)}")
 
 
 def _checked(measurements: Iterable[Any]) -> list[Measurement]:
     rows = list(measurements)
     for measured in rows:
         if not isinstance(measured, Measurement):
-            raise InputError(
-                Argument("measurements"), f" must hold Measurements, got {show(measured)}"
-            )
+            raise InputError(f"`measurements` must hold Measurements, got {show(measured)}")
     return rows
 
 
@@ -188,11 +177,6 @@ def delay_of(record: Record, *, confidence: float = 0.95) -> Estimate:
     -------
     Estimate
         Time [s], positive where the force is late, for ``condition(record, delay=...)``.
-
-    Raises
-    ------
-    InputError
-        Not a record, no time, fewer than two cycles, too few samples after a reversal.
 
     Notes
     -----
@@ -280,12 +264,6 @@ def rig_stiffness_of(measurements: Sequence[Measurement], *, confidence: float =
     Estimate
         Stiffness [N/m]; the upper end is infinite where the data allow a rigid rig.
 
-    Raises
-    ------
-    InputError
-        Fewer than three loads, a record without load, or with a rig taken off; data without a
-        compliance left for the rig.
-
     Notes
     -----
     Compliances add up, 1/k = 1/k_rig + c/N, with a contact as stiff as it is loaded: exact for
@@ -346,11 +324,6 @@ def rate_dependence(
     Estimate
         d ln(column) / d lg(frequency) [-]: rate independent, as friction is taken to be, where the
         interval holds 0.
-
-    Raises
-    ------
-    InputError
-        Fewer than three records, one without a frequency or without the column, equal frequencies.
     """
     rows = _checked(measurements)
     values, rates = [], []
@@ -359,8 +332,7 @@ def rate_dependence(
             raise InputError(f"{measured.name}: has no frequency; give time or sample_rate")
         if column not in measured.mean:
             raise InputError(
-                Argument("column"),
-                f" must be one of {', '.join(measured.mean)}, got {show(column)}",
+                f"`column` must be one of {', '.join(measured.mean)}, got {show(column)}"
             )
         values.append(measured.mean[column].value)
         rates.append(math.log10(measured.frequency))

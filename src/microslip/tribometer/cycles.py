@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from microslip._core.checks import Floats
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 
 Places = NDArray[np.int64]
 
@@ -77,9 +77,7 @@ def motion_of(displacement: Floats, force: Floats, gaps: Sequence[int] = ()) -> 
     low, high = (float(value) for value in np.percentile(sampled, (1.0, 99.0)))
     middle, amplitude = 0.5 * (low + high), 0.5 * (high - low)
     if amplitude == 0.0:
-        raise InputError(
-            Argument("displacement"), f" must move, got {displacement[0]:g} m nearly throughout"
-        )
+        raise InputError(f"`displacement` must move, got {displacement[0]:g} m nearly throughout")
     x = displacement - middle
     edges = [0, *(gap + 1 for gap in gaps), x.size]
     crossings = [_crossings(x[a:b], BAND * amplitude)[0] for a, b in pairwise(edges)]

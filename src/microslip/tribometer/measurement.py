@@ -15,7 +15,7 @@ from microslip._core.checks import Floats, exact, positive, show
 from microslip._core.frozen import lock
 from microslip._core.units import engineering
 from microslip._core.wording import plural
-from microslip.errors import Argument, InputError, Phrase
+from microslip.errors import InputError, in_python
 from microslip.friction import BackboneLaw
 from microslip.report.files import plain
 from microslip.report.plot import Plot
@@ -89,11 +89,6 @@ class Measurement(Plottable):
     levels : tuple of AmplitudeLevel
         Where the amplitude steps, the settled cycles at each amplitude and their means; else empty.
 
-    Raises
-    ------
-    InputError
-        Never: :func:`microslip.measure` makes it.
-
     Notes
     -----
     Loops are read as in Fig. 19.7 and (19.29)-(19.30); D and B are those of Fouvry, Kapsa and
@@ -142,11 +137,6 @@ class Measurement(Plottable):
         -------
         Estimate
             Change a cycle, in the unit of the column, with its confidence interval.
-
-        Raises
-        ------
-        InputError
-            No such column.
         """
         if column not in self.cycles:
             raise InputError(f"column must be one of {', '.join(self.cycles)}, got {show(column)}")
@@ -226,13 +216,6 @@ def measure(
     Measurement
         Columns of the cycles, their means with confidence intervals, and regimes.
 
-    Raises
-    ------
-    InputError
-        Not a record, a displacement without a full cycle or that does not move, spikes in every
-        cycle, a value out of its range, a model without finite stiffness, a rig that would give way
-        by more than the measured displacement.
-
     Notes
     -----
     The energy is the area of the polygon through all samples (19.29); white noise has no bias on
@@ -282,12 +265,9 @@ def measure(
         columns = columns_of(record, 1.0 / rig_stiffness)
         _refuse_soft(rig_stiffness, record.displacement, columns["force_amplitude"], blocks)
     if float(np.median(columns["dissipated_energy"])) < 0.0:
-        turned = Argument("sign", -1)
         notes.append(
-            Phrase(
-                "the dissipated energy is negative: the force has the opposite sign (reading with ",
-                *(turned, " turns it), or the two columns are swapped"),
-            )
+            "the dissipated energy is negative: the force has the opposite sign (reading "
+            "with `sign=-1` turns it), or the two columns are swapped"
         )
     if any(np.isnan(columns["reversal_stiffness"])):
         notes.append(
@@ -310,11 +290,9 @@ def measure(
     sliding = float(np.median(slid)) if slid.size else math.nan
     if rig_stiffness is None and regimes.count("gross slip") > len(regimes) / 2 and sliding < 0.9:
         notes.append(
-            Phrase(
-                f"gross slip by B, though only {sliding:.0%} of the displacement slides: the rest "
-                "is elastic, mostly of the rig where amplitudes exceed a few micrometres; give ",
-                *(Argument("rig_stiffness"), " to take it off"),
-            )
+            f"gross slip by B, though only {sliding:.0%} of the displacement slides: the "
+            "rest is elastic, mostly of the rig where amplitudes exceed a few micrometres; "
+            "give `rig_stiffness` to take it off"
         )
     largest = max(blocks.having_cycles, key=lambda block: block.cycle_count)
     return Measurement(
@@ -365,16 +343,13 @@ def _with_units(means: Mapping[str, Estimate]) -> dict[str, Any]:
 def _requested_cycles(cycles: slice, closed: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """The cycles that were asked for, of those that count."""
     if not isinstance(cycles, slice):
-        raise InputError(
-            Argument("cycles"), f" must be a slice, such as slice(2, 20), got {show(cycles)}"
-        )
+        raise InputError(f"`cycles` must be a slice, such as slice(2, 20), got {show(cycles)}")
     is_asked = np.zeros(closed.size, dtype=bool)
     is_asked[cycles] = True
     if not (is_asked & closed).any():
         raise InputError(
-            Argument("cycles"),
-            f" must have some of the {np.count_nonzero(closed)} cycles that count, of "
-            f"{closed.size}, got {show(cycles)}",
+            f"`cycles` must have some of the {np.count_nonzero(closed)} cycles that count, "
+            f"of {closed.size}, got {show(cycles)}"
         )
     return is_asked & closed
 
@@ -394,12 +369,11 @@ def _refuse_soft(rig_stiffness: float, x: Floats, force_amplitude: Floats, block
     if pushed < rig_stiffness * moved:
         return
     raise InputError(
-        Argument("rig_stiffness"),
-        f" {engineering(rig_stiffness, 'N/m')} gives way by "
+        f"`rig_stiffness` {engineering(rig_stiffness, 'N/m')} gives way by "
         f"{engineering(pushed / rig_stiffness, 'm')} under the force amplitude of "
         f"{engineering(pushed, 'N')}, more than all of the measured amplitude of "
-        f"{engineering(moved, 'm')}; a number alone is in N/m, so {exact(rig_stiffness)} N/um is ",
-        Argument("rig_stiffness", 1e6 * rig_stiffness),
+        f"{engineering(moved, 'm')}; a number alone is in N/m, so {exact(rig_stiffness)} "
+        f"N/um is `rig_stiffness={in_python(1000000.0 * rig_stiffness)}`"
     )
 
 

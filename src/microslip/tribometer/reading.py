@@ -16,7 +16,7 @@ from microslip._core.checks import Floats
 from microslip._core.frozen import lock
 from microslip._core.units import FORCE, QuantityError, engineering, to_si
 from microslip._core.wording import plural, quoted, shorten, show
-from microslip.errors import UNSAID, Argument, InputError
+from microslip.errors import InputError, in_python
 from microslip.numerics.runs import runs_of
 from microslip.readers import arrays, hdf5, json_files, laboratory, matlab, numpy_files, text
 from microslip.readers.files import foreign_kind, head_of, kind_of, usable
@@ -73,10 +73,7 @@ def read(path: Path, statements: Statements) -> dict[str, Any]:
     for name, mapping in stated.items():
         for role in mapping:
             if role not in by_part:
-                raise InputError(
-                    *(Argument(name), f": no column is read as {role}; write "),
-                    Argument(role, UNSAID),
-                )
+                raise InputError(f"`{name}`: no column is read as {role}; write `{role}=...`")
     scales = {
         role: scale_of(column, role, stated["units"].get(role), stated["calibration"].get(role))
         for role, column in by_part.items()
@@ -134,7 +131,7 @@ def _one_load(columns: list[Named], stated: Any) -> float | None:
         try:
             return to_si(stated, FORCE, "500 N")
         except QuantityError as error:
-            raise InputError(Argument("normal_load"), f": {error}") from None
+            raise InputError(f"`normal_load`: {error}") from None
     return None
 
 
@@ -159,8 +156,7 @@ def _columns_by_part(
             same_column = next((r for r, c in by_part.items() if c == column), None)
             if same_column:
                 raise InputError(
-                    Argument(role),
-                    f': column "{shorten(column.heading, 40)}" is the {same_column} already',
+                    f'`{role}`: column "{shorten(column.heading, 40)}" is the {same_column} already'
                 )
             by_part[role], how[role] = column, "as stated"
     for role in KINDS:
@@ -171,8 +167,8 @@ def _columns_by_part(
         except LookupError:
             if role in NEEDED:
                 raise InputError(
-                    *(Argument(role), f": no column tells; {listed(columns)}; write "),
-                    *(Argument(role, "NAME"), ', or "#2" for the second'),
+                    f'`{role}`: no column tells; {listed(columns)}; write `{role}="NAME"`, or "#2" '
+                    "for the second"
                 ) from None
     return {role: by_part[role] for role in KINDS if role in by_part}, how
 
@@ -192,8 +188,7 @@ def _arrays(
     first, notes = 0, []
     if rows is not None:
         if not isinstance(rows, slice) or rows.step not in (None, 1):
-            example = Argument("rows", _Rows("first", "end"))
-            raise InputError("wanted ", example, f", got {show(rows)}")
+            raise InputError(f"wanted `rows=slice(first, end)`, got {show(rows)}")
         first, end, _ = rows.indices(sizes["displacement"])
         arrays = {role: values[first:end].copy() for role, values in arrays.items()}
         notes.append(f"rows {first} to {max(end, first)} (without) of {sizes['displacement']}.")
@@ -240,21 +235,6 @@ def _filled(values: Floats) -> Floats:
     return values
 
 
-@dataclass(frozen=True, repr=False)
-class _Rows:
-    """Rows to take, as a message writes them."""
-
-    first: object
-    end: object
-
-    def __repr__(self) -> str:
-        return f"slice({self.first}, {self.end})"
-
-    def __str__(self) -> str:
-        first = self.first + 1 if isinstance(self.first, (int, np.integer)) else self.first
-        return f"{first}..{self.end}"
-
-
 def _refuse_gaps(
     table: Table, arrays: Mapping[str, Floats], names: Mapping[str, str], bad: Any, first: int
 ) -> None:
@@ -265,9 +245,8 @@ def _refuse_gaps(
     start, end = runs[int(np.argmax(runs[:, 1] - runs[:, 0]))] + first
     raise InputError(
         f"{table.where(row + first)}, column {names[role]}: wanted a number, got "
-        f"{arrays[role][row]} ({plural(int(bad.sum()), 'row')} like this before the end); "
-        "the longest stretch of numbers is ",
-        Argument("rows", _Rows(start, end)),
+        f"{arrays[role][row]} ({plural(int(bad.sum()), 'row')} like this before the "
+        f"end); the longest stretch of numbers is `rows={in_python(slice(int(start), int(end)))}`"
     )
 
 
@@ -305,11 +284,9 @@ def _check_time(table: Table, time: Floats, first: int) -> None:
         return
     row = int(np.flatnonzero(steps <= 0.0)[0])
     why = "repeats; if it is rounded" if steps[row] == 0.0 else "goes backwards; if it is no time"
-    rate = Argument("sample_rate", UNSAID)
     raise InputError(
-        f"{table.where(row + 1 + first)}: time {why}, write ",
-        *(Argument("time", False), " and ", rate),
-        f", got {time[row + 1]:.9g} s after {time[row]:.9g} s",
+        f"{table.where(row + 1 + first)}: time {why}, write `time=False` and `sample_rate=...`, "
+        f"got {time[row + 1]:.9g} s after {time[row]:.9g} s"
     )
 
 
@@ -323,8 +300,7 @@ def _add_stated(
     """What the file states for the whole record, where the user and the columns do not."""
     if parts["sample_rate"] is not None:
         if "time" in by_part:
-            options = (Argument("time"), " and ", Argument("sample_rate"))
-            raise InputError(*options, " say the same; write one of them")
+            raise InputError("`time` and `sample_rate` say the same; write one of them")
         notes.append(f"sample_rate: {parts['sample_rate']:g} Hz, as stated.")
     elif "time" not in by_part:
         rates = dict.fromkeys(table.columns[by_part[role].place].rate for role in NEEDED)

@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from microslip._core.checks import Floats, exact, positive, show
 from microslip._core.checks import record as checked
 from microslip._core.frozen import Locked, lock
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.report.plot import Plot
 from microslip.report.plottable import Plottable
 from microslip.tribometer.reading import Statements, read
@@ -56,12 +56,6 @@ class Record(Locked, Plottable):
         What messages and pictures call the record.
     notes : tuple of str
         Where it is from: file, columns, units, signs, zeros.
-
-    Raises
-    ------
-    InputError
-        Lengths that differ, values that are not finite, time that does not increase, both time and
-        sample rate, a normal load that pulls.
     """
 
     displacement: NDArray[np.float64]
@@ -90,9 +84,7 @@ class Record(Locked, Plottable):
         arrays = {"displacement": _locked_series("displacement", displacement)}
         size = arrays["displacement"].size
         if size < 2:
-            raise InputError(
-                Argument("displacement"), f" must hold at least two samples, got {size}"
-            )
+            raise InputError(f"`displacement` must hold at least two samples, got {size}")
         load: Any = None
         alone = isinstance(normal_load, np.ndarray) and normal_load.ndim == 0
         if alone or isinstance(normal_load, (numbers.Real, str)):
@@ -110,15 +102,15 @@ class Record(Locked, Plottable):
                 )
         if "normal_load" in arrays and (mean := float(load.mean())) < 0.0:
             raise InputError(
-                Argument("normal_load"),
-                f" must be positive in compression [N], got {mean:g} N on average; turn its sign",
+                f"`normal_load` must be positive in compression [N], got {mean:g} N on average; "
+                "turn its sign"
             )
         if time is not None:
             _check_time(arrays["time"], sample_rate)
         if not isinstance(name, str):
-            raise InputError(Argument("name"), f" must be text, got {show(name)}")
+            raise InputError(f"`name` must be text, got {show(name)}")
         if isinstance(notes, str) or not all(isinstance(note, str) for note in notes):
-            raise InputError(Argument("notes"), f" must be a tuple of texts, got {show(notes)}")
+            raise InputError(f"`notes` must be a tuple of texts, got {show(notes)}")
         fields: dict[str, Any] = dict.fromkeys(_UNITS) | arrays
         fields |= {"normal_load": load, "name": name, "notes": tuple(notes)}
         for key, rate in (("sample_rate", sample_rate), ("frequency", frequency)):
@@ -203,15 +195,9 @@ class Record(Locked, Plottable):
         -------
         Record
             One-dimensional arrays in SI units. Rows at the end without numbers are left out.
-
-        Raises
-        ------
-        InputError
-            If the file cannot be used as stated; the message names file, line or column, and what
-            to write.
         """
         if not isinstance(path, (str, os.PathLike)):
-            raise InputError(Argument("path"), f" must be the name of a file, got {show(path)}")
+            raise InputError(f"`path` must be the name of a file, got {show(path)}")
         statements = Statements(
             columns={
                 "displacement": displacement,
@@ -251,11 +237,6 @@ class Record(Locked, Plottable):
             The file to be.
         overwrite : bool
             Whether a file that is there may be replaced.
-
-        Raises
-        ------
-        InputError
-            If the file exists already and may not be replaced, or cannot be written.
         """
         target = Path(path)
         columns = {
@@ -335,19 +316,17 @@ def _frequency(key: str, raw_value: Any) -> float | None:
 
 def _check_time(time: Floats, sample_rate: float | None) -> None:
     if sample_rate is not None:
-        options = (Argument("time"), " and ", Argument("sample_rate"))
-        raise InputError(*options, " say the same; give one of them, got both")
+        raise InputError("`time` and `sample_rate` say the same; give one of them, got both")
     steps = np.diff(time)
     if steps.min() > 0.0:
         return
     i = int(np.flatnonzero(steps <= 0.0)[0]) + 1
-    rounded: tuple[object, ...] = ()
+    rounded = ""
     if steps.min() == 0.0:
-        rounded = ("; if it is rounded, give ", Argument("sample_rate"), " instead")
+        rounded = "; if it is rounded, give `sample_rate` instead"
     raise InputError(
-        Argument("time"),
-        f" must increase, got {exact(time[i])} s after {exact(time[i - 1])} s at sample {i}",
-        *rounded,
+        f"`time` must increase, got {exact(time[i])} s after {exact(time[i - 1])} s at "
+        f"sample {i}{rounded}"
     )
 
 

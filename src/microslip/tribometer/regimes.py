@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from microslip._core.checks import Floats, show
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.friction import BackboneLaw
 
 REGIMES = ("stick", "partial slip", "gross slip")
@@ -50,14 +50,12 @@ def thresholds(model: BackboneLaw | None = None) -> Thresholds:
     if model is None:
         return _of_sphere()
     if not isinstance(model, BackboneLaw):
-        raise InputError(
-            Argument("model"), f" must be a backbone law, such as an Interface, got {show(model)}"
-        )
+        raise InputError(f"`model` must be a backbone law, such as an Interface, got {show(model)}")
     first = model.tangential_stiffness
     if not math.isfinite(first):
         raise InputError(
-            Argument("model"),
-            f" must have a finite stiffness at rest, and {type(model).__name__} is rigid there",
+            f"`model` must have a finite stiffness at rest, and {type(model).__name__} is "
+            "rigid there"
         )
     limit = model.force_limit
     nearly = float(model.backbone_displacement(ONSET * limit))

@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 
 from microslip._core.units import FORCE, LENGTH, MASS, Kind, is_unit
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError, in_python
 from microslip.readers.tables import Named, fits, headings, unmistakable
 
 TIME = Kind("time", "s", ("us", "ms", "s", "min", "h"))
@@ -80,12 +80,10 @@ def guess(columns: Sequence[Named], role: str, by_part: Mapping[str, Named]) -> 
     if not by_name:
         raise LookupError(role)
     if len(by_name) > 1:
-        or_false = () if role in NEEDED else (", or ", Argument(role, False))
+        or_false = "" if role in NEEDED else f", or `{role}=False`"
         raise InputError(
-            Argument(role),
-            f": {len(by_name)} columns could be it, {headings(by_name[:20])}; write ",
-            Argument(role, unmistakable(by_name[0], columns)),
-            *or_false,
+            f"`{role}`: {len(by_name)} columns could be it, {headings(by_name[:20])}; write "
+            f"`{role}={in_python(unmistakable(by_name[0], columns))}`{or_false}"
         )
     return by_name[0], how
 

@@ -12,7 +12,7 @@ import numpy as np
 from microslip._core.checks import Floats
 from microslip._core.units import FORCE, MASS, Kind, QuantityError, engineering, factor_of, to_si
 from microslip._core.wording import quoted, shorten, show
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError, in_python
 from microslip.readers.tables import Named, fits
 from microslip.tribometer.roles import KINDS, is_raw
 
@@ -42,9 +42,9 @@ def scale_of(column: Named, role: str, unit: object, calibration: object) -> Sca
         return _calibrated(column, role, unit_text, calibration)
     if unit_text is None:
         usual = "s" if role == "time" else kind.usual[1]
-        no_time = (", or ", Argument("time", False)) if role == "time" else ()
-        units_wanted = Argument("units", {role: usual})
-        raise InputError(f"{name}no unit; write ", units_wanted, *no_time)
+        no_time = ", or `time=False`" if role == "time" else ""
+        units_wanted = f"`units={in_python({role: usual})}`"
+        raise InputError(f"{name}no unit; write {units_wanted}{no_time}")
     if kind is FORCE and fits(unit_text, MASS):
         # Scales and load cells show masses for the force of their weight.
         factor = factor_of(f"{unit_text}*g_0", kind, "")
@@ -54,9 +54,9 @@ def scale_of(column: Named, role: str, unit: object, calibration: object) -> Sca
             unit_text, kind, f'{name}wanted a unit such as "{kind.usual[1]}", got "{unit_text}"'
         )
     except QuantityError as error:
-        factor_wanted = Argument("calibration", {role: f"10 {kind.usual[1]}/V"})
-        volts = ("; of a sensor write ", factor_wanted) if is_raw(unit_text) else ()
-        raise InputError(str(error), *volts) from None
+        factor_wanted = f"`calibration={in_python({role: f'10 {kind.usual[1]}/V'})}`"
+        volts = f"; of a sensor write {factor_wanted}" if is_raw(unit_text) else ""
+        raise InputError(f"{error}{volts}") from None
     words = f"{unit_text} {where}"
     if unit and column.unit and column.unit != unit_text:
         words += f' (against "{shorten(column.unit, 24)}" {column.where})'
@@ -147,8 +147,8 @@ def by_role(name: str, option: object, example: dict[str, Any]) -> Mapping[str, 
     if option is None:
         return {}
     if not isinstance(option, Mapping):
-        raise InputError("wanted ", Argument(name, example), f", got {show(option)}")
+        raise InputError(f"wanted `{name}={in_python(example)}`, got {show(option)}")
     for key in option:
         if key not in KINDS:
-            raise InputError(Argument(name), f": wanted one of {quoted(KINDS)}, got {show(key)}")
+            raise InputError(f"`{name}`: wanted one of {quoted(KINDS)}, got {show(key)}")
     return option

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from microslip._core.checks import Floats, exact, number, positive, show, whole_number
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.friction import BackboneLaw
 
 if TYPE_CHECKING:
@@ -115,12 +115,6 @@ class VirtualTribometer:
         (lowest, highest) of "normal_load" [N], "force" [N], "amplitude" [m] and "frequency" [Hz],
         in place of those of section 2.1: 100 to 5000 N, -5000 to 5000 N, 1 to 100 um, up to 200 Hz.
 
-    Raises
-    ------
-    InputError
-        A value out of its range, a joint that is no backbone law, a load outside of the limits, an
-        unknown name of a channel or of a limit.
-
     Notes
     -----
     The rig of section 2.1 of the chapter (DOI 10.1007/978-3-319-56818-8_19). The joint turns where
@@ -149,8 +143,7 @@ class VirtualTribometer:
     def __post_init__(self) -> None:
         if not isinstance(self.joint, BackboneLaw):
             raise InputError(
-                Argument("joint"),
-                f" must be a backbone law, such as an Interface, got {show(self.joint)}",
+                f"`joint` must be a backbone law, such as an Interface, got {show(self.joint)}"
             )
         keep = object.__setattr__
         if self.rig_stiffness is not None:
@@ -160,9 +153,7 @@ class VirtualTribometer:
         for name in ("load_ripple", "third_harmonic"):
             value = number(name, getattr(self, name), "", 0.02)
             if not 0.0 <= value < 1.0:
-                raise InputError(
-                    Argument(name), f" must be a share from 0 to below 1, got {exact(value)}"
-                )
+                raise InputError(f"`{name}` must be a share from 0 to below 1, got {exact(value)}")
             keep(self, name, value)
         keep(self, "ripple_phase", number("ripple_phase", self.ripple_phase, "rad"))
         if self.load_ripple > 0.0 and self.joint._coupling is None:
@@ -188,10 +179,9 @@ class VirtualTribometer:
         low, high = self.limits[limit]
         if not low <= value <= high:
             raise InputError(
-                Argument(name),
-                f" must be within the limits of the rig, {exact(low)} to {exact(high)} "
-                f"{unit}, got {value:.6g} {unit}; limits={{'{limit}': (lowest, highest)}} sets own "
-                "ones",
+                f"`{name}` must be within the limits of the rig, {exact(low)} to {exact(high)} "
+                f"{unit}, got {value:.6g} {unit}; limits={{'{limit}': (lowest, highest)}} sets "
+                "own ones"
             )
 
     @cached_property
@@ -221,12 +211,6 @@ class VirtualTribometer:
         Record
             Displacement [m] at the transducer, force [N] and, where the joint has one, normal load
             [N], with their noise; ``commanded`` is the displacement without.
-
-        Raises
-        ------
-        InputError
-            An amplitude, a frequency or a force outside of the limits of the rig; fewer than one
-            cycle, or fewer than 16 samples in one.
         """
         from microslip.tribometer.record import Record
 
@@ -238,10 +222,9 @@ class VirtualTribometer:
         rate = self.sample_rate or SAMPLES_A_CYCLE * frequency
         if rate < FEWEST_SAMPLES * frequency:
             raise InputError(
-                Argument("sample_rate"),
-                f" must give at least {FEWEST_SAMPLES} samples a cycle, "
-                f"{exact(FEWEST_SAMPLES * frequency)} Hz at {exact(frequency)} Hz, "
-                f"got {exact(rate)} Hz",
+                f"`sample_rate` must give at least {FEWEST_SAMPLES} samples a cycle, "
+                f"{exact(FEWEST_SAMPLES * frequency)} Hz at {exact(frequency)} Hz, got "
+                f"{exact(rate)} Hz"
             )
         length = (cycles + 0.25) * rate / frequency
         steps = max(length, (cycles + 0.25) * STEPS_A_CYCLE if self.load_ripple else 0.0)
@@ -361,16 +344,14 @@ def _checked_noise(noise: float | Mapping[str, float]) -> float | Mapping[str, f
 def _not_negative(name: str, value: float, unit: str) -> float:
     result = number(name, value, unit)
     if result < 0.0:
-        raise InputError(Argument(name), f" must not be negative, got {exact(result)}")
+        raise InputError(f"`{name}` must not be negative, got {exact(result)}")
     return result
 
 
 def _checked_limits(limits: Mapping[str, tuple[float, float]]) -> Mapping[str, tuple[float, float]]:
     example = 'limits={"amplitude": (1e-7, 1e-3)}'
     if not isinstance(limits, Mapping):
-        raise InputError(
-            Argument("limits"), f" must be a mapping, got {show(limits)}; write {example}"
-        )
+        raise InputError(f"`limits` must be a mapping, got {show(limits)}; write {example}")
     checked = dict(LIMITS)
     for name, pair in limits.items():
         if name not in LIMITS:

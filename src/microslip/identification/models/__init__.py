@@ -9,7 +9,7 @@ from typing import Any
 
 from microslip._core.checks import show
 from microslip._core.parameters import parameters_of, says_all
-from microslip.errors import UNSAID, Argument, InputError
+from microslip.errors import InputError
 from microslip.friction.base import BackboneLaw
 from microslip.friction.bouc_wen import BoucWen
 from microslip.friction.interface import Interface
@@ -67,8 +67,8 @@ def _given_surface_model(surface: Any = None, **options: Any) -> Model:
     """The model of a surface that is known, given by its option."""
     if not isinstance(surface, NormalLaw) or options:
         raise InputError(
-            *(Argument("law"), f" {GivenSurfaceModel.name!r} needs ", Argument("surface", UNSAID)),
-            f", a surface with its materials, and nothing else, got {show(surface)}",
+            f"`law` {GivenSurfaceModel.name!r} needs `surface=...`, a surface with its "
+            f"materials, and nothing else, got {show(surface)}"
         )
     return GivenSurfaceModel(surface)
 
@@ -82,7 +82,7 @@ def model_of(law: Any, **options: Any) -> Model:
     if isinstance(law, Model):
         if options:
             raise InputError(
-                Argument("law"), f" must be a name to take options, got a model and {set(options)}"
+                f"`law` must be a name to take options, got a model and {set(options)}"
             )
         return law
     is_instance = not isinstance(law, (str, type))
@@ -101,7 +101,7 @@ def model_of(law: Any, **options: Any) -> Model:
             "" if isinstance(law, str) else ", the class or an instance of a law that says its "
         )
         alternatives += "parameters" if alternatives else ""
-        raise InputError(Argument("law"), f" must be one of {names}{alternatives}, got {show(law)}")
+        raise InputError(f"`law` must be one of {names}{alternatives}, got {show(law)}")
     takes = () if is_instance else model.options
     for name in options:
         if name not in takes:

@@ -10,7 +10,7 @@ import numpy as np
 
 from microslip._core.checks import Floats
 from microslip._core.parameters import Parameter, parameters_of
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.friction.bouc_wen import BoucWen
 from microslip.identification.models.base import Branch, CycleModel, Derived, Model
 from microslip.numerics.quadrature import gauss_legendre
@@ -95,7 +95,7 @@ class BoucWenModel(CycleModel):
         path = np.append(np.roll(x, -root), x[root])  # begins and ends at its highest place
         span = float(np.ptp(x))
         if span == 0.0:
-            raise InputError(Argument("displacement"), f" must move, got {x[0]:g} m throughout")
+            raise InputError(f"`displacement` must move, got {x[0]:g} m throughout")
         turns, ways = _runs(path, _ROUNDING * span)
         ends = [*turns[1:], path.size - 1]
         flow = _Flow(law, n, beta)

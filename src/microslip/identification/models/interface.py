@@ -12,7 +12,7 @@ import numpy as np
 
 from microslip._core.checks import Floats, positive
 from microslip._core.parameters import Parameter
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.friction.guesses import loads_of
 from microslip.friction.interface import Interface
 from microslip.friction.surface_guesses import CONVENTIONAL_AREA, Shape, interface_values
@@ -118,9 +118,8 @@ class InterfaceModel(BackboneModel):
         reference = self._reference(load)
         if load is None and reference is None:
             raise InputError(
-                Argument("normal_load"),
-                " must be known: the model scales with it; state it with the record, "
-                "for example Record(..., normal_load=500.0)",
+                "`normal_load` must be known: the model scales with it; state it with the "
+                "record, for example Record(..., normal_load=500.0)"
             )
         if reference is None or load is None:
             stated = load if reference is None else reference
@@ -191,9 +190,8 @@ class InterfaceModel(BackboneModel):
         pair = pair or self.pair
         if pair is None:
             raise InputError(
-                Argument("pair"),
-                " must be given, the two materials: loops know the length kappa s alone, and "
-                "kappa = mu E*/4G* is theirs",
+                "`pair` must be given, the two materials: loops know the length kappa s alone, "
+                "and kappa = mu E*/4G* is theirs"
             )
         if radius is None:
             radius = getattr(self._surface, "radius", None)

@@ -12,7 +12,7 @@ import numpy as np
 from microslip._core.checks import Floats, show
 from microslip._core.frozen import Locked, lock
 from microslip._core.parameters import Parameter
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.friction.guesses import cell_stiffnesses, yield_grid
 from microslip.friction.iwan import Iwan
 from microslip.identification.models.base import BackboneModel, Branch, Derived, Model
@@ -41,8 +41,7 @@ class IwanModel(Locked, BackboneModel):
         is_integer = isinstance(self.cells, (int, np.integer)) and not isinstance(self.cells, bool)
         if not is_integer or not 1 <= self.cells <= MOST_CELLS:
             raise InputError(
-                Argument("cells"),
-                f" must be an integer from 1 to {MOST_CELLS}, got {show(self.cells)}",
+                f"`cells` must be an integer from 1 to {MOST_CELLS}, got {show(self.cells)}"
             )
         if self.yields is not None:
             object.__setattr__(self, "yields", lock(np.array(self.yields, dtype=float)))
@@ -75,8 +74,7 @@ class IwanModel(Locked, BackboneModel):
     def _grid(self) -> Floats:
         if self.yields is None:
             raise InputError(
-                Argument("yields"),
-                " must be known: the grid is made from data; use prepared(loops, loads)",
+                "`yields` must be known: the grid is made from data; use prepared(loops, loads)"
             )
         return self.yields
 
@@ -119,9 +117,7 @@ class IwanModel(Locked, BackboneModel):
         k = np.array([values[name] for name in self.names])
         real = k > _NO_STIFFNESS * max(float(k.max()), 0.0)
         if not real.any():
-            raise InputError(
-                Argument("stiffnesses"), " must be above zero for one cell at least, got none"
-            )
+            raise InputError("`stiffnesses` must be above zero for one cell at least, got none")
         return Iwan(k[real], k[real] * self._grid[real])
 
     def derived(
@@ -144,8 +140,7 @@ class IwanModel(Locked, BackboneModel):
         """The model whose grid is that of the instance's own cells."""
         if law.cell_count > MOST_CELLS:
             raise InputError(
-                Argument("law"),
-                f" must have at most {MOST_CELLS} cells to be fitted, got {law.cell_count}",
+                f"`law` must have at most {MOST_CELLS} cells to be fitted, got {law.cell_count}"
             )
         return cls(law.cell_count, law._cells.yields, law)
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from microslip._core.checks import Floats
 from microslip._core.parameters import Parameter, parameters_of
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.friction.guesses import loads_of
 from microslip.friction.interface import Interface
 from microslip.identification.models.base import BackboneModel, Branch, Derived, Model
@@ -118,9 +118,7 @@ class SphereModel(BackboneModel):
         """The joint on a pair of materials, of the radius that the slip limit says."""
         pair = pair or self.pair
         if pair is None:
-            raise InputError(
-                Argument("pair"), " must be given, the two materials: loops know the slip limit"
-            )
+            raise InputError("`pair` must be given, the two materials: loops know the slip limit")
         load = load or self.reference_load
         assert load is not None
         surface = SphereOnFlat(pair, self._radius(values, pair, self._reference(load)))

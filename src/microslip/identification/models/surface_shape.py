@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from microslip._core.checks import Floats, show
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.friction.surface_guesses import conventional_radius
 from microslip.heights import Exponential, Gaussian, as_heights
 from microslip.kernels import TERMS
@@ -227,8 +227,7 @@ class Template:
             d, n = np.asarray(law.separations), np.asarray(law.loads)
             return TabulatedNormalLaw(pair, d * factor, n * (constant / self.norm), law.tail)
         raise InputError(
-            Argument("heights"),
-            f" must be of a surface that can be scaled, got {type(law).__name__}",
+            f"`heights` must be of a surface that can be scaled, got {type(law).__name__}"
         )
 
 
@@ -255,15 +254,13 @@ def template_of(heights: Any = None) -> Template:
         unit = norm = 0.0
     else:
         raise InputError(
-            Argument("surface"),
-            " must be one whose lengths scale: GreenwoodWilliamson, AsperityPopulation or "
-            f"TabulatedNormalLaw, got {show(law)}",
+            "`surface` must be one whose lengths scale: GreenwoodWilliamson, "
+            f"AsperityPopulation or TabulatedNormalLaw, got {show(law)}"
         )
     if not unit > 0.0:
         raise InputError(
-            Argument("heights"),
-            " must differ from one another, or no length standardises the separation (the "
-            "loops of one sphere, or of equal ones, follow from mu N and the slip limit alone), "
-            f"got {show(law)}",
+            "`heights` must differ from one another, or no length standardises the "
+            "separation (the loops of one sphere, or of equal ones, follow from mu N and the "
+            f"slip limit alone), got {show(law)}"
         )
     return Template(law, unit, norm)

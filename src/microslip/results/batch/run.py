@@ -18,7 +18,7 @@ from typing import Any
 from microslip._core.files import reason, whole_file
 from microslip._core.wording import one_line
 from microslip._version import __version__
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.report.document import Progress
 from microslip.report.files import plain
 
@@ -108,7 +108,7 @@ def _has_scan(study: str) -> bool:
 
 def _of_table(source: Path, study: str) -> Iterator[Item]:
     if not study:
-        raise InputError(Argument("study"), f" must be given: {source} is a table of changes to it")
+        raise InputError(f"`study` must be given: {source} is a table of changes to it")
     with source.open(newline="", encoding="utf-8-sig") as file:
         rows = csv.reader(file)
         keys = [key.strip() for key in next(rows, [])]
@@ -291,7 +291,7 @@ def _on_dask(
         distributed: Any = import_module("distributed")
     except ImportError:
         raise InputError(
-            Argument("dask"), ' needs Dask, which is not installed: pip install "microslip[dask]"'
+            '`dask` needs Dask, which is not installed: pip install "microslip[dask]"'
         ) from None
     cluster = None
     if address == "local":
@@ -302,7 +302,7 @@ def _on_dask(
         client = distributed.Client(cluster or address, timeout=DASK_PATIENCE)
     except (OSError, ValueError, TimeoutError) as error:
         raise InputError(
-            Argument("dask"), f" must be the address of a scheduler: {one_line(str(error))}"
+            f"`dask` must be the address of a scheduler: {one_line(str(error))}"
         ) from None
     try:
         waiting = list(reversed(items))

@@ -13,7 +13,7 @@ import numpy as np
 
 from microslip._core.checks import Floats, show
 from microslip._core.units import AREA, DENSITY, FORCE, LENGTH, Kind, engineering, to_si
-from microslip.errors import Argument, InputError, StudyError
+from microslip.errors import InputError, StudyError
 from microslip.kernels import Integers
 from microslip.report.document import Progress
 from microslip.study.build import build_joints, build_summits
@@ -55,17 +55,15 @@ class Target(NamedTuple):
         """From text such as "damping_ratio >= 0.005 at 10 um"."""
         match = _TARGET.match(text)
         if match is None:
-            raise InputError(Argument("target"), f" must read like {_WRITTEN}, got {text!r}")
+            raise InputError(f"`target` must read like {_WRITTEN}, got {text!r}")
         name, sign, value, amplitude = match.groups()
         if name not in QUANTITIES:
-            raise InputError(
-                Argument("target"), f" must be of {', '.join(QUANTITIES)}, got {name!r}"
-            )
+            raise InputError(f"`target` must be of {', '.join(QUANTITIES)}, got {name!r}")
         try:
             size = to_si(amplitude, LENGTH, "10 um")
             number = _value(value)
         except ValueError as error:
-            raise InputError(Argument("target"), f": {error}") from None
+            raise InputError(f"`target`: {error}") from None
         return cls(name, sign == ">=", number, size)
 
     @property
@@ -97,7 +95,7 @@ class Range(NamedTuple):
         """From text such as "joint.normal_load=500 N..5 kN"."""
         key, low, high = parts_of(text)
         if key not in KEYS:
-            raise InputError(Argument("vary"), f" must be of {', '.join(KEYS)}, got {key!r}")
+            raise InputError(f"`vary` must be of {', '.join(KEYS)}, got {key!r}")
         kind = KEYS[key][1]
         try:
             values = [
@@ -105,7 +103,7 @@ class Range(NamedTuple):
                 for end in (low, high)
             ]
         except ValueError as error:
-            raise InputError(Argument("vary"), f": {key}: {error}") from None
+            raise InputError(f"`vary`: {key}: {error}") from None
         if not 0.0 < values[0] < values[1]:
             raise range_error(key, text)
         return cls(key, *values)
@@ -116,16 +114,14 @@ def parts_of(text: str) -> tuple[str, str, str]:
     key, _, ends = text.partition("=")
     low, dots, high = ends.partition("..")
     if not dots:
-        raise InputError(
-            Argument("vary"), f' must read like "joint.normal_load=500 N..5 kN", got {text!r}'
-        )
+        raise InputError(f'`vary` must read like "joint.normal_load=500 N..5 kN", got {text!r}')
     return key.strip(), low.strip(), high.strip()
 
 
 def range_error(key: str, text: str) -> InputError:
     """What is wrong with ends that are no range."""
     ends = text.partition("=")[2]
-    return InputError(Argument("vary"), f": {key}: wanted low..high above zero, got {ends!r}")
+    return InputError(f"`vary`: {key}: wanted low..high above zero, got {ends!r}")
 
 
 @dataclass(frozen=True)
@@ -156,11 +152,9 @@ class Search:
         self, study: StudyDescription, target: Target, ranges: Sequence[Range], probability: float
     ) -> None:
         if not 1 <= len(ranges) <= MOST_KEYS or len({r.key for r in ranges}) < len(ranges):
-            raise InputError(Argument("vary"), f" must name one to {MOST_KEYS} different keys")
+            raise InputError(f"`vary` must name one to {MOST_KEYS} different keys")
         if not 0.0 < probability < 1.0:
-            raise InputError(
-                Argument("probability"), f" must be above 0 and below 1, got {probability:g}"
-            )
+            raise InputError(f"`probability` must be above 0 and below 1, got {probability:g}")
         self.study, self.target, self.ranges = study, target, tuple(ranges)
         self.is_certain = not is_uncertain(study)
         self.probability = 0.5 if self.is_certain else probability
@@ -472,5 +466,5 @@ def _toml(end: str) -> str:
         quoted = text.replace('"', "")
         return f'"{quoted}"'
     if not math.isfinite(value):
-        raise InputError(Argument("vary"), f" must have finite ends, got {text!r}")
+        raise InputError(f"`vary` must have finite ends, got {text!r}")
     return repr(value)

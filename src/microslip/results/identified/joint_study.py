@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from microslip._core.wording import shorten
 from microslip._version import __version__
-from microslip.errors import InputError, Phrase
+from microslip.errors import InputError
 from microslip.identification import Identification
 from microslip.identification.verdicts import HAS_VALUE, label
 from microslip.results.identified.numbers import (
@@ -46,7 +46,7 @@ def joint_text(outcome: _Outcome, say: Callable[[str], str] = str) -> tuple[str 
     try:
         study: dict[str, Any] = result.study()
     except InputError as error:
-        return None, f"no joint.toml: {say(Phrase(*error.parts))}"
+        return None, f"no joint.toml: {say(f'{error.text}')}"
     source = tomllib.loads(outcome.study.text)
     # The materials by the names that the study has for them.
     study["surface"]["materials"] = source["surface"]["materials"]

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from microslip._core.checks import show
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.report.document import Progress
 from microslip.report.files import save
 from microslip.report.netcdf import dataset
@@ -71,11 +71,6 @@ class Result(Prediction):
         -------
         tuple of pathlib.Path
             The files written.
-
-        Raises
-        ------
-        StudyError
-            If the folder exists, is not an earlier result or cannot be written.
         """
         return save(files(self, Path(folder)), folder, KIND, "result", overwrite, progress)
 
@@ -96,18 +91,13 @@ class Result(Prediction):
         -------
         matplotlib.axes.Axes or ndarray of Axes
             What was drawn on.
-
-        Raises
-        ------
-        InputError
-            A name that this result has no figure of, something else than axes.
         """
         from microslip.report.axes import draw
 
         figures = {picture.name: picture for picture in document(self).pictures}
         if not isinstance(name, str) or name not in figures:
             names = ", ".join(figures)
-            raise InputError(Argument("name"), f" must be one of {names}, got {show(name)}")
+            raise InputError(f"`name` must be one of {names}, got {show(name)}")
         plot = figures[name].plot()
         if not title:
             plot.title = ""
@@ -121,10 +111,5 @@ class Result(Prediction):
         xarray.Dataset
             Variables with the dimensions load, amplitude (or force_amplitude), sample and point;
             docs/results.md lists them.
-
-        Raises
-        ------
-        StudyError
-            If xarray is not installed.
         """
         return dataset(contents(self))

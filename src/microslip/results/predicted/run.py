@@ -215,11 +215,6 @@ class Study(StudyDescription):
 
     Made from a file by :meth:`load`, from text by :meth:`from_toml`, or in Python with the keys
     of the file and quantities as text, ``Study(schema=1, surface={"radius": "1 mm", …}, …)``.
-
-    Raises
-    ------
-    StudyError
-        If it is no study; one line with key, what came and what was wanted.
     """
 
     def run(self, progress: Progress | None = None, workers: int = 1) -> Result:
@@ -237,10 +232,5 @@ class Study(StudyDescription):
         -------
         Result
             Joints, loops, curves and the summary.
-
-        Raises
-        ------
-        StudyError
-            If the physics has no answer, such as a load that the surface cannot carry.
         """
         return run(self, progress, workers)

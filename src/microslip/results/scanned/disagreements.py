@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from microslip._core.units import engineering, significant
-from microslip.errors import Argument, Phrase
 from microslip.results.scanned.findings import Findings
 from microslip.scans.scan_rules import LOST_TO_PIXEL
 
@@ -60,7 +59,7 @@ def disagreements(findings: Findings) -> list[str]:
     gappy = any(verdict.name == "missing" for verdict in judged)
     noisy = any(v.name == LOST_TO_PIXEL for v in judged)
     advice = (
-        Phrase("Fill the gaps first (", Argument("fill", "interpolate"), ").")
+        'Fill the gaps first (`fill="interpolate"`).'
         if gappy
         else "Choose a short-wave cut-off first, then build on the counted ones."
         if noisy and findings.request.cutoff is None
@@ -68,10 +67,9 @@ def disagreements(findings: Findings) -> list[str]:
     )
     why = "".join(f"\n({number}) {cause}." for number, cause in enumerate(causes, start=1))
     return [
-        Phrase(
-            f"Two estimates differ: the summits counted have {_listed(texts)} of McCool's moments. "
-            f"Why:{why}\n",
-            advice,
+        (
+            f"Two estimates differ: the summits counted have {_listed(texts)} of McCool's "
+            f"moments. Why:{why}\n{advice}"
         )
     ]
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from microslip._core.units import engineering, significant
-from microslip.errors import Argument, Phrase
+from microslip.errors import in_python
 from microslip.report.document import (
     Block,
     Column,
@@ -140,18 +140,13 @@ def _remarks(findings: Findings) -> list[str]:
     ]
     laws = findings.laws
     if laws is not None and findings.request.heights not in (None, laws.recommended):
-        remarks.append(
-            Phrase(f"{_capital(laws.reason)}. Take ", Argument("heights", laws.recommended), ".")
-        )
+        remarks.append(f"{_capital(laws.reason)}. Take `heights={in_python(laws.recommended)}`.")
     return [*remarks, *findings.missing, *disagreements(findings)]
 
 
 def _without_prefix(note: str, begin: str) -> str:
     """A note without its first word, its arguments still to be spelt."""
-    if not isinstance(note, Phrase):
-        return note.removeprefix(begin)
-    first, *parts = note.parts
-    return Phrase(str(first).removeprefix(begin), *parts)
+    return note.removeprefix(begin)
 
 
 def _capital(text: str) -> str:

@@ -13,7 +13,7 @@ import numpy as np
 from microslip._core.units import engineering
 from microslip._core.verdicts import Verdict
 from microslip._core.wording import shorten
-from microslip.errors import Argument, InputError, Phrase
+from microslip.errors import InputError
 from microslip.materials import Material, MaterialPair
 from microslip.report.document import Progress
 from microslip.results.scanned.patch_scatter import standard_errors
@@ -99,15 +99,15 @@ class Request:
 
     def pair(self) -> MaterialPair | None:
         """The two bodies of the joint that is asked for; None where none is."""
-        metals, load = Argument("materials", ("steel", "steel")), Argument("normal_load", "500 N")
+        metals, load = '`materials=("steel", "steel")`', '`normal_load="500 N"`'
         if self.materials is None and self.normal_load is None:
             if self.amplitude is None:
                 return None
-            raise InputError(Argument("amplitude"), " goes with ", metals, " and ", load)
+            raise InputError(f"`amplitude` goes with {metals} and {load}")
         if self.materials is None:
-            raise InputError(Argument("normal_load"), " goes with ", metals)
+            raise InputError(f"`normal_load` goes with {metals}")
         if self.normal_load is None:
-            raise InputError(Argument("materials"), " goes with ", load)
+            raise InputError(f"`materials` goes with {load}")
         first, second = map(Material.named, self.materials)
         return MaterialPair(first, second)
 
@@ -213,7 +213,7 @@ def analyse(request: Request, progress: Progress | None = None) -> Findings:
             estimates[name] = make()
         except InputError as error:
             estimates[name] = None
-            missing.append(Phrase(f"No summits by {ESTIMATES[name]}: ", *error.parts, "."))
+            missing.append(f"No summits by {ESTIMATES[name]}: {error.text}.")
     report(0.4)
     whole_spectrum = spectrum(conditioned.measurable())
     filtered_spectrum = spectrum(scan.measurable()) if request.is_filtered else whole_spectrum
@@ -295,7 +295,7 @@ def _summits(request: Request, levelled: Scan) -> tuple[Summits | None, list[str
             prominence=request.prominence,
         )
     except InputError as error:
-        return None, [Phrase("No summits were counted: ", *error.parts, ".")]
+        return None, [f"No summits were counted: {error.text}."]
     return summits, []
 
 

@@ -10,7 +10,7 @@ from typing import Any
 
 from microslip._core.files import seen_from
 from microslip._core.units import engineering
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.results.scanned.findings import Findings, Request
 from microslip.scans.options import LAWS_OF_HEIGHTS
 
@@ -64,14 +64,11 @@ def faces_block(request: Request, folder: Path) -> str:
     """Two faces, several scans of one, or a drawing, as a study in this folder has them."""
     for name in ("heights", "direction"):
         if getattr(request, name) is not None:
-            raise InputError(
-                Argument(name), " goes with one scan of one face, whose summits are known"
-            )
+            raise InputError(f"`{name}` goes with one scan of one face, whose summits are known")
     if request.area is None and request.normal_load is not None:
         raise InputError(
-            Argument("area", "2 cm^2"), " goes with ", Argument("normal_load", "500 N"),
-            ": faces have no size of their own",
-        )  # fmt: skip
+'`area="2 cm^2"` goes with `normal_load="500 N"`: faces have no size of their own'
+)  # fmt: skip
     if request.scans and request.against and request.drawing:
         raise InputError("wanted two faces: scans and scans against them, or scans and a drawing")
     drawing = {

@@ -10,21 +10,21 @@ import pytest
 from click.testing import CliRunner
 
 from microslip import InputError
-from microslip._core.options import REQUIRED, Option
+from microslip._core.parameters import REQUIRED, Parameter, option
 from microslip._core.units import LENGTH
 from microslip.cli.options import offers, spelling
 from microslip.errors import UNSAID, Argument, said
 from microslip.study.json_schema import _table
 from microslip.study.part import Part, key
 
-CUTOFF = Option(
+CUTOFF = option(
     "cutoff", "Short-wave cut-off.", LENGTH, default=REQUIRED, example="10 um", none="none"
 )
-PIXEL = Option("pixel", "Distance of neighbours.", LENGTH, example="1.66 um", most=2)
-VALID = Option("valid", "Heights.", LENGTH, sign="any", example="-1 mm", most=2, least=2)
-OUTLIERS = Option("outliers", "Left out.", float, low=2.0, example="6")
-LEVEL = Option("level", "Form.", default="plane", choices=("plane", "mean"))
-TURN = Option("sign", "Turn it.", bool, default=False, flag="turn", answers_for=("turned",))
+PIXEL = option("pixel", "Distance of neighbours.", LENGTH, example="1.66 um", items=(1, 2))
+VALID = option("valid", "Heights.", LENGTH, sign="any", example="-1 mm", items=(2, 2))
+OUTLIERS = option("outliers", "Left out.", float, least=2.0, example="6")
+LEVEL = option("level", "Form.", default="plane", choices=("plane", "mean"))
+TURN = option("sign", "Turn it.", bool, default=False, flag="turn", answers_for=("turned",))
 ALL = (CUTOFF, PIXEL, VALID, OUTLIERS, LEVEL, TURN)
 
 
@@ -70,8 +70,8 @@ def test_command_study_schema_and_python_agree() -> None:
         "sign": True,
     }
     assert from_study.model_dump() == from_command
-    for option in ALL:
-        assert option.check(from_command[option.name]) == from_command[option.name]
+    for declared in ALL:
+        assert declared.checked(from_command[declared.name]) == from_command[declared.name]
     schema = _table(Table)
     jsonschema.validate(written, schema)
     assert schema["required"] == ["cutoff"]
@@ -95,7 +95,7 @@ def test_what_is_not_given_is_the_default() -> None:
     ],
 )
 def test_each_edge_refuses_in_its_own_words(
-    option: Option, text: str, value: object, parts: tuple[str, ...]
+    option: Parameter, text: str, value: object, parts: tuple[str, ...]
 ) -> None:
     result = CliRunner().invoke(command, ["--cutoff", "none", f"--{option.name}", text])
     assert result.exit_code == 2
@@ -104,7 +104,7 @@ def test_each_edge_refuses_in_its_own_words(
         assert part in result.output
     if value is not None:
         with pytest.raises(InputError) as caught:
-            option.check(value)
+            option.checked(value)
         assert caught.value.argument == option.name
         assert str(caught.value).startswith(f"{option.name} must be ")
 
@@ -116,7 +116,7 @@ def test_arguments_in_messages_are_said_as_the_edge_writes_them() -> None:
     assert error.said(say) == 'file: --cutoff is short; write --valid "-1 mm" "1 mm" or '
     assert error.argument is None
     assert InputError("`cutoff` is").argument == "cutoff"
-    for argument, python, option in (
+    for argument, python, words in (
         (Argument("turned", -1), "turned=-1", "--turn"),
         (Argument("cutoff", None), "cutoff=None", "--cutoff none"),
         (Argument("cutoff", UNSAID), "cutoff=...", "--cutoff VALUE"),
@@ -125,8 +125,8 @@ def test_arguments_in_messages_are_said_as_the_edge_writes_them() -> None:
         (Argument("outliers", {"a": (1.0, 2.0)}), 'outliers={"a": (1.0, 2.0)}', None),
     ):
         assert str(argument) == python
-        if option is not None:
-            assert say(argument) == option
+        if words is not None:
+            assert say(argument) == words
     assert say(Argument("pixel", ("1 um", "2 um"))) == '--pixel "1 um" --pixel "2 um"'
     assert say(Argument("outliers", {"a": (1.0, 2.0)})) == "--outliers a=1..2"
 

@@ -57,7 +57,7 @@ def test_a_class_lists_its_parameters() -> None:
     assert (stiffness.name, stiffness.symbol, stiffness.unit) == ("stiffness", "k", "N/m")
     assert stiffness.is_log
     assert (stiffness.low, stiffness.high) == (1e-6, 1e15)
-    assert stiffness.default is None
+    assert stiffness.required
     assert share.default == 0.5
     assert (share.low, share.high) == (0.0, 1.0 - 1e-6)
     assert not share.is_log

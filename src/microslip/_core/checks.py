@@ -9,13 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from microslip._core.units import LARGEST as LARGEST
+from microslip._core.units import SMALLEST as SMALLEST
 from microslip.errors import InputError
 
 Floats = NDArray[np.float64]
-
-
-LARGEST, SMALLEST = 1e40, 1e-40
-"""Sizes in SI units beyond which no quantity of a joint lies; products of a few stay finite."""
 
 
 def show(value: Any) -> str:

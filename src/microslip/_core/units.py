@@ -53,6 +53,7 @@ class Kind:
     name: str
     unit: str
     usual: tuple[str, ...]
+    pattern: str = ""  # of its units, where not all of its dimension are taken
 
     @property
     def with_article(self) -> str:
@@ -69,7 +70,8 @@ PRESSURE = Kind(
 )
 HARDNESS = Kind("hardness", "Pa", ("GPa", "MPa", "HB", "HBW", "HV", "kgf/mm^2"))
 DENSITY = Kind("number per area", "1/m^2", ("1/um^2", "1/mm^2", "1/cm^2", "1/m^2", "mm^-2"))
-ANGLE = Kind("angle", "rad", ("deg", "rad", "mrad", "°"))
+# Percent and other plain numbers have the dimension of angles as well.
+ANGLE = Kind("angle", "rad", ("deg", "rad", "mrad", "°"), r"(deg|degrees?|°|rad|radians?|mrad)\s*")
 MASS = Kind("mass", "kg", ("mg", "g", "kg", "t", "lb"))
 STIFFNESS = Kind(
     "stiffness", "N/m", ("N/m", "kN/m", "MN/m", "N/mm", "kN/mm", "N/um", "N/µm", "N/nm", "lbf/in")
@@ -79,6 +81,22 @@ MASS_DENSITY = Kind("mass per volume", "kg/m^3", ("kg/m^3", "g/cm^3", "t/m^3", "
 TIME = Kind("time", "s", ("us", "µs", "ms", "s", "min"))
 FREQUENCY = Kind("frequency", "Hz", ("Hz", "kHz"))
 RATIO = Kind("plain number", "", ())
+PER_LENGTH = Kind("number per length", "1/m", ("1/nm", "1/um", "1/mm", "1/m", "um^-1"))
+SPECTRAL_DENSITY = Kind("power spectral density", "m^4", ("m^4", "um^4", "nm^4"))
+
+_KINDS = {
+    kind.unit: kind
+    for kind in (
+        *(LENGTH, AREA, VOLUME, FORCE, PRESSURE, DENSITY, ANGLE, MASS, STIFFNESS, TORQUE),
+        *(MASS_DENSITY, TIME, FREQUENCY, PER_LENGTH, SPECTRAL_DENSITY),
+    )
+}
+
+
+def kind_of(unit: str) -> Kind:
+    """The kind of quantity that has an SI unit."""
+    return _KINDS.get(unit) or Kind(f"value in {unit}", unit, (unit,))
+
 
 # Names for what came instead of what was wanted; the first of equal dimensions is used.
 _NAMED_DIMENSIONS = (
@@ -209,6 +227,8 @@ def factor_of(unit: str, kind: Kind, message: str) -> Decimal:
             near = nearest(unit, kind.usual)
         hint = f'; did you mean "{near}"?' if near else ""
         raise QuantityError(f"{message} ({name}{hint})")
+    if kind.pattern and not re.fullmatch(kind.pattern, unit):
+        raise QuantityError(f"{message} (wanted in {' or '.join(kind.usual[:2])})")
     return factor
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from microslip._core.options import Option
+from microslip._core.parameters import option
 from microslip._core.units import LENGTH
 from microslip.cli.frame import OneOf, echo_json
 from microslip.cli.options import offers, output_option, switch
@@ -22,24 +22,24 @@ KINDS = (
     "table", "segalman", "bouc-wen", "iwan",
 )  # fmt: skip
 _OPTIONS = (
-    Option(
+    option(
         "smallest_amplitude",
         "Smallest amplitude that cells and fits are for, and errors are told over.",
         LENGTH,
         example="1 nm",
         metavar="LENGTH",
     ),
-    Option("largest_amplitude", "Largest one.", LENGTH, example="10 um", metavar="LENGTH"),
-    Option("cells", "Cells of kinds that have them.", int, default=50),
-    Option("depth", "Open reversals that exported code remembers.", int, default=256),
-    Option("name", "What names in the file begin with.", default="joint"),
-    Option(
+    option("largest_amplitude", "Largest one.", LENGTH, example="10 um", metavar="LENGTH"),
+    option("cells", "Cells of kinds that have them.", int, default=50),
+    option("depth", "Open reversals that exported code remembers.", int, default=256),
+    option("name", "What names in the file begin with.", default="joint"),
+    option(
         "nodes",
         "Table of patches: two nodes of the mesh, area [m^2], load [N] a line; or two nodes.",
         metavar="FILE",
     ),
-    Option("direction", "Direction in the mesh, 1, 2 or 3 for x, y or z.", int, default=1),
-    Option("first_number", "First number of what is added to the mesh.", int, default=1),
+    option("direction", "Direction in the mesh, 1, 2 or 3 for x, y or z.", int, default=1),
+    option("first_number", "First number of what is added to the mesh.", int, default=1),
 )
 
 

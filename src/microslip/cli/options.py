@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from microslip._core.options import Option
+from microslip._core.parameters import Parameter
 from microslip._core.units import Kind, QuantityError, Sign, to_si
 from microslip.cli.frame import OneOf
 from microslip.errors import UNSAID, Argument, Spelling
@@ -29,7 +29,7 @@ ANY_PATH = click.Path(path_type=Path, readable=False)
 class _Value(_ParamType):
     """Reads one value of an option, with its unit."""
 
-    def __init__(self, option: Option) -> None:
+    def __init__(self, option: Parameter) -> None:
         self.option = option
         self.name = option.name
 
@@ -47,7 +47,7 @@ class _Value(_ParamType):
 class CommandOption(click.Option):
     """An option of a command that knows for which arguments of Python it stands."""
 
-    def __init__(self, *args: Any, option: Option, **extra: Any) -> None:
+    def __init__(self, *args: Any, option: Parameter, **extra: Any) -> None:
         super().__init__(*args, **extra)
         self.option = option
 
@@ -97,7 +97,7 @@ def quantity(flag: str, text: str, kind: Kind, example: str, sign: Sign = "posit
 JSON = switch("--json", "Print the summary as JSON, no tables.", "as_json")
 
 
-def offers(*options: Option, **changes: Any) -> Decorator:
+def offers(*options: Parameter, **changes: Any) -> Decorator:
     """Give a command some options, in their order."""
 
     def give(command: Command) -> Command:
@@ -114,25 +114,26 @@ def offers(*options: Option, **changes: Any) -> Decorator:
     return give
 
 
-def flag(option: Option) -> str:
+def flag(option: Parameter) -> str:
     """Name of an option on the command line, without its dashes."""
     return option.flag or option.name.replace("_", "-")
 
 
-def _settings(option: Option) -> dict[str, Any]:
+def _settings(option: Parameter) -> dict[str, Any]:
     if option.kind is bool:
-        return {"is_flag": True, "help": option.help}
-    settings: dict[str, Any] = {"help": option.help}
-    if option.default is not None:
-        settings |= {"required": True} if option.required else {"default": option.default}
-        settings["show_default"] = not option.required
+        return {"is_flag": True, "help": option.sentence}
+    settings: dict[str, Any] = {"help": option.sentence}
+    if option.required:
+        settings["required"] = True
+    elif option.default is not None:
+        settings |= {"default": option.default, "show_default": True}
     if option.choices and not option.none:
         return {**settings, "type": OneOf(option.choices)}
     settings |= {"type": _Value(option), "metavar": option.metavar or "VALUE"}
-    if option.most > 1:
-        fixed = option.least == option.most
+    low, high = option.items
+    if high > 1:
         settings |= (
-            {"nargs": option.most} if fixed else {"multiple": True, "callback": _values_or_none}
+            {"nargs": high} if low == high else {"multiple": True, "callback": _values_or_none}
         )
     return settings
 

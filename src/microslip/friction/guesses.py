@@ -281,7 +281,7 @@ def _shapes(kind: Any, parameters: Sequence[Parameter]) -> list[dict[str, float]
             # Far ends of a search say nothing of what is usual.
             low, high = max(item.low, -10.0), min(item.high, 10.0)
             middle = low + share * (high - low)
-            shape[item.name] = middle if item.default is None else item.default
+            shape[item.name] = middle if item.required else item.default
         shapes.append(shape)
     return shapes
 

@@ -166,7 +166,7 @@ def _beside_bounds(length: float, shortest: float, longest: float) -> str:
 def _threshold(value: Any) -> float | None:
     if value is None:
         return None
-    limit: float = OUTLIERS.check(value)
+    limit: float = OUTLIERS.checked(value)
     return limit
 
 

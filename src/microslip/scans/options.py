@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from microslip._core.options import REQUIRED, Option
+from microslip._core.parameters import REQUIRED, option
 from microslip._core.units import ANGLE, AREA, FORCE, LENGTH
 
 LEVELS = ("plane", "quadratic", "cylinder", "mean")
@@ -13,7 +13,7 @@ LAWS_OF_HEIGHTS = ("gaussian", "table", "discrete", "population")
 PROCESSES = ("milled", "turned", "ground", "honed", "lapped", "polished", "eroded", "blasted")
 OF_PROFILES = ("mccool", "nayak")
 
-CUTOFF = Option(
+CUTOFF = option(
     "cutoff",
     "Short-wave cut-off, by which the result stands or falls; none must be said.",
     LENGTH,
@@ -23,7 +23,7 @@ CUTOFF = Option(
     none="none",
     metavar="LENGTH",
 )
-LONG_CUTOFF = Option(
+LONG_CUTOFF = option(
     "long_cutoff",
     "Long-wave cut-off.",
     LENGTH,
@@ -31,7 +31,7 @@ LONG_CUTOFF = Option(
     example="0.8 mm",
     metavar="LENGTH",
 )
-LEVEL = Option(
+LEVEL = option(
     "level",
     "Form that is removed first.",
     default="plane",
@@ -39,21 +39,21 @@ LEVEL = Option(
     none="none",
     metavar="[plane|quadratic|cylinder|mean|none]",
 )
-OUTLIERS = Option(
+OUTLIERS = option(
     "outliers",
     "Robust standard deviations beyond which points are left out.",
     float,
     example="6",
-    low=2.0,
+    least=2.0,
     metavar="X",
 )
-FILL = Option(
+FILL = option(
     "fill", "Whether missing points are interpolated from around them.", bool, default=False
 )
-METHOD = Option(
+METHOD = option(
     "method", "What counts as a summit.", default="watershed", choices=METHODS, example="watershed"
 )
-PROMINENCE = Option(
+PROMINENCE = option(
     "prominence",
     "Least rise of a summit above the saddle to a higher one; from the noise if absent.",
     LENGTH,
@@ -61,7 +61,7 @@ PROMINENCE = Option(
     example="2 nm",
     metavar="LENGTH",
 )
-ESTIMATE = Option(
+ESTIMATE = option(
     "estimate",
     "How the summits become a surface: one radius and Gaussian heights, counted (counted, "
     "neighbours) or from spectral moments (mccool, nayak), or all of them, one by one "
@@ -69,14 +69,14 @@ ESTIMATE = Option(
     default="counted",
     choices=(*ESTIMATES, PERSSON),
 )
-HEIGHTS = Option(
+HEIGHTS = option(
     "heights",
     "Law of the summit heights: gaussian, the density of those counted as a table, those counted "
     "one by one (discrete), or each with its own radius, too (population).",
     default="gaussian",
     choices=LAWS_OF_HEIGHTS,
 )
-DIRECTION = Option(
+DIRECTION = option(
     "direction",
     "Direction of motion, from the x of the scan towards its y: summits are then elliptic, as "
     "their principal curvatures say; without it they are round.",
@@ -85,22 +85,21 @@ DIRECTION = Option(
     sign="any",
     metavar="ANGLE",
 )
-SCAN_AREA = Option(
+SCAN_AREA = option(
     "area",
     "Apparent area of the joint; that of the scan if absent.",
     AREA,
     example="2 cm^2",
     metavar="AREA",
 )
-BODIES = Option(
+BODIES = option(
     "materials",
     "Two metals of the table; with a load, what the scan makes of their joint is told.",
     example="steel",
-    most=2,
-    least=2,
+    items=(2, 2),
     metavar="METAL METAL",
 )
-LOAD = Option(
+LOAD = option(
     "normal_load",
     "Normal load of that joint on its apparent area.",
     FORCE,
@@ -108,7 +107,7 @@ LOAD = Option(
     flag="load",
     metavar="FORCE",
 )
-FRICTION = Option(
+FRICTION = option(
     "friction_coefficient",
     "Friction coefficient of that joint, for its loss factor.",
     float,
@@ -117,7 +116,7 @@ FRICTION = Option(
     flag="friction",
     metavar="X",
 )
-AMPLITUDE = Option(
+AMPLITUDE = option(
     "amplitude",
     "Amplitude of its motion at which the loss factor is told.",
     LENGTH,
@@ -125,54 +124,53 @@ AMPLITUDE = Option(
     metavar="LENGTH",
 )
 
-FORMAT = Option("format", "Format of the file; found if absent.", example="plu", metavar="FORMAT")
-UNIT = Option(
+FORMAT = option("format", "Format of the file; found if absent.", example="plu", metavar="FORMAT")
+UNIT = option(
     "unit",
     "Unit of the heights, or one of coordinates and one of heights, where the file does not say "
     "it.",
     example="um",
-    most=2,
+    items=(1, 2),
     metavar="UNIT",
 )
-PIXEL = Option(
+PIXEL = option(
     "pixel",
     "Distance of neighbours, one or one along x and one along y, where the file does not say it.",
     LENGTH,
     example="1.66 um",
-    most=2,
+    items=(1, 2),
     metavar="LENGTH",
 )
-VALID = Option(
+VALID = option(
     "valid",
     "Lowest and highest possible height of the file; what is beyond is missing.",
     LENGTH,
     example="1 mm",
     sign="any",
-    most=2,
-    least=2,
+    items=(2, 2),
     metavar="LOW HIGH",
 )
-KEY = Option("key", "Array of a file that holds several.", example="z", metavar="NAME")
-CHANNEL = Option(
+KEY = option("key", "Array of a file that holds several.", example="z", metavar="NAME")
+CHANNEL = option(
     "channel", "Channel of an instrument's file, by name or number.", example="0", metavar="NAME"
 )
 
 READING = (FORMAT, UNIT, PIXEL, VALID, KEY, CHANNEL)
 CONDITIONING = (CUTOFF, LONG_CUTOFF, LEVEL, OUTLIERS, FILL)
 SUMMITS = (METHOD, PROMINENCE)
-AGAINST = Option(
+AGAINST = option(
     "against",
     "A scan of the face that lies on it, or several by as many such options, which are averaged.",
     example="other.plu",
-    most=50,
+    items=(1, 50),
     metavar="SCAN",
 )
-RA = Option("ra", "Roughness average Ra of a drawing.", LENGTH, example="0.8 um", metavar="LENGTH")
-RQ = Option("rq", "Root mean square height Rq, instead.", LENGTH, example="1 um", metavar="LENGTH")
-RZ = Option(
+RA = option("ra", "Roughness average Ra of a drawing.", LENGTH, example="0.8 um", metavar="LENGTH")
+RQ = option("rq", "Root mean square height Rq, instead.", LENGTH, example="1 um", metavar="LENGTH")
+RZ = option(
     "rz", "Mean peak-to-valley height Rz, instead.", LENGTH, example="5 um", metavar="LENGTH"
 )
-RSM = Option(
+RSM = option(
     "rsm",
     "Mean width of the profile elements RSm; without it slopes come from correlations with the "
     "height.",
@@ -180,7 +178,7 @@ RSM = Option(
     example="60 um",
     metavar="LENGTH",
 )
-PROCESS = Option(
+PROCESS = option(
     "process",
     "What made the face; without a height the roughness that it commonly leaves.",
     example="ground",

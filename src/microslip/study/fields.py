@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 import operator
-import re
 from typing import Annotated, TypeVar
 
 from pydantic import AfterValidator
 
 from microslip._core import units
-from microslip._core.options import quantity_schema
-from microslip._core.units import Kind, Sign, to_si
+from microslip._core.parameters import option
+from microslip._core.units import PER_LENGTH, SPECTRAL_DENSITY, Kind, Sign, to_si
 from microslip._core.wording import did_you_mean, quoted, show
 from microslip.study.columns import FromFile, text
 from microslip.study.part import Check, JsonSchema
@@ -20,8 +19,6 @@ from microslip.study.uncertain import Uncertain
 MAX_ITEMS = 1000
 MAX_VALUES = 1_000_000
 
-_ANGLES = r"(deg|degrees?|°|rad|radians?|mrad)"
-
 T = TypeVar("T")
 
 
@@ -29,7 +26,7 @@ def quantity(kind: Kind, example: str, sign: Sign = "positive") -> Check:
     """Text with a unit, such as `example`, into an SI float."""
     return Check(
         lambda raw_value: to_si(raw_value, kind, example, sign),
-        lambda _: quantity_schema(kind, example, sign),
+        lambda _: option("", "", kind, example=example, sign=sign).item_schema(),
     )
 
 
@@ -38,15 +35,13 @@ def angle(example: str) -> Check:
 
     def check(raw_value: object) -> float:
         value = to_si(raw_value, units.ANGLE, example, "any")
-        message = f'wanted an angle such as "{example}", got {show(raw_value)}'
-        # pint takes percent and other plain numbers for angles as well.
-        if not re.search(rf"{_ANGLES}\s*$", str(raw_value)):
-            raise ValueError(f"{message} (wanted in deg or rad)")
         if abs(value) > 2.0 * math.pi:
+            message = f'wanted an angle such as "{example}", got {show(raw_value)}'
             raise ValueError(f"{message} (more than a turn)")
         return value
 
-    return Check(check, lambda _: quantity_schema(units.ANGLE, example, "any", rf"{_ANGLES}\s*"))
+    described = option("", "", units.ANGLE, example=example, sign="any")
+    return Check(check, lambda _: described.item_schema())
 
 
 def array(
@@ -222,13 +217,11 @@ TabulatedLoads = Annotated[
     array('["2 kN", "0.5 kN", "0 N"]', MAX_VALUES),
     FromFile(units.FORCE, "surface.load"),
 ]
-PER_LENGTH = Kind("number per length", "1/m", ("1/nm", "1/um", "1/mm", "1/m", "um^-1"))
 Wavenumbers = Annotated[
     tuple[Annotated[float, quantity(PER_LENGTH, "10 1/mm")], ...],
     array('["10 1/mm", "100 1/mm", "1000 1/mm"]', MAX_VALUES),
     FromFile(PER_LENGTH, "surface.wavenumber", "positive"),
 ]
-SPECTRAL_DENSITY = Kind("power spectral density", "m^4", ("m^4", "um^4", "nm^4"))
 SpectralDensities = Annotated[
     tuple[Annotated[float, quantity(SPECTRAL_DENSITY, "10 um^4", "any")], ...],
     array('["10 um^4", "2 um^4", "0.003 um^4"]', MAX_VALUES),

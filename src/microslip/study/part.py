@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, ValidationInfo
 from pydantic_core import CoreSchema, core_schema
 
-from microslip._core.options import Option
+from microslip._core.parameters import Parameter
 from microslip._core.verdicts import Verdict
 from microslip.errors import Argument, InputError, in_python, said
 
@@ -106,9 +106,9 @@ def optional(description: str, example: str = "", default: Any = None, **setting
     return required(description, example, default=default, **settings)
 
 
-def key(option: Option, *checks: Any, **changes: Any) -> Any:
+def key(option: Parameter, *checks: Any, **changes: Any) -> Any:
     """Key of a study for an option: its reading, default, description, example and schema."""
-    settings: dict[str, Any] = {"description": option.help}
+    settings: dict[str, Any] = {"description": option.sentence}
     if not option.required:
         settings["default"] = option.default
     if option.written:
@@ -119,7 +119,7 @@ def key(option: Option, *checks: Any, **changes: Any) -> Any:
     return info
 
 
-def _or_default(option: Option) -> Callable[[object], object]:
+def _or_default(option: Parameter) -> Callable[[object], object]:
     """Reads a value; None, which only Python can give, is the default."""
 
     def read(raw_value: object) -> object:

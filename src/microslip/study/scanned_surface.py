@@ -84,7 +84,7 @@ class ScanSurface(SurfaceTable):
     unit: tuple[str, ...] | None = key_of(options.UNIT)
     pixel: tuple[float, ...] | None = key_of(options.PIXEL)
     key: str | None = key_of(options.KEY)
-    channel: Channel | None = optional(options.CHANNEL.help, options.CHANNEL.example)
+    channel: Channel | None = optional(options.CHANNEL.help, options.CHANNEL.shown)
     valid: tuple[float, ...] | None = key_of(options.VALID, examples=['["-1 mm", "1 mm"]'])
 
     _scan: Scan = PrivateAttr()

@@ -244,7 +244,7 @@ def measure(
             f"record must be a Record, got {show(record)}; "
             "write Record(displacement, force) or Record.read(path)"
         )
-    level: float = CONFIDENCE.check(confidence)
+    level: float = CONFIDENCE.checked(confidence)
     limits = thresholds(model)
     spikes = spikes_of(record)
     record = without_spikes(record, spikes)

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from microslip._core import units
-from microslip._core.options import Option
+from microslip._core.parameters import option
 from microslip._core.units import STIFFNESS
 
 _ROLES = "displacement, force, normal_load, time or commanded"
 
-DISPLACEMENT = Option("displacement", "Column of the displacement.", metavar="COLUMN")
-FORCE = Option("force", "Column of the tangential force.", metavar="COLUMN")
-NORMAL_LOAD = Option(
+DISPLACEMENT = option("displacement", "Column of the displacement.", metavar="COLUMN")
+FORCE = option("force", "Column of the tangential force.", metavar="COLUMN")
+NORMAL_LOAD = option(
     "normal_load", 'Column of the normal load, or "500 N", or none.', metavar="COLUMN"
 )
-TIME = Option("time", "Column of the time, or none.", metavar="COLUMN")
-SAMPLE_RATE = Option(
+TIME = option("time", "Column of the time, or none.", metavar="COLUMN")
+SAMPLE_RATE = option(
     "sample_rate",
     "Samples a second, without a time.",
     float,
@@ -22,41 +22,41 @@ SAMPLE_RATE = Option(
     above=0.0,
     metavar="HZ",
 )
-TURN = Option("turn", "Turn the sign of the force.", bool, default=False, answers_for=("sign",))
-UNITS = Option("units", f"Unit of {_ROLES}; may be repeated.", flag="unit", metavar="WHAT=UNIT")
-CALIBRATION = Option(
+TURN = option("turn", "Turn the sign of the force.", bool, default=False, answers_for=("sign",))
+UNITS = option("units", f"Unit of {_ROLES}; may be repeated.", flag="unit", metavar="WHAT=UNIT")
+CALIBRATION = option(
     "calibration",
     'Factor of a sensor, such as force="12.5 N/V"; may be repeated.',
     metavar="WHAT=FACTOR",
 )
-ZERO = Option(
+ZERO = option(
     "zero",
     'What counts as zero, such as force="0.3 N" or force=middle; may be repeated.',
     metavar="WHAT=ZERO",
 )
-ROWS = Option(
+ROWS = option(
     "rows", "Rows of numbers to take, the first being 1, such as 1..5000.", metavar="FIRST..LAST"
 )
-CUTOFF = Option(
+CUTOFF = option(
     "cutoff", 'Low-pass without phase, such as "800 Hz".', units.FREQUENCY, example="800 Hz"
 )
-DRIFT = Option("drift", "Take a straight drift off both channels.", bool, default=False)
+DRIFT = option("drift", "Take a straight drift off both channels.", bool, default=False)
 COLUMNS = (DISPLACEMENT, FORCE, NORMAL_LOAD, TIME)
 SCALING = (UNITS, CALIBRATION, ZERO)
 
-RIG_STIFFNESS = Option(
+RIG_STIFFNESS = option(
     "rig_stiffness",
     'Rig in series, to be taken off, such as "200 N/um"; a plain number is in N/m.',
     STIFFNESS,
     example="200 N/um",
     bare=True,
 )
-AREA = Option(
+AREA = option(
     "area",
     'Apparent area, for energies and stiffnesses per area, such as "2 cm^2".',
     units.AREA,
     example="2 cm^2",
 )
-CONFIDENCE = Option(
+CONFIDENCE = option(
     "confidence", "Of the intervals.", float, default=0.95, example="0.95", above=0.0, below=1.0
 )

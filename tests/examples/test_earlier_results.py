@@ -25,6 +25,9 @@ CHANGED = {"error", "kurtosis", "share of m0 in 0.1 % of points", "reversal_stif
 CHANGED |= {"evaluations"}
 """Meant: error bars of scans count long waves, their heights are judged before a filter, noise has
 no part in the stiffness at reversals any more, and fits go another way to the same minimum."""
+FITTED = {"fits": 1e-6}
+"""An optimiser stops where its function no longer falls, and near a minimum that is flat to
+rounding over the root of it, 1.5e-8 of a well-conditioned parameter: some tens of that."""
 
 
 def differences(old: Any, new: Any, tolerance: float, where: str = "") -> Iterator[str]:
@@ -32,7 +35,8 @@ def differences(old: Any, new: Any, tolerance: float, where: str = "") -> Iterat
     if isinstance(old, dict):
         for key in old.keys() - WORDS - CHANGED:
             if key in new:
-                yield from differences(old[key], new[key], tolerance, f"{where}.{key}")
+                end = max(tolerance, FITTED.get(key, 0.0))
+                yield from differences(old[key], new[key], end, f"{where}.{key}")
             else:
                 yield f"{where}.{key} is gone"
     elif isinstance(old, list) and all(isinstance(item, dict) and "name" in item for item in old):

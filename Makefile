@@ -154,11 +154,13 @@ dist: $(READY)  ## build the sdist, and from it the wheel, into dist/
 	@"$(PY)" -m build --no-isolation
 
 # One lock for every Python and platform, read by uv and by pip. LOCK_ARGS=--upgrade takes newer versions.
+# Every extra is in it but pyharm, which brings JAX and has an environment of its own.
+EXTRAS := app dask nastran parquet scan tdms uff xarray zarr
 lock:  ## write requirements.lock and requirements-docs.lock again
 	@uv="$(UV)"; if [ -z "$$uv" ]; then \
 	    [ -x .venv-lock/bin/uv ] || { "$(PYTHON)" -m venv .venv-lock && .venv-lock/bin/python -m pip install --quiet uv; }; \
 	    uv=.venv-lock/bin/uv; fi; \
-	options="--universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-emit-find-links --quiet"; \
+	options="$(EXTRAS:%=--extra %) --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-emit-find-links --quiet"; \
 	"$$uv" pip compile pyproject.toml --group dev $$options --custom-compile-command "make lock" \
 	    $(LOCK_ARGS) --output-file requirements.lock && \
 	"$$uv" pip compile pyproject.toml --group dev --group docs $$options --custom-compile-command "make lock" \

@@ -1,6 +1,20 @@
-"""What ``python -m microslip`` runs."""
+"""What ``microslip`` and ``python -m microslip`` run."""
 
-from microslip.cli import main
+import sys
+
+from microslip._core.packages import MissingPackageError, needed_for
+
+
+def main() -> None:
+    """Run the command, or say in one line what it needs."""
+    try:
+        with needed_for("the command microslip needs"):
+            from microslip.cli import main as command
+    except MissingPackageError as missing:
+        print(f"error: {missing}", file=sys.stderr)
+        sys.exit(2)
+    command(prog_name="microslip")
+
 
 if __name__ == "__main__":
-    main(prog_name="microslip")
+    main()

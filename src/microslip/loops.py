@@ -136,7 +136,7 @@ class Loop(Locked):
         That shows the width of a thin loop. Loops laid over each other share their units. Axes,
         colour and label are as of :meth:`microslip.BackboneLaw.plot`.
         """
-        from microslip.report.axes import draw
+        from microslip.report import draw
         from microslip.report.plot import Axis, Panel, Plot
         from microslip.report.scales import force_prefix, length_prefix
 

@@ -26,8 +26,8 @@ CHANGED |= {"evaluations"}
 """Meant: error bars of scans count long waves, their heights are judged before a filter, noise has
 no part in the stiffness at reversals any more, and fits go another way to the same minimum."""
 FITTED = {"fits": 1e-6}
-"""An optimiser stops where its function no longer falls, and near a minimum that is flat to
-rounding over the root of it, 1.5e-8 of a well-conditioned parameter: some tens of that."""
+"""A fit of heights ends where its gradient vanishes, and that is made of differences, good to the
+root of rounding, 1.5e-8, times the condition of the fit, some tens (1.7e-7 were met)."""
 
 
 def differences(old: Any, new: Any, tolerance: float, where: str = "") -> Iterator[str]:

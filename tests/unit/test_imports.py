@@ -92,6 +92,22 @@ def test_numpy_kernel_needs_no_scipy_either() -> None:
     assert "scipy" not in loaded.split()
 
 
+def test_the_core_needs_only_numpy_and_scipy() -> None:
+    """A program of its own, which .ci/run runs where nothing else is installed."""
+    program = Path(__file__).parents[1] / "core_alone.py"
+    code = f"import runpy, sys; sys.argv = ['', '--hide']; runpy.run_path({str(program)!r})"
+    assert run(code).startswith("The core stands alone")
+
+
+def test_a_command_says_which_package_is_missing() -> None:
+    code = "import sys; sys.modules['click'] = None; from microslip.__main__ import main; main()"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 2
+    assert done.stderr == (
+        "error: the command microslip needs click, which is not installed: pip install click\n"
+    )
+
+
 # -- names -----------------------------------------------------------------------------------------
 
 
@@ -107,6 +123,8 @@ def stub_names() -> dict[str, str]:
                     "a stub exports only names imported as themselves"
                 )
                 names[alias.name] = f"microslip.{node.module}"
+                # The module would stand where its name should.
+                assert alias.name != str(node.module).partition(".")[0]
     return names
 
 

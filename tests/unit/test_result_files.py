@@ -351,7 +351,7 @@ def test_a_study_without_a_title_has_none_in_the_file(tmp_path: Path) -> None:
 def test_without_xarray_a_line_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
     result = ms.Study.from_toml(STUDY).run()
     monkeypatch.setitem(sys.modules, "xarray", None)
-    with pytest.raises(ms.StudyError) as caught:
+    with pytest.raises(ms.InputError) as caught:
         result.to_xarray()
     assert str(caught.value) == (
         'to_xarray needs xarray, which is not installed: pip install "microslip[xarray]"; '

@@ -9,6 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from microslip._core.packages import needed_for
+
 _COMPRESSED = 4096  # bytes, from which on an array is
 
 
@@ -29,7 +31,8 @@ def write(
     progress: Callable[[float], None] | None = None,
 ) -> None:
     """Write a new netCDF-4 file that xarray, netCDF4, h5py and MATLAB read."""
-    import h5netcdf
+    with needed_for("netCDF files need"):
+        import h5netcdf
 
     auxiliary = {name: set(v.dims) for name, v in coords.items() if v.dims != (name,)}
     total, written = sum(v.values.nbytes for v in (*coords.values(), *variables.values())), 0

@@ -13,6 +13,7 @@ from decimal import Decimal, DecimalException
 from functools import lru_cache
 from typing import Any, Literal
 
+from microslip._core.packages import needed_for
 from microslip._core.wording import nearest, shorten, show
 from microslip.errors import InputError
 
@@ -247,7 +248,8 @@ def _slipped(unit: str, usual: tuple[str, ...]) -> str | None:
 
 @lru_cache(maxsize=1)
 def _registry() -> Any:
-    import pint
+    with needed_for("units other than multiples of m, g, s, N, Hz and Pa need"):
+        import pint
 
     # With decimal factors "0.3 um" becomes the double 3e-7 and not its neighbour.
     return pint.UnitRegistry(non_int_type=Decimal)

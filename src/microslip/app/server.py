@@ -17,6 +17,7 @@ from pathlib import Path
 from secrets import token_urlsafe
 from typing import Any
 
+from microslip._core.packages import needed_for
 from microslip.app.guard import App, Guard
 from microslip.app.jobs import Run, Workspace, check_study, preview
 from microslip.errors import InputError
@@ -32,15 +33,11 @@ _PICTURE = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
 
 def build(workspace: Workspace, token: str, port: int) -> App:
     """The application behind its guard."""
-    try:
+    with needed_for("the workbench needs", "app"):
         from starlette.applications import Starlette
         from starlette.requests import ClientDisconnect, Request
         from starlette.responses import FileResponse, JSONResponse, Response
         from starlette.routing import Route
-    except ImportError:
-        raise InputError(
-            'the workbench needs starlette and uvicorn: pip install "microslip[app]"'
-        ) from None
 
     def refusal(error: Exception, status: int = 422) -> Response:
         return JSONResponse({"error": str(error)}, status)
@@ -184,12 +181,8 @@ def _archive(run: Run) -> bytes:
 
 def serve(port: int = 0, open_browser: bool = True, say: Any = print) -> None:
     """Serve the workbench to this machine until it is interrupted."""
-    try:
+    with needed_for("the workbench needs", "app"):
         import uvicorn
-    except ImportError:
-        raise InputError(
-            'the workbench needs starlette and uvicorn: pip install "microslip[app]"'
-        ) from None
     listening = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
     try:
         listening.bind(("127.0.0.1", port))

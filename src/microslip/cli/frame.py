@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
+from microslip._core.packages import needed_for
 from microslip.errors import InputError
 
 if TYPE_CHECKING:
@@ -36,7 +37,8 @@ class Group(click.Group):
         if not standalone_mode:
             return super().main(args, prog_name, complete_var, False, **extra)
         try:
-            code = super().main(args, prog_name, complete_var, False, **extra)
+            with needed_for("this command needs"):
+                code = super().main(args, prog_name, complete_var, False, **extra)
         except click.UsageError as error:
             fail(_usage(error), EXIT_USER)
         except click.ClickException as error:

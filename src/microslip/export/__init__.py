@@ -1,5 +1,5 @@
 """Floor 8: the joint in files of other people's programs."""
 
-import lazy_loader as _lazy
+from microslip._core.packages import names_of_stub as _names
 
-__getattr__, __dir__, __all__ = _lazy.attach_stub(__name__, __file__)
+__getattr__, __dir__, __all__ = _names(__name__, __file__)

@@ -212,7 +212,7 @@ class CycleMeasures(ABC):
             What was drawn on.
         """
         from microslip.friction.law_figure import law_figure
-        from microslip.report.axes import draw
+        from microslip.report import draw
 
         return draw(law_figure(self, quantity, amplitudes), ax, color=color, label=label)
 

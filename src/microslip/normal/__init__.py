@@ -1,6 +1,6 @@
 """Floor 2: normal load laws, one class a law."""
 
-import lazy_loader as _lazy
+from microslip._core.packages import names_of_stub as _names
 
 # Who wants one law does not wait for the others.
-__getattr__, __dir__, __all__ = _lazy.attach_stub(__name__, __file__)
+__getattr__, __dir__, __all__ = _names(__name__, __file__)

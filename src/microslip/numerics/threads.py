@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cache, wraps
+from contextlib import nullcontext
+from functools import cache, partial, wraps
 from threading import Lock
 from typing import Any, ParamSpec, TypeVar
 
@@ -17,12 +18,15 @@ _LIMITING = Lock()
 
 
 @cache
-def _controller() -> Any:
+def _limit() -> Callable[[], Any]:
     from scipy import linalg  # brings the BLAS that is to be limited
-    from threadpoolctl import ThreadpoolController
 
     del linalg
-    return ThreadpoolController()
+    try:
+        from threadpoolctl import ThreadpoolController
+    except ModuleNotFoundError:  # then it takes as long as it takes: the numbers are the same
+        return nullcontext
+    return partial(ThreadpoolController().limit, limits=1, user_api="blas")
 
 
 def single_threaded(function: Callable[P, R]) -> Callable[P, R]:
@@ -33,7 +37,7 @@ def single_threaded(function: Callable[P, R]) -> Callable[P, R]:
         if not _LIMITING.acquire(blocking=False):
             return function(*args, **kwargs)
         try:
-            with _controller().limit(limits=1, user_api="blas"):
+            with _limit()():
                 return function(*args, **kwargs)
         finally:
             _LIMITING.release()

@@ -8,13 +8,15 @@ from typing import Any
 
 import numpy as np
 
+from microslip._core.packages import needed_for
 from microslip.readers.arrays import Arrays, Leaf, is_number, rate_by
 from microslip.readers.files import decoded
 
 
 def read_arrays(path: Path) -> Arrays:
     """Data sets by their paths, such as "run1/force"; units from their attribute "units"."""
-    import h5py
+    with needed_for("HDF5 files are read by"):
+        import h5py
 
     with decoded("HDF5 file"), h5py.File(path, "r") as file:
         return Arrays("HDF5 file", _node(path, file, set()), "/")

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from microslip._core.files import sparse_of_either_kind
+from microslip._core.packages import needed_for
 from microslip.readers.arrays import Arrays, Leaf, is_number
 from microslip.readers.files import decoded
 from microslip.readers.hdf5 import values_at
@@ -26,7 +27,8 @@ def read_arrays(path: Path) -> Arrays:
         new = file.read(19) == b"MATLAB 7.3 MAT-file"
     if not new:
         return Arrays("MAT-file", _tree(path), ".", _ADVICE)
-    import h5py
+    with needed_for("MAT-files of version 7.3 are read by"):
+        import h5py
 
     with decoded("MAT-file"), h5py.File(path, "r") as file:
         tree = {

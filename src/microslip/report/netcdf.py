@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from microslip._core.netcdf import Variable
-from microslip.errors import StudyError
+from microslip._core.packages import needed_for
 
 
 class Contents(NamedTuple):
@@ -19,13 +19,8 @@ class Contents(NamedTuple):
 
 def dataset(contents: Contents) -> Any:
     """The same as an `xarray.Dataset`: what xarray reads from the file."""
-    try:
+    with needed_for("to_xarray needs", "xarray", "save(...) and its result.nc need nothing more"):
         import xarray
-    except ImportError:
-        raise StudyError(
-            'to_xarray needs xarray, which is not installed: pip install "microslip[xarray]"; '
-            "save(...) and its result.nc need nothing more"
-        ) from None
     return xarray.Dataset(
         data_vars={name: tuple(variable) for name, variable in contents.variables.items()},
         coords={name: tuple(variable) for name, variable in contents.coords.items()},

@@ -22,7 +22,7 @@ class PictureCache:
     def as_bytes(self, picture: Picture, kind: str) -> bytes:
         """The picture in a format: "svg", "png" or "pdf"."""
         if kind == "pdf":  # asked for once, by its file
-            from microslip.report.matplotlib_figure import pdf
+            from microslip.report import pdf
 
             return pdf(self._plot(picture))
         return self.svg(picture) if kind == "svg" else self.png(picture)
@@ -38,7 +38,7 @@ class PictureCache:
     def png(self, picture: Picture) -> bytes:
         """The picture as pixels."""
         if picture.name not in self._pngs:
-            from microslip.report.matplotlib_figure import png
+            from microslip.report import png
 
             self._pngs[picture.name] = png(self._plot(picture))
         return self._pngs[picture.name]

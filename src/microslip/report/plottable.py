@@ -33,7 +33,7 @@ class Plottable:
         matplotlib.axes.Axes or ndarray of Axes
             What was drawn on; an array where there are several panels.
         """
-        from microslip.report.axes import draw
+        from microslip.report import draw
 
         return draw(self._figure(), ax, color=color, label=label)
 
@@ -67,6 +67,6 @@ class PlottableAtSensor:
         matplotlib.axes.Axes or ndarray of Axes
             What was drawn on.
         """
-        from microslip.report.axes import draw
+        from microslip.report import draw
 
         return draw(self._figure(at), ax, color=color, label=label)

@@ -13,6 +13,6 @@ and nothing else: how these look and how they are written whole or not at all is
 """
 
 # As in the package itself: what is not used is not loaded.
-import lazy_loader as _lazy
+from microslip._core.packages import names_of_stub as _names
 
-__getattr__, __dir__, __all__ = _lazy.attach_stub(__name__, __file__)
+__getattr__, __dir__, __all__ = _names(__name__, __file__)

@@ -1,6 +1,6 @@
 """Floor 8: joints in a structure."""
 
-import lazy_loader as _lazy
+from microslip._core.packages import names_of_stub as _names
 
 # Who wants an oscillator does not wait for matrices.
-__getattr__, __dir__, __all__ = _lazy.attach_stub(__name__, __file__)
+__getattr__, __dir__, __all__ = _names(__name__, __file__)

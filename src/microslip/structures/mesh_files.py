@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, floats, positive, show
 from microslip._core.frozen import Locked
+from microslip._core.packages import needed_for
 from microslip._core.wording import did_you_mean, quoted, shorten
 from microslip.errors import InputError
 from microslip.materials import Material
@@ -258,12 +259,8 @@ def _axis(mesh: JointMesh, members: Indices) -> Floats:
 
 
 def _meshio(path: Path) -> Any:
-    try:
+    with needed_for("meshes are read by"):
         import meshio
-    except ModuleNotFoundError:
-        raise InputError(
-            'meshes are read by meshio, which is not installed; pip install "microslip[structure]"'
-        ) from None
     if not path.is_file():
         problem = "wanted a file, got a folder" if path.is_dir() else "there is no such file"
         raise InputError(f"{path.name or path}: {problem}")

@@ -11,6 +11,7 @@ import numpy as np
 
 from microslip._core.checks import show
 from microslip._core.files import reason, sparse_of_either_kind, whole_file
+from microslip._core.packages import needed_for
 from microslip._core.wording import did_you_mean, shorten
 from microslip.errors import InputError
 from microslip.structures.matrices import is_sparse
@@ -99,13 +100,8 @@ def _mat(file: Path) -> dict[str, Any]:
 
 def _nastran(file: Path) -> dict[str, Any]:
     """DMIG cards of a punch file as pandas' data frames, matrices of OUTPUT2 and OUTPUT4 files."""
-    try:
+    with needed_for(f"{file.name}: Nastran's files are read by", "nastran"):
         from pyyeti.nastran import bulk, op2, op4
-    except ModuleNotFoundError:
-        raise InputError(
-            f"{file.name}: Nastran's files are read by pyYeti, which is not installed; "
-            'pip install "microslip[nastran]"'
-        ) from None
     kind, path = file.suffix.lower(), str(file)
     content: dict[str, Any] = {}
     if kind == ".op4":

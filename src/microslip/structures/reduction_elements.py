@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from microslip._core.checks import Floats
-from microslip.errors import InputError
+from microslip._core.packages import needed_for
 from microslip.structures.mesh import Indices, JointMesh
 
 _CHUNK = 256  # elements at once: a bound on memory
@@ -39,13 +39,8 @@ class Elements:
     """
 
     def __init__(self, mesh: JointMesh) -> None:
-        try:
+        with needed_for("finite elements need"):
             import skfem
-        except ModuleNotFoundError:
-            raise InputError(
-                "finite elements need scikit-fem, which is not installed; "
-                'pip install "microslip[structure]"'
-            ) from None
         self.mesh = mesh
         self._skfem = skfem
         grid, element, order = skfem.MeshTet, skfem.ElementTetP2, [0, 1, 2, 3]

@@ -17,6 +17,7 @@ from microslip._core.files import whole_file
 from microslip._core.frozen import lock
 from microslip._core.netcdf import Variable
 from microslip._core.netcdf import write as write_netcdf
+from microslip._core.packages import needed_for
 from microslip.errors import InputError
 
 if TYPE_CHECKING:
@@ -123,20 +124,16 @@ class Sweep:
         By default along the longest. Axes, colour and label, those of the first line, are as of
         :meth:`microslip.BackboneLaw.plot`.
         """
-        from microslip.report.axes import draw
+        from microslip.report import draw
         from microslip.sweeps.figure import sweep_figure
 
         return draw(sweep_figure(self, quantity, along), ax, color=color, label=label)
 
     def to_xarray(self) -> xarray.Dataset:
         """The same as an ``xarray.Dataset``."""
-        try:
+        instead = "to_netcdf(...) and to_csv(...) need nothing more"
+        with needed_for("to_xarray needs", "xarray", instead):
             import xarray
-        except ImportError:
-            raise InputError(
-                'to_xarray needs xarray, which is not installed: pip install "microslip[xarray]"; '
-                "to_netcdf(...) and to_csv(...) need nothing more"
-            ) from None
         variables, coords = (
             {name: (v.dims, v.values, dict(v.attributes)) for name, v in group.items()}
             for group in (self.variables, self.coords)

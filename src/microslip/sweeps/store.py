@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, floats, show, whole_number
+from microslip._core.packages import needed_for
 from microslip._core.quantities import QUANTITIES, Quantity
 from microslip._version import __version__
 from microslip.errors import InputError
@@ -58,12 +59,8 @@ def evaluate_to_zarr(
     Equal to :func:`evaluate` on the whole grid, (19.15), (19.29), (19.30). Each region is written
     at once and marked as done after it, so that a stop loses one region.
     """
-    try:
+    with needed_for("evaluate_to_zarr needs", "zarr"):
         import zarr
-    except ImportError:
-        raise InputError(
-            'evaluate_to_zarr needs Zarr, which is not installed: pip install "microslip[zarr]"'
-        ) from None
     size = whole_number("region", region, 1)
     lines = _lines(axes)
     shape = tuple(line.size for line in lines.values())

@@ -1,6 +1,6 @@
 """Records of rigs and the loops in them."""
 
-import lazy_loader as _lazy
+from microslip._core.packages import names_of_stub as _names
 
 # Commands read their options from here without waiting for what they work on.
-__getattr__, __dir__, __all__ = _lazy.attach_stub(__name__, __file__)
+__getattr__, __dir__, __all__ = _names(__name__, __file__)

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from microslip._core.files import reason, whole_file
+from microslip._core.packages import needed_for
 from microslip._core.wording import one_line
 from microslip._version import __version__
 from microslip.errors import InputError
@@ -287,12 +288,8 @@ def _on_dask(
     items: Sequence[Item], workers: int, address: str | None
 ) -> Iterator[tuple[Item, Outcome]]:
     """On a Dask cluster, which gives the work of a worker that dies to another one."""
-    try:
+    with needed_for("`dask` needs", "dask"):
         distributed: Any = import_module("distributed")
-    except ImportError:
-        raise InputError(
-            '`dask` needs Dask, which is not installed: pip install "microslip[dask]"'
-        ) from None
     cluster = None
     if address == "local":
         cluster = distributed.LocalCluster(

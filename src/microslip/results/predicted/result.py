@@ -92,7 +92,7 @@ class Result(Prediction):
         matplotlib.axes.Axes or ndarray of Axes
             What was drawn on.
         """
-        from microslip.report.axes import draw
+        from microslip.report import draw
 
         figures = {picture.name: picture for picture in document(self).pictures}
         if not isinstance(name, str) or name not in figures:

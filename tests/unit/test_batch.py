@@ -14,7 +14,7 @@ from click.testing import CliRunner
 
 import microslip as ms
 from microslip.cli import main
-from microslip.results.batch import run as batch
+from microslip.runs import batch
 from microslip.sweeps import evaluate_to_zarr
 
 STUDY = """

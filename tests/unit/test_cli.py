@@ -92,7 +92,9 @@ def test_an_existing_folder_is_refused_before_anything_is_computed(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     assert run("predict", "joint.toml", "-o", "out").exit_code == 0
-    monkeypatch.setattr("microslip.results.predicted.run.run", lambda *_: pytest.fail("computed"))
+    monkeypatch.setattr(
+        "microslip.results.predicted.result.run", lambda *_: pytest.fail("computed")
+    )
     assert fails("predict", "joint.toml", "-o", "out") == (
         "error: out: exists; replace it with --overwrite or name another with -o"
     )
@@ -161,7 +163,7 @@ def test_an_internal_error_is_one_line_and_exits_1(monkeypatch: pytest.MonkeyPat
     def fail(*_: object) -> None:
         raise RuntimeError("a\nbug")
 
-    monkeypatch.setattr("microslip.results.predicted.run.run", fail)
+    monkeypatch.setattr("microslip.results.predicted.result.run", fail)
     assert fails("predict", "joint.toml", code=1) == (
         "error: internal error: RuntimeError: a bug (MICROSLIP_DEBUG=1 shows where)"
     )
@@ -173,7 +175,7 @@ def test_too_little_memory_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(*_: object) -> None:
         raise MemoryError
 
-    monkeypatch.setattr("microslip.results.predicted.run.run", fail)
+    monkeypatch.setattr("microslip.results.predicted.result.run", fail)
     assert fails("predict", "joint.toml") == "error: not enough memory for this"
 
 

@@ -35,7 +35,7 @@ TERMS = {
     "scans": {"known", "chosen"},
     "identification": {"known", "given", "found", "said"},
     "structures": {"asked", "what"},
-    "results": {"done"},
+    "runs": {"done"},
 }
 
 

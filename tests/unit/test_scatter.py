@@ -15,7 +15,7 @@ from scipy.special import ndtr, ndtri
 import microslip as ms
 from microslip._core.netcdf import Variable
 from microslip.cli import main
-from microslip.results.predicted.scatter import scatter
+from microslip.runs.scatter import scatter
 from microslip.study.description import StudyDescription
 from microslip.study.draws import Design
 

@@ -12,7 +12,7 @@ import pytest
 from studies import AMPLITUDES, CURVE, LOADS, STUDY, SURFACE, SURFACES, edited
 
 import microslip as ms
-from microslip.results.predicted.columns import AmplitudeCurve, blocks
+from microslip.runs.columns import AmplitudeCurve, blocks
 
 NO_REPORT = "report = false\n"
 OSCILLATOR = """

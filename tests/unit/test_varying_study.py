@@ -21,10 +21,10 @@ from microslip.report.layout import lay_out
 from microslip.report.pictures import PictureCache
 from microslip.report.plot import Marks
 from microslip.report.terminal import show
-from microslip.results.predicted.columns import VaryingLoop
 from microslip.results.predicted.document import document
 from microslip.results.predicted.figures import FIGURES, names
 from microslip.results.predicted.preview import preview
+from microslip.runs.columns import VaryingLoop
 
 LIFTING = ((SURFACE, SURFACES["sphere"]), (LOADS, '["10 N", "20 N"]'))
 ALL = ('formats = ["csv"]', 'formats = ["csv", "netcdf", "png"]')

@@ -58,8 +58,8 @@ def batch(
     """
     with stoppable():
         from microslip.report.terminal import show
-        from microslip.results.batch.document import document, finish
-        from microslip.results.batch.run import earlier_outcomes, items_of, prepare, run
+        from microslip.results.batched import document, finish
+        from microslip.runs.batch import earlier_outcomes, items_of, prepare, run
 
         items = items_of(source, study)
         folder = folder or Path(f"{source.stem}-batch")
@@ -106,8 +106,8 @@ def design(
     """Find the smallest change of STUDY that meets a target, and draw what it trades for what."""
     with stoppable():
         from microslip.report.files import listed, save, standard_files
-        from microslip.results.design.document import KIND, document
-        from microslip.results.design.search import Target, open_search
+        from microslip.results.designed import KIND, document
+        from microslip.runs.design import Target, open_search
         from microslip.study.description import StudyDescription
 
         goal = Target.read(target)

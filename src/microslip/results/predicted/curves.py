@@ -30,8 +30,8 @@ from microslip.report.plot import (
     stacked,
 )
 from microslip.report.scales import common_prefix, evenly, length_prefix
-from microslip.results.predicted.columns import AmplitudeCurve, VaryingCycles, in_words
-from microslip.results.predicted.prediction import Prediction
+from microslip.runs.columns import AmplitudeCurve, VaryingCycles, in_words
+from microslip.runs.prediction import Prediction
 
 MOST_LOADS = 6
 MOST_MARKS = 12

@@ -21,7 +21,6 @@ from microslip.report.document import (
 )
 from microslip.results.predicted.figures import pictures
 from microslip.results.predicted.numbers import KIND, REMINDER
-from microslip.results.predicted.prediction import Prediction
 from microslip.results.predicted.scatter_document import sections as scatter_sections
 from microslip.results.predicted.study_facts import LAWS, study_facts
 from microslip.results.predicted.tables import (
@@ -35,6 +34,7 @@ from microslip.results.predicted.tables import (
 from microslip.results.structure.document import answer as structure_answer
 from microslip.results.structure.document import number as structure_number
 from microslip.results.structure.document import sections as structure_sections
+from microslip.runs.prediction import Prediction
 from microslip.study.description import StudyDescription
 from microslip.study.plausibility import questions
 

@@ -24,7 +24,6 @@ from microslip.report.plot import (
     stacked,
 )
 from microslip.report.scales import common_prefix, evenly, far_apart
-from microslip.results.predicted.columns import AmplitudeCurve, in_words
 from microslip.results.predicted.curves import (
     AmplitudeAxis,
     Look,
@@ -36,8 +35,9 @@ from microslip.results.predicted.curves import (
     force_damping,
 )
 from microslip.results.predicted.history_figure import history
-from microslip.results.predicted.prediction import Prediction
 from microslip.results.predicted.pressure_figure import pressure
+from microslip.runs.columns import AmplitudeCurve, in_words
+from microslip.runs.prediction import Prediction
 
 MOST_PANELS = 6
 _MARKS = 7

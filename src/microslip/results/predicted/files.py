@@ -18,11 +18,11 @@ from microslip.report.files import (
     text_file,
 )
 from microslip.results.predicted.arrays import contents
-from microslip.results.predicted.columns import Columns, Floats, VaryingLoop, blocks
 from microslip.results.predicted.document import document
-from microslip.results.predicted.prediction import Prediction
-from microslip.results.predicted.scatter import Scatter
 from microslip.results.structure.document import columns as structure_columns
+from microslip.runs.columns import Columns, Floats, VaryingLoop, blocks
+from microslip.runs.prediction import Prediction
+from microslip.runs.scatter import Scatter
 
 
 def files(result: Prediction, destination: Path) -> tuple[File, ...]:

@@ -8,7 +8,7 @@ from microslip._core.units import prefix
 from microslip.report.plot import GREY, THIN, WIDTH, Axis, Floats, Panel, Plot
 from microslip.report.scales import far_apart, length_prefix
 from microslip.results.predicted.curves import add_legend, drawn_loads
-from microslip.results.predicted.prediction import Prediction
+from microslip.runs.prediction import Prediction
 
 MOST_SAMPLES = 20_000
 """Samples of a load up to which each of them is drawn."""

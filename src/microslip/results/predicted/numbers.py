@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -15,20 +15,21 @@ from microslip.friction import Interface, PressedJoint, Verdict
 from microslip.friction.validity import worst_validity
 from microslip.normal import SphereOnFlat, TightenedSurface
 from microslip.report.files import header, plain
-from microslip.results.predicted.columns import (
+from microslip.results.predicted.scatter_document import FIGURES as SCATTER_FIGURES
+from microslip.results.predicted.scatter_document import numbers as scatter_numbers
+from microslip.results.structure.document import FIGURES as STRUCTURE_FIGURES
+from microslip.results.structure.document import numbers as structure_numbers
+from microslip.runs.columns import (
     AmplitudeCurve,
     Columns,
     HistoryResponse,
     OscillatorCurve,
     extremes,
 )
-from microslip.results.predicted.leading_inputs import leading_inputs
-from microslip.results.predicted.prediction import Prediction
-from microslip.results.predicted.scatter_document import FIGURES as SCATTER_FIGURES
-from microslip.results.predicted.scatter_document import numbers as scatter_numbers
-from microslip.results.structure.document import FIGURES as STRUCTURE_FIGURES
-from microslip.results.structure.document import numbers as structure_numbers
-from microslip.structures import Oscillator
+from microslip.runs.dataset import scalars
+from microslip.runs.predict import Defaults, oscillator_of
+from microslip.runs.prediction import Prediction
+from microslip.runs.sensitivities import leading_inputs
 from microslip.study import surfaces as u
 from microslip.study.description import StudyDescription
 from microslip.study.draws import is_uncertain
@@ -40,45 +41,6 @@ REMINDER = (
     "Loss factor and damping ratio are the interface's own. In a structure the damping ratio of a "
     "mode is the sum of the energies of its joints over 4 pi times the energy of the whole mode."
 )
-
-
-DEFAULT_AMPLITUDES = (0.1, 0.3, 1.0, 10.0)
-DEFAULT_RANGE = (1e-3, 1e2)
-"""Of the slip scale, as the amplitudes above."""
-
-
-@dataclass(frozen=True)
-class Defaults:
-    """Which amplitudes the study leaves open, and the slip scale [m] they are then taken from."""
-
-    scale: float
-    amplitudes: bool
-    curve: bool
-
-    @classmethod
-    def of(cls, study: StudyDescription, joints: Sequence[Interface]) -> Defaults:
-        """From the largest slip scale, to two digits."""
-        excitation, scale = study.excitation, max(joint._slip_scale[0] for joint in joints)
-        is_open = excitation.amplitudes is None and excitation.force_amplitudes is None
-        return cls(float(f"{scale:.1e}"), is_open, excitation.curve is None)
-
-    def notes(self) -> list[str]:
-        """What was assumed, in sentences."""
-        scale = engineering(self.scale, "m", trim=True)
-        of = f"times the slip scale, {scale} when rounded to two digits"
-        notes = []
-        if self.amplitudes:
-            factors = ", ".join(f"{factor:g}" for factor in DEFAULT_AMPLITUDES)
-            notes.append(f"excitation.amplitudes is not given: {factors} {of}.")
-        if self.curve:
-            low, high = DEFAULT_RANGE
-            notes.append(f"excitation.curve is not given: {low:g} to {high:g} {of}.")
-        return notes
-
-
-def oscillator_of(part: OscillatorPart, joint: Interface) -> Oscillator:
-    """The oscillator that a study describes, held by a joint."""
-    return Oscillator(part.mass, part.stiffness, joint, part.viscous_damping_ratio)
 
 
 def files(study: StudyDescription) -> tuple[str, ...]:
@@ -251,25 +213,6 @@ def _title_notes(study: StudyDescription, names: Sequence[str]) -> list[str]:
 
     missing = missing_glyphs(study.title)
     return [f"title: the figures have no letters for {missing} and draw boxes."] if missing else []
-
-
-def scalars(study: StudyDescription, joint: Interface) -> dict[str, float | None]:
-    """Numbers that belong to a joint at rest; None for what is not known."""
-    contact = getattr(joint, "contact_area", None)
-    area = None if study.surface is None else study.surface.apparent_area
-    return {
-        "separation": getattr(joint, "separation", None),
-        "standardised_separation": getattr(joint, "standardised_separation", None),
-        "contact_count": getattr(joint, "contact_count", None),
-        "contact_area": contact,
-        "contact_area_fraction": contact / area if contact is not None and area else None,
-        "mean_contact_pressure": joint.normal_load / contact if contact else None,
-        "normal_stiffness": getattr(joint, "normal_stiffness", None),
-        "tangential_stiffness": joint.tangential_stiffness,
-        "force_limit": joint.force_limit,
-        "slip_per_indentation": getattr(joint, "slip_per_indentation", None),
-        "slip_scale": joint._slip_scale[0],
-    }
 
 
 def joint_entry(study: StudyDescription, joint: Interface) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from microslip.friction import PressedJoint
 from microslip.report.plot import COLORS, DASHES, Axis, Entry, Floats, Panel, Plot
 from microslip.report.scales import common_prefix, evenly
 from microslip.results.predicted.curves import drawn_loads
-from microslip.results.predicted.prediction import Prediction
+from microslip.runs.prediction import Prediction
 
 MOST_AMPLITUDES = 6
 

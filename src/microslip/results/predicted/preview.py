@@ -14,15 +14,13 @@ from microslip._version import __version__
 from microslip.report.cells import si
 from microslip.report.document import Column, Document, Items, Section, Table
 from microslip.results.predicted.numbers import (
-    DEFAULT_AMPLITUDES,
-    Defaults,
     files,
     joint_entry,
     load_notes,
 )
-from microslip.results.predicted.run import DEFAULT_POINTS
 from microslip.results.predicted.study_facts import KEYS
 from microslip.results.predicted.tables import rest_section, validity
+from microslip.runs.predict import DEFAULT_AMPLITUDES, DEFAULT_POINTS, Defaults
 from microslip.study.build import build_joints, check_loads
 from microslip.study.description import StudyDescription
 from microslip.study.parametric import Described

@@ -14,8 +14,10 @@ from microslip.report.netcdf import dataset
 from microslip.results.predicted.arrays import contents
 from microslip.results.predicted.document import document
 from microslip.results.predicted.files import files
-from microslip.results.predicted.numbers import KIND
-from microslip.results.predicted.prediction import Prediction
+from microslip.results.predicted.numbers import KIND, summarise
+from microslip.runs.predict import run
+from microslip.runs.prediction import Prediction
+from microslip.study.description import StudyDescription
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -30,7 +32,7 @@ class Result(Prediction):
         One for each normal load.
     loops : tuple of tuple of Loop
         For each load, one for each amplitude of the study; under a normal load that varies each
-        is a :class:`~microslip.results.predicted.columns.VaryingLoop`.
+        is a :class:`~microslip.runs.columns.VaryingLoop`.
     rows : tuple of AmplitudeCurve
         For each load, the cyclic quantities at the amplitudes of the loops. Where the study gives
         force amplitudes these are the same for all loads, and the displacement amplitudes differ.
@@ -113,3 +115,31 @@ class Result(Prediction):
             docs/results.md lists them.
         """
         return dataset(contents(self))
+
+
+class Study(StudyDescription):
+    """A validated description of one prediction; quantities are SI floats.
+
+    Made from a file by :meth:`load`, from text by :meth:`from_toml`, or in Python with the keys
+    of the file and quantities as text, ``Study(schema=1, surface={"radius": "1 mm", …}, …)``.
+    """
+
+    def run(self, progress: Progress | None = None, workers: int = 1) -> Result:
+        """Compute every loop and curve of the study.
+
+        Parameters
+        ----------
+        progress : callable, optional
+            Called now and then with the share that is done, 0 … 1.
+        workers : int, optional
+            Processes among which the samples of uncertain numbers are shared; the results are the
+            same for any number of them.
+
+        Returns
+        -------
+        Result
+            Joints, loops, curves and the summary.
+        """
+        prediction, defaults = run(self, progress, workers)
+        summary = summarise(prediction, defaults)
+        return Result(**{**vars(prediction), "summary": summary})

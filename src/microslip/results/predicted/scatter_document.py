@@ -13,8 +13,8 @@ from microslip.report import cells
 from microslip.report.document import Block, Column, Facts, Note, Picture, Section, Table
 from microslip.report.files import plain
 from microslip.report.plot import Area, Axis, Panel, Plot
-from microslip.results.predicted.prediction import Prediction
-from microslip.results.predicted.scatter import RANKED, Decision, Scatter
+from microslip.runs.prediction import Prediction
+from microslip.runs.scatter import RANKED, Decision, Scatter
 
 _BANDS = {
     "loss_factor": Column("loss_factor", "Loss factor η", "", 3, write=cells.ratio),

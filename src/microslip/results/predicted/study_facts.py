@@ -6,7 +6,7 @@ from pydantic import BaseModel
 
 from microslip.report.cells import quantity
 from microslip.report.document import Facts
-from microslip.results.predicted.columns import in_words
+from microslip.runs.columns import in_words
 from microslip.study.description import StudyDescription
 from microslip.study.parametric import labels_of
 from microslip.study.scanned_surface import NO_CUTOFF

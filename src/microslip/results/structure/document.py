@@ -31,7 +31,7 @@ from microslip.results.structure.pictures import (
     shape_plot,
     slip_plot,
 )
-from microslip.results.structure.prediction import Bands, Mode, StructurePrediction
+from microslip.runs.structure_prediction import Bands, Mode, StructurePrediction
 from microslip.structures import Convergence, ModalIdentification
 
 _PATCH = ("x", "y", "area", "gap", "normal_load")

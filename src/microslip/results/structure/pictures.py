@@ -19,7 +19,7 @@ from microslip.report.plot import (
     Plot,
     stacked,
 )
-from microslip.results.structure.prediction import Mode, StructurePrediction
+from microslip.runs.structure_prediction import Mode, StructurePrediction
 
 _LIGHT, _DARK = np.array([240.0, 244.0, 248.0]), np.array([0.0, 76.0, 130.0])
 _PALE = ("#dddddd", "#cfe3f1", "#f6dccb", "#cfe9df", "#f0dce8", "#f8ebcc")

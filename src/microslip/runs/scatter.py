@@ -13,7 +13,7 @@ from microslip._core.checks import Floats
 from microslip._core.netcdf import Variable
 from microslip.errors import InputError, StudyError
 from microslip.report.document import Progress
-from microslip.results.predicted.columns import AmplitudeCurve
+from microslip.runs.columns import AmplitudeCurve
 from microslip.study.description import StudyDescription
 from microslip.study.draws import Design, Input
 from microslip.study.schema import Curve

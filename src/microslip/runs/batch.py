@@ -147,7 +147,7 @@ def _heading(item: Item) -> Outcome:
 
 
 def _predicted(item: Item) -> list[dict[str, float | None]]:
-    from microslip.results.predicted.run import rows_of
+    from microslip.runs.predict import rows_of
     from microslip.study.description import StudyDescription
 
     changes = item.changes

@@ -10,7 +10,7 @@ import numpy as np
 from microslip._core.checks import Floats
 from microslip.errors import InputError
 from microslip.report.document import Progress
-from microslip.results.structure.prediction import SHARES, Bands, Mode, StructurePrediction
+from microslip.runs.structure_prediction import SHARES, Bands, Mode, StructurePrediction
 from microslip.structures import (
     Convergence,
     ModalCurve,

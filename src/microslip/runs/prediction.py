@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from microslip.friction import Interface
 from microslip.loops import Loop
-from microslip.results.predicted.columns import (
+from microslip.runs.columns import (
     AmplitudeCurve,
     HistoryResponse,
     Limits,
     OscillatorCurve,
     VaryingCycles,
 )
-from microslip.results.predicted.scatter import Scatter
-from microslip.results.structure.prediction import StructurePrediction
+from microslip.runs.scatter import Scatter
+from microslip.runs.structure_prediction import StructurePrediction
 from microslip.study.description import StudyDescription
 
 
@@ -29,12 +29,13 @@ class Prediction:
     rows: tuple[AmplitudeCurve, ...]
     curves: tuple[AmplitudeCurve, ...]
     limits: tuple[Limits, ...]
-    summary: dict[str, Any]
     histories: tuple[HistoryResponse, ...] = ()
     oscillators: tuple[OscillatorCurve, ...] = ()
     varying: tuple[VaryingCycles, ...] = ()
     structure: StructurePrediction | None = None
     scatter: Scatter | None = None
+    summary: dict[str, Any] = field(default_factory=dict)
+    """What is said of it, once somebody has: see :class:`microslip.Result`."""
 
     def __repr__(self) -> str:
         parts = [

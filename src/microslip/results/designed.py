@@ -12,7 +12,7 @@ from microslip.report import cells
 from microslip.report.document import Column, Document, Facts, Note, Picture, Section, Table
 from microslip.report.files import header
 from microslip.report.plot import COLORS, DASHES, Axis, Entry, Panel, Plot, Rule, stacked
-from microslip.results.design.search import KEYS, UNITS, DesignPoint, Search
+from microslip.runs.design import KEYS, UNITS, DesignPoint, Search
 
 KIND = "microslip-design"
 SUMMARY_SCHEMA = 1

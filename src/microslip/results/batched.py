@@ -26,7 +26,7 @@ from microslip.report.document import (
 )
 from microslip.report.files import csv_text, header, listed, standard_files, text_cell, text_file
 from microslip.report.plot import Axis, Panel, Plot, stacked
-from microslip.results.batch.run import Batch, Outcome
+from microslip.runs.batch import Batch, Outcome
 
 KIND = "microslip-batch"
 SUMMARY_SCHEMA = 1

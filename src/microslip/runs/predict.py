@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
 from microslip._core.checks import whole_number
 from microslip._core.netcdf import Variable
+from microslip._core.units import engineering
 from microslip.friction import Interface
 from microslip.loops import Loop
 from microslip.report.document import Progress
-from microslip.results.predicted.arrays import variables
-from microslip.results.predicted.columns import (
+from microslip.runs.columns import (
     AmplitudeCurve,
     Floats,
     HistoryResponse,
@@ -24,28 +25,64 @@ from microslip.results.predicted.columns import (
     VaryingLoop,
     blocks,
 )
-from microslip.results.predicted.numbers import (
-    DEFAULT_AMPLITUDES,
-    DEFAULT_RANGE,
-    Defaults,
-    oscillator_of,
-    summarise,
-)
-from microslip.results.predicted.result import Result
-from microslip.results.predicted.scatter import scatter, with_amplitudes
-from microslip.results.structure.run import run as run_structure
+from microslip.runs.dataset import variables
+from microslip.runs.prediction import Prediction
+from microslip.runs.scatter import scatter, with_amplitudes
+from microslip.runs.structure import run as run_structure
+from microslip.structures import Oscillator
 from microslip.study.build import blame, build_joints, check_loads
 from microslip.study.description import StudyDescription
 from microslip.study.draws import at_middle, is_uncertain
-from microslip.study.schema import LoadVariation
+from microslip.study.schema import LoadVariation, OscillatorPart
+
+DEFAULT_AMPLITUDES = (0.1, 0.3, 1.0, 10.0)
+DEFAULT_RANGE = (1e-3, 1e2)
+"""Of the slip scale, as the amplitudes above."""
+
+
+@dataclass(frozen=True)
+class Defaults:
+    """Which amplitudes the study leaves open, and the slip scale [m] they are then taken from."""
+
+    scale: float
+    amplitudes: bool
+    curve: bool
+
+    @classmethod
+    def of(cls, study: StudyDescription, joints: Sequence[Interface]) -> Defaults:
+        """From the largest slip scale, to two digits."""
+        excitation, scale = study.excitation, max(joint._slip_scale[0] for joint in joints)
+        is_open = excitation.amplitudes is None and excitation.force_amplitudes is None
+        return cls(float(f"{scale:.1e}"), is_open, excitation.curve is None)
+
+    def notes(self) -> list[str]:
+        """What was assumed, in sentences."""
+        scale = engineering(self.scale, "m", trim=True)
+        of = f"times the slip scale, {scale} when rounded to two digits"
+        notes = []
+        if self.amplitudes:
+            factors = ", ".join(f"{factor:g}" for factor in DEFAULT_AMPLITUDES)
+            notes.append(f"excitation.amplitudes is not given: {factors} {of}.")
+        if self.curve:
+            low, high = DEFAULT_RANGE
+            notes.append(f"excitation.curve is not given: {low:g} to {high:g} {of}.")
+        return notes
+
+
+def oscillator_of(part: OscillatorPart, joint: Interface) -> Oscillator:
+    """The oscillator that a study describes, held by a joint."""
+    return Oscillator(part.mass, part.stiffness, joint, part.viscous_damping_ratio)
+
 
 DEFAULT_POINTS = 200
 MOST_WORKERS = 256
 _STRUCTURE = 0.95  # share of a run that a structure takes
 
 
-def run(study: StudyDescription, progress: Progress | None = None, workers: int = 1) -> Result:
-    """Compute a study; see :meth:`microslip.Study.run`."""
+def run(
+    study: StudyDescription, progress: Progress | None = None, workers: int = 1
+) -> tuple[Prediction, Defaults]:
+    """Compute a study, and say what it left open; see :meth:`microslip.Study.run`."""
     whole_number("workers", workers, 1, MOST_WORKERS)
     if study.structure is not None:
         structure = run_structure(study, _part(progress, 0, 1, 0.0, _STRUCTURE))
@@ -55,12 +92,12 @@ def run(study: StudyDescription, progress: Progress | None = None, workers: int 
         result, defaults = _scattered(study, progress, workers)
     else:
         result, defaults = _computed(study, progress)
-    return replace(result, summary=summarise(result, defaults))
+    return result, defaults
 
 
 def _scattered(
     study: StudyDescription, progress: Progress | None, workers: int
-) -> tuple[Result, Defaults]:
+) -> tuple[Prediction, Defaults]:
     """The study at its middle, and the bands about it."""
     result, defaults = _computed(at_middle(study))
     first = result.rows[0]
@@ -92,7 +129,9 @@ def rows_of(study: StudyDescription) -> list[dict[str, float]]:
     return rows
 
 
-def _computed(study: StudyDescription, progress: Progress | None = None) -> tuple[Result, Defaults]:
+def _computed(
+    study: StudyDescription, progress: Progress | None = None
+) -> tuple[Prediction, Defaults]:
     """All but the structure and the summary."""
     joints = build_joints(study)
     check_loads(study, joints)
@@ -124,14 +163,13 @@ def _computed(study: StudyDescription, progress: Progress | None = None) -> tupl
                 histories.append(HistoryResponse.of(joint, record, history.quantity, history.loads))
         limits.append(_limits(joint, joint._slip_scale[0]))
         steps(0.0, 1.0)(1.0)
-    result = Result(
+    result = Prediction(
         study=study,
         joints=tuple(joints),
         loops=tuple(loops),
         rows=tuple(rows),
         curves=tuple(curves),
         limits=tuple(limits),
-        summary={},
         histories=tuple(histories),
         oscillators=tuple(oscillators),
         varying=tuple(varying),
@@ -208,29 +246,3 @@ def _limits(joint: Interface, scale: float) -> Limits:
         cubic_coefficient=cubic if cubic and math.isfinite(cubic) else None,
         linear_offset=linear,
     )
-
-
-class Study(StudyDescription):
-    """A validated description of one prediction; quantities are SI floats.
-
-    Made from a file by :meth:`load`, from text by :meth:`from_toml`, or in Python with the keys
-    of the file and quantities as text, ``Study(schema=1, surface={"radius": "1 mm", …}, …)``.
-    """
-
-    def run(self, progress: Progress | None = None, workers: int = 1) -> Result:
-        """Compute every loop and curve of the study.
-
-        Parameters
-        ----------
-        progress : callable, optional
-            Called now and then with the share that is done, 0 … 1.
-        workers : int, optional
-            Processes among which the samples of uncertain numbers are shared; the results are the
-            same for any number of them.
-
-        Returns
-        -------
-        Result
-            Joints, loops, curves and the summary.
-        """
-        return run(self, progress, workers)

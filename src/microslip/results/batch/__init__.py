@@ -1,1 +1,0 @@
-"""Many studies, records or scans, and what a restart goes by."""

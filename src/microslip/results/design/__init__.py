@@ -1,1 +1,0 @@
-"""Inverse design: which values give what is wanted of a joint."""

@@ -1,9 +1,9 @@
 from .comparison import Comparison as Comparison
 from .comparison import compare as compare
 from .fit_quality import RecordFit as RecordFit
-from .folding import Folded as Folded
-from .folding import fold as fold
 from .result import Identification as Identification
+from .run import Folded as Folded
+from .run import fold as fold
 from .run import identify as identify
 from .verdicts import Direction as Direction
 from .verdicts import Fitted as Fitted

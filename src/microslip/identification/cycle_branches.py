@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from microslip._core.checks import Floats
-from microslip.identification.folding import Folded
 from microslip.memory import Memory
+from microslip.tribometer.folding import Folded
 
 _COINCIDENT = 1e-7  # rad
 

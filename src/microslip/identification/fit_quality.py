@@ -15,10 +15,10 @@ from microslip._core.checks import Floats
 from microslip._core.frozen import Locked, lock
 from microslip._core.units import significant
 from microslip.identification.fit import Fit, settle
-from microslip.identification.folding import Folded
 from microslip.identification.models import BackboneModel
 from microslip.identification.nuisances import columns_of
 from microslip.identification.problem import Problem
+from microslip.tribometer.folding import Folded
 
 _CERTAIN = 1e-4
 _LARGE = 0.1

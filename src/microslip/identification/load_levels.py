@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from microslip.identification.folding import Folded
+from microslip.tribometer.folding import Folded
 
 SAME_LOAD = 0.01
 """Loads that differ by no more than this share count as one."""

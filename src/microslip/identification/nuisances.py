@@ -12,7 +12,6 @@ from microslip._core.checks import Floats, show
 from microslip._core.units import engineering, significant
 from microslip.errors import InputError, in_python
 from microslip.identification.fit import Fit, settle
-from microslip.identification.folding import Folded
 from microslip.identification.intervals import Profiled
 from microslip.identification.models.base import BackboneModel
 from microslip.identification.options import NUISANCES
@@ -20,6 +19,7 @@ from microslip.identification.problem import Problem
 from microslip.identification.profiles import covariance_of
 from microslip.identification.rules import CAUSES_FROM, WRONG_FROM
 from microslip.identification.verdicts import IDENTIFIED, NOT, Fitted, number_text
+from microslip.tribometer.folding import Folded
 
 _EXPLAINED, _SIGNIFICANT = 0.5, 1e-3
 """Share of the sum of squares that an effect or a delay has to explain, and not by chance."""

@@ -19,10 +19,10 @@ from microslip.identification.coordinates import (
     limits_of,
     option_mapping,
 )
-from microslip.identification.folding import Folded
 from microslip.identification.load_levels import labels_of, levels_of
 from microslip.identification.models.base import Model
 from microslip.loops import Loop
+from microslip.tribometer.folding import Folded
 from microslip.tribometer.record import Record
 
 _SHARES = (0.9, 0.5, 0.97, 0.1)  # of the compliance after a reversal that may be the rig's

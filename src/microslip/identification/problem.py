@@ -15,10 +15,10 @@ from microslip import kernels
 from microslip._core.checks import Floats
 from microslip.identification.coordinates import Coordinate, Datum
 from microslip.identification.cycle_branches import cycle_of, delayed, phase_derivative
-from microslip.identification.folding import Folded
 from microslip.identification.models.base import BackboneModel, CycleModel, Model
 from microslip.identification.rigs import Answer, behind_spring
 from microslip.identification.whitening import Metric, metric_of
+from microslip.tribometer.folding import Folded
 
 Rise = Callable[[Floats, dict[str, float], float | None], Floats]
 """Change of the backbone (rows) at displacements, values of the law and a load."""

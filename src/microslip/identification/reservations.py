@@ -10,7 +10,6 @@ from microslip._core.units import significant
 from microslip.errors import InputError
 from microslip.heights import Exponential
 from microslip.identification.coordinates import AREA, DENSITY, RADIUS, Coordinate
-from microslip.identification.folding import Folded
 from microslip.identification.result import Identification
 from microslip.identification.verdicts import (
     APPARENT,
@@ -20,6 +19,7 @@ from microslip.identification.verdicts import (
     Fitted,
     number_text,
 )
+from microslip.tribometer.folding import Folded
 
 FRICTION = "friction_coefficient"
 LIMITS = (FRICTION, "force_limit")

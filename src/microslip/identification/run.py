@@ -13,10 +13,8 @@ from microslip._core.checks import exact, number, positive, show
 from microslip._core.units import engineering
 from microslip.errors import InputError, in_python
 from microslip.identification import fit_quality, parameter_choice
-from microslip.identification.averaged_loop import averaged, noise_of
 from microslip.identification.conclusions import result_of
 from microslip.identification.fit import Fit, solve
-from microslip.identification.folding import MOST_BINS, Folded, fold
 from microslip.identification.intervals import Progress, profiled
 from microslip.identification.models import model_of
 from microslip.identification.models.base import CycleModel, Model
@@ -40,6 +38,9 @@ from microslip.identification.rules import WRONG_FROM
 from microslip.materials import MaterialPair
 from microslip.normal import GreenwoodWilliamson
 from microslip.numerics.threads import single_threaded
+from microslip.tribometer.folding import MOST_BINS, averaged, stated_noise
+from microslip.tribometer.folding import Folded as Folded
+from microslip.tribometer.folding import fold as fold
 from microslip.tribometer.record import Record
 
 _MOST_FORCES = 1 << 15
@@ -327,7 +328,7 @@ def fold_all(
         return records
     records = parameter_choice.record_list(records)
     bins = max(64, min(MOST_BINS, _MOST_FORCES // len(records)))
-    stated = None if noise is None else noise_of(noise)
+    stated = None if noise is None else stated_noise(noise)
     if stated is not None and cycles is not None:
         raise InputError(
             "`cycles` and `noise` contradict each other: an averaged loop is one cycle"

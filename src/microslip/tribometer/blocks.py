@@ -1,4 +1,4 @@
-"""Floor 6: the blocks of a record between gaps of its time, and the cycles of each.
+"""The blocks of a record between gaps of its time, and the cycles of each.
 
 Rigs log every hundredth cycle, or pause. A cycle across a gap is none, and time within a gap says
 nothing of the frequency.
@@ -16,9 +16,9 @@ from microslip._core.checks import Floats
 from microslip._core.units import engineering
 from microslip.errors import InputError
 from microslip.numerics.runs import runs_of
-from microslip.tribometer.cycles import (
+from microslip.tribometer.cuts import (
     BAND,
-    Cycles,
+    Cuts,
     Motion,
     candidates,
     len_of,
@@ -45,7 +45,7 @@ class Block(NamedTuple):
     """The first sample, counted from 0."""
     stop: int
     """One past the last one."""
-    cycles: Cycles
+    cycles: Cuts
     """Their places are counted from the first sample of the block."""
 
     @property

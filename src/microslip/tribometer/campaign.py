@@ -1,4 +1,4 @@
-"""Floor 7: measured records together: evolution, fretting map, wear, and runs compared."""
+"""Measured records together: evolution, fretting map, wear, and runs compared."""
 
 from __future__ import annotations
 

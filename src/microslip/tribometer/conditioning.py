@@ -1,4 +1,4 @@
-"""Floor 6: what a record goes through before it is measured, and what that is known from."""
+"""What a record goes through before it is measured, and what that is known from."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 from microslip._core.checks import Floats, exact, number, positive, show
 from microslip.errors import InputError
 from microslip.tribometer.blocks import gaps_of
-from microslip.tribometer.cycles import Cycles, split
+from microslip.tribometer.cuts import Cuts, split
 from microslip.tribometer.estimates import Estimate, mean_of, quantile, trend
 from microslip.tribometer.measurement import Measurement
 from microslip.tribometer.record import Record
@@ -134,7 +134,7 @@ def _rate(rate: float | None, name: str) -> float:
     return rate
 
 
-def _without_trend(values: Floats, cycles: Cycles) -> tuple[Floats, float]:
+def _without_trend(values: Floats, cycles: Cuts) -> tuple[Floats, float]:
     """Values without the trend of the means of their cycles, and that trend a cycle."""
     first, last = cycles.cuts[:-1], cycles.cuts[1:]
     if first.size < 2:

@@ -1,4 +1,4 @@
-"""Floor 6: what each cycle of a record has: its amplitudes, energy, sliding, stiffness, closure."""
+"""What each cycle of a record has: its amplitudes, energy, sliding, stiffness, closure."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from microslip._core.checks import Floats
 from microslip.tribometer.blocks import blocks_of
-from microslip.tribometer.cycles import Cycles
-from microslip.tribometer.record import Record, once_a_record
+from microslip.tribometer.cuts import Cuts
+from microslip.tribometer.record import Record
 from microslip.tribometer.reversal import stiffness_columns
 
 UNITS: Mapping[str, str] = MappingProxyType(
@@ -69,10 +69,10 @@ def _block_columns(
     moved: Floats,
     force: Floats,
     load: NDArray[np.float64] | float | None,
-    cycles: Cycles,
+    cycles: Cuts,
     compliance: float = 0.0,
 ) -> dict[str, Floats]:
-    """Columns of :data:`UNITS`; of the displacement the rig takes ``compliance`` [m/N]."""
+    """Columns of :data:`UNITS` and ``force_rms`` [N]; the rig takes ``compliance`` [m/N]."""
     x = moved - compliance * force if compliance else moved
     cuts, first, last = cycles.cuts, cycles.cuts[:-1], cycles.cuts[1:]
     begin, end = int(cuts[0]), int(cuts[-1])
@@ -90,12 +90,14 @@ def _block_columns(
     chord = (0.5 * (force[first] + force[last]) - 0.5 * (high + low)) * (x[first] - x[last])
     energy = np.add.reduceat(work, first - begin) + chord
     del work
+    swing = force[begin : end + 1] - np.append(mid_force, mid_force[-1])
     sliding = _sliding_distance(
         x[begin : end + 1] - np.append(mid_x, mid_x[-1]),
-        force[begin : end + 1] - np.append(mid_force, mid_force[-1]),
+        swing,
         cycles,
     )
-    del mid_x, mid_force
+    mean, square = (np.add.reduceat(v[:-1], first - begin) / count for v in (swing, swing**2))
+    del mid_x, mid_force, swing
     columns = {
         "start": first.astype(float),
         "period": count,
@@ -103,6 +105,7 @@ def _block_columns(
         "displacement_offset": 0.5 * (top + bottom),
         "force_amplitude": force_amplitude,
         "force_offset": 0.5 * (high + low),
+        "force_rms": np.sqrt(np.maximum(square - mean**2, 0.0)),
     }
     pressed: Floats | None = None
     if isinstance(load, np.ndarray):
@@ -146,12 +149,6 @@ def columns_of(record: Record, compliance: float) -> dict[str, Floats]:
     return columns
 
 
-@once_a_record
-def rigid_columns_of(record: Record) -> Mapping[str, Floats]:
-    """Those of a record from which no rig is taken off."""
-    return MappingProxyType(columns_of(record, 0.0))
-
-
 def _ratio(numerator: Floats, denominator: Floats) -> Floats:
     nothing = np.full_like(numerator, np.nan)
     return np.divide(numerator, denominator, out=nothing, where=denominator != 0.0)
@@ -163,7 +160,7 @@ def _window_rows(values: Floats, places: NDArray[np.int64], low: int, high: int)
     return np.asarray(values[rows])
 
 
-def _heights(x: Floats, places: NDArray[np.int64], cycles: Cycles) -> Floats:
+def _heights(x: Floats, places: NDArray[np.int64], cycles: Cuts) -> Floats:
     """Displacements at turning points: parabolas through both sides."""
     half = cycles.window
     if half < 1:
@@ -173,7 +170,7 @@ def _heights(x: Floats, places: NDArray[np.int64], cycles: Cycles) -> Floats:
     return np.asarray(_window_rows(x, places, -half, half) @ weights)
 
 
-def _forces(force: Floats, places: NDArray[np.int64], cycles: Cycles) -> Floats:
+def _forces(force: Floats, places: NDArray[np.int64], cycles: Cuts) -> Floats:
     """Forces at turns by parabolas before them: the sample beside may be on the way back."""
     half = cycles.window
     if half >= 2:
@@ -187,7 +184,7 @@ def _forces(force: Floats, places: NDArray[np.int64], cycles: Cycles) -> Floats:
     return force[np.where(turned, previous, places)]
 
 
-def _sliding_distance(x: Floats, force: Floats, cycles: Cycles) -> Floats:
+def _sliding_distance(x: Floats, force: Floats, cycles: Cuts) -> Floats:
     """Half the width of each loop in the middle of its forces; both from the first cut on."""
     first = cycles.cuts[:-1] - cycles.cuts[0]
     turn = np.sort(np.concatenate((cycles.peaks, cycles.troughs))) - cycles.cuts[0]

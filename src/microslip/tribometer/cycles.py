@@ -1,266 +1,265 @@
-"""Floor 6: the cycles of a record: where each begins, turns and ends."""
+"""The cycles of a record, made once and judged once: whoever uses a cycle says the same of it.
+
+Spikes, cycles that do not close, amplitudes that step, friction that moves, drift, delay, clipping
+and loads that change are found here, for `measure`, for a fit and for what several records say.
+"""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
-from itertools import pairwise
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip._core.checks import Floats
+from microslip._core.checks import Floats, exact, show
+from microslip._core.units import engineering, significant
+from microslip._core.wording import plural
 from microslip.errors import InputError
+from microslip.tribometer.blocks import Block, Blocks, blocks_of
+from microslip.tribometer.cycle_columns import columns_of
+from microslip.tribometer.estimates import trend
+from microslip.tribometer.record import Record, once_a_record
+from microslip.tribometer.settling import (
+    CERTAIN,
+    OPEN,
+    Settled,
+    excess_loss_notes,
+    requested,
+    settled,
+)
+from microslip.tribometer.spikes import Spike, spikes_of, without_spikes
 
-Places = NDArray[np.int64]
-
-BAND = 0.25
-"""Half the band around the middle, of the amplitude, that a half cycle must cross to count."""
-WIDEST = 0.35
-"""Largest half width [rad] of the windows around the turning points."""
-FEWEST_SAMPLES = 8
-_SLACK = 0.01  # of a cycle: as much may be missing at an end of the record
-
-
-class Cycles(NamedTuple):
-    """Places in a record, as indices of samples; a cycle ends where the next one begins.
-
-    Where the record has more cycles from trough to trough, or along the way up or down, than from
-    peak to peak, it is split there: ``flipped`` says that both channels are to be turned around,
-    which changes nothing about a loop.
-    """
-
-    cuts: Places
-    """Where cycles begin, and the last one ends: one more than there are cycles."""
-    peaks: Places
-    """Where the displacement turns back, one for each cycle, not before its begin."""
-    troughs: Places
-    """Where it turns again, one for each cycle."""
-    flipped: bool
-    """Whether peaks are lowest places and troughs highest ones."""
-    window: int
-    """Half width of the windows around the turning points, as wide as the noise asks for."""
-    period: float
-    """Samples a cycle."""
+DRIFTS = 0.005
+"""Drift over the cycles that count, of the range of the channel, which is worth a word."""
+STEADY = 0.02
+"""Range of the loads of the cycles, of their mean, that goes without saying."""
+_BESIDE = 0.1
+"""Share of a cycle beside a chosen one that is taken with it: cuts are known to a sample."""
+_CLIPPED, _STEPPED = 0.005, 5.0
+"""Share of the samples that are exactly at an extreme; times as many as one step of a converter
+further in, where all are on such steps."""
 
 
-def noise_of(values: Floats) -> float:
-    """Standard deviation of white noise on a smooth signal, from its third differences."""
-    piece = values[: 1 << 17]
-    if piece.size < 8:
+class Drift(NamedTuple):
+    """A straight trend of a channel over the cycles that count."""
+
+    channel: str
+    total: float
+    """Its change over them [m, N]."""
+    share: float
+    """That, of the range of the channel [-]."""
+
+    def note(self, remedy: str) -> str:
+        """What to say of it."""
+        unit = "m" if self.channel == "displacement" else "N"
+        return (
+            f"the {self.channel} drifts by {engineering(self.total, unit)} over the cycles that "
+            f"count, {significant(100.0 * self.share, 2)} % of its range; {remedy}"
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Cycles:
+    """The cycles of a record, and what is wrong with them."""
+
+    record: Record
+    """Straight lines stand where its spikes were."""
+    spikes: tuple[Spike, ...]
+    blocks: Blocks
+    columns: Mapping[str, Floats]
+    """A value for each cycle, of :data:`~microslip.tribometer.cycle_columns.UNITS` and
+    ``force_rms`` [N]; no rig is taken off."""
+    has_spike: NDArray[np.bool_]
+    """Cycles with one."""
+    is_open: NDArray[np.bool_]
+    """Cycles whose ends differ by over a quarter of their force."""
+
+    @property
+    def counted(self) -> NDArray[np.bool_]:
+        """Cycles without a spike that close; where none closes all without a spike."""
+        closed = ~self.has_spike & ~self.is_open
+        return closed if closed.any() else ~self.has_spike
+
+    @property
+    def largest_block(self) -> Block:
+        """The block with most cycles."""
+        return max(self.blocks.having_cycles, key=lambda block: block.cycle_count)
+
+    @cached_property
+    def settled(self) -> Settled:
+        """Those that count and between which nothing moves."""
+        noise = max(block.cycles.noise for block in self.blocks.having_cycles)
+        return settled(self.columns, self.counted, noise)
+
+    def chosen(self, cycles: slice | None) -> Settled:
+        """The settled cycles, or those that were asked for, judged alike."""
+        if cycles is None:
+            return self.settled
+        if not isinstance(cycles, slice):
+            raise InputError(f"`cycles` must be a slice, such as slice(2, 20), got {show(cycles)}")
+        is_asked = np.zeros(self.is_open.size, dtype=bool)
+        is_asked[cycles] = True
+        if not (is_asked & self.counted).any():
+            raise InputError(
+                f"`cycles` must have some of the {np.count_nonzero(self.counted)} cycles that "
+                f"count, of {self.is_open.size}, got {show(cycles)}"
+            )
+        return requested(self.columns, is_asked & self.counted)
+
+    def near(self, is_chosen: NDArray[np.bool_], place: NDArray[np.int64]) -> Settled:
+        """The cycles that hold most samples of others, whose number ``place`` says; judged."""
+        first, last = (self.columns["start"] + edge * self.columns["period"] for edge in (0.0, 1.0))
+        middle = np.rint(0.5 * (first + last)).astype(int)
+        number = place[np.clip(middle, 0, place.size - 1)]
+        selection = (number >= 0) & is_chosen[np.clip(number, 0, is_chosen.size - 1)]
+        return requested(self.columns, selection & self.counted)
+
+    def samples(self, selection: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Samples of some of the cycles, and a little beside each."""
+        inside = np.zeros(len(self.record), dtype=bool)
+        starts, periods = (self.columns[name][selection] for name in ("start", "period"))
+        for start, period in zip(starts.astype(int), periods.astype(int), strict=True):
+            margin = int(_BESIDE * period)
+            inside[max(start - margin, 0) : start + period + margin] = True
+        return inside
+
+    # -- what is to be said ----------------------------------------------------------------------
+
+    def notes(self, chosen: Settled) -> list[str]:
+        """What is to be said of the record, where these cycles count."""
+        return [
+            *self.blocks.notes,
+            *self._left_out(),
+            *chosen.notes,
+            *self.excess_loss,
+            *self.clipped,
+            *self.load_notes(chosen.selection),
+        ]
+
+    def _left_out(self) -> list[str]:
+        notes = []
+        texts = "; ".join(map(str, self.spikes[:3])) + ("; ..." if len(self.spikes) > 3 else "")
+        if self.has_spike.any():
+            notes.append(
+                f"left out: {_cycles(self.has_spike)} with a spike, here straight lines: {texts}"
+            )
+        elif self.spikes:
+            notes.append(f"spikes beyond the whole cycles: {texts}")
+        if (self.is_open | self.has_spike).all():
+            notes.append("no cycle closes, the ends of each differ by over a quarter of the force")
+        elif self.is_open.any():
+            notes.append(
+                f"left out: {_cycles(self.is_open)} whose ends differ by over a quarter of "
+                "the force, as in running in"
+            )
+        return notes
+
+    @property
+    def excess_loss(self) -> list[str]:
+        """A note on loops that are larger than the rectangle around them."""
+        return excess_loss_notes(self.columns["loss_factor"])
+
+    @cached_property
+    def clipped(self) -> tuple[str, ...]:
+        """Notes on many samples exactly at an extreme: a clipped sensor, or a quiet plateau."""
+        notes = []
+        for name in ("displacement", "force"):
+            values: Floats = getattr(self.record, name)
+            for extreme in (float(values.min()), float(values.max())):
+                share = _share_at(values, extreme)
+                if share > 0.0:
+                    notes.append(
+                        f"{share:.1%} of the {name} is exactly {extreme:g}: a clipped sensor, "
+                        "or a plateau without noise"
+                    )
+        return tuple(notes)
+
+    def load_notes(self, selection: NDArray[np.bool_]) -> list[str]:
+        """A note on a normal load that is not the same in the cycles that count."""
+        if not isinstance(self.record.normal_load, np.ndarray):
+            return []
+        loads = self.columns["normal_load"][selection]
+        low, high, mean = float(loads.min()), float(loads.max()), float(loads.mean())
+        if high - low <= STEADY * abs(mean):
+            return []
+        return [
+            f"the normal load is {low:.4g} to {high:.4g} N in the means of the cycles; what is "
+            f"found is of {mean:.4g} N"
+        ]
+
+    def drifts(self, selection: NDArray[np.bool_]) -> tuple[Drift, ...]:
+        """Drifts over some of the cycles that are more than chance, and than a little."""
+        rows = np.flatnonzero(selection)
+        drifts = []
+        for channel, size in (("displacement", "amplitude"), ("force", "force_amplitude")):
+            line = trend(
+                rows.astype(float), self.columns[f"{channel}_offset"][rows], 0.95, independent=False
+            )
+            total = line.value * float(np.ptp(rows) + 1.0) if rows.size > 3 else 0.0
+            share = abs(total) / (2.0 * abs(float(np.median(self.columns[size][rows]))) or 1.0)
+            if abs(line.value) > CERTAIN * line.standard_error and share > DRIFTS:
+                drifts.append(Drift(channel, total, share))
+        return tuple(drifts)
+
+
+@once_a_record
+def cycles_of(record: Record) -> Cycles:
+    """The cycles of a record; they are made and judged once."""
+    return judged(record, spikes_of(record))
+
+
+def judged(record: Record, spikes: Sequence[Spike]) -> Cycles:
+    """The cycles of a record with these spikes."""
+    record = without_spikes(record, spikes)
+    # Split where the transducer turns: behind a compliant rig the contact stands still for long.
+    blocks, force = blocks_of(record), record.force
+    if force.min() == force.max():
+        raise InputError(
+            f"force must vary, got {exact(force[0])} N at all {force.size} samples: a dead sensor, "
+            "or another column than the force"
+        )
+    columns = columns_of(record, 0.0)
+    first = columns["start"]
+    has_spike = np.zeros(first.size, dtype=bool)
+    for spike in spikes:
+        has_spike |= (first <= spike.last) & (first + columns["period"] >= spike.first)
+    if has_spike.all():
+        texts = "; ".join(map(str, spikes[:3])) + ("; ..." if len(spikes) > 3 else "")
+        raise InputError(
+            f"no cycle is without a spike: {plural(len(spikes), 'spike')}, {texts}; look at the "
+            "sensor and its cable, or leave these samples out"
+        )
+    return Cycles(
+        record,
+        tuple(spikes),
+        blocks,
+        MappingProxyType(columns),
+        has_spike,
+        ~(columns["closure_error"] <= OPEN),
+    )
+
+
+def _share_at(values: Floats, extreme: float) -> float:
+    """Share of the samples at an extreme, if they are more than chance or a converter has there."""
+    at = np.flatnonzero(values == extreme)
+    share = at.size / values.size
+    if share <= _CLIPPED or at.size <= 8 or np.count_nonzero(np.diff(at) == 1) <= 0.5 * at.size:
         return 0.0
-    # Their variance is 1 + 9 + 9 + 1 times that of the noise; the median sees no kinks.
-    return float(np.median(np.abs(np.diff(piece, 3)))) / 0.6745 / math.sqrt(20.0)
+    # A converter has many at each of its steps; of a sine twice as many at the last as at the next.
+    steps = np.unique(values[: 1 << 15])
+    if 2 < steps.size < 0.25 * min(values.size, 1 << 15):
+        inner = steps[np.argsort(np.abs(steps - extreme))[1]]
+        if at.size < _STEPPED * np.count_nonzero(values == inner):
+            return 0.0
+    return share
 
 
-class Motion(NamedTuple):
-    """What the cycles of a record are told by, the same in all of it."""
-
-    middle: float
-    """Of the displacement [m]."""
-    amplitude: float
-    """Half its range [m]."""
-    noise: float
-    """Of the displacement [m]."""
-    window: int
-    """Half width of the windows around turning points, in samples."""
-    period: float
-    """Samples a cycle."""
-    crossings: int
-    """How often the middle is crossed."""
-
-
-def motion_of(displacement: Floats, force: Floats, gaps: Sequence[int] = ()) -> Motion:
-    """Middle, amplitude, noise and period of a record, between ``gaps`` of its time."""
-    sampled = displacement[:: max(1, displacement.size >> 17)]
-    low, high = (float(value) for value in np.percentile(sampled, (1.0, 99.0)))
-    middle, amplitude = 0.5 * (low + high), 0.5 * (high - low)
-    if amplitude == 0.0:
-        raise InputError(f"`displacement` must move, got {displacement[0]:g} m nearly throughout")
-    x = displacement - middle
-    edges = [0, *(gap + 1 for gap in gaps), x.size]
-    crossings = [_crossings(x[a:b], BAND * amplitude)[0] for a, b in pairwise(edges)]
-    number = sum(len(places) for places in crossings)
-    halves = np.concatenate([np.diff(places) for places in crossings])
-    if halves.size == 0:
-        raise InputError(
-            f"no full cycle: the displacement crosses its middle {middle:g} m "
-            f"{_times(number)}; a cycle needs at least two crossings"
-        )
-    wholes = np.concatenate([places[2:] - places[:-2] for places in crossings])
-    period = float(np.median(wholes)) if wholes.size else 2.0 * float(np.median(halves))
-    if period < FEWEST_SAMPLES:
-        raise InputError(
-            f"a cycle must have at least {FEWEST_SAMPLES} samples, got {period:.3g}: "
-            "this is noise, or sampled too coarsely"
-        )
-    noise = noise_of(x)
-    spread = float(np.ptp(force[:: max(1, force.size >> 17)]))
-    noise_in_force = 2.0 * noise_of(force) / spread if spread > 0.0 else 0.0
-    window = _window(max(noise / amplitude, noise_in_force), period)
-    return Motion(middle, amplitude, noise, window, period, number)
-
-
-def crossings_of(x: Floats, band: float) -> int:
-    """How often the middle is crossed for good, a band around it left out."""
-    return int(_crossings(x, band)[0].size)
-
-
-def candidates(displacement: Floats, motion: Motion) -> tuple[Cycles | None, ...]:
-    """Cycles from peak to peak, trough to trough, up to up and down to down; None without any.
-
-    A half cycle counts when it has crossed a band around the middle of the displacement, so that
-    noise and plateaus make none. Turning points lie in the middle between two crossings, where the
-    displacement is highest there within its noise; else where it is highest.
-    """
-    x, period, window = displacement - motion.middle, motion.period, motion.window
-    crossings, upwards = _crossings(x, BAND * motion.amplitude)
-    if crossings.size < 2:
-        return (None,) * 4
-    turns = _turns(x, crossings, upwards, window, 6.0 * motion.noise)
-    slack = max(1.5, _SLACK * period)
-    near = 2.0 * BAND * motion.amplitude
-    # Up-crossings, peaks, down-crossings and troughs, each with what may lie beyond the first and
-    # the last that are seen: the record may begin or end on one.
-    ups = _extended(crossings[upwards], period, x, 0.0, near, slack)
-    downs = _extended(crossings[~upwards], period, x, 0.0, near, slack)
-    tops = _extended_turns(turns, upwards[:-1], period, x, near, slack)
-    bottoms = _extended_turns(turns, ~upwards[:-1], period, x, near, slack)
-    return tuple(
-        _assemble(cuts, peaks, troughs, flipped, window, period)
-        for cuts, peaks, troughs, flipped in (
-            (tops, tops, bottoms, False),
-            (bottoms, bottoms, tops, True),
-            (ups, tops, bottoms, False),
-            (downs, bottoms, tops, True),
-        )
-    )
-
-
-def split(displacement: Floats, force: Floats) -> Cycles:
-    """The cycles of a record without gaps, cut where most of them are whole."""
-    motion = motion_of(displacement, force)
-    splits = [cycles for cycles in candidates(displacement, motion) if cycles is not None]
-    if not splits:
-        raise no_cycle(motion)
-    return max(splits, key=len_of)
-
-
-def len_of(cycles: Cycles | None) -> int:
-    """How many cycles these are."""
-    return 0 if cycles is None else cycles.cuts.size - 1
-
-
-def no_cycle(motion: Motion) -> InputError:
-    """What to say where the displacement moves to and fro and has no whole cycle."""
-    return InputError(
-        f"no full cycle: the displacement crosses its middle {motion.middle:g} m "
-        f"{_times(motion.crossings)}, and no cycle is whole from one turning "
-        "point or crossing to the next like it"
-    )
-
-
-def _times(count: int) -> str:
-    return ("never", "once")[count] if count < 2 else f"{count} times"
-
-
-def _crossings(x: Floats, band: float) -> tuple[Floats, NDArray[np.bool_]]:
-    """Where the middle is crossed for good, in samples, and whether upwards."""
-    outside = np.flatnonzero(np.abs(x) > band)
-    if outside.size == 0:
-        return np.zeros(0), np.zeros(0, dtype=bool)
-    above = x[outside] > 0.0
-    last = np.flatnonzero(above[1:] != above[:-1])
-    begin, end = outside[last], outside[last + 1]
-    upwards = above[last + 1]
-    # Noise crosses the middle several times: their mean. All changes of sign are in these gaps,
-    # or in the bands of half cycles that did not count.
-    changes = np.flatnonzero((x[1:] > 0.0) != (x[:-1] > 0.0))
-    gap = np.searchsorted(end, changes, side="right")
-    gap_ok = gap < end.size
-    gap_ok[gap_ok] &= changes[gap_ok] >= begin[gap[gap_ok]]
-    changes, gap = changes[gap_ok], gap[gap_ok]
-    place = changes + x[changes] / (x[changes] - x[changes + 1])
-    count = np.bincount(gap, minlength=end.size)
-    return np.bincount(gap, place, minlength=end.size) / count, upwards
-
-
-def _window(noise: float, period: float) -> int:
-    """Half width at which a parabola's bias (angle^4) is as small as its noise."""
-    angle: float = (420.0 * noise / math.sqrt(period / math.pi)) ** (2.0 / 9.0)
-    return math.floor(min(angle, WIDEST) * period / (2.0 * math.pi))
-
-
-def _turns(
-    x: Floats, crossings: Floats, upwards: NDArray[np.bool_], window: int, tolerance: float
-) -> Places:
-    """Turning points between crossings that follow each other."""
-    smooth = x
-    if window > 0:
-        sums = np.concatenate((np.zeros(1), np.cumsum(x)))
-        first = np.clip(np.arange(x.size) - window, 0, None)
-        last = np.clip(np.arange(x.size) + window + 1, None, x.size)
-        smooth = (sums[last] - sums[first]) / (last - first)
-    edges = np.ceil(crossings).astype(np.int64)
-    middle = np.rint(0.5 * (crossings[1:] + crossings[:-1])).astype(np.int64)
-    turned = smooth[: edges[-1]]
-    highest = np.maximum.reduceat(turned, edges[:-1])
-    lowest = np.minimum.reduceat(turned, edges[:-1])
-    sign = np.where(upwards[:-1], 1.0, -1.0)
-    extreme = np.where(upwards[:-1], highest, lowest)
-    short = sign * (extreme - smooth[middle])
-    for i in np.flatnonzero(short > tolerance / math.sqrt(2 * window + 1)):
-        half = sign[i] * smooth[edges[i] : edges[i + 1]]
-        middle[i] = edges[i] + int(np.argmax(half))
-    return middle
-
-
-def _extended(
-    places: Floats, period: float, x: Floats, value: float, near: float, slack: float
-) -> Floats:
-    """Places with those a period before the first and after the last, where the record is alike."""
-    for step in (-period, period):
-        if places.size == 0:
-            break
-        end = float(places[0] if step < 0.0 else places[-1]) + step
-        if not -slack <= end <= x.size - 1 + slack:
-            continue
-        end = min(max(end, 0.0), x.size - 1.0)
-        if abs(x[round(end)] - value) <= near:
-            places = np.insert(places, 0 if step < 0.0 else places.size, end)
-    return places
-
-
-def _extended_turns(
-    turns: Places, is_kind: NDArray[np.bool_], period: float, x: Floats, near: float, slack: float
-) -> Floats:
-    """Turning points of one kind with those at the ends; with none seen, half a cycle away."""
-    places = turns[is_kind].astype(float)
-    if places.size == 0:
-        turn = float(turns[0])
-        places = np.array([turn - 0.5 * period, turn + 0.5 * period])
-        inside = (places >= -slack) & (places <= x.size - 1 + slack)
-        places = np.clip(places[inside], 0.0, x.size - 1.0)
-        extreme = -x[turns[0]]
-        return np.asarray(places[np.abs(x[np.rint(places).astype(int)] - extreme) <= near])
-    extreme = float(np.median(x[np.rint(places).astype(int)]))
-    return _extended(places, period, x, extreme, near, slack)
-
-
-def _assemble(
-    cuts: Floats, peaks: Floats, troughs: Floats, flipped: bool, window: int, period: float
-) -> Cycles | None:
-    """Cycles from cut to cut, where each has a peak and then a trough; None without any."""
-    cut = np.rint(cuts).astype(np.int64)
-    if cut.size < 2:
-        return None
-    peak, trough = (np.rint(turns).astype(np.int64) for turns in (peaks, troughs))
-    first = np.searchsorted(peak, cut[:-1])
-    second = np.searchsorted(trough, cut[:-1], side="right")
-    if first.max() >= peak.size or second.max() >= trough.size:
-        return None
-    top, bottom = peak[first], trough[second]
-    if not np.all((cut[:-1] <= top) & (top < bottom) & (bottom <= cut[1:])):
-        return None
-    return Cycles(cut, top, bottom, flipped, window, period)
+def _cycles(is_named: NDArray[np.bool_]) -> str:
+    """Such as "2 cycles (3, 8)"."""
+    places = np.flatnonzero(is_named) + 1
+    numbers = ", ".join(map(str, places[:5])) + (", ..." if places.size > 5 else "")
+    return f"{plural(places.size, 'cycle')} ({numbers})"

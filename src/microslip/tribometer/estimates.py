@@ -1,4 +1,8 @@
-"""Floor 6: means and trends over the cycles of a record, with their confidence intervals."""
+"""Means and trends over the cycles of a record, with their confidence intervals.
+
+Cycles are not independent: friction wanders. So an interval counts as many cycles as there are
+independent ones, by how much the cycles, and the means of blocks of them, resemble the next one.
+"""
 
 from __future__ import annotations
 
@@ -13,6 +17,12 @@ from microslip.numerics.quadrature import gauss_legendre
 
 _STEPS = 100
 """Bound of Newton's steps: a confidence of 1 - 1e-15 takes some forty."""
+_BLOCKS = 20
+"""Cycles, or blocks of them, from which their correlation is judged: of fewer it is not known."""
+_LIKELY, _UPPER = 2.3, 0.8
+"""Standard errors from which on a correlation is no chance; those that are added to it, since one
+that is found too small costs more than one that is found too large."""
+_HIGHEST, _FARTHEST = 0.999, 1.0
 
 
 class Estimate(NamedTuple):
@@ -54,8 +64,50 @@ def quantile(confidence: float, freedom: int) -> float:
     return math.sqrt(freedom) * math.tan(angle)
 
 
+class Dependence(NamedTuple):
+    """How far values that follow each other are from being independent."""
+
+    factor: float
+    """Variance of their mean over that of independent ones; 1 where no more shows."""
+    freedom: int
+    """Degrees of freedom of the mean."""
+
+
+def dependence_of(values: Floats, fitted_count: int = 1) -> Dependence:
+    """How much less the mean of a series tells than that of independent values.
+
+    The integrated autocorrelation of a first-order process, of the values and, as noise may hide
+    it, of the means of blocks of 2, 4, 8, ... of them; the largest counts. The estimate of the
+    correlation is freed of its bias by a mean that was taken off (Marriott and Pope 1954, DOI
+    10.1093/biomet/41.3-4.390); ``fitted_count`` coefficients were fitted in all.
+    """
+    size = values.size
+    largest = Dependence(1.0, size - fitted_count)
+    white = float(np.var(values, ddof=1)) / size if size > 1 else 0.0
+    if not white > 1e-24 * float(np.mean(values**2) if size else 0.0):
+        return largest
+    length = 1
+    while size // length >= _BLOCKS:
+        number = size // length
+        means = values[size - number * length :].reshape(number, length).mean(axis=1)
+        away = means - means.mean()
+        square = float(away @ away)
+        found = (number * float(away[1:] @ away[:-1]) / square + fitted_count) / (number - 3.0)
+        if found * math.sqrt(number) >= _LIKELY:
+            extra = _UPPER * math.sqrt(max(1.0 - found**2, 0.0) / number) if length == 1 else 0.0
+            rho = min(found + extra, _HIGHEST)
+            tail = rho / (1.0 - rho) - rho * (1.0 - rho**number) / (number * (1.0 - rho) ** 2)
+            share = (1.0 + 2.0 * tail) / number
+            variance = square / number * share / max(1.0 - share, 1e-3)
+            if variance > largest.factor * white:
+                freedom = min(max(2, int(1.0 / share - 1.0)), size - fitted_count)
+                largest = Dependence(variance / white, freedom)
+        length *= 2
+    return largest
+
+
 def mean_of(values: Floats, confidence: float, moving: bool = False) -> Estimate:
-    """Mean of finite values with Student's confidence interval, or their range if they move."""
+    """Mean of finite values in their order with Student's interval; of such as move their range."""
     fine = values[np.isfinite(values)]
     if fine.size == 0:
         return Estimate(math.nan, math.nan, math.nan, math.nan, 0)
@@ -64,11 +116,27 @@ def mean_of(values: Floats, confidence: float, moving: bool = False) -> Estimate
         return Estimate(value, math.nan, math.nan, math.nan, 1)
     spread = float(fine.std(ddof=1))
     if moving:
-        low, high = float(fine.min()), float(fine.max())
+        # Those that wander beside their trend may go farther than they went.
+        place = np.arange(fine.size) - 0.5 * (fine.size - 1)
+        beside = fine - value - place * (float(place @ fine) / float(place @ place))
+        wanders = dependence_of(beside, 2).factor > 1.0
+        half = _of_mean(beside, confidence, 2)[1] if wanders else 0.0
+        low, high = float(fine.min()) - half, float(fine.max()) + half
         return Estimate(value, low, high, spread, int(fine.size))
-    error = spread / math.sqrt(fine.size)
-    half = quantile(confidence, fine.size - 1) * error
+    error, half = _of_mean(fine, confidence, 1)
     return Estimate(value, value - half, value + half, error, int(fine.size))
+
+
+def _of_mean(values: Floats, confidence: float, fitted_count: int) -> tuple[float, float]:
+    """Standard error of a mean, and half its interval."""
+    dependence = dependence_of(values, fitted_count)
+    error = float(values.std(ddof=1)) / math.sqrt(values.size)
+    if dependence.factor == 1.0:
+        return error, quantile(confidence, values.size - 1) * error
+    error *= math.sqrt(dependence.factor)
+    # What wanders has its mean not much farther off than it went.
+    half = min(quantile(confidence, dependence.freedom) * error, _FARTHEST * float(np.ptp(values)))
+    return error, half
 
 
 def mean_of_inverses(values: Floats, confidence: float, moving: bool = False) -> Estimate:
@@ -80,8 +148,11 @@ def mean_of_inverses(values: Floats, confidence: float, moving: bool = False) ->
     return Estimate(1.0 / of.value, 1.0 / of.high, 1.0 / of.low, error, of.number)
 
 
-def trend(x: Floats, y: Floats, confidence: float) -> Estimate:
-    """Slope of a straight line by least squares, with Student's confidence interval."""
+def trend(x: Floats, y: Floats, confidence: float, independent: bool = True) -> Estimate:
+    """Slope of a straight line by least squares, with Student's confidence interval.
+
+    Of values that follow each other and are not independent the error counts that.
+    """
     if x.size < 2 or np.ptp(x) == 0.0:
         return Estimate(math.nan, math.nan, math.nan, math.nan, int(x.size))
     away = x - x.mean()
@@ -90,6 +161,10 @@ def trend(x: Floats, y: Floats, confidence: float) -> Estimate:
     if x.size < 3:
         return Estimate(slope, math.nan, math.nan, math.nan, int(x.size))
     residual = y - y.mean() - slope * away
+    dependence = Dependence(1.0, x.size - 2)
+    if not independent:
+        dependence = dependence_of(residual, 2)
     error = math.sqrt(float(np.dot(residual, residual)) / (x.size - 2) / square)
-    half = quantile(confidence, x.size - 2) * error
+    error *= math.sqrt(dependence.factor)
+    half = quantile(confidence, dependence.freedom) * error
     return Estimate(slope, slope - half, slope + half, error, int(x.size))

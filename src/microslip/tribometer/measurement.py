@@ -1,4 +1,4 @@
-"""Floor 6: what the cycles of a record say: energy, damping, friction, stiffness, regime."""
+"""What the cycles of a record say: energy, damping, friction, stiffness, regime."""
 
 from __future__ import annotations
 
@@ -20,16 +20,15 @@ from microslip.friction import BackboneLaw
 from microslip.report.files import plain
 from microslip.report.plot import Plot
 from microslip.report.plottable import Plottable
-from microslip.tribometer.blocks import Block, Blocks, blocks_of
-from microslip.tribometer.cycle_columns import UNITS, columns_of, rigid_columns_of
-from microslip.tribometer.cycles import Cycles
+from microslip.tribometer.blocks import Block, Blocks
+from microslip.tribometer.cuts import Cuts
+from microslip.tribometer.cycle_columns import UNITS, columns_of
+from microslip.tribometer.cycles import cycles_of
 from microslip.tribometer.estimates import Estimate, mean_of, mean_of_inverses, trend
 from microslip.tribometer.options import CONFIDENCE
 from microslip.tribometer.record import Record
 from microslip.tribometer.regimes import REGIMES, Thresholds, regimes_of, thresholds
 from microslip.tribometer.reversal import STIFFNESSES
-from microslip.tribometer.settling import Settled, counted_cycles, excess_loss_notes, settled
-from microslip.tribometer.spikes import spikes_of, without_spikes
 
 _FOLDS = 64
 
@@ -246,24 +245,16 @@ def measure(
         )
     level: float = CONFIDENCE.checked(confidence)
     limits = thresholds(model)
-    spikes = spikes_of(record)
-    record = without_spikes(record, spikes)
-    x, force, notes = record.displacement, record.force, list(record.notes)
+    judged = cycles_of(record)
+    record, blocks, columns = judged.record, judged.blocks, judged.columns
+    x, force = record.displacement, record.force
+    chosen = judged.chosen(cycles)
     if rig_stiffness is not None:
         rig_stiffness = positive("rig_stiffness", rig_stiffness, "N/m", 1e8)
-        x = x - force / rig_stiffness
-    # Split where the transducer turns: behind a compliant rig the contact stands still for long.
-    blocks = blocks_of(record)
-    notes += blocks.notes
-    if force.min() == force.max():
-        raise InputError(
-            f"force must vary, got {exact(force[0])} N at all {force.size} samples: a dead sensor, "
-            "or another column than the force"
-        )
-    columns = rigid_columns_of(record)
-    if rig_stiffness is not None:
         columns = columns_of(record, 1.0 / rig_stiffness)
-        _refuse_soft(rig_stiffness, record.displacement, columns["force_amplitude"], blocks)
+        _refuse_soft(rig_stiffness, x, columns["force_amplitude"], blocks)
+        x = x - force / rig_stiffness
+    notes = [*record.notes, *judged.notes(chosen)]
     if float(np.median(columns["dissipated_energy"])) < 0.0:
         notes.append(
             "the dissipated energy is negative: the force has the opposite sign (reading "
@@ -274,18 +265,10 @@ def measure(
             "in some cycles too few samples lie in the first quarter of the force after a "
             "reversal to read a stiffness"
         )
-    closed, selection_notes = counted_cycles(columns, spikes)
-    notes += selection_notes
-    if cycles is None:
-        like = settled(columns, closed)
-    else:
-        like = Settled(_requested_cycles(cycles, closed), False, ())
-    closed = like.selection
-    notes += like.notes
-    record_regimes = regimes_of(columns, limits, closed, like.is_moving)
+    notes += [drift.note("`drift=True` takes it off") for drift in judged.drifts(chosen.selection)]
+    columns = {name: columns[name] for name in UNITS if name in columns}
+    record_regimes = regimes_of(columns, limits, chosen.selection, chosen.is_moving)
     regimes = record_regimes.of_each
-    notes += excess_loss_notes(columns["loss_factor"])
-    notes += clipped(record)
     slid = columns["sliding_ratio"][np.isfinite(columns["sliding_ratio"])]
     sliding = float(np.median(slid)) if slid.size else math.nan
     if rig_stiffness is None and regimes.count("gross slip") > len(regimes) / 2 and sliding < 0.9:
@@ -294,29 +277,28 @@ def measure(
             "rest is elastic, mostly of the rig where amplitudes exceed a few micrometres; "
             "give `rig_stiffness` to take it off"
         )
-    largest = max(blocks.having_cycles, key=lambda block: block.cycle_count)
     return Measurement(
         name=record.name,
         cycles=MappingProxyType({name: lock(values) for name, values in columns.items()}),
         regimes=regimes,
         thresholds=limits,
-        mean=_means(columns, closed, level, like.is_moving),
+        mean=_means(columns, chosen.selection, level, chosen.is_moving),
         probability=MappingProxyType(record_regimes.probability),
         confidence=level,
         frequency=_frequency(record, blocks),
-        third_harmonic=_third_harmonic(record.displacement, largest),
-        load_ripple=_ripple(record, largest),
+        third_harmonic=_third_harmonic(record.displacement, judged.largest_block),
+        load_ripple=_ripple(record, judged.largest_block),
         rig_stiffness=rig_stiffness,
-        loop=_mean_loop(x, force, columns, np.flatnonzero(closed)),
+        loop=_mean_loop(x, force, columns, np.flatnonzero(chosen.selection)),
         notes=tuple(notes),
-        is_settled=not like.is_moving,
+        is_settled=not chosen.is_moving,
         levels=tuple(
             AmplitudeLevel(
                 lock(stretch.selection),
                 not stretch.is_moving,
                 _means(columns, stretch.selection, level, stretch.is_moving),
             )
-            for stretch in like.levels
+            for stretch in chosen.levels
         ),
     )
 
@@ -338,20 +320,6 @@ def _means(
 
 def _with_units(means: Mapping[str, Estimate]) -> dict[str, Any]:
     return {name: {"unit": UNITS[name], **mean._asdict()} for name, mean in means.items()}
-
-
-def _requested_cycles(cycles: slice, closed: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """The cycles that were asked for, of those that count."""
-    if not isinstance(cycles, slice):
-        raise InputError(f"`cycles` must be a slice, such as slice(2, 20), got {show(cycles)}")
-    is_asked = np.zeros(closed.size, dtype=bool)
-    is_asked[cycles] = True
-    if not (is_asked & closed).any():
-        raise InputError(
-            f"`cycles` must have some of the {np.count_nonzero(closed)} cycles that count, "
-            f"of {closed.size}, got {show(cycles)}"
-        )
-    return is_asked & closed
 
 
 # -- the record as a whole ------------------------------------------------------------------------
@@ -388,7 +356,7 @@ def _frequency(record: Record, blocks: Blocks) -> float | None:
     return None
 
 
-def _angles(cycles: Cycles, sample_limit: int = 1 << 18) -> tuple[slice, Floats]:
+def _angles(cycles: Cuts, sample_limit: int = 1 << 18) -> tuple[slice, Floats]:
     """Some whole cycles at the begin, and the share of its cycle for each of their samples."""
     count = max(
         1, int(np.searchsorted(cycles.cuts, cycles.cuts[0] + sample_limit, side="right")) - 1
@@ -438,20 +406,3 @@ def _mean_loop(
     total /= places.size
     total[:, -1] = total[:, 0]
     return lock(total[0].copy()), lock(total[1].copy())
-
-
-def clipped(record: Record) -> list[str]:
-    """Notes on many samples exactly at an extreme: a clipped sensor, or a quiet plateau."""
-    notes = []
-    for name in ("displacement", "force"):
-        values: Floats = getattr(record, name)
-        for extreme in (float(values.min()), float(values.max())):
-            at = np.flatnonzero(values == extreme)
-            share = at.size / values.size
-            neighbours = np.count_nonzero(np.diff(at) == 1)
-            if share > 0.005 and neighbours > 0.5 * at.size and at.size > 8:
-                notes.append(
-                    f"{share:.1%} of the {name} is exactly {extreme:g}: a clipped sensor, "
-                    "or a plateau without noise"
-                )
-    return notes

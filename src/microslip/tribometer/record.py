@@ -1,4 +1,4 @@
-"""Floor 6: what a rig recorded, in SI units, with the story of where each number is from."""
+"""What a rig recorded, in SI units, with the story of where each number is from."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Floor 6: stick, partial slip or gross slip, by the thresholds of a law."""
+"""Stick, partial slip or gross slip, by the thresholds of a law."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Floor 6: how stiff a contact is after a reversal, and how far it stays so."""
+"""How stiff a contact is after a reversal, and how far it stays so."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from microslip._core.checks import Floats
-from microslip.tribometer.cycles import Cycles
+from microslip.tribometer.cuts import Cuts
 
 SHARE = 0.25
 """Of the range of the force after a reversal, from which its stiffness is read."""
@@ -107,7 +107,7 @@ def _window(share: Floats) -> int:
 
 
 def stiffness_columns(
-    x: Floats, force: Floats, cycles: Cycles, span: Floats, compliance: float
+    x: Floats, force: Floats, cycles: Cuts, span: Floats, compliance: float
 ) -> dict[str, Floats]:
     """Stiffness after the highest ("right"), the lowest displacement, both; linear range."""
     right, after_lowest = (

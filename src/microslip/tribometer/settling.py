@@ -1,4 +1,4 @@
-"""Floor 6: which cycles of a record the means are of: those that close and are alike.
+"""Which cycles of a record the means are of: those in which nothing moves.
 
 A mean over amplitudes that step, or over friction that runs in, belongs to no cycle, and the more
 cycles the narrower the interval around it. So means are of a stretch in which nothing moves.
@@ -17,12 +17,11 @@ from numpy.typing import NDArray
 from microslip._core.checks import Floats
 from microslip._core.units import engineering
 from microslip._core.wording import plural
-from microslip.errors import InputError
 from microslip.tribometer.estimates import trend
-from microslip.tribometer.spikes import Spike
 
-ALIKE = 0.02
-"""Relative change of amplitude, force or energy over a stretch that counts as none,"""
+ALIKE, MORE_ALIKE = 0.02, 0.003
+"""Relative change of amplitude, force or energy over a stretch that counts as none, and the one of
+force and energy that is sought first,"""
 CERTAIN = 5.0
 """or this many standard errors of its trend; the limits are this project's."""
 NOISE = 10.0
@@ -32,15 +31,15 @@ OPEN = 0.25
 _MOST_LOSS = 1.05 * 4.0 / math.pi  # of a rectangle; noise may make its corners a little less
 FEWEST = 5
 """Cycles of a settled stretch, at least."""
-JUDGED = 20
-"""Cycles from which a record is judged: the noise of fewer is not known, and their mean is not
-narrow."""
+JUDGED, HALVED = 8, 20
+"""Cycles from which a trend of force and energy is judged, and those that a part of a record must
+have to be settled by itself: of fewer all look alike."""
 SLOWER = 0.25
 """Rate at which the end of a record may still change, over that of all of it."""
 _HALVES, _MOST_STRETCHES = 6, 64
 _LOSS = 0.01
 """Of the rectangle around a loop: what energies move by is of no less than that."""
-_MOVING = ("force_amplitude", "dissipated_energy")
+_MOVING = ("force_amplitude", "dissipated_energy", "force_rms")
 
 
 class Level(NamedTuple):
@@ -64,40 +63,6 @@ class Settled(NamedTuple):
     """Stretches of one amplitude, in their order; none where the amplitude is the same in all."""
 
 
-def counted_cycles(
-    columns: Mapping[str, NDArray[np.float64]], spikes: tuple[Spike, ...]
-) -> tuple[NDArray[np.bool_], list[str]]:
-    """The cycles that the means are of, and what to say of the others."""
-    notes = []
-    closure, first = columns["closure_error"], columns["start"]
-    last = first + columns["period"]
-    sound = np.ones(closure.size, dtype=bool)
-    for spike in spikes:
-        sound &= (last < spike.first) | (first > spike.last)
-    texts = "; ".join(map(str, spikes[:3])) + ("; ..." if len(spikes) > 3 else "")
-    if not sound.any():
-        raise InputError(
-            f"no cycle is without a spike: {plural(len(spikes), 'spike')}, {texts}; look at the "
-            "sensor and its cable, or leave these samples out"
-        )
-    if not sound.all():
-        notes.append(
-            f"left out of the means: {_cycles(~sound)} with a spike, here straight lines: {texts}"
-        )
-    elif spikes:
-        notes.append(f"spikes beyond the whole cycles: {texts}")
-    closed = closure <= OPEN
-    if not (sound & closed).any():
-        notes.append("no cycle closes, the ends of each differ by over a quarter of the force")
-        return sound, notes
-    if not closed.all():
-        notes.append(
-            f"left out of the means: {_cycles(~closed)} whose ends differ by over a quarter of "
-            "the force, as in running in"
-        )
-    return sound & closed, notes
-
-
 def excess_loss_notes(loss_factor: NDArray[np.float64]) -> list[str]:
     """What to say of loops that are larger than the rectangle around them."""
     large = loss_factor > _MOST_LOSS
@@ -117,47 +82,60 @@ def _cycles(is_named: NDArray[np.bool_]) -> str:
     return f"{plural(places.size, 'cycle')} ({numbers})"
 
 
-def settled(
-    columns: Mapping[str, Floats], sound: NDArray[np.bool_], alike: float = ALIKE
-) -> Settled:
-    """The settled ones of the sound cycles: force and energy move by ``alike`` at most."""
+def settled(columns: Mapping[str, Floats], sound: NDArray[np.bool_], noise: float = 0.0) -> Settled:
+    """The settled ones of the sound cycles; ``noise`` [m] of their amplitudes is that of samples.
+
+    Each stretch of one amplitude is a level by itself, and the means are of the longest. Of it the
+    end counts from which on force and energy move by 0.3 % at most, or else by 2 %.
+    """
     places = np.flatnonzero(sound)
-    if places.size < JUDGED:
-        return Settled(sound, False, ())
-    amplitude = columns["amplitude"][places]
-    runs = _runs(amplitude)
     notes: list[str] = []
     levels: tuple[Level, ...] = ()
-    if runs is not None:
+    if places.size > 2 and (runs := _runs(columns["amplitude"][places], noise)) is not None:
         if not runs:
             return Settled(sound, True, (_moving_note(columns, places, ("amplitude",)),))
         first, stop = max(runs, key=lambda run: run[1] - run[0])
         notes.append(_steps_note(columns, places, runs))
-        levels = tuple(_level(columns, places[begin:end], alike) for begin, end in runs)
+        levels = tuple(_level(columns, places[begin:end]) for begin, end in runs)
         places = places[first:stop]
-    late = _settled_end(columns, places, alike)
+    late = settled_from(columns, places)
     if late is None:
-        notes.append(_moving_note(columns, places, _MOVING))
+        notes.append(_moving_note(columns, places, _MOVING[:2]))
         return Settled(_mask(places, sound.size), True, tuple(notes), levels)
     if late > 0:
         notes.append(
-            f"force or energy still moves at first: from {_span(columns, places, _MOVING)} over "
-            f"cycles {places[0] + 1} to {places[-1] + 1}; the means are of cycles "
+            f"force or energy still moves at first: from {_span(columns, places, _MOVING[:2])} "
+            f"over cycles {places[0] + 1} to {places[-1] + 1}; the means are of cycles "
             f"{places[late] + 1} to {places[-1] + 1}, where neither changes by over "
-            f"{100.0 * alike:g} %"
+            f"{100.0 * ALIKE:g} %"
         )
     return Settled(_mask(places[late:], sound.size), False, tuple(notes), levels)
 
 
-def _level(columns: Mapping[str, Floats], places: NDArray[np.intp], alike: float) -> Level:
-    """The settled end of a stretch; of one that is too short to be judged all cycles."""
-    late = 0 if places.size < JUDGED else _settled_end(columns, places, alike)
+def requested(columns: Mapping[str, Floats], chosen: NDArray[np.bool_]) -> Settled:
+    """Cycles that were asked for: all of them count, and are judged by the same rule."""
+    places = np.flatnonzero(chosen)
+    if _moves_beyond(columns, places, ALIKE):
+        return Settled(chosen, True, (_moving_note(columns, places, _MOVING[:2]),))
+    return Settled(chosen, False, ())
+
+
+def _level(columns: Mapping[str, Floats], places: NDArray[np.intp]) -> Level:
+    """The settled end of a stretch."""
+    late = settled_from(columns, places)
     return Level(places[late or 0 :], late is None)
 
 
-def _runs(values: Floats) -> list[tuple[int, int]] | None:
+def settled_from(columns: Mapping[str, Floats], places: NDArray[np.intp]) -> int | None:
+    """From which of the cycles on nothing moves; None where something does to the end."""
+    late = _settled_end(columns, places, MORE_ALIKE)
+    return _settled_end(columns, places, ALIKE) if late is None else late
+
+
+def _runs(values: Floats, least_noise: float) -> list[tuple[int, int]] | None:
     """Stretches of like values, the longest first taken; None where all are alike."""
     noise = float(np.median(np.abs(np.diff(values, 2)))) / 0.6745 / np.sqrt(6.0)
+    noise = max(noise, least_noise)
     # The noise of few cycles is not known well.
     range_of_noise = NOISE * (1.0 + 4.0 / np.sqrt(values.size)) * noise
     widest = max(ALIKE * float(np.median(np.abs(values))), range_of_noise)
@@ -215,28 +193,43 @@ def _slope(values: Floats) -> tuple[float, float]:
     return line.value, line.standard_error
 
 
+def _moves_beyond(columns: Mapping[str, Floats], places: NDArray[np.intp], alike: float) -> bool:
+    """Whether force, energy or the whole loop change by more than that over some cycles."""
+    if places.size < JUDGED:
+        return False
+    force = abs(float(np.median(columns["force_amplitude"][places])))
+    around = 4.0 * abs(float(np.median(columns["amplitude"][places]))) * force
+    for name in _MOVING:
+        if name not in columns:
+            continue
+        values = columns[name][places]
+        usual = abs(float(np.median(values)))
+        if name == "dissipated_energy":
+            usual = max(usual, _LOSS * around)
+        if _moves(values, alike * usual):
+            return True
+    return False
+
+
 def _settled_end(
     columns: Mapping[str, Floats], places: NDArray[np.intp], alike: float
 ) -> int | None:
     """From where on neither force nor energy moves; None where they do to the end."""
     number = places.size
-    rates = [abs(_slope(columns[name][places])[0]) for name in _MOVING]
+    rates: list[float] = []
     for halves in range(_HALVES):
         end = places[places.size - number :]
-        force, energy = (columns[name][end] for name in _MOVING)
-        height = abs(float(np.median(force)))
-        around = 4.0 * abs(float(np.median(columns["amplitude"][end]))) * height
-        usual = max(abs(float(np.median(energy))), _LOSS * around)
-        moves = _moves(force, alike * height) or _moves(energy, alike * usual)
+        slopes = [_slope(columns[name][end]) for name in _MOVING[:2]] if number > 2 else []
+        rates = rates or [abs(slope) for slope, _ in slopes]
         # Over few cycles nothing moves by much: it must have become slower, too.
         slower = halves == 0 or all(
-            abs(_slope(values)[0]) <= max(SLOWER * rate, CERTAIN * _slope(values)[1])
-            for values, rate in zip((force, energy), rates, strict=True)
+            abs(slope) <= max(SLOWER * rate, CERTAIN * error)
+            for (slope, error), rate in zip(slopes, rates, strict=True)
         )
-        if not moves and slower:
+        if slower and not _moves_beyond(columns, end, alike):
             return int(places.size - number)
         number //= 2
-        if number < JUDGED:
+        if number < HALVED:
             break
     return None
 

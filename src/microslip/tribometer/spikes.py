@@ -1,4 +1,4 @@
-"""Floor 6: single samples that no rig can have recorded: spikes of a sensor or its cable."""
+"""Single samples that no rig can have recorded: spikes of a sensor or its cable."""
 
 from __future__ import annotations
 
@@ -20,6 +20,9 @@ LONGEST = 3
 """Samples in a row that still are a spike."""
 AROUND = 8
 """Samples on each side that it is held against."""
+
+_NOISES, _PART = 20.0, 0.1
+"""Of the noise, and of the range of force: by more than both a jump is off the other cycles."""
 
 _UNITS = {"displacement": "m", "force": "N", "normal_load": "N"}
 
@@ -107,4 +110,26 @@ def _spikes_in(channel: str, values: NDArray[np.float64]) -> list[Spike]:
         if float(off.min()) > FAR * scale:
             value = float(values[first + int(np.argmax(off))])
             spikes.append(Spike(channel, first, last, value, scale))
+    return spikes
+
+
+def jumps(
+    residual: Floats, column: NDArray[np.int64], inside: NDArray[np.bool_], force: Floats
+) -> list[Spike]:
+    """Single forces far from those of the other cycles at their phase, no spikes by themselves."""
+    noise = 1.4826 * float(np.median(np.abs(residual), overwrite_input=True))
+    low, high = np.percentile(force, (5.0, 95.0))
+    threshold = max(_NOISES * noise, _PART * float(high - low))
+    is_far = np.zeros(residual.size, dtype=bool)
+    # A spike moves the mean of its bin, and with it what is left of all others there.
+    for bin_ in np.unique(column[np.abs(residual) > 0.5 * threshold]):
+        of_bin = np.flatnonzero(column == bin_)
+        is_far[of_bin] = np.abs(residual[of_bin] - np.median(residual[of_bin])) > threshold
+    spikes: list[Spike] = []
+    rows, usual = np.flatnonzero(inside), 0.5 * float(high - low)
+    for first, stop in runs_of(is_far).tolist():
+        if stop - first <= LONGEST:
+            at = first + int(np.argmax(np.abs(residual[first:stop])))
+            ends = int(rows[first]), int(rows[stop - 1])
+            spikes.append(Spike("force", *ends, float(force[at]), usual))
     return spikes

@@ -1,4 +1,4 @@
-"""Floor 6: a tribometer that is not there: the rig of section 2.1 of the chapter."""
+"""A tribometer that is not there: the rig of section 2.1 of the chapter."""
 
 from __future__ import annotations
 

@@ -3,37 +3,33 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip._core.checks import Floats, show
+from microslip._core.checks import Floats, number, show
 from microslip._core.frozen import Locked, lock
-from microslip._core.units import engineering, significant
+from microslip._core.units import engineering
 from microslip.errors import InputError
-from microslip.identification.displacement_series import QUIET, series_of
-from microslip.identification.drift import Drift, drift_of
-from microslip.identification.mean_cycle import MeanCycle, Turns, all_turns, places_of, stretches
-from microslip.identification.outliers import cycles_without_spikes, jumps, mean_load
 from microslip.loops import Loop
-from microslip.tribometer.blocks import blocks_of
-from microslip.tribometer.cycle_columns import rigid_columns_of
+from microslip.tribometer.cuts import BAND, FEWEST_SAMPLES, crossings_of
+from microslip.tribometer.cycles import Cycles, cycles_of, judged
 from microslip.tribometer.estimates import Estimate, trend
-from microslip.tribometer.measurement import clipped
+from microslip.tribometer.mean_cycle import QUIET, MeanCycle, drift_of, error_of_mean, series_of
+from microslip.tribometer.phases import Turns, all_turns, places_of, stretches
 from microslip.tribometer.record import Record
-from microslip.tribometer.settling import CERTAIN, OPEN, Settled, settled
-from microslip.tribometer.spikes import Spike, spikes_of, without_spikes
+from microslip.tribometer.spikes import Spike, jumps
 
 FEWEST_CYCLES = 3
 MOST_BINS = 512
-GROWN = 0.02
-"""Growth of the force over the cycles of a record from which on a mean over them is of no state."""
-_ALIKE = 0.003
-"""Relative change of force and energy over the cycles that are folded, if any are as settled,"""
 _JUDGED, _LIKELY = 8, 2.0
-"""cycles from which their growth is judged, and standard errors from which on it is likely."""
+"""Cycles from which their growth is told, and standard errors from which on it is likely."""
+_CHANGED = 0.2
+"""Range of the loads of the cycles, of their mean, that no law with one load stands for."""
+_REPEATED = 0.3
+"""Of a usual step: a last sample as near to the first one is that one again."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -176,35 +172,32 @@ def fold(
             f"`records` must be Records, got {show(record)}; write Record(displacement, "
             "force) or Record.read(path)"
         )
-    spikes = spikes_of(record)
-    folded, jumps_there = _fold(record, spikes, cycles, bins, running_in)
+    cycles_there = cycles_of(record)
+    folded, jumps_there = _fold(record, cycles_there, cycles, bins, running_in)
+    if not jumps_there:
+        return folded
     # Those that only the other cycles show come to light once all are folded.
-    return (
-        _fold(record, (*spikes, *jumps_there), cycles, bins, running_in)[0]
-        if jumps_there
-        else folded
-    )
+    judged_again = judged(record, (*cycles_there.spikes, *jumps_there))
+    return _fold(record, judged_again, cycles, bins, running_in)[0]
 
 
 def _fold(
-    record: Record, spikes: Sequence[Spike], cycles: slice | None, bins: int, running_in: int
+    record: Record, whole: Cycles, cycles: slice | None, bins: int, running_in: int
 ) -> tuple[Folded, list[Spike]]:
     """The folded record without its spikes, and further ones."""
-    record = without_spikes(record, spikes)
+    record = whole.record
     x, force = record.displacement, record.force
-    blocks = blocks_of(record)
     time = np.arange(x.size, dtype=float)
     if record.time is not None:
         time = record.time
     elif record.sample_rate is not None:
         time = time / record.sample_rate
-    _force_range(force)  # of a dead sensor no cycle can be judged
-    like = _similar_samples(record) if cycles is None else None
-    phases = all_turns(time, x, blocks)
+    phases = all_turns(time, x, whole.blocks)
     del time
     cycle_count, rate, samples_a_cycle = phases.cycle_count, phases.rate, phases.samples_a_cycle
-    is_settled = _settled_cycles(phases, force, cycles, running_in, record.name, like)
-    is_settled, spike_notes = cycles_without_spikes(is_settled, spikes, phases.place, FEWEST_CYCLES)
+    is_settled = _settled_cycles(whole, phases, cycles, running_in)
+    is_settled, spike_notes = _without_spikes(is_settled, whole.spikes, phases.place)
+    chosen = whole.settled if cycles is None else whole.near(is_settled, phases.place)
     rows = np.flatnonzero(is_settled)
     inside = np.append(is_settled, False)[phases.place]
     cycle = phases.place[inside]
@@ -239,10 +232,6 @@ def _fold(
     gone += cycle
     gone -= float(gone.mean())
     del cycle
-    drifting = (
-        *_drift_note("force", "N", drift, gone, force),
-        *_drift_note("displacement", "m", moved, gone, x),
-    )
     x -= moved.slope * gone
     harmonics, coefficients, covariance, noise_x = series_of(
         np.mod(phase, 2.0 * math.pi), x, places.number
@@ -254,14 +243,12 @@ def _fold(
     drifted = drift.error * np.bincount(column, gone) / total
     del gone
     noise_f = curve.noise(level.residual, 1)
-    load = mean_load(record, inside, place, curve)
+    load, load_error = _mean_load(record, inside, place, curve)
+    drifts = whole.drifts(chosen.selection)
     said = (
-        *blocks.notes,
-        *(() if like is None else like.notes),
-        *clipped(record),
+        *(note for note in whole.notes(chosen) if note not in whole.excess_loss),
         *spike_notes,
-        *load.notes,
-        *drifting,
+        *(found.note("a straight line is taken off") for found in drifts),
     )
     further_spikes = jumps(level.residual, column, inside, force)
     del force
@@ -273,10 +260,11 @@ def _fold(
     sums += np.bincount(place, level.residual, minlength=rows.size * size).reshape(shape)
     grown = _growth(sums, counts, level.mean)
     growth = grown.value if abs(grown.value) > _LIKELY * grown.standard_error else 0.0
-    certain = growth if abs(growth) > CERTAIN * grown.standard_error else 0.0
-    if abs(certain) > _ALIKE:
-        said = (*said, _growth_note(certain))
-    doubt = _doubt_of(record, like, certain)
+    doubt = ""
+    if chosen.is_moving:
+        doubt = "found as a mean over cycles that move, so of no state of the joint"
+    elif whole.clipped:
+        doubt = "found from a record that looks clipped"
     timed = record.time is not None or record.sample_rate is not None
     folded = Folded(
         name=record.name,
@@ -291,13 +279,13 @@ def _fold(
         covariance=lock(covariance + np.outer(saw, saw)),
         force_noise=max(noise_f, QUIET * 0.5 * float(np.ptp(level.mean))),
         displacement_noise=noise_x,
-        normal_load=load.mean,
+        normal_load=load,
         frequency=rate if timed else None,
         cycles=int(rows.size),
         left_out=int(cycle_count - rows.size),
         notes=(*record.notes, *said),
         said=said,
-        load_error=load.error,
+        load_error=load_error,
         drift=drift.slope,
         growth=growth,
         drifted=lock(drifted),
@@ -319,61 +307,11 @@ def _growth(sums: Floats, counts: Floats, mean: Floats) -> Estimate:
     return trend(np.linspace(0.0, 1.0, number), factors, 0.95)
 
 
-def _similar_samples(record: Record) -> Settled:
-    """Samples of the settled cycles, as :func:`microslip.measure` tells them, more strictly."""
-    columns = rigid_columns_of(record)
-    similar = settled(columns, columns["closure_error"] <= OPEN, _ALIKE)
-    samples = np.full(record.force.size, similar.is_moving)
-    if not similar.is_moving:
-        rows = np.stack([columns[name][similar.selection] for name in ("start", "period")], axis=1)
-        for begin, period in rows:
-            margin = int(0.1 * period)
-            samples[max(int(begin) - margin, 0) : int(begin) + int(period) + margin] = True
-    return similar._replace(selection=samples)
-
-
-def _doubt_of(record: Record, like: Settled | None, growth: float) -> str:
-    """Why a mean over the cycles of a record is of no state of a joint; empty where it is."""
-    if abs(growth) > GROWN or (like is not None and like.is_moving):
-        return "found as a mean over cycles that move, so of no state of the joint"
-    if clipped(record):
-        return "found from a record that looks clipped"
-    return ""
-
-
-def _growth_note(growth: float) -> str:
-    return (
-        f"the force of the cycles {'grows' if growth > 0.0 else 'falls'} by "
-        f"{significant(100.0 * abs(growth), 2)} % over those that count, as in running in or wear: "
-        "what is found is a mean over states, none of which it describes; take settled ones, "
-        "cycles=slice(first, last)"
-    )
-
-
-def _drift_note(
-    name: str, unit: str, drift: Drift, turns: Floats, values: Floats
-) -> tuple[str, ...]:
-    """A note on a drift that is more than noise."""
-    if not drift.is_certain:
-        return ()
-    total = drift.slope * float(np.ptp(turns))
-    share = 100.0 * abs(total) / float(np.ptp(values))
-    return (
-        f"the {name} drifts by {engineering(total, unit)} over the cycles that count, "
-        f"{significant(share, 2)} % of its range; a straight line is taken off",
-    )
-
-
 def _settled_cycles(
-    phases: Turns,
-    force: Floats,
-    cycles: slice | None,
-    running_in: int,
-    name: str,
-    like: Settled | None,
+    whole: Cycles, phases: Turns, cycles: slice | None, running_in: int
 ) -> NDArray[np.bool_]:
     """Which of the whole cycles are settled."""
-    cycle_count = phases.cycle_count
+    name, cycle_count = whole.record.name, phases.cycle_count
     if cycle_count < 1:
         raise InputError(f"{name}: no whole cycle from one peak to the next")
     is_chosen = np.zeros(cycle_count, dtype=bool)
@@ -382,15 +320,18 @@ def _settled_cycles(
             raise InputError(f"`cycles` must be a slice, such as slice(2, 20), got {show(cycles)}")
         is_chosen[cycles] = True
     else:
-        gap = _differences_of_ends(phases, force)
-        is_chosen[min(running_in, cycle_count) :] = True
-        is_chosen &= gap <= OPEN
-        if like is not None and not like.selection.all():
-            of_cycle = phases.place >= 0
-            place = phases.place[of_cycle]
-            unlike = np.bincount(place, ~like.selection[of_cycle], minlength=cycle_count)
-            alike = is_chosen & (unlike == 0)
-            is_chosen = alike if np.count_nonzero(alike) >= FEWEST_CYCLES else is_chosen
+        place = phases.place[of_cycle := phases.place >= 0]
+        closed = ~whole.is_open
+        for inside in (
+            whole.samples((whole.settled.selection | whole.has_spike) & closed),
+            whole.samples(closed),
+            ~whole.samples(whole.is_open),  # blocks may hold hardly a cycle
+        ):
+            outside = np.bincount(place, ~inside[of_cycle], minlength=cycle_count)
+            is_chosen = outside == 0
+            is_chosen[: min(running_in, cycle_count)] = False
+            if np.count_nonzero(is_chosen) >= FEWEST_CYCLES:
+                break
     if np.count_nonzero(is_chosen) < FEWEST_CYCLES:
         raise InputError(
             f"{name}: at least {FEWEST_CYCLES} settled whole cycles are needed, got "
@@ -401,24 +342,117 @@ def _settled_cycles(
     return is_chosen
 
 
-def _differences_of_ends(phases: Turns, force: Floats) -> Floats:
-    """How far the forces at both ends of each cycle are apart, of their range."""
-    gaps, range_of_ends = [], 0.0
-    for samples, before, cycle_count in phases.ends:
-        turns, block_force = phases.turns[samples] - before, force[samples]
-        ends = np.clip(np.searchsorted(turns, np.arange(cycle_count + 1) - 1e-9), 0, turns.size - 1)
-        half = max(1, int(0.01 * (ends[-1] - ends[0]) / cycle_count))
-        sums = np.concatenate((np.zeros(1), np.cumsum(block_force)))
-        low, high = np.clip(ends - half, 0, None), np.clip(ends + half + 1, None, turns.size)
-        value = (sums[high] - sums[low]) / (high - low)
-        gaps.append(np.abs(np.diff(value)))
-        range_of_ends = max(range_of_ends, float(np.ptp(value)))
-    return np.concatenate(gaps) / max(range_of_ends, _force_range(force))
+def _without_spikes(
+    is_counted: NDArray[np.bool_], spikes: tuple[Spike, ...], cycle: NDArray[np.int64]
+) -> tuple[NDArray[np.bool_], tuple[str, ...]]:
+    """The chosen cycles without those that have spikes, if enough are left; else what to say."""
+    is_spared = is_counted.copy()
+    for spike in spikes:
+        of = cycle[spike.first : spike.last + 1]
+        is_spared[of[(of >= 0) & (of < is_counted.size)]] = False
+    if np.count_nonzero(is_spared) >= FEWEST_CYCLES or is_spared.all():
+        return is_spared, ()
+    lost = int(np.count_nonzero(is_counted) - np.count_nonzero(is_spared))
+    return is_counted, (f"too few cycles would be left: {lost} with a spike count all the same",)
 
 
-def _force_range(force: Floats) -> float:
-    sampled = force[:: max(1, force.size >> 17)]
-    low, high = np.percentile(sampled, (1.0, 99.0))
-    if low == high:
-        raise InputError(f"`force` must vary, got {low:g} N nearly throughout: a dead sensor")
-    return float(high - low)
+def _mean_load(
+    record: Record, inside: NDArray[np.bool_], cycle: NDArray[np.int64], curve: MeanCycle
+) -> tuple[float | None, float]:
+    """Mean normal load [N] of the cycles that count, and its standard error [N]."""
+    if not isinstance(record.normal_load, np.ndarray):
+        return record.normal_load, 0.0
+    load = record.normal_load[inside]
+    mean, error = float(load.mean()), error_of_mean(load, cycle, curve)
+    cycle_means = np.bincount(cycle, load) / np.bincount(cycle)
+    low, high = float(cycle_means.min()), float(cycle_means.max())
+    if high - low > _CHANGED * abs(mean):
+        raise InputError(
+            f"{record.name}: the normal load must be the same in all cycles, got {low:.4g} to "
+            f"{high:.4g} N in their means; take a record of one load, or `cycles=slice(0, 10)`, say"
+        )
+    return mean, error
+
+
+# -- loops that were averaged before they came here -----------------------------------------------
+
+
+def stated_noise(stated: Any) -> tuple[float, float]:
+    """Standard deviations of a force [N] and of a displacement [m]."""
+    if isinstance(stated, str) or not hasattr(stated, "__len__") or len(stated) != 2:
+        raise InputError(
+            "`noise` must be the standard deviations of a force [N] and a displacement [m], "
+            f"such as (2.0, 5e-9), got {show(stated)}"
+        )
+    force, displacement = (
+        number("noise", value, unit, example)
+        for value, unit, example in zip(stated, ("N", "m"), (2.0, 5e-9), strict=True)
+    )
+    if not force > 0.0 or displacement < 0.0:
+        raise InputError(
+            f"`noise` must be above zero in the force, got {force:g} N, {displacement:g} m"
+        )
+    return force, displacement
+
+
+def averaged(record: Record, noise: tuple[float, float], bins: int = MOST_BINS) -> Folded:
+    """A single cycle, averaged already; its last sample may be the first one again."""
+    x, force, load = record.displacement, record.force, record.normal_load
+    size = x.size
+    spans = [float(np.ptp(values)) or 1.0 for values in (x, force)]
+    way = np.hypot(np.diff(x) / spans[0], np.diff(force) / spans[1])
+    gap = math.hypot((x[-1] - x[0]) / spans[0], (force[-1] - force[0]) / spans[1])
+    if gap < _REPEATED * float(np.median(way)):
+        size -= 1
+    x, force = x[:size], force[:size]
+    middle = 0.5 * float(x.max() + x.min())
+    turns = crossings_of(np.tile(x - middle, 3), BAND * 0.5 * spans[0])
+    if size < FEWEST_SAMPLES or not 5 <= turns <= 6:
+        raise InputError(
+            f"{record.name}: an averaged loop is one cycle of {FEWEST_SAMPLES} samples or "
+            f"more, got {size} samples that cross their middle {turns // 3} times; of whole "
+            "records the noise is found, without `noise`"
+        )
+    phase = 2.0 * math.pi * np.arange(size) / size
+    rate = None
+    if record.time is not None:
+        time = record.time[:size]
+        rate = (size - 1.0) / size / float(time[-1] - time[0])
+        phase = 2.0 * math.pi * (time - time[0]) * rate
+    elif record.sample_rate is not None:
+        rate = record.sample_rate / size
+    # From its highest place on, as those of records are.
+    first = int(np.argmax(x))
+    x, force, phase = (np.roll(values, -first) for values in (x, force, phase))
+    phase = np.mod(phase - phase[0], 2.0 * math.pi)
+    floor = QUIET * 0.5 * spans[0]
+    harmonics, coefficients, covariance, series_noise = series_of(phase, x, size)
+    stated = max(noise[1], floor)
+    column = np.arange(size) * min(size, bins) // size
+    count = np.bincount(column).astype(float)
+    places = np.bincount(column, phase) / count
+    sums = np.bincount(column, force)
+    said = (
+        f"taken for one averaged cycle, the noise of a force {engineering(noise[0], 'N')} and of a "
+        f"displacement {engineering(noise[1], 'm')}, as stated",
+    )
+    return Folded(
+        name=record.name,
+        phase=lock(places),
+        spread=lock(np.sqrt(np.bincount(column, (phase - places[column]) ** 2) / count)),
+        force=lock(sums / count),
+        count=lock(count),
+        cycle_force=lock(sums[None].astype(float)),
+        cycle_count=lock(count[None]),
+        harmonics=lock(harmonics),
+        coefficients=lock(coefficients),
+        covariance=lock(covariance * (stated / max(series_noise, floor)) ** 2),
+        force_noise=noise[0],
+        displacement_noise=noise[1],
+        normal_load=float(load.mean()) if isinstance(load, np.ndarray) else load,
+        frequency=rate,
+        cycles=1,
+        left_out=0,
+        notes=(*record.notes, *said),
+        said=said,
+    )

@@ -1,4 +1,4 @@
-"""Where in its cycle each sample of a record lies, and what the others make of it."""
+"""Where in its cycle each sample of a record lies."""
 
 from __future__ import annotations
 
@@ -11,17 +11,15 @@ from numpy.typing import NDArray
 
 from microslip._core.checks import Floats
 from microslip.tribometer.blocks import Blocks
-from microslip.tribometer.cycles import Cycles
+from microslip.tribometer.cuts import Cuts
 
 _IN_STEP, _MOST_CYCLES, _LOOKED_AT = 0.95, 32, 1 << 14
 _FEWEST, _SAMPLES_A_BIN = 3, 4  # samples of a place, and of a bin where no places are the same
 _HARMONICS, _STEPS, _PIECE = 5, 4, 1 << 16
-_LEAST_SHARE = 0.1  # of the noise of a sample that the curve must leave for it to count
 _OWN_RATE = 5  # cycles of a block from which its own rate is known well
-_TAILS, _WITHIN = 3.0, 0.97334  # share of the variance of a normal distribution within three
 
 
-def turns_of(time: Floats, x: Floats, cycles: Cycles) -> tuple[Floats, float]:
+def turns_of(time: Floats, x: Floats, cycles: Cuts) -> tuple[Floats, float]:
     """Cycles since the first cut at each sample, by the fundamental of all of it; their rate."""
     cuts = cycles.cuts
     first, last = time[cuts[0]], time[min(int(cuts[-1]), time.size - 1)]
@@ -65,7 +63,7 @@ def _fundamentals(
     return harmonics
 
 
-def _from_first_cut(turn: Floats, cycles: Cycles) -> Floats:
+def _from_first_cut(turn: Floats, cycles: Cuts) -> Floats:
     """Cycles since the first cut: a peak begins one, or a trough where cycles are cut there."""
     if cycles.flipped:
         turn -= 0.5
@@ -128,7 +126,7 @@ def all_turns(time: Floats, x: Floats, blocks: Blocks) -> Turns:
     return Turns(turns, place, tuple(ends), rate)
 
 
-def _at_rate(time: Floats, x: Floats, cycles: Cycles, rate: float) -> Floats:
+def _at_rate(time: Floats, x: Floats, cycles: Cuts, rate: float) -> Floats:
     """Cycles since the first cut of a short block, its rate being known."""
     inner = slice(int(cycles.cuts[0]), int(cycles.cuts[-1]))
     turn = (time - time[inner.start]) * rate
@@ -205,148 +203,6 @@ def places_of(phase: Floats, a_cycle: float) -> Places:
     return Places(max(math.floor(a_cycle), phase.size // _SAMPLES_A_BIN), False)
 
 
-class Level(NamedTuple):
-    """A channel beside its mean cycle."""
-
-    mean: Floats
-    """Of each bin."""
-    base: Floats
-    """What to add to the rest of a sample for its value in the middle of its bin."""
-    residual: Floats
-    """Each sample less the mean cycle at its phase."""
-
-
-class MeanCycle:
-    """The mean cycle of samples in bins, as a curve through them.
-
-    Where the samples of a bin have one phase, its mean; about it they follow the secant to its
-    neighbours. Else a cubic through each bin and its neighbours. Samples go by in pieces: of long
-    records few arrays are held at once.
-    """
-
-    def __init__(self, phase: Floats, column: NDArray[np.int64], size: int, alike: bool) -> None:
-        self.column, self.size = column, size
-        self.total = np.bincount(column, minlength=size).astype(float)
-        self.middle = np.bincount(column, phase) / self.total
-        self._alike = alike or size < 8
-        self._unit = 1.0 if self._alike else 2.0 * math.pi / size
-        self._phase = phase
-        squares = self._moments(np.ones(phase.size), 2)
-        self.spread = self._unit * np.sqrt(squares[2] / self.total)
-        self.freedom = float(phase.size - size)
-        """Samples less what the curve takes of them."""
-        if not self._alike:
-            self._prepare()
-            self.freedom = sum(float(self._noise_share(at).sum()) for at in stretches(phase.size))
-
-    def _offsets(self, piece: slice) -> Floats:
-        """Phases of samples from the middle of their bins, in widths of a bin for cubics."""
-        away: Floats = self._phase[piece] - self.middle[self.column[piece]]
-        return away / self._unit
-
-    def _moments(
-        self, values: NDArray[np.float64] | NDArray[np.int64], highest_power: int
-    ) -> Floats:
-        """Sums over each bin of the values times powers of the places in it."""
-        moments = np.zeros((highest_power + 1, self.size))
-        for piece in stretches(values.size):
-            column, about, powers = self.column[piece], self._offsets(piece), values[piece]
-            for row in moments:
-                row += np.bincount(column, powers, minlength=self.size)
-                powers = powers * about
-        return moments
-
-    def _with_neighbours(self, moments: Floats) -> Floats:
-        """Moments of each bin and its neighbours about its own middle."""
-        turn, number = 2.0 * math.pi, moments.shape[0]
-        sums = moments.copy()
-        for way in (-1, 1):
-            step = self.middle - np.roll(self.middle, way)
-            shift = ((step + 0.5 * turn) % turn - 0.5 * turn) / -self._unit
-            neighbour = np.roll(moments, way, axis=1)
-            for k in range(number):
-                for j in range(k + 1):
-                    sums[k] += math.comb(k, j) * shift ** (k - j) * neighbour[j]
-        return sums
-
-    def _curve(self, factors: Floats, piece: slice) -> Floats:
-        """Polynomials of the bins, lowest power first, at the places of samples."""
-        column, about = self.column[piece], self._offsets(piece)
-        curve: Floats = factors[-1][column]
-        for row in factors[-2::-1]:
-            curve *= about
-            curve += row[column]
-        return curve
-
-    def _prepare(self) -> None:
-        sums = self._with_neighbours(self._moments(np.ones(self.column.size), 6))
-        normal = np.stack([sums[i : i + 4].T for i in range(4)], axis=1)
-        normal += 1e-9 * normal[:, :1, :1] * np.eye(4)  # too few samples for a cubic
-        self._inverse = np.linalg.inv(normal)
-        self._levers = np.zeros((7, self.size))
-        for i in range(4):
-            self._levers[i : i + 4] += self._inverse[:, i].T
-
-    def _noise_share(self, piece: slice) -> Floats:
-        """What the curve leaves of the noise of each sample, as a share of its variance."""
-        return 1.0 - self._curve(self._levers, piece)
-
-    def of(self, values: NDArray[np.float64] | NDArray[np.int64]) -> Level:
-        """A channel [any unit] beside its mean cycle."""
-        moments = self._moments(values, 0 if self._alike else 3)
-        mean = moments[0] / self.total
-        if self._alike:
-            factors = np.stack((mean, _slopes(self.middle, mean)))
-        else:
-            sums = self._with_neighbours(moments)
-            factors = np.einsum("nij,jn->in", self._inverse, sums)
-        residual = values.astype(float)
-        for piece in stretches(values.size):
-            residual[piece] -= self._curve(factors, piece)
-        if self._alike:
-            return Level(mean, mean, residual)
-        return Level(mean, mean - np.bincount(self.column, residual) / self.total, residual)
-
-    def noise(self, residual: Floats, fitted_count: int = 0) -> float:
-        """Standard deviation of white noise that leaves this; ``fitted_count`` more were fitted."""
-        freedom = max(self.freedom - fitted_count, 1.0)
-        total_noise = math.sqrt(float(np.dot(residual, residual)) / freedom)
-        if self._alike:
-            return total_noise
-        # A cubic does not follow a kink: what few samples there leave is no noise.
-        far = _TAILS * 1.4826 * float(np.median(self._scaled(residual), overwrite_input=True))
-        near_freedom, square = -float(fitted_count), 0.0
-        for piece in stretches(residual.size):
-            share, piece_residual = self._noise_share(piece), residual[piece]
-            near = (share > _LEAST_SHARE) & (
-                np.abs(piece_residual) <= far * np.sqrt(np.maximum(share, _LEAST_SHARE))
-            )
-            near_freedom += float(share[near].sum())
-            square += float(np.sum(piece_residual[near] ** 2))
-        if near_freedom < 0.5 * freedom or far == 0.0:
-            return total_noise
-        return min(total_noise, math.sqrt(square / near_freedom / _WITHIN))
-
-    def _scaled(self, residual: Floats) -> Floats:
-        """Residuals over what the curve leaves of them, where it leaves anything."""
-        scaled, end = np.empty(residual.size), 0
-        for piece in stretches(residual.size):
-            share, piece_residual = self._noise_share(piece), residual[piece]
-            is_free = share > _LEAST_SHARE
-            new = np.abs(piece_residual[is_free]) / np.sqrt(share[is_free])
-            scaled[end : end + new.size] = new
-            end += new.size
-        return scaled[:end]
-
-
 def stretches(size: int) -> Iterator[slice]:
     """Stretches of a long record that are worked on at once."""
     return (slice(at, min(at + _PIECE, size)) for at in range(0, size, _PIECE))
-
-
-def _slopes(middle: Floats, mean: Floats) -> Floats:
-    """Slope of the mean cycle in each bin, a radian, by central differences."""
-    turn = 2.0 * math.pi
-    places = np.concatenate(([middle[-1] - turn], middle, [middle[0] + turn]))
-    values = np.concatenate(([mean[-1]], mean, [mean[0]]))
-    return np.asarray((values[2:] - values[:-2]) / (places[2:] - places[:-2]))

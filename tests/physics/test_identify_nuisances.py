@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 import microslip as ms
 from microslip.identification import fold
 from microslip.identification.coordinates import RIG, Coordinate, coordinate_of
-from microslip.identification.mean_cycle import places_of, turns_of
 from microslip.identification.models import model_of
 from microslip.identification.nuisances import widened_by_loads
 from microslip.identification.problem import Problem
-from microslip.tribometer.cycles import split
+from microslip.tribometer.cuts import split
+from microslip.tribometer.phases import places_of, turns_of
 
 Floats = NDArray[np.float64]
 

@@ -156,7 +156,7 @@ def test_what_a_rig_cannot_change() -> None:
         assert found.mean[name].value == pytest.approx(expected[name], rel=1e-4)
     assert found.mean["energy_ratio"].value < 0.5 * expected["energy_ratio"]
     assert found.regime == "gross slip"
-    assert "give rig_stiffness" in found.notes[-1]
+    assert "give `rig_stiffness`" in found.notes[-1]
 
 
 def test_thresholds_of_one_sphere() -> None:
@@ -242,5 +242,5 @@ def test_real_record() -> None:
     assert 506e-6 < found.mean["dissipated_energy"].value < 535e-6
     assert 0.450 < found.mean["friction_energy"].value < 0.463
     assert found.frequency == pytest.approx(0.25, rel=1e-3)
-    assert "give rig_stiffness" in found.notes[-1]
+    assert "give `rig_stiffness`" in found.notes[-1]
     assert "opposite sign" in " ".join(ms.measure(ms.Record.read(REAL)).notes)

@@ -500,7 +500,7 @@ def test_a_spike_costs_its_cycle_only(value: float) -> None:
     assert folded.force_noise == pytest.approx(clean.force_noise, rel=0.1)
     (note,) = folded.said
     assert f"at sample {place}" in note
-    assert "1 cycle is left out" in note
+    assert "left out of the means: 1 cycle" in note
     found = ms.identify(
         ms.Record(made.displacement, force, sample_rate=64.0), "jenkins", rig_stiffness=None
     )
@@ -509,7 +509,7 @@ def test_a_spike_costs_its_cycle_only(value: float) -> None:
     # Where too few cycles are left, a straight line stands in its place.
     short = fold(ms.Record(made.displacement, force, sample_rate=64.0), slice(2, 5))
     assert short.cycles == 3
-    assert "straight lines" in short.said[0]
+    assert any("count all the same" in note for note in short.said)
     assert fold(made).said == ()
 
 

@@ -23,8 +23,8 @@ from microslip.tribometer import (
     rate_dependence,
     rig_stiffness_of,
 )
+from microslip.tribometer.cuts import split
 from microslip.tribometer.cycle_columns import UNITS
-from microslip.tribometer.cycles import split
 from microslip.tribometer.estimates import quantile
 from microslip.tribometer.reading import _range
 from microslip.tribometer.regimes import thresholds

@@ -34,6 +34,7 @@ TERMS = {
     "errors.py": {"said"},
     "scans": {"known", "chosen"},
     "identification": {"known", "given", "found", "said"},
+    "tribometer": {"said"},
     "structures": {"asked", "what"},
     "runs": {"done"},
 }

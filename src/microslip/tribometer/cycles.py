@@ -95,7 +95,7 @@ class Cycles:
         noise = max(block.cycles.noise for block in self.blocks.having_cycles)
         return settled(self.columns, self.counted, noise)
 
-    def chosen(self, cycles: slice | None) -> Settled:
+    def selected(self, cycles: slice | None) -> Settled:
         """The settled cycles, or those that were asked for, judged alike."""
         if cycles is None:
             return self.settled
@@ -110,12 +110,12 @@ class Cycles:
             )
         return requested(self.columns, is_asked & self.counted)
 
-    def near(self, is_chosen: NDArray[np.bool_], place: NDArray[np.int64]) -> Settled:
+    def near(self, is_wanted: NDArray[np.bool_], place: NDArray[np.int64]) -> Settled:
         """The cycles that hold most samples of others, whose number ``place`` says; judged."""
         first, last = (self.columns["start"] + edge * self.columns["period"] for edge in (0.0, 1.0))
         middle = np.rint(0.5 * (first + last)).astype(int)
         number = place[np.clip(middle, 0, place.size - 1)]
-        selection = (number >= 0) & is_chosen[np.clip(number, 0, is_chosen.size - 1)]
+        selection = (number >= 0) & is_wanted[np.clip(number, 0, is_wanted.size - 1)]
         return requested(self.columns, selection & self.counted)
 
     def samples(self, selection: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -129,15 +129,15 @@ class Cycles:
 
     # -- what is to be said ----------------------------------------------------------------------
 
-    def notes(self, chosen: Settled) -> list[str]:
+    def notes(self, counting: Settled) -> list[str]:
         """What is to be said of the record, where these cycles count."""
         return [
             *self.blocks.notes,
             *self._left_out(),
-            *chosen.notes,
+            *counting.notes,
             *self.excess_loss,
             *self.clipped,
-            *self.load_notes(chosen.selection),
+            *self.load_notes(counting.selection),
         ]
 
     def _left_out(self) -> list[str]:
@@ -145,7 +145,8 @@ class Cycles:
         texts = "; ".join(map(str, self.spikes[:3])) + ("; ..." if len(self.spikes) > 3 else "")
         if self.has_spike.any():
             notes.append(
-                f"left out: {_cycles(self.has_spike)} with a spike, here straight lines: {texts}"
+                f"left out of the means: {_cycles(self.has_spike)} with a spike, here straight "
+                f"lines: {texts}"
             )
         elif self.spikes:
             notes.append(f"spikes beyond the whole cycles: {texts}")
@@ -153,8 +154,8 @@ class Cycles:
             notes.append("no cycle closes, the ends of each differ by over a quarter of the force")
         elif self.is_open.any():
             notes.append(
-                f"left out: {_cycles(self.is_open)} whose ends differ by over a quarter of "
-                "the force, as in running in"
+                f"left out of the means: {_cycles(self.is_open)} whose ends differ by over a "
+                "quarter of the force, as in running in"
             )
         return notes
 

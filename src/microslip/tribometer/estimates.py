@@ -92,10 +92,14 @@ def dependence_of(values: Floats, fitted_count: int = 1) -> Dependence:
         means = values[size - number * length :].reshape(number, length).mean(axis=1)
         away = means - means.mean()
         square = float(away @ away)
-        found = (number * float(away[1:] @ away[:-1]) / square + fitted_count) / (number - 3.0)
-        if found * math.sqrt(number) >= _LIKELY:
-            extra = _UPPER * math.sqrt(max(1.0 - found**2, 0.0) / number) if length == 1 else 0.0
-            rho = min(found + extra, _HIGHEST)
+        correlation = (number * float(away[1:] @ away[:-1]) / square + fitted_count) / (
+            number - 3.0
+        )
+        if correlation * math.sqrt(number) >= _LIKELY:
+            extra = (
+                _UPPER * math.sqrt(max(1.0 - correlation**2, 0.0) / number) if length == 1 else 0.0
+            )
+            rho = min(correlation + extra, _HIGHEST)
             tail = rho / (1.0 - rho) - rho * (1.0 - rho**number) / (number * (1.0 - rho) ** 2)
             share = (1.0 + 2.0 * tail) / number
             variance = square / number * share / max(1.0 - share, 1e-3)

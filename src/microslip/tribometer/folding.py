@@ -182,22 +182,22 @@ def fold(
 
 
 def _fold(
-    record: Record, whole: Cycles, cycles: slice | None, bins: int, running_in: int
+    record: Record, judgement: Cycles, cycles: slice | None, bins: int, running_in: int
 ) -> tuple[Folded, list[Spike]]:
     """The folded record without its spikes, and further ones."""
-    record = whole.record
+    record = judgement.record
     x, force = record.displacement, record.force
     time = np.arange(x.size, dtype=float)
     if record.time is not None:
         time = record.time
     elif record.sample_rate is not None:
         time = time / record.sample_rate
-    phases = all_turns(time, x, whole.blocks)
+    phases = all_turns(time, x, judgement.blocks)
     del time
     cycle_count, rate, samples_a_cycle = phases.cycle_count, phases.rate, phases.samples_a_cycle
-    is_settled = _settled_cycles(whole, phases, cycles, running_in)
-    is_settled, spike_notes = _without_spikes(is_settled, whole.spikes, phases.place)
-    chosen = whole.settled if cycles is None else whole.near(is_settled, phases.place)
+    is_settled = _settled_cycles(judgement, phases, cycles, running_in)
+    is_settled, spike_notes = _without_spikes(is_settled, judgement.spikes, phases.place)
+    counting = judgement.settled if cycles is None else judgement.near(is_settled, phases.place)
     rows = np.flatnonzero(is_settled)
     inside = np.append(is_settled, False)[phases.place]
     cycle = phases.place[inside]
@@ -244,11 +244,11 @@ def _fold(
     del gone
     noise_f = curve.noise(level.residual, 1)
     load, load_error = _mean_load(record, inside, place, curve)
-    drifts = whole.drifts(chosen.selection)
+    drifts = judgement.drifts(counting.selection)
     said = (
-        *(note for note in whole.notes(chosen) if note not in whole.excess_loss),
+        *(note for note in judgement.notes(counting) if note not in judgement.excess_loss),
         *spike_notes,
-        *(found.note("a straight line is taken off") for found in drifts),
+        *(drift_there.note("a straight line is taken off") for drift_there in drifts),
     )
     further_spikes = jumps(level.residual, column, inside, force)
     del force
@@ -261,9 +261,9 @@ def _fold(
     grown = _growth(sums, counts, level.mean)
     growth = grown.value if abs(grown.value) > _LIKELY * grown.standard_error else 0.0
     doubt = ""
-    if chosen.is_moving:
+    if counting.is_moving:
         doubt = "found as a mean over cycles that move, so of no state of the joint"
-    elif whole.clipped:
+    elif judgement.clipped:
         doubt = "found from a record that looks clipped"
     timed = record.time is not None or record.sample_rate is not None
     folded = Folded(
@@ -308,10 +308,10 @@ def _growth(sums: Floats, counts: Floats, mean: Floats) -> Estimate:
 
 
 def _settled_cycles(
-    whole: Cycles, phases: Turns, cycles: slice | None, running_in: int
+    judgement: Cycles, phases: Turns, cycles: slice | None, running_in: int
 ) -> NDArray[np.bool_]:
     """Which of the whole cycles are settled."""
-    name, cycle_count = whole.record.name, phases.cycle_count
+    name, cycle_count = judgement.record.name, phases.cycle_count
     if cycle_count < 1:
         raise InputError(f"{name}: no whole cycle from one peak to the next")
     is_chosen = np.zeros(cycle_count, dtype=bool)
@@ -321,11 +321,11 @@ def _settled_cycles(
         is_chosen[cycles] = True
     else:
         place = phases.place[of_cycle := phases.place >= 0]
-        closed = ~whole.is_open
+        closed = ~judgement.is_open
         for inside in (
-            whole.samples((whole.settled.selection | whole.has_spike) & closed),
-            whole.samples(closed),
-            ~whole.samples(whole.is_open),  # blocks may hold hardly a cycle
+            judgement.samples((judgement.settled.selection | judgement.has_spike) & closed),
+            judgement.samples(closed),
+            ~judgement.samples(judgement.is_open),  # blocks may hold hardly a cycle
         ):
             outside = np.bincount(place, ~inside[of_cycle], minlength=cycle_count)
             is_chosen = outside == 0
@@ -345,7 +345,7 @@ def _settled_cycles(
 def _without_spikes(
     is_counted: NDArray[np.bool_], spikes: tuple[Spike, ...], cycle: NDArray[np.int64]
 ) -> tuple[NDArray[np.bool_], tuple[str, ...]]:
-    """The chosen cycles without those that have spikes, if enough are left; else what to say."""
+    """The counting cycles without those that have spikes, if enough are left; else what to say."""
     is_spared = is_counted.copy()
     for spike in spikes:
         of = cycle[spike.first : spike.last + 1]

@@ -248,13 +248,13 @@ def measure(
     judged = cycles_of(record)
     record, blocks, columns = judged.record, judged.blocks, judged.columns
     x, force = record.displacement, record.force
-    chosen = judged.chosen(cycles)
+    counting = judged.selected(cycles)
     if rig_stiffness is not None:
         rig_stiffness = positive("rig_stiffness", rig_stiffness, "N/m", 1e8)
         columns = columns_of(record, 1.0 / rig_stiffness)
         _refuse_soft(rig_stiffness, x, columns["force_amplitude"], blocks)
         x = x - force / rig_stiffness
-    notes = [*record.notes, *judged.notes(chosen)]
+    notes = [*record.notes, *judged.notes(counting)]
     if float(np.median(columns["dissipated_energy"])) < 0.0:
         notes.append(
             "the dissipated energy is negative: the force has the opposite sign (reading "
@@ -265,9 +265,11 @@ def measure(
             "in some cycles too few samples lie in the first quarter of the force after a "
             "reversal to read a stiffness"
         )
-    notes += [drift.note("`drift=True` takes it off") for drift in judged.drifts(chosen.selection)]
+    notes += [
+        drift.note("`drift=True` takes it off") for drift in judged.drifts(counting.selection)
+    ]
     columns = {name: columns[name] for name in UNITS if name in columns}
-    record_regimes = regimes_of(columns, limits, chosen.selection, chosen.is_moving)
+    record_regimes = regimes_of(columns, limits, counting.selection, counting.is_moving)
     regimes = record_regimes.of_each
     slid = columns["sliding_ratio"][np.isfinite(columns["sliding_ratio"])]
     sliding = float(np.median(slid)) if slid.size else math.nan
@@ -282,23 +284,23 @@ def measure(
         cycles=MappingProxyType({name: lock(values) for name, values in columns.items()}),
         regimes=regimes,
         thresholds=limits,
-        mean=_means(columns, chosen.selection, level, chosen.is_moving),
+        mean=_means(columns, counting.selection, level, counting.is_moving),
         probability=MappingProxyType(record_regimes.probability),
         confidence=level,
         frequency=_frequency(record, blocks),
         third_harmonic=_third_harmonic(record.displacement, judged.largest_block),
         load_ripple=_ripple(record, judged.largest_block),
         rig_stiffness=rig_stiffness,
-        loop=_mean_loop(x, force, columns, np.flatnonzero(chosen.selection)),
+        loop=_mean_loop(x, force, columns, np.flatnonzero(counting.selection)),
         notes=tuple(notes),
-        is_settled=not chosen.is_moving,
+        is_settled=not counting.is_moving,
         levels=tuple(
             AmplitudeLevel(
                 lock(stretch.selection),
                 not stretch.is_moving,
                 _means(columns, stretch.selection, level, stretch.is_moving),
             )
-            for stretch in chosen.levels
+            for stretch in counting.levels
         ),
     )
 
@@ -393,7 +395,7 @@ def _mean_loop(
     rows: NDArray[np.intp],
     samples: int = 256,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Mean of up to a hundred of the chosen cycles, spread over the record; closed."""
+    """Mean of up to a hundred of the counting cycles, spread over the record; closed."""
     places = rows[np.linspace(0, rows.size - 1, min(100, rows.size)).astype(int)]
     grid = np.linspace(0.0, 1.0, samples + 1)
     total = np.zeros((2, grid.size))

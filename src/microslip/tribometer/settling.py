@@ -36,6 +36,8 @@ JUDGED, HALVED = 8, 20
 have to be settled by itself: of fewer all look alike."""
 SLOWER = 0.25
 """Rate at which the end of a record may still change, over that of all of it."""
+_DISTINCT = 3.0
+"""Standard errors of a rate that tell it from that."""
 _HALVES, _MOST_STRETCHES = 6, 64
 _LOSS = 0.01
 """Of the rectangle around a loop: what energies move by is of no less than that."""
@@ -112,12 +114,12 @@ def settled(columns: Mapping[str, Floats], sound: NDArray[np.bool_], noise: floa
     return Settled(_mask(places[late:], sound.size), False, tuple(notes), levels)
 
 
-def requested(columns: Mapping[str, Floats], chosen: NDArray[np.bool_]) -> Settled:
+def requested(columns: Mapping[str, Floats], selection: NDArray[np.bool_]) -> Settled:
     """Cycles that were asked for: all of them count, and are judged by the same rule."""
-    places = np.flatnonzero(chosen)
-    if _moves_beyond(columns, places, ALIKE):
-        return Settled(chosen, True, (_moving_note(columns, places, _MOVING[:2]),))
-    return Settled(chosen, False, ())
+    places = np.flatnonzero(selection)
+    if _moving(columns, places, ALIKE):
+        return Settled(selection, True, (_moving_note(columns, places, _MOVING[:2]),))
+    return Settled(selection, False, ())
 
 
 def _level(columns: Mapping[str, Floats], places: NDArray[np.intp]) -> Level:
@@ -193,44 +195,49 @@ def _slope(values: Floats) -> tuple[float, float]:
     return line.value, line.standard_error
 
 
-def _moves_beyond(columns: Mapping[str, Floats], places: NDArray[np.intp], alike: float) -> bool:
-    """Whether force, energy or the whole loop change by more than that over some cycles."""
+def _moving(
+    columns: Mapping[str, Floats], places: NDArray[np.intp], alike: float
+) -> dict[str, tuple[float, float]]:
+    """What changes by more than that over some cycles: its slope a cycle and the error of that."""
     if places.size < JUDGED:
-        return False
-    force = abs(float(np.median(columns["force_amplitude"][places])))
-    around = 4.0 * abs(float(np.median(columns["amplitude"][places]))) * force
-    for name in _MOVING:
-        if name not in columns:
-            continue
+        return {}
+    around = 4.0 * abs(
+        float(np.median(columns["amplitude"][places]))
+        * float(np.median(columns["force_amplitude"][places]))
+    )
+    moving = {}
+    for name in columns.keys() & set(_MOVING):
         values = columns[name][places]
         usual = abs(float(np.median(values)))
         if name == "dissipated_energy":
             usual = max(usual, _LOSS * around)
         if _moves(values, alike * usual):
-            return True
-    return False
+            moving[name] = _slope(values)
+    return moving
 
 
 def _settled_end(
     columns: Mapping[str, Floats], places: NDArray[np.intp], alike: float
 ) -> int | None:
     """From where on neither force nor energy moves; None where they do to the end."""
-    number = places.size
-    rates: list[float] = []
-    for halves in range(_HALVES):
+    rates = {name: abs(slope) for name, (slope, _) in _moving(columns, places, alike).items()}
+    if not rates:
+        return 0
+    number = places.size // 2
+    for _ in range(_HALVES):
+        if number < HALVED:
+            return None
         end = places[places.size - number :]
-        slopes = [_slope(columns[name][end]) for name in _MOVING[:2]] if number > 2 else []
-        rates = rates or [abs(slope) for slope, _ in slopes]
-        # Over few cycles nothing moves by much: it must have become slower, too.
-        slower = halves == 0 or all(
-            abs(slope) <= max(SLOWER * rate, CERTAIN * error)
-            for (slope, error), rate in zip(slopes, rates, strict=True)
+        # Over few cycles nothing moves for certain: it must have become slower, and that be told.
+        slopes = {name: _slope(columns[name][end]) for name in rates}
+        slower = all(
+            abs(slopes[name][0]) <= max(SLOWER * rate, _DISTINCT * slopes[name][1])
+            and _DISTINCT * slopes[name][1] <= rate
+            for name, rate in rates.items()
         )
-        if slower and not _moves_beyond(columns, end, alike):
+        if slower and not _moving(columns, end, alike):
             return int(places.size - number)
         number //= 2
-        if number < HALVED:
-            break
     return None
 
 
@@ -264,8 +271,8 @@ def _moving_note(
 ) -> str:
     return (
         f"not settled: {_span(columns, places, names)} from cycle {places[0] + 1} to "
-        f"{places[-1] + 1}; intervals are the range of the cycles, not of a mean, which belongs "
-        "to none of them"
+        f"{places[-1] + 1}, as in running in or wear; intervals are the range of the cycles, not "
+        "of a mean, which belongs to none of them; take settled ones, `cycles=slice(first, last)`"
     )
 
 

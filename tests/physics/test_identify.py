@@ -352,17 +352,42 @@ def test_a_stiff_rig_is_a_rigid_one() -> None:
 # -- statistics -----------------------------------------------------------------------------------
 
 
-def test_intervals_are_those_of_minos() -> None:
-    """Iminuit's MINOS, on the sum of squares and its gradient alone, finds the same ends."""
+def test_intervals_are_those_of_minos(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Iminuit's MINOS, on the sum of squares and its gradient alone, finds the same ends.
+
+    James and Roos (1975, DOI 10.1016/0010-4655(75)90039-9).
+    """
+    minuit = pytest.importorskip("iminuit", reason="MINOS is that of iminuit, which is not here")
     records = [*noisy(), *noisy(7)]
     own = ms.identify(records, rig_stiffness=None, held_back=0)
-    other = ms.identify(records, rig_stiffness=None, held_back=0, intervals="minos")
-    for name, one in own.parameters.items():
-        ends = other.parameters[name]
-        assert one.verdict == "identified"
-        assert ends.value == pytest.approx(one.value, rel=1e-6)
-        assert ends.low == pytest.approx(one.low, abs=0.02 * (one.high - one.low)), name
-        assert ends.high == pytest.approx(one.high, abs=0.02 * (one.high - one.low)), name
+    _, problem, best = problem_behind(monkeypatch, records, "interface", rig_stiffness=None)
+    residual, by = problem.residuals(best)
+    least, unit = float(residual @ residual), np.linalg.norm(by, axis=0)
+
+    def value(z: Floats) -> float:
+        there, _ = problem.residuals(best + z / unit)
+        return float(there @ there) - least
+
+    def gradient(z: Floats) -> Floats:
+        there, by = problem.residuals(best + z / unit)
+        return np.asarray(2.0 * (by.T @ there) / unit)
+
+    for row, (name, number) in enumerate(own.parameters.items()):
+        assert number.verdict == "identified"
+        names = [f"z{k}" for k in range(best.size)]
+        search = minuit.Minuit(value, np.zeros(best.size), grad=gradient, name=names)
+        search.errordef = 3.841458820694124 * own.widened[name] ** 2
+        search.migrad()
+        search.minos(names[row])
+        errors = search.merrors[names[row]]
+        coordinate = problem.coordinates[row]
+        low, high = (
+            coordinate.outer(best[row] + (search.values[row] + error) / unit[row])
+            for error in (errors.lower, errors.upper)
+        )
+        width = number.high - number.low
+        assert low == pytest.approx(number.low, abs=0.02 * width), name
+        assert high == pytest.approx(number.high, abs=0.02 * width), name
 
 
 def test_reduced_chi_squared_is_near_one() -> None:

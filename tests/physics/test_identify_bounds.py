@@ -189,7 +189,7 @@ def test_a_delay_that_would_explain_a_misfit_is_named() -> None:
     assert found.parameters["slip_scale"].verdict != "identified"
     (note,) = (text for text in found.notes if "would explain" in text)
     assert "behind the displacement" in note
-    assert 'write delay="free"' in note
+    assert 'write `delay="free"`' in note
     # 8 samples at 25.6 kHz are 312 us; the score is a linear estimate.
     assert float(note.split()[2]) == pytest.approx(312.5, rel=0.1)
     right = ms.identify(record, pair=PAIR, held_back=0, delay="free")

@@ -127,7 +127,7 @@ def without_start(monkeypatch: pytest.MonkeyPatch) -> None:
 def without_end(monkeypatch: pytest.MonkeyPatch) -> None:
     class Answer:
         class best:
-            finite, message = False, "no number"
+            finite, cause = False, "no number"
 
     class Problem:
         model, coordinates = type("model", (), {"name": "iwan"}), ()

@@ -16,7 +16,6 @@ import pytest
 
 import microslip as ms
 from microslip.identification import fold
-from microslip.identification.conclusions import _minimiser_message
 from microslip.identification.fit_quality import _held_back_rows
 from microslip.identification.load_levels import levels_of
 from microslip.identification.models.interface import InterfaceModel
@@ -81,7 +80,7 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ({"delay": 0.6}, r"within half a period, 0\.5 s at 1 Hz, got 0\.6 s"),
     ({"delay": -30.0}, "within half a period"),
     ({"loss": "l1"}, "loss must be one of"),
-    ({"intervals": "bayes"}, "one of 'profile', 'minos', 'curvature'"),
+    ({"intervals": "bayes"}, "one of 'profile', 'curvature'"),
     ({"confidence": 1.0}, "between 0 and 1"),
     ({"held_back": 1.5}, "between 0 and 1"),
     ({"progress": 3}, "a function"),
@@ -542,14 +541,6 @@ def _loaded(made: ms.Record, load: Any) -> ms.Record:
     return ms.Record(made.displacement, made.force, normal_load=load, sample_rate=64.0)
 
 
-def test_why_a_fit_did_not_end_is_in_plain_words() -> None:
-    """Those of the minimiser are for who knows it."""
-    for said in ("`ftol` termination condition is satisfied.", "The maximum number of function "
-                 "evaluations is exceeded."):  # fmt: skip
-        assert not set(_minimiser_message(said).split()) & {"`ftol`", "termination", "function"}
-    assert _minimiser_message("the law does not suit") == "the law does not suit"
-
-
 def test_a_free_delay_and_a_known_one() -> None:
     """A force that lags: told, or taken off, the values are those without."""
     rig = ms.VirtualTribometer(CELL, sample_rate=256.0, noise=0.002)
@@ -695,7 +686,7 @@ def test_what_is_open_has_no_number() -> None:
 
 def test_prefixes_have_the_power_one() -> None:
     """A millionth of a square metre is no square micrometre."""
-    from microslip.identification.verdicts import number_text
+    from microslip.identification.labels import number_text
 
     assert number_text(5.58e-6, "m^2") == "5.58e-06 m²"
     assert number_text(2.5e6, "m^-1.5") == "2.50e+06 m⁻¹·⁵"
@@ -767,11 +758,11 @@ def test_a_cell_that_is_none_is_not_listed_as_open() -> None:
     from microslip.results.identified.numbers import open_parameters
 
     empty = _number(verdict="bounded above", at_bound=True, low=0.0, value=0.0)
-    wanted = _number(verdict="bounded above", remedy="measure", reason="up to force_limit")
+    wanted = _number(verdict="bounded above", remedy="measure", reason="up to 3 N")
     found = {"parameters": {"stiffness_1": empty, "force_limit": wanted}}
     (left,) = open_parameters(found)
     assert left.name == "force limit μN"
-    assert left.reason == "up to force limit μN"
+    assert left.reason == "up to 3 N"
 
 
 def test_long_records_fold_in_little_memory() -> None:

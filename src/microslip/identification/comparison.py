@@ -13,12 +13,14 @@ from microslip._core.checks import show
 from microslip._core.frozen import Locked
 from microslip._core.units import significant
 from microslip.errors import InputError
+from microslip.identification.caveats import FIXED
 from microslip.identification.coordinates import RIG
 from microslip.identification.intervals import Progress
+from microslip.identification.labels import interval_text
 from microslip.identification.models import MODELS, CycleModel, model_of
 from microslip.identification.result import Identification
 from microslip.identification.run import fold_all, identify
-from microslip.identification.verdicts import FIXED, Fitted, digits_of, ends_text, number_text
+from microslip.identification.verdicts import Fitted
 from microslip.tribometer.record import Record
 
 LAWS = tuple(model.name for model in MODELS)
@@ -86,7 +88,7 @@ class Comparison(Locked):
             )
             lines.append(f"{row['law']:<12}{row['parameters']:>11}{numbers}  {row['status']}")
         for name, laws in self.rigs().items():
-            intervals = (f"{_interval_text(fitted)} ({law})" for law, fitted in laws.items())
+            intervals = (f"{interval_text(fitted)} ({law})" for law, fitted in laws.items())
             lines.append(f"{name}: {', '.join(intervals)}")
         lines += [f"{name}: {why}" for name, why in self.failed.items()]
         return "\n".join(lines)
@@ -160,13 +162,6 @@ def compare(
         raise InputError(f"no law could be fitted: {'; '.join(failed.values())}")
     ordered = sorted(fits.items(), key=lambda item: (not item[1].converged, item[1].aic))
     return Comparison(MappingProxyType(dict(ordered)), MappingProxyType(failed))
-
-
-def _interval_text(fitted: Fitted) -> str:
-    """The interval of a number, or what is left of it."""
-    digits = digits_of(fitted)
-    low, high = (number_text(end, fitted.unit, digits) for end in (fitted.low, fitted.high))
-    return ends_text((low, high), fitted.low_open, fitted.high_open)
 
 
 def _unused_name(name: str, used_names: Collection[str]) -> str:

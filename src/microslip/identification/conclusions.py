@@ -1,36 +1,38 @@
-"""From a fit and its profiles to what is said of each number."""
+"""From a fit and its intervals to what is said of each number, and of the fit as a whole."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 
-from microslip._core.checks import Floats
 from microslip._core.frozen import lock
 from microslip.errors import InputError
-from microslip.identification import fit_quality
-from microslip.identification.bound_sensitivity import with_doubts
-from microslip.identification.coordinates import SUMMIT_DATA, Coordinate
-from microslip.identification.fit import Fit, at_bounds
+from microslip.heights import Exponential
+from microslip.identification import fit_quality, nuisances
+from microslip.identification.caveats import (
+    ABOVE,
+    BEYOND,
+    FIXED,
+    IDENTIFIED,
+    NOT,
+    Caveat,
+    mark,
+)
+from microslip.identification.coordinates import AREA, DENSITY, RADIUS, SUMMIT_DATA, Coordinate
+from microslip.identification.fit import at_bounds
 from microslip.identification.intervals import Profiled, is_at_stake
+from microslip.identification.labels import number_text
 from microslip.identification.load_levels import levels_of
-from microslip.identification.nuisances import delays_of
-from microslip.identification.prior_data import compare_data
+from microslip.identification.prior_data import Contradicted, GivenDatum, compare_data
 from microslip.identification.problem import Problem
 from microslip.identification.profiles import derived_interval
 from microslip.identification.quantities import Quantity, of_coordinate
-from microslip.identification.reservations import (
-    BY_AREA,
-    REACHED,
-    far_area,
-    mark,
-    mark_apparent,
-    mark_extrapolated,
-    with_remedy,
-)
 from microslip.identification.result import (
     AT_BOUND,
     CONVERGED,
@@ -38,26 +40,81 @@ from microslip.identification.result import (
     NOT_CONVERGED,
     Identification,
 )
+from microslip.identification.rigs import rig_contradiction
 from microslip.identification.rules import WRONG_FROM
 from microslip.identification.verdicts import (
-    ABOVE,
-    FIXED,
-    IDENTIFIED,
-    IN_DOUBT,
-    NOT,
     Design,
     Direction,
     Fitted,
     design_of,
     direction_of,
-    fixed_number,
     is_parallel,
     judge,
-    number_text,
-    reason_for,
-    remedy_for,
 )
 from microslip.materials import MaterialPair
+
+FRICTION = "friction_coefficient"
+_LIMITS = (FRICTION, "force_limit")
+"""Numbers that only a contact in gross slip shows."""
+_REACHED = 0.95
+"""Share of the limit that a record has to reach for it to be seen."""
+_FAR = 10.0
+"""Ratio of loads from which on the one of a contact area is far from those of the records."""
+_BY_AREA = (RADIUS, DENSITY, "summit_count")
+"""What follows from a contact area."""
+
+Numbers = Mapping[str, Fitted]
+Reservation = tuple[Caveat, Sequence[str] | None]
+"""A caveat, and the names of the numbers that it reaches; None for all."""
+
+
+@dataclass
+class _Seen:
+    """A fit with its intervals, and what its caveats are made of."""
+
+    problem: Problem
+    answer: Profiled
+    quantities: list[Quantity]
+    level: float
+    freedom: int
+    loss: str
+    data_names: Sequence[str]
+
+    @cached_property
+    def records(self) -> tuple[fit_quality.RecordFit, ...]:
+        return fit_quality.record_fits(self.problem, self.answer.best.q)
+
+    @cached_property
+    def loads(self) -> list[float | None]:
+        return [record.normal_load for record in self.problem.folded]
+
+    @cached_property
+    def design(self) -> Design:
+        slips = [record.slip_share for record in self.records]
+        model, levels = self.problem.model, len(set(levels_of(self.loads)))
+        return design_of(slips, self.problem.coordinates, levels, model.scales_with_load)
+
+    @cached_property
+    def free(self) -> list[Coordinate]:
+        return [self.problem.coordinates[int(j)] for j in self.problem.free]
+
+    @cached_property
+    def reduced(self) -> float:
+        return self.answer.best.cost / self.freedom
+
+    @cached_property
+    def is_misfit(self) -> bool:
+        stake = self.answer.stake
+        return is_at_stake(stake) or (stake is None and self.reduced > WRONG_FROM)
+
+    @cached_property
+    def data(self) -> tuple[tuple[GivenDatum, ...], Contradicted | None]:
+        best = self.answer.best
+        return compare_data(self.problem, best, self.freedom, self.data_names, self.quantities)
+
+    @cached_property
+    def rigs(self) -> Caveat | None:
+        return fit_quality.rigs_differ(self.problem, self.answer.best, self.freedom)
 
 
 def result_of(
@@ -70,274 +127,342 @@ def result_of(
     predicted: float | None,
     pair: MaterialPair | None,
     area: float | None,
-    notes: list[str],
-    data_names: Iterable[str] | None = None,
+    before: Sequence[Caveat],
+    data_names: Sequence[str] = (),
+    loss: str = "linear",
 ) -> Identification:
     """All that is said of a fit; ``data_names`` are those of its data."""
-    best, coordinates = answer.best, problem.coordinates
+    best = answer.best
     if not best.finite:
         raise InputError(
             f"the law {problem.model.name!r} has no finite answer near the first guess "
-            f"({best.message}); give another `start=...` or narrower `bounds=...`"
+            f"({best.cause}); give another `start=...` or narrower `bounds=...`"
         )
-    records = fit_quality.record_fits(problem, best.q)
-    loads = [record.normal_load for record in problem.folded]
-    slips, levels = [record.slip_share for record in records], len(set(levels_of(loads)))
-    design = design_of(slips, coordinates, levels, problem.model.scales_with_load)
-    parameters, directions = _parameters(problem, answer, design, level)
-    derived = _derived(problem, answer, quantities, parameters, level)
-    parameters, derived = with_doubts(
-        problem, best, answer.open_ends, quantities, parameters, derived
-    )
-    errors = np.sqrt(np.diag(answer.covariance))
-    correlation = answer.covariance / np.outer(errors, errors)
-    free = [coordinates[int(j)].name for j in problem.free]
-    unfit, stake = "", answer.stake
-    if is_at_stake(stake) or (stake is None and best.cost > WRONG_FROM * freedom):
-        unfit = fit_quality.misfit(records, best.cost / freedom)
-        parameters, derived = (
-            mark_apparent(numbers, problem.folded, stake) for numbers in (parameters, derived)
-        )
-    if max(slips) < REACHED:
-        parameters, derived = (mark_extrapolated(n, max(slips)) for n in (parameters, derived))
-    for reason in dict.fromkeys(record.doubt for record in problem.folded if record.doubt):
-        parameters, derived = (mark(n, IN_DOUBT, reason) for n in (parameters, derived))
-        parameters = with_remedy(parameters, "take settled cycles within the range of the sensors")
-    data, contradicted = compare_data(problem, best, freedom, list(data_names or ()), quantities)
-    if contradicted is not None:
-        reason = f"what was given for {' and '.join(contradicted.names)} and the loops disagree"
-        functions = {coordinates[int(j)].name: of_coordinate(problem, int(j)) for j in problem.free}
-        names = {name for name, f in functions.items() if contradicted.reaches(f)}
-        parameters = mark(parameters, IN_DOUBT, reason, names=names)
-        remedy = "check what was given, or leave it out"
-        parameters = with_remedy(parameters, remedy, names=names)
-        names = {q.name for q in quantities if contradicted.reaches(q.function)}
-        derived = mark(derived, IN_DOUBT, reason, names=names)
-    far = far_area(coordinates, loads)
-    if far is not None:
-        notes = [*notes, far]
-        parameters, derived = (mark(n, IN_DOUBT, far, names=BY_AREA) for n in (parameters, derived))
-    status, message = _status(problem, best, freedom, parameters)
+    seen = _Seen(problem, answer, quantities, level, freedom, loss, data_names)
+    parameters, directions = _parameters(seen)
+    derived = _derived(seen, parameters)
+    parameters, derived = _leaning(seen, parameters, derived)
+    for caveat, names in _reservations(seen, [*parameters, *derived]):
+        parameters, derived = (mark(n, caveat, names) for n in (parameters, derived))
+    status, caveats = _status(seen, parameters)
     if status == DIFFER:
-        reason = "found as if all records had one rig, which the loops speak against"
-        parameters, derived = (mark(n, IN_DOUBT, reason) for n in (parameters, derived))
-        parameters = with_remedy(parameters, f"name the rig of each record: {_NAME_RIGS}")
-    objections = [unfit] if unfit else []
-    objections += [] if contradicted is None else [contradicted.text]
-    for objection in objections:
-        message = f"{message}; {objection}"
+        parameters, derived = (mark(n, Caveat("as one rig")) for n in (parameters, derived))
+    lost = any(fitted.verdict == NOT for fitted in parameters.values())
+    errors = np.sqrt(np.diag(answer.covariance))
     # Each law makes its own covariance of the noise of the displacement: its determinant counts.
     deviance, fitted_count = best.cost + problem.log_determinant, problem.free.size + problem.flat
-    lost = any(fitted.verdict == NOT for fitted in parameters.values())
-    notes = [*notes, *_notes(best.cost / freedom, answer.widen, design, loads, lost)]
-    notes += objections
-    # What a record says of its own folding; that all cycles are there needs no word.
-    notes += [f"{record.name}: {note}" for record in problem.folded for note in record.said]
-    if answer.lower_still:
-        notes.append(
-            "the sum of squares has many minima, and the profiles met lower ones than that of the "
-            "best values: this law does not suit these records"
-        )
-    if linear := [free[i] for i in answer.linear]:
-        whose = "all intervals" if len(linear) == len(free) else f"intervals of {', '.join(linear)}"
-        notes.append(
-            f"{whose} are those of the curvature at the best value, as if the law were linear"
-        )
+    names = [coordinate.name for coordinate in seen.free]
     return Identification(
         law=problem.model.name,
         status=status,
-        message=message,
         evaluations=problem.evaluations,
         parameters=MappingProxyType(parameters),
         derived=MappingProxyType(derived),
-        names=tuple(free),
-        correlation=lock(correlation),
+        names=tuple(names),
+        correlation=lock(answer.covariance / np.outer(errors, errors)),
         directions=tuple(directions),
         confidence=level,
         chi_squared=best.cost,
         degrees_of_freedom=freedom,
         widened=MappingProxyType(
-            {name: math.sqrt(float(w)) for name, w in zip(free, answer.widen, strict=True)}
+            {name: math.sqrt(float(w)) for name, w in zip(names, answer.widen, strict=True)}
         ),
-        records=records,
+        records=seen.records,
         aic=deviance + 2.0 * fitted_count,
         bic=deviance + fitted_count * math.log(count),
         held_back=predicted,
         columns=tuple(
             MappingProxyType(
-                {n: coordinates[j].name for n, j in zip(problem.model.names, column, strict=True)}
+                {
+                    name: problem.coordinates[j].name
+                    for name, j in zip(problem.model.names, column, strict=True)
+                }
             )
             for column in problem.columns
         ),
-        notes=tuple(notes),
+        caveats=(*caveats, *before, *_remarks(seen, lost)),
         _model=problem.model,
         _pair=pair,
         _area=area,
-        given=data,
-        stake=stake,
-        delays=MappingProxyType(delays_of(problem, answer)),
+        given=seen.data[0],
+        stake=answer.stake,
+        delays=MappingProxyType(nuisances.delays_of(problem, answer)),
     )
 
 
-_NAME_RIGS = "`rigs=...`"
+# -- the numbers ----------------------------------------------------------------------------------
 
 
-def _status(
-    problem: Problem, best: Fit, freedom: int, parameters: Mapping[str, Fitted]
-) -> tuple[str, str]:
-    if not best.converged:
-        return (
-            NOT_CONVERGED,
-            f"the fit did not end at a minimum: {_minimiser_message(best.message)}",
-        )
-    difference = fit_quality.rigs_differ(problem, best, freedom)
-    if difference is not None and difference.explain:
-        return DIFFER, f"{difference.text}: {_NAME_RIGS}"
-    rig_note = "" if difference is None else f"; {difference.text}: {_NAME_RIGS}"
-    at = [problem.coordinates[int(problem.free[i])].name for i in at_bounds(problem, best.q)]
-    if at:
-        of = " and ".join(
-            f"the best value of {name} lies at a bound of the search, "
-            f"{number_text(parameters[name].value, parameters[name].unit)}"
-            for name in at[:3]
-        )
-        of += f" (and {len(at) - 3} more)" if len(at) > 3 else ""
-        identified_names = [
-            name for name, fitted in parameters.items() if fitted.verdict == IDENTIFIED
-        ]
-        identified = (
-            f"identified all the same: {', '.join(identified_names)}"
-            if identified_names
-            else "nothing is identified"
-        )
-        return AT_BOUND, f"{of}; {identified}{rig_note}"
-    return CONVERGED, f"the fit ended at a minimum within the bounds{rig_note}"
+def _fixed(source: Coordinate | Quantity, value: float) -> Fitted:
+    return Fitted(*(source.name, source.unit, value, value, value, 0.0, FIXED), load=source.load)
 
 
-def _minimiser_message(message: str) -> str:
-    """What a minimiser says, in words for those who do not know it."""
-    if "termination condition" in message:
-        return "its last steps change hardly anything, and yet it comes to rest nowhere"
-    if "maximum number of function evaluations" in message:
-        return "its evaluations were used up while the sum of squares still fell"
-    return message
-
-
-def _parameters(
-    problem: Problem, answer: Profiled, design: Design, level: float
-) -> tuple[dict[str, Fitted], list[Direction]]:
-    free = [problem.coordinates[int(j)] for j in problem.free]
+def _parameters(seen: _Seen) -> tuple[dict[str, Fitted], list[Direction]]:
+    problem, answer = seen.problem, seen.answer
     outer = problem.physical(answer.best.q)
-    rank = {int(j): r for r, j in enumerate(problem.free)}
     natural = {p.name for p in problem.model.parameters if p.natural}
     parameters: dict[str, Fitted] = {}
     directions: list[Direction] = []
+    rows = {int(j): row for row, j in enumerate(problem.free)}
     for j, coordinate in enumerate(problem.coordinates):
-        value = outer[j]
         if coordinate.fixed:
-            parameters[coordinate.name] = fixed_number(coordinate, value)
+            parameters[coordinate.name] = _fixed(coordinate, outer[j])
             continue
-        row = rank[j]
-        interval = answer.intervals[row]
-        judged = judge(coordinate, value, interval)
-        verdict = judged.verdict
-        remedy = remedy_for(coordinate, verdict, design)
-        is_none = verdict == ABOVE and judged.at_bound and coordinate.parameter in natural
-        if is_none:
-            remedy = ""  # a cell that is none leaves nothing to settle
-        points = [
-            (coordinate.outer(q), rise / float(answer.widen[row])) for q, rise in interval.points
-        ]
-        error = _standard_error(coordinate, value, float(answer.best.q[row]), answer, row)
-        reason = reason_for(coordinate, judged, level)
+        row, value = rows[j], outer[j]
+        interval, widened = answer.intervals[row], float(answer.widen[row])
+        error = math.sqrt(float(answer.covariance[row, row]) * widened)
+        error *= coordinate.slope(float(answer.best.q[row]))
+        if coordinate.kind == "inverse":  # a product, for a square of it may be too large
+            error = value * (value * error) if math.isfinite(value) else math.inf
+        points = ((coordinate.outer(q), rise / widened) for q, rise in interval.points)
         profile = tuple(sorted(point for point in points if math.isfinite(point[0])))
-        parameters[coordinate.name] = judged.number(
-            coordinate, value, error, reason, remedy, profile
-        )
-        if (
-            verdict not in (IDENTIFIED, FIXED)
-            and coordinate.parameter not in SUMMIT_DATA
-            and not is_none
-        ):
-            way = direction_of(coordinate, free, interval.at_low, interval.at_high, remedy)
-            if way is not None and not any(is_parallel(way, direction) for direction in directions):
+        number = judge(coordinate, value, error, interval, seen.level, seen.design, profile)
+        if number.verdict == ABOVE and number.at_bound and coordinate.parameter in natural:
+            # A cell that is none leaves nothing to settle.
+            assert number.caveat is not None
+            number = replace(number, caveat=replace(number.caveat, remedies=()))
+        elif number.verdict != IDENTIFIED and coordinate.parameter not in SUMMIT_DATA:
+            remedies = () if number.caveat is None else number.caveat.remedies
+            ends = interval.at_low, interval.at_high
+            way = direction_of(coordinate, seen.free, *ends, remedies)
+            if way is not None and not any(is_parallel(way, other) for other in directions):
                 directions.append(way)
+        parameters[coordinate.name] = number
     return parameters, directions
 
 
-def _standard_error(
-    coordinate: Coordinate, value: float, q: float, answer: Profiled, row: int
-) -> float:
-    error = math.sqrt(float(answer.covariance[row, row] * answer.widen[row]))
-    if coordinate.kind == "inverse":
-        return value**2 * coordinate.slope(q) * error if math.isfinite(value) else math.inf
-    return coordinate.slope(q) * error
-
-
-def _derived(
-    problem: Problem,
-    answer: Profiled,
-    quantities: list[Quantity],
-    parameters: Mapping[str, Fitted],
-    level: float,
-) -> dict[str, Fitted]:
+def _derived(seen: _Seen, parameters: Numbers) -> dict[str, Fitted]:
     """What follows: along the way that moves it most, and wherever the profiles have been."""
+    answer = seen.answer
     widest = float(answer.widen.max(initial=1.0))
-    threshold = answer.threshold * widest
     derived = {}
-    for quantity in quantities:
+    for quantity in seen.quantities:
         value, gradient = quantity.function(answer.best.q)
         if not gradient.any():
-            derived[quantity.name] = fixed_number(quantity, value)
+            derived[quantity.name] = _fixed(quantity, value)
             continue
-        is_shape = value <= 0.0 or (quantity.unit == "" and "separation" in quantity.name)
+        is_shape = value <= 0.0 or quantity.shape
         ends = derived_interval(
-            problem,
-            answer.best,
-            quantity.function,
-            threshold,
-            answer.covariance,
-            answer.intervals,
-            answer.open_ends,
-            is_shape,
+            *(seen.problem, answer.best, quantity.function, answer.threshold * widest),
+            *(answer.covariance, answer.intervals, answer.open_ends, is_shape),
         )
-        name, unit = quantity.name, quantity.unit
-        shape = Coordinate(name, name, unit, -math.inf, math.inf, "linear", value, shape=is_shape)
-        judged = judge(shape, value, ends)
-        reason = reason_for(shape, judged, level)
-        if quantity.parent is not None and judged.verdict != parameters[quantity.parent].verdict:
-            # The same number at another load.
-            judged = judged._replace(verdict=parameters[quantity.parent].verdict)
-            reason = parameters[quantity.parent].reason
+        coordinate = Coordinate(
+            *(quantity.name, quantity.name, quantity.unit, -math.inf, math.inf, "linear", value),
+            load=quantity.load,
+            shape=is_shape,
+        )
         variance = float(gradient @ answer.covariance @ gradient) * widest
-        remedy = ""
-        if judged.verdict == NOT:
-            remedy = next((p.remedy for p in parameters.values() if p.remedy), "")
-        error = math.sqrt(max(variance, 0.0))
-        derived[name] = judged.number(quantity, value, error, reason, remedy)
+        number = judge(coordinate, value, math.sqrt(max(variance, 0.0)), ends, seen.level)
+        parent = parameters.get(quantity.parent or "")
+        if parent is not None and number.verdict != parent.verdict:  # the same at another load
+            number = replace(number, verdict=parent.verdict, caveat=parent.caveat)
+        if number.verdict == NOT and number.caveat is not None:
+            others = (p.caveat.remedies for p in parameters.values() if p.caveat is not None)
+            remedies = next(filter(None, others), ())
+            number = replace(number, caveat=replace(number.caveat, remedies=remedies))
+        derived[quantity.name] = number
     return derived
 
 
-def _notes(
-    reduced: float, widen: Floats, design: Design, loads: Sequence[float | None], lost: bool
-) -> list[str]:
-    notes = []
-    largest = math.sqrt(float(widen.max(initial=1.0)))
-    if largest > 1.0:
-        why = (
-            f"the law leaves more than the noise (reduced chi-squared {reduced:.3g})"
-            if reduced >= 0.999 * largest**2
-            else "whole cycles scatter more than white noise does"
-        )
-        notes.append(f"intervals are up to {largest:.3g} times as wide as noise makes them: {why}")
+def _leaning(
+    seen: _Seen, parameters: Numbers, derived: Numbers
+) -> tuple[dict[str, Fitted], dict[str, Fitted]]:
+    """The numbers; "in doubt" those which an end of a search, where the fit rests, would move."""
+    first = {**parameters, **derived}
+    numbers, best = dict(first), seen.answer.best.q
+    shapes = {c.name for c in seen.free if c.shape} | {q.name for q in seen.quantities if q.shape}
+    for end in (end for end in seen.answer.open_ends if end.rests):
+        at = numbers[end.name]
+        if at.caveat is not None:
+            remedies = ("take other heights", *at.caveat.remedies)
+            numbers[end.name] = replace(at, caveat=replace(at.caveat, remedies=remedies))
+        there = best + end.ahead(best)
+        moves = {
+            coordinate.name: coordinate.outer(float(q)) - first[coordinate.name].value
+            for coordinate, q in zip(seen.free, there, strict=True)
+        } | {
+            quantity.name: end.shift(quantity.function, best)
+            for quantity in seen.quantities
+            if first[quantity.name].verdict == IDENTIFIED
+        }
+        for name, moved in moves.items():
+            number = first[name]
+            if number.verdict == IDENTIFIED and abs(moved) > 0.5 * (number.high - number.low):
+                data = {
+                    "end": end.name,
+                    "parameter": seen.free[end.row].parameter,
+                    "way": "higher" if moved > 0.0 else "lower",
+                    "share": None if name in shapes else abs(moved / number.value),
+                    "size": abs(moved) if name in shapes else None,
+                }
+                numbers |= mark({name: number}, Caveat("leans", data))
+    return {name: numbers[name] for name in parameters}, {name: numbers[name] for name in derived}
+
+
+# -- what they rest on ----------------------------------------------------------------------------
+
+
+def _reservations(seen: _Seen, names: Sequence[str]) -> Iterator[Reservation]:
+    """What numbers rest on that does not hold, and which of them do."""
+    records = seen.problem.folded
+    if seen.is_misfit:
+        data = {
+            "amplitudes": range_of([record.amplitude for record in records], "m"),
+            "loads": range_of(seen.loads, "N"),
+            "stake": seen.answer.stake,
+        }
+        yield Caveat("apparent", data), None
+    reached = max(record.slip_share for record in seen.records)
+    if reached < _REACHED:
+        limits = [name for name in names if name.partition(" ")[0] in _LIMITS]
+        yield Caveat("beyond", {"reached": reached, "laws": None, "none": None}), limits
+    for doubt in dict.fromkeys(record.doubt for record in records if record.doubt):
+        yield Caveat("doubted record", {"doubt": doubt}), None
+    contradicted = seen.data[1]
+    if contradicted is not None:
+        functions = {quantity.name: quantity.function for quantity in seen.quantities}
+        for j, coordinate in zip(seen.problem.free, seen.free, strict=True):
+            functions[coordinate.name] = of_coordinate(seen.problem, int(j))
+        reached_names = [name for name, f in functions.items() if contradicted.reaches(f)]
+        yield Caveat("contradicted", {"names": contradicted.names}), reached_names
+    far = _far_area(seen)
+    if far is not None:
+        yield far, _BY_AREA
+
+
+def _far_area(seen: _Seen) -> Caveat | None:
+    """What says that a contact area was measured at a load that no record is near."""
+    measured = next((c.load for c in seen.problem.coordinates if c.parameter == AREA), None)
+    loads = [load for load in seen.loads if load]
+    if measured is None or not loads:
+        return None
+    if min(loads) / _FAR <= measured <= _FAR * max(loads):
+        return None
+    return Caveat("far area", {"load": measured, "loads": range_of(loads, "N")})
+
+
+def range_of(values: Sequence[float | None], unit: str) -> str | None:
+    """The lowest to the highest value, one of them where they read alike; None without any."""
+    known = [value for value in values if value]
+    ends = (min(known), max(known)) if known else ()
+    return " to ".join(dict.fromkeys(number_text(end, unit) for end in ends)) or None
+
+
+# -- the fit as a whole ---------------------------------------------------------------------------
+
+
+def _status(seen: _Seen, parameters: Numbers) -> tuple[str, list[Caveat]]:
+    """How the fit ended, and what its message says."""
+    best, rigs = seen.answer.best, None
+    if not best.converged:
+        status, told = NOT_CONVERGED, [Caveat(best.cause, {"why": best.why})]
+    elif (rigs := seen.rigs) is not None and rigs.kind == "one rig":
+        status, told = DIFFER, [rigs]
+    else:
+        at = [seen.free[i].name for i in at_bounds(seen.problem, best.q)]
+        status, told = (AT_BOUND, [_at_bounds(at, parameters)]) if at else (CONVERGED, [])
+        told += [] if rigs is None else [rigs]
+    if seen.is_misfit:
+        told.append(fit_quality.misfit(seen.records, seen.reduced))
+    if (contradicted := seen.data[1]) is not None:
+        told.append(contradicted.caveat)
+    return status, told
+
+
+def _at_bounds(at: Sequence[str], parameters: Numbers) -> Caveat:
+    places = [
+        Caveat("a bound", {"name": name, "value": number.value, "unit": number.unit})
+        for name, number in parameters.items()
+        if name in at
+    ]
+    identified = [name for name, number in parameters.items() if number.verdict == IDENTIFIED]
+    data = {"places": places[:3], "more": len(places) - 3 if len(places) > 3 else None}
+    return Caveat(
+        "at a bound", data | {"names": identified or None, "none": None if identified else ""}
+    )
+
+
+def _remarks(seen: _Seen, lost: bool) -> Iterator[Caveat]:
+    """What is to be said of the fit besides; ``lost`` is whether a parameter is not identified."""
+    problem, answer, design = seen.problem, seen.answer, seen.design
+    yield from nuisances.noise_remarks(problem, answer.best, seen.freedom, seen.loss)
+    yield from nuisances.causes(problem, answer.best, seen.freedom)
+    if answer.best.cost > WRONG_FROM * seen.freedom:
+        loops = [record.loop for record in problem.folded]
+        soft = rig_contradiction(problem.coordinates, problem.rigs, loops)
+        yield from () if soft is None else (soft,)
+    far = _far_area(seen)
+    yield from () if far is None else (far,)
+    times = math.sqrt(float(answer.widen.max(initial=1.0)))
+    if times > 1.0:
+        by_law = seen.reduced >= 0.999 * times**2
+        reduced, cycles = (seen.reduced, None) if by_law else (None, "")
+        yield Caveat("widened", {"times": times, "reduced": reduced, "cycles": cycles})
     if design.scales_with_load and design.rig_is_free and lost:
-        notes.append(
-            "after a reversal rig and contact give way together: a softer contact on a stiffer rig "
-            "answers nearly as well, which is why the loops do not tell the contact's own part"
+        yield Caveat("in series")
+    if design.scales_with_load and design.loads < 2:
+        yield Caveat("one load")
+    for record in problem.folded:
+        # What a record says of its own folding; that all cycles are there needs no word.
+        yield from (
+            Caveat("of the record", {"record": record.name, "note": n}) for n in record.said
         )
-    if design.scales_with_load and design.loads < 2 and len(loads) > 0:
-        notes.append(
-            "all records have one normal load: the friction coefficient, the length κσ and, "
-            "weakly, the separation h are all that loops at one load hold"
+    if answer.lower_still:
+        yield Caveat("many minima")
+    if names := [seen.free[i].name for i in answer.linear]:
+        whole = len(names) == len(seen.free)
+        data: dict[str, Any] = {"every": "" if whole else None, "names": None if whole else names}
+        yield Caveat("straight", data)
+
+
+# -- other laws -----------------------------------------------------------------------------------
+
+_AS_GOOD = 10.0
+"""Akaike's criterion over that of the best law up to which another law answers the loops, too."""
+
+Refit = Callable[..., Identification]
+"""Identifies another law, by its name and options, from the same records."""
+
+
+def spread_over_laws(result: Identification, refit: Refit) -> Identification:
+    """The limit of sliding as wide as exponential heights and a sphere have it, if they answer."""
+    friction = result.parameters.get(FRICTION)
+    if friction is None or friction.verdict != BEYOND or friction.caveat is None:
+        return result
+    refits = {}
+    for name, law, options in (
+        ("exponential heights", "interface", {"heights": Exponential(1.0)}),
+        ("one sphere", "sphere", {}),
+    ):
+        try:
+            refits[name] = refit(law, **options)
+        except InputError:
+            continue
+    best_aic = min([result.aic, *(fit.aic for fit in refits.values() if fit.converged)])
+    found = {
+        name: fit.parameters[FRICTION]
+        for name, fit in refits.items()
+        if fit.converged and fit.aic <= best_aic + _AS_GOOD
+    }
+    low = min([friction.low, *(number.low for number in found.values())]) / friction.value
+    high = max([friction.high, *(number.high for number in found.values())]) / friction.value
+    laws = [f"{number_text(number.value, '')} ({name})" for name, number in found.items()]
+    spread = {"laws": laws or None, "none": None if laws else ""}
+    caveat = replace(friction.caveat, data={**friction.caveat.data, **spread})
+
+    def widened(numbers: Numbers) -> MappingProxyType[str, Fitted]:
+        return MappingProxyType(
+            {
+                name: replace(
+                    number,
+                    low=min(number.low, low * number.value),
+                    high=max(number.high, high * number.value),
+                    caveat=caveat,
+                )
+                if number.verdict == BEYOND
+                else number
+                for name, number in numbers.items()
+            }
         )
-    return notes
+
+    return replace(result, parameters=widened(result.parameters), derived=widened(result.derived))

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from microslip._core.units import engineering, prefix
-from microslip.identification.verdicts import Fitted, label, short_symbol
+from microslip.identification.labels import label, short_symbol
+from microslip.identification.verdicts import Fitted
 from microslip.report.document import Picture
 from microslip.report.plot import COLORS, Axis, Band, Entry, Panel, Pixels, Plot, Rule, Words
 from microslip.report.scales import evenly, length_prefix

@@ -6,6 +6,7 @@ import math
 import warnings
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,15 +18,11 @@ _TOLERANCE = 1e-10
 _PASSES, _DAMPED, _SHARE = 4, 12, 0.5
 _SETTLED = 0.01
 """Share by which the sum of squares may change with weights of where the fit ended."""
-_UNSETTLED = (
-    "the weights of the displacement's errors, which follow the law's own tangents, do not settle: "
-    "the law does not suit these records"
-)
 _MOST_EVALUATIONS = 150
 _MOST_IN_ALL = 2000
 """Evaluations of one minimisation, and of all that a fit takes, its starts and weights together."""
-_USED_UP = "the maximum number of function evaluations is exceeded"
 _AT_BOUND = 1e-6
+_DISTINCT = 1e-4  # of its size, that no coordinate makes
 _FEW_EVALUATIONS = 30
 _MOST_STEPS, _IDLE = 40, 3
 _LEAST_DAMPING, _MOST_DAMPING = 1e-3, 1e6
@@ -38,10 +35,17 @@ class Fit:
     q: Floats
     cost: float
     """Sum of squares."""
-    converged: bool
-    message: str
+    cause: str = ""
+    """Why it did not converge, as a kind of caveat; empty where it did."""
+    why: str = ""
+    """What broke it off."""
     weight: float = 0.0
     """Logarithm of the determinant of the covariance under which the sum was taken."""
+
+    @property
+    def converged(self) -> bool:
+        """Whether it ended at a minimum."""
+        return not self.cause
 
     @property
     def deviance(self) -> float:
@@ -73,15 +77,13 @@ def minimise(
         moving = np.arange(start.size) if moving is None else moving
         return _least_squares(problem, start, moving, tolerance)
     low, high = bounds_of(problem)
-    fit = Fit(np.clip(start, low, high), math.inf, True, "nothing to fit")
-    good, message = True, ""
+    fit, first = Fit(np.clip(start, low, high), math.inf), Fit(start, math.inf)
     for part in problem.parts:
         fit = _least_squares(problem, fit.q, part, tolerance)
         if not fit.finite:
             return fit
-        if good:
-            good, message = fit.converged, fit.message
-    return Fit(fit.q, fit.cost, good, message)
+        first = fit if first.converged else first
+    return replace(fit, cause=first.cause, why=first.why)
 
 
 def _in_trust_region(
@@ -97,7 +99,7 @@ def _in_trust_region(
     q = np.clip(start, low, high)
     if moving.size == 0:
         residual, _ = problem.residuals(q)
-        return Fit(q, float(np.dot(residual, residual)), True, "nothing to fit")
+        return Fit(q, float(np.dot(residual, residual)))
     inner_low, inner_high = low[moving], high[moving]
     # The method wants a start strictly inside.
     width = np.minimum(inner_high - inner_low, 1.0)
@@ -123,10 +125,10 @@ def _in_trust_region(
                 max_nfev=_MOST_EVALUATIONS if evaluation_limit is None else evaluation_limit,
             )
         except (ValueError, np.linalg.LinAlgError) as error:
-            return Fit(q, float("inf"), False, f"the fit broke off: {error}")
-    return Fit(
-        at(solution.x), 2.0 * float(solution.cost), bool(solution.status > 0), str(solution.message)
-    )
+            return Fit(q, math.inf, "broken off", str(error))
+    # Its only other end is that its evaluations are used up.
+    cause = "" if solution.status > 0 else "used up"
+    return Fit(at(solution.x), 2.0 * float(solution.cost), cause)
 
 
 def _least_squares(
@@ -148,6 +150,61 @@ def settle(
     return fit if reached else _in_trust_region(problem, fit.q, moving, 1e-7, _FEW_EVALUATIONS)
 
 
+def settle_near(
+    problem: Problem, start: Floats, moving: NDArray[np.intp] | None = None
+) -> Fit | None:
+    """The minimum near a start, part by part; None where the law has no answer on the way."""
+    fit = Fit(start, math.inf)
+    with warnings.catch_warnings(), np.errstate(all="ignore"):
+        warnings.simplefilter("ignore")
+        try:
+            for part in problem.parts if moving is None else [moving]:
+                fit = settle(problem, fit.q, part)
+                if not fit.finite:
+                    return None
+        except (ArithmeticError, ValueError, np.linalg.LinAlgError):
+            return None
+    return fit
+
+
+def covariance_of(information: Floats) -> Floats:
+    """The inverse of an information; very large where the data say nothing."""
+    size = np.sqrt(np.diag(information))
+    unknown = size == 0.0
+    size[unknown] = 1.0
+    scaled = information / np.outer(size, size)
+    values, vectors = np.linalg.eigh(scaled)
+    values = np.maximum(values, 1e-14)
+    inverse = (vectors / values) @ vectors.T
+    return np.asarray(inverse / np.outer(size, size))
+
+
+class Score(NamedTuple):
+    """What further forces would take off the sum of squares, if all were linear."""
+
+    fall: float
+    sizes: Floats
+    """Sizes at which they would."""
+    distinct: int
+    """How many of them no coordinate makes."""
+
+
+def score(problem: Problem, q: Floats, rows: Floats) -> Score:
+    """The score test (Rao 1948) of forces of any size, given by their weighted courses (rows)."""
+    residual, by = problem.residuals(q)
+    columns = np.zeros((residual.size, len(rows)))
+    columns[: rows.shape[1]] = problem.whitened(rows).T
+    remainder = columns - by @ (covariance_of(by.T @ by) @ (by.T @ columns))
+    norm = np.linalg.norm(remainder, axis=0)
+    distinct = norm > _DISTINCT * np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+    sizes = np.zeros(len(rows))
+    if distinct.any():
+        basis = remainder[:, distinct] / norm[distinct]
+        sizes[distinct] = -np.linalg.lstsq(basis, residual, rcond=None)[0] / norm[distinct]
+    moved = remainder @ sizes
+    return Score(float(moved @ moved), sizes, int(distinct.sum()))
+
+
 def _descended(
     problem: Problem,
     start: Floats,
@@ -167,11 +224,11 @@ def _descended(
     damping, idle = 0.0, 0
     for _ in range(_MOST_STEPS):
         if moving.size == 0 or not np.isfinite(cost):
-            return Fit(q, cost, True, ""), True
+            return Fit(q, cost), True
         enough = max(good_enough, share * cost)
         free, step, gain = _step_within(q, residual, by, moving, low, high, damping)
         if free.size == 0 or (damping == 0.0 and gain <= enough):
-            return Fit(q, cost, True, ""), True
+            return Fit(q, cost), True
         new = q.copy()
         new[free] += step
         new = np.clip(new, low, high)
@@ -185,10 +242,10 @@ def _descended(
         else:
             damping = max(10.0 * damping, _LEAST_DAMPING)
         if idle >= _IDLE:
-            return Fit(q, cost, True, ""), True
+            return Fit(q, cost), True
         if damping > _MOST_DAMPING:
             break  # a kink, at which no derivative tells the way on
-    return Fit(q, cost, False, ""), False
+    return Fit(q, cost), False
 
 
 def _step_within(
@@ -270,7 +327,7 @@ def _robust(problem: Problem, fit: Fit, loss: str) -> Fit:
     """
     for passed in range(30):
         if problem.evaluations > problem.evaluation_limit:
-            return replace(fit, converged=False, message=_USED_UP)
+            return replace(fit, cause="used up")
         residual = problem.standardised(fit.q)
         scale = _TOLERATED * max(1.0, float(np.median(np.abs(residual))) / 0.6745)
         problem.weigh(np.sqrt(_LOSS_WEIGHTS[loss]((residual / scale) ** 2)))
@@ -289,7 +346,7 @@ def _refitted(problem: Problem, fit: Fit) -> Fit:
     if not refit.finite:
         return fit
     ended = refit if fit.converged else fit
-    return Fit(refit.q, refit.cost, ended.converged, ended.message, problem.log_determinant)
+    return replace(ended, q=refit.q, cost=refit.cost, weight=problem.log_determinant)
 
 
 def _reweighted(problem: Problem, start: Floats) -> Fit:
@@ -315,7 +372,7 @@ def _under_own_weights(problem: Problem, fit: Fit) -> Fit:
     lowest = math.inf
     for passed in range(_PASSES + _DAMPED):
         if problem.evaluations > problem.evaluation_limit:
-            return replace(best, converged=False, message=_USED_UP)
+            return replace(best, cause="used up")
         used = problem.nuisance_effects
         problem.update(fit.q)
         fit = _reweighed(problem, fit)
@@ -336,7 +393,7 @@ def _under_own_weights(problem: Problem, fit: Fit) -> Fit:
     if abs(fit.cost - under) <= _SETTLED * max(fit.cost, 1.0):
         return fit
     best = fit if fit.deviance < lowest else best
-    return replace(best, converged=False, message=_UNSETTLED)
+    return replace(best, cause="unsettled")
 
 
 def _reweighed(problem: Problem, fit: Fit) -> Fit:

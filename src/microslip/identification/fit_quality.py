@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,8 +12,8 @@ from numpy.typing import NDArray
 from microslip import kernels
 from microslip._core.checks import Floats
 from microslip._core.frozen import Locked, lock
-from microslip._core.units import significant
-from microslip.identification.fit import Fit, settle
+from microslip.identification.caveats import Caveat
+from microslip.identification.fit import Fit, score, settle_near
 from microslip.identification.models import BackboneModel
 from microslip.identification.nuisances import columns_of
 from microslip.identification.problem import Problem
@@ -137,11 +136,9 @@ def held_back_error(problem: Problem, best: Fit, share: float) -> float | None:
     held_problem = problem.like(folded=parts, beside=beside)
     held_problem.take_weights(problem)
     held_problem.update(best.q)
-    fit = best
-    for moving in held_problem.parts:
-        fit = settle(held_problem, fit.q, moving)
-        if not fit.finite:
-            return None
+    fit = settle_near(held_problem, best.q)
+    if fit is None:
+        return None
     total, number = 0.0, 0
     for folded, rows, part, force in zip(
         problem.folded, fitted_rows, parts, held_problem.model_force(fit.q), strict=True
@@ -159,15 +156,7 @@ def held_back_error(problem: Problem, best: Fit, share: float) -> float | None:
     return math.sqrt(total / number) if number else None
 
 
-class Rigs(NamedTuple):
-    """That records of one rig would rather have rigs of their own."""
-
-    text: str
-    explain: bool
-    """Whether these leave no more than the noise; else the law lacks something, too."""
-
-
-def rigs_differ(problem: Problem, best: Fit, freedom: int) -> Rigs | None:
+def rigs_differ(problem: Problem, best: Fit, freedom: int) -> Caveat | None:
     """What says that records of one rig want compliances of their own; None where they do not.
 
     First a score test: by how much the sum of squares would fall, in the linear approximation, if
@@ -193,20 +182,8 @@ def rigs_differ(problem: Problem, best: Fit, freedom: int) -> Rigs | None:
         else 0.0
     )
     # Of rigs that are nearly rigid no share of a compliance says anything.
-    by = f" by {significant(100.0 * spread, 2)} %" if 0.0 < spread < 1.0 else ""
-    if reduced_apart > _EXPLAINED:
-        return Rigs(
-            f"rigs of their own, whose compliances differ{by}, would take most of what the law "
-            f"leaves, though not all (most: {label!r}); if the records are of different rigs, name "
-            "the rig of each record",
-            False,
-        )
-    return Rigs(
-        f"one rig for all does not answer the records, and one for each does, with compliances "
-        f"that differ{by} (most: {label!r}); if they are of different rigs, name the rig of each "
-        "record",
-        True,
-    )
+    data = {"spread": spread if 0.0 < spread < 1.0 else None, "record": label}
+    return Caveat("one rig" if reduced_apart <= _EXPLAINED else "several rigs", data)
 
 
 def _fit_with_own_rigs(problem: Problem, best: Fit) -> tuple[float, dict[int, float]] | None:
@@ -226,13 +203,13 @@ def _fit_with_own_rigs(problem: Problem, best: Fit) -> tuple[float, dict[int, fl
     separate = problem.like(coordinates=coordinates, rigs=rigs)
     separate.data = []
     separate.take_weights(problem)
-    fit = Fit(np.array(q), math.inf, True, "")
+    fit = Fit(np.array(q), math.inf)
     for _ in range(2):  # by the weights of one rig, then by their own
         separate.update(fit.q)
-        for moving in separate.parts:
-            fit = settle(separate, fit.q, moving)
-            if not fit.finite:
-                return None
+        near = settle_near(separate, fit.q)
+        if near is None:
+            return None
+        fit = near
     outer = separate.physical(fit.q)
     return fit.cost, {i: 1.0 / outer[rig] for i, rig in enumerate(rigs) if rig is not None}
 
@@ -246,34 +223,26 @@ def _wanted_compliances(
     with_rig = [i for i, rig in enumerate(problem.rigs) if rig is not None]
     if len(with_rig) < 2:
         return None
-    residual, by = problem.residuals(best.q)
-    by_own_compliance = _own_compliances(problem, best.q, residual.size)
     names = list(dict.fromkeys(problem.rigs[i] for i in with_rig))
     # One record of each rig stands for what its free stiffness does already.
     free = set(problem.free.tolist())
-    columns, owners = [], []
+    owners: list[int] = []
     for rig in names:
         members = [i for i in with_rig if problem.rigs[i] == rig]
-        if len(members) < 2:
-            continue
-        compared = members[1:] if rig in free else members
-        columns += [by_own_compliance[:, i] for i in compared]
-        owners += compared
-    if not columns:
+        if len(members) > 1:
+            owners += members[1:] if rig in free else members
+    if not owners:
         return None
-    design = np.column_stack((by, *columns))
-    scale = np.linalg.norm(design, axis=0)
-    scale[scale == 0.0] = 1.0
-    design = design / scale
-    values, vectors = np.linalg.eigh(design.T @ design)
-    is_known = values > 1e-10 * values[-1]
-    right = vectors[:, is_known].T @ (design.T @ residual)
-    step = -vectors[:, is_known] @ (right / values[is_known])
-    fall = float(right @ (right / values[is_known]))
-    if chdtrc(len(columns), fall / max(reduced, 1.0)) > _CERTAIN:
+    by = _by_compliance(problem, best.q) * problem.weight
+    rows = np.zeros((len(owners), by.size))
+    for row, owner in zip(rows, owners, strict=True):
+        span = problem.bins[problem.order.index(owner)]
+        row[span] = by[span]
+    found = score(problem, best.q, rows)
+    if chdtrc(len(owners), found.fall / max(reduced, 1.0)) > _CERTAIN:
         return None
     change = np.zeros(len(problem.folded))
-    change[owners] = (step / scale)[by.shape[1] :]
+    change[owners] = found.sizes
     worst, label, worst_members = 0.0, "", list[int]()
     for rig in names:
         members = [i for i in with_rig if problem.rigs[i] == rig]
@@ -294,19 +263,6 @@ def _wanted_compliances(
     return label, worst_members
 
 
-def _own_compliances(problem: Problem, q: Floats, size: int) -> Floats:
-    """Whitened derivatives by a compliance of each record alone [N/m times its scale]."""
-    columns = np.zeros((size, len(problem.folded)))
-    by = _by_compliance(problem, q)
-    for at, i in enumerate(problem.order):
-        span = problem.bins[at]
-        columns[span, i] = problem.metrics[at].apply(by[span] * problem.weight[span])
-    if problem.shared is not None:
-        count = problem.weight.size
-        columns[:count] = problem.shared.apply(columns[:count].T).T
-    return columns
-
-
 def _by_compliance(problem: Problem, q: Floats) -> Floats:
     by = np.zeros_like(problem.half)
     outer = problem.physical(q)
@@ -321,14 +277,11 @@ def _by_compliance(problem: Problem, q: Floats) -> Floats:
     return problem.to_bins(by)
 
 
-def misfit(records: Sequence[RecordFit], reduced: float) -> str:
+def misfit(records: Sequence[RecordFit], reduced: float) -> Caveat:
     """What says that a law leaves more than noise."""
     residual_square = sum(float(record.residual @ record.residual) for record in records)
     force_square = sum(
         float(np.square(record.measured - record.measured.mean()).sum()) for record in records
     )
     share = math.sqrt(residual_square / force_square) if force_square > 0.0 else math.inf
-    return (
-        f"the law does not answer the records: it leaves {significant(math.sqrt(reduced), 2)} "
-        f"times their noise, {significant(100.0 * share, 2)} % of the force"
-    )
+    return Caveat("misfit", {"over_noise": math.sqrt(reduced), "share": share})

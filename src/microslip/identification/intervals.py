@@ -1,4 +1,4 @@
-"""The profiles of all coordinates of a fit."""
+"""The intervals of all coordinates of a fit: their profiles, and ends that only a search sets."""
 
 from __future__ import annotations
 
@@ -9,20 +9,23 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from microslip._core.checks import Floats
-from microslip.identification.bound_sensitivity import log_change, open_ends
 from microslip.identification.coordinates import RIG, Coordinate
-from microslip.identification.fit import Fit, bounds_of, resettled
+from microslip.identification.fit import (
+    Fit,
+    bounds_of,
+    covariance_of,
+    resettled,
+    settle_near,
+)
 from microslip.identification.problem import Problem
 from microslip.identification.profiles import (
     MOVED,
     Interval,
     OpenEnd,
     Walk,
-    covariance_of,
     curvature,
     cycle_ratio,
     information,
-    minos,
 )
 from microslip.identification.rules import MISFIT
 from microslip.identification.summit_chance import over_separations, with_value
@@ -66,7 +69,7 @@ class Profiled:
 def profiled(
     problem: Problem, best: Fit, level: float, freedom: int, report: Progress, kind: str
 ) -> Profiled:
-    """Intervals of all free coordinates by "profile", "minos" or "curvature"."""
+    """Intervals of all free coordinates by "profile" or "curvature"."""
     from scipy.special import chdtrc, chdtri
 
     threshold = float(chdtri(1, 1.0 - level))
@@ -101,6 +104,95 @@ def profiled(
     return Profiled(
         best, intervals, widen, covariance, threshold, linear, ends, stake, task.lower_still
     )
+
+
+# -- ends that only the search sets ----------------------------------------------------------------
+
+_NEAR = 1e-6  # of what is searched, or of one: what is as near to its end is at it
+_BACK = 0.02  # of what is searched
+_FURTHEST = 12.0
+"""By how much an end of a search is moved at most: what is searched for Gaussian heights."""
+
+
+def open_ends(
+    problem: Problem, best: Fit, covariance: Floats, intervals: Sequence[Interval], rises: Floats
+) -> list[OpenEnd]:
+    """Ends that only the search sets, and all coordinates with that end as far out again."""
+    searched = {parameter.name for parameter in problem.model.parameters if parameter.beyond}
+    low, high = bounds_of(problem)
+    open_ends_found = []
+    for row, j in enumerate(problem.free):
+        coordinate, interval = problem.coordinates[int(j)], intervals[row]
+        reach = min(float(high[row] - low[row]), _FURTHEST)
+        if coordinate.parameter not in searched or not interval.low < interval.high:
+            continue
+        near = _NEAR * min(reach, 1.0)
+        for upward, is_open, place in (
+            (False, interval.low_open, interval.at_low),
+            (True, interval.high_open, interval.at_high),
+        ):
+            if not is_open:
+                continue
+            bound = float((high if upward else low)[row])
+            rests, move = abs(bound - float(best.q[row])) <= near, reach if upward else -reach
+            if rests:
+                there = _fit_beyond(problem, best, best.q, row, move)
+            else:
+                there = _profile_beyond(problem, best, place, row, move, float(rises[row]))
+            ratio = 1.0
+            if there is None:  # back on the way, as the curvature tells it
+                along = covariance[:, row] / max(float(covariance[row, row]), 1e-300)
+                there, ratio = best.q - _BACK * move * along, -1.0 / _BACK
+            open_ends_found.append(OpenEnd(row, coordinate.name, upward, rests, there, ratio))
+    return open_ends_found
+
+
+def _profile_beyond(
+    problem: Problem, best: Fit, place: Floats, row: int, move: float, rise: float
+) -> Floats | None:
+    """The others where a coordinate is beyond the end of its search; None without an answer."""
+    there = _fit_beyond(problem, best, place, row, move, is_held=True)
+    if there is None:
+        return None
+    near, far = (
+        float(np.dot(r, r)) - best.cost for r in (problem.residuals(q)[0] for q in (place, there))
+    )
+    if far <= rise:
+        return there
+    goal, first, last = (math.sqrt(max(x, 0.0)) for x in (rise, near, far))
+    part = min(max((goal - first) / max(last - first, 1e-300), 0.0), 1.0)
+    return _fit_beyond(problem, best, place, row, part * move, is_held=True)
+
+
+def _fit_beyond(
+    problem: Problem, best: Fit, start: Floats, row: int, move: float, is_held: bool = False
+) -> Floats | None:
+    """Where the fit goes with one bound moved; None where the law has no answer out there."""
+    j = int(problem.free[row])
+    coordinate = problem.coordinates[j]
+    low, high = coordinate.limits
+    ends = sorted((coordinate.outer(low + min(move, 0.0)), coordinate.outer(high + max(move, 0.0))))
+    moved = problem.copy()
+    before = (*problem.coordinates[:j], replace(coordinate, low=ends[0], high=ends[1]))
+    moved.coordinates = (*before, *problem.coordinates[j + 1 :])
+    q, moving = start.copy(), np.arange(start.size)
+    if is_held:
+        q[row] += move
+        moving = np.delete(moving, row)
+    fit = settle_near(moved, q, moving)
+    problem.evaluations = moved.evaluations
+    is_good = fit is not None and np.isfinite(fit.q).all() and (is_held or fit.cost <= best.cost)
+    return fit.q if is_good and fit is not None else None
+
+
+def log_change(coordinate: Coordinate, q: float, moved: float) -> float:
+    """Change of a coordinate as that of the logarithm of its value; of a plain number itself."""
+    if coordinate.kind == "log" or coordinate.shape:
+        return moved
+    return moved / max(abs(q), 1e-300)
+
+
+# -- what may hide behind a misfit -----------------------------------------------------------------
 
 
 def misfit_shift(best: Fit, freedom: int) -> float:
@@ -214,14 +306,12 @@ class _Task:
         for finished, i in enumerate(order):
             if problem.evaluations > evaluation_limit:
                 return sorted(order[finished:])
-            rise, by_minos, walk = float(self._rises[i]), None, self._walk(i)
-            if kind == "minos":
-                by_minos = minos(problem, self._best, i, rise, self._covariance)
-            results[i] = by_minos or self._checked(walk, walk.profile())
+            walk = self._walk(i)
+            results[i] = self._checked(walk, walk.profile())
             report((finished + 1) / size)
             if self.better is not None:
                 return []
-        if kind == "profile" and size <= _MOST_CROSSED:
+        if size <= _MOST_CROSSED:
             self._cross(evaluation_limit)
         return []
 

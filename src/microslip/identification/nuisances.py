@@ -3,27 +3,25 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from microslip._core.checks import Floats, show
-from microslip._core.units import engineering, significant
-from microslip.errors import InputError, in_python
-from microslip.identification.fit import Fit, settle
+from microslip.errors import InputError
+from microslip.identification.caveats import IDENTIFIED, NOT, Caveat
+from microslip.identification.fit import Fit, Score, covariance_of, score, settle_near
 from microslip.identification.intervals import Profiled
 from microslip.identification.models.base import BackboneModel
 from microslip.identification.options import NUISANCES
 from microslip.identification.problem import Problem
-from microslip.identification.profiles import covariance_of
 from microslip.identification.rules import CAUSES_FROM, WRONG_FROM
-from microslip.identification.verdicts import IDENTIFIED, NOT, Fitted, number_text
+from microslip.identification.verdicts import Fitted
 from microslip.tribometer.folding import Folded
 
 _EXPLAINED, _SIGNIFICANT = 0.5, 1e-3
 """Share of the sum of squares that an effect or a delay has to explain, and not by chance."""
-_FREE = 'write `delay="free"`'
 _NOTICED = 1.1  # times as wide
 _RARE = 1e-4
 _QUIET = 1e-8  # of the range of force: less noise is none
@@ -85,25 +83,23 @@ def explained_shares(problem: Problem, best: Fit) -> dict[str, tuple[float, floa
     """Share of what is left that each effect would explain (score test), and its chance."""
     from scipy.special import chdtrc
 
-    residual, by = problem.residuals(best.q)
-    inverse = covariance_of(by.T @ by)
+    freedom = problem.residuals(best.q)[0].size - best.q.size
+    reduced = max(best.cost / max(freedom, 1), 1.0)
     shares = {}
     for name in EFFECTS:
         if name in problem.effects:
             continue
-        columns = np.zeros((residual.size, len(problem.bins)))
-        for at, (span, metric) in enumerate(zip(problem.bins, problem.metrics, strict=True)):
-            column = columns_of(problem.folded[problem.order[at]], (name,))[:, 0]
-            columns[span, at] = metric.apply(column * problem.weight[span])
-        remainder = columns - by @ (inverse @ (by.T @ columns))
-        size = np.linalg.norm(remainder, axis=0)
-        is_distinct = size > 1e-4 * np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
-        basis, _ = np.linalg.qr(remainder[:, is_distinct] / size[is_distinct])
-        fall = float(np.sum((basis.T @ residual) ** 2))
-        reduced = max(best.cost / max(residual.size - best.q.size, 1), 1.0)
-        chance = float(chdtrc(max(int(is_distinct.sum()), 1), fall / reduced))
-        shares[name] = fall / best.cost if best.cost > 0.0 else 0.0, chance
+        rows = np.zeros((len(problem.bins), problem.weight.size))
+        for at, span in enumerate(problem.bins):
+            rows[at, span] = columns_of(problem.folded[problem.order[at]], (name,))[:, 0]
+        found = score(problem, best.q, rows * problem.weight)
+        chance = float(chdtrc(max(found.distinct, 1), found.fall / reduced))
+        shares[name] = _share(found, best), chance
     return shares
+
+
+def _share(found: Score, best: Fit) -> float:
+    return min(found.fall / best.cost, 1.0) if best.cost > 0.0 else 0.0
 
 
 def after_play(problem: Problem, play: float) -> Problem:
@@ -132,12 +128,8 @@ def play_of(problem: Problem, best: Fit) -> Play:
         return Play(0.0, 0.0, 0.0)
 
     def cost_with(play: float) -> float:
-        with np.errstate(all="ignore"):
-            try:
-                trial = after_play(problem, play)
-                return settle(trial, best.q, np.arange(best.q.size)).cost
-            except (ArithmeticError, ValueError, np.linalg.LinAlgError):
-                return math.inf
+        fit = settle_near(after_play(problem, play), best.q, np.arange(best.q.size))
+        return math.inf if fit is None else fit.cost
 
     low, high = 0.0, _WIDEST * min(folded.amplitude for folded in problem.folded)
     step = _BESIDE * high
@@ -159,34 +151,29 @@ def play_of(problem: Problem, best: Fit) -> Play:
     return Play(play, error, 1.0 - cost / best.cost)
 
 
-def effect_notes(problem: Problem, best: Fit, freedom: int) -> list[str]:
-    """What is to be said of effects that would explain most of what the law leaves."""
+def causes(problem: Problem, best: Fit, freedom: int) -> Iterator[Caveat]:
+    """What would explain most of what the law leaves: play, a force beside the law, or a delay."""
     if not best.finite or best.cost < CAUSES_FROM * freedom:
-        return []
+        return
     shares = explained_shares(problem, best)
     largest = max((share for share, _ in shares.values()), default=0.0)
+    beside = None
     if not any(folded.play for folded in problem.folded):
         play = play_of(problem, best)
         if play.explained > max(largest, _NEARLY_ALL):
-            share = significant(100.0 * play.explained, 2)
-            return [
-                (
-                    f"play of {engineering(2.0 * play.value, 'm')} between joint and transducer "
-                    f"would explain {share} % of what the law leaves; write "
-                    f"`nuisances={in_python([PLAY])}`"
-                )
-            ]
-    # Of a sine displacement and acceleration are one: the first of what is as good.
-    name = next((key for key, (share, _) in shares.items() if share >= 0.97 * largest), "")
-    if not name or shares[name][0] < _EXPLAINED or shares[name][1] > _SIGNIFICANT:
-        return []
-    share = significant(100.0 * min(shares[name][0], 1.0), 2)
-    return [
-        (
-            f"{EFFECTS[name].words} would explain {share} % of what the law leaves; write "
-            f"`nuisances={in_python([name])}`"
-        )
-    ]
+            beside = Caveat("play explains", {"play": 2.0 * play.value, "share": play.explained})
+    if beside is None:
+        # Of a sine displacement and acceleration are one: the first of what is as good.
+        name = next((key for key, (share, _) in shares.items() if share >= 0.97 * largest), "")
+        if name and shares[name][0] >= _EXPLAINED and shares[name][1] <= _SIGNIFICANT:
+            data = {"effect": EFFECTS[name].words, "name": name, "share": shares[name][0]}
+            beside = Caveat("effect explains", data)
+    if beside is not None:
+        yield beside
+    # A force that is cut off, or that another one stands beside, is no late one.
+    is_other = beside is not None or any("clipped" in record.doubt for record in problem.folded)
+    if any(problem.lags) or not is_other:
+        yield from _late(problem, best, freedom)
 
 
 # -- delays ---------------------------------------------------------------------------------------
@@ -214,10 +201,8 @@ def delays_of(problem: Problem, answer: Profiled) -> dict[str, Fitted]:
             value + reach * error,
             error,
             IDENTIFIED if is_told else NOT,
-            "" if is_told else "the loops tell no delay within half a period",
-            "" if is_told else "more cycles, or less noise of the force",
-            False,
-            folded.normal_load,
+            None if is_told else Caveat("no delay"),
+            load=folded.normal_load,
         )
     return {problem.folded[i].name: delays[i] for i in sorted(delays)}
 
@@ -245,69 +230,45 @@ def _errors(problem: Problem, q: Floats) -> Floats:
     return np.sqrt(variance)
 
 
-def late_note(problem: Problem, best: Fit, freedom: int) -> str | None:
+def _late(problem: Problem, best: Fit, freedom: int) -> Iterator[Caveat]:
     """What says that a delay would explain what the law leaves (score test), or is wrong."""
-    if problem.free_delay or not best.finite or best.cost < CAUSES_FROM * freedom:
-        return None
-    text = _explains(problem, best)
-    if text is None and any(problem.lags) and best.cost > WRONG_FROM * freedom:
-        return f"the delay that was given may not be that of these records; {_FREE}"
-    return text
-
-
-def _explains(problem: Problem, best: Fit) -> str | None:
-    residual, by = problem.residuals(best.q)
+    if problem.free_delay:
+        return
     frequencies = [record.frequency for record in problem.folded]
     timed = all(frequencies)
-    late = np.zeros(residual.size)
-    for at, (span, metric) in enumerate(zip(problem.bins, problem.metrics, strict=True)):
+    row = np.zeros((1, problem.weight.size))
+    for at, span in enumerate(problem.bins):
         rate = 2.0 * math.pi * (frequencies[problem.order[at]] or 0.0) if timed else 1.0
-        late[span] = metric.apply(rate * problem.late(at))
-    size = float(np.linalg.norm(late))
-    if size == 0.0:
-        return None
-    remainder = late - by @ (covariance_of(by.T @ by) @ (by.T @ late))
-    square = float(remainder @ remainder)
-    if square <= 1e-8 * size**2:
-        return None
-    fall = float(remainder @ residual) ** 2 / square
-    if fall < _EXPLAINED * best.cost:
-        return None
-    lag = float(remainder @ residual) / square
-    by_this = number_text(abs(lag), "s" if timed else "rad", 2)
-    way = "behind" if lag > 0.0 else "ahead of"
-    return (
-        f"a force{(' another' if any(problem.lags) else '')} {by_this} {way} the "
-        "displacement would explain "
-        f"{significant(100.0 * min(fall / best.cost, 1.0), 2)} % of what the law leaves; "
-        f"{_FREE}"
-    )
+        row[0, span] = rate * problem.late(at)
+    found = score(problem, best.q, row)
+    if found.distinct and _share(found, best) >= _EXPLAINED:
+        lag = -float(found.sizes[0])
+        yield Caveat(
+            "delay explains",
+            {
+                "another": " another" if any(problem.lags) else "",
+                "delay": abs(lag),
+                "unit": "s" if timed else "rad",
+                "way": "behind" if lag > 0.0 else "ahead of",
+                "share": _share(found, best),
+            },
+        )
+    elif any(problem.lags) and best.cost > WRONG_FROM * freedom:
+        yield Caveat("wrong delay")
 
 
 # -- noise ----------------------------------------------------------------------------------------
 
 
-def noise_notes(problem: Problem, best: Fit, freedom: int, loss: str = "linear") -> list[str]:
+def noise_remarks(problem: Problem, best: Fit, freedom: int, loss: str) -> Iterator[Caveat]:
     """What is worth saying of the noise of the loads, and of a misfit too small to be noise."""
-    notes: list[str] = []
-    if not best.finite:
-        return notes
     wider = widened_by_loads(problem, best.q)
     if wider and max(wider.values()) > _NOTICED:
         name = max(wider, key=lambda key: wider[key])
-        notes.append(
-            f"the noise of the measured load makes the interval of {name} "
-            f"{significant(wider[name], 3)} times as wide: more cycles, or a load that is known "
-            "better, would narrow it"
-        )
+        yield Caveat("noisy load", {"name": name, "times": wider[name]})
     # A robust loss gives less weight to noise, too.
     if loss == "linear" and is_less_than_noise(problem, best.cost, freedom):
-        notes.append(
-            "the mean loops are smoother than the scatter of the forces lets expect (reduced "
-            f"chi-squared {significant(best.cost / freedom, 2)}): that scatter is no white noise, "
-            "such as a force that wanders; the intervals may be wider than need be"
-        )
-    return notes
+        yield Caveat("too smooth", {"reduced": best.cost / freedom})
 
 
 def widened_by_loads(problem: Problem, q: Floats) -> Mapping[str, float]:

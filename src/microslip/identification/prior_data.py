@@ -8,12 +8,12 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from microslip._core.checks import Floats
-from microslip._core.units import significant
-from microslip.identification.fit import Fit, settle
+from microslip.identification.caveats import Caveat
+from microslip.identification.fit import Fit, covariance_of, settle_near
+from microslip.identification.labels import number_text
 from microslip.identification.problem import Problem
-from microslip.identification.profiles import covariance_of, cycle_ratio, information
+from microslip.identification.profiles import cycle_ratio, information
 from microslip.identification.quantities import Function, Quantity, of_coordinate
-from microslip.identification.verdicts import number_text
 
 DISAGREE = 3.0
 """Standard deviations beyond which what was given and the loops disagree."""
@@ -57,6 +57,13 @@ class GivenDatum:
             f"{'' if self.agrees else ': what was given and the loops disagree'}"
         )
 
+    def contradiction(self, without: float) -> Caveat:
+        """That it is wrong, with what is found without it."""
+        data = {"name": self.name, "value": self.value, "error": self.uncertainty}
+        deviations = max(abs(self.residual), abs(self.disagreement))
+        more = {"unit": self.unit, "without": without, "deviations": deviations}
+        return Caveat("datum", data | more)
+
 
 class _Source(NamedTuple):
     """One datum of a problem."""
@@ -93,7 +100,7 @@ class _Refit(NamedTuple):
 class Contradicted(NamedTuple):
     """Data that the loops contradict."""
 
-    text: str
+    caveat: Caveat
     names: tuple[str, ...]
     best: Floats
     covariance: Floats
@@ -148,30 +155,17 @@ def compare_data(
     if not wrong:
         return tuple(data), None
     by_name = {datum.name: datum for datum in data}
-    texts = [
-        _contradiction_text(by_name[datum.name], datum.function(refit.q)[0])
-        for datum, refit in wrong
+    contradictions = [
+        by_name[datum.name].contradiction(datum.function(refit.q)[0]) for datum, refit in wrong
     ]
     contradicted = Contradicted(
-        f"what was given and the loops disagree: {'; '.join(texts)}",
+        Caveat("contradiction", {"data": contradictions}),
         tuple(datum.name for datum, _ in wrong),
         best.q,
         covariance_of(information(problem, best.q)) * max(refit.noise for _, refit in wrong),
         tuple((refit.q, datum.function) for datum, refit in wrong),
     )
     return tuple(data), contradicted
-
-
-def _contradiction_text(datum: GivenDatum, alone: float) -> str:
-    """One contradiction in words."""
-    deviations = max(abs(datum.residual), abs(datum.disagreement))
-    value, error, without = (
-        number_text(x, datum.unit) for x in (datum.value, datum.uncertainty, alone)
-    )
-    return (
-        f"{datum.name} was given as {value} ± {error}, without that {without} is found, "
-        f"{significant(deviations, 2)} standard deviations apart"
-    )
 
 
 def _sources(problem: Problem, names: Sequence[str], units: dict[str, str]) -> list[_Source]:
@@ -205,11 +199,9 @@ def _fit_without(problem: Problem, best: Fit, freedom: int, left_out: Sequence[_
     places = {source.place for source in left_out}
     remaining._last = None
     remaining.data = [datum for place, datum in enumerate(problem.data) if place not in places]
-    fit = best
-    for moving in remaining.parts:
-        fit = settle(remaining, fit.q, moving)
-        if not fit.finite:
-            return _Refit(best.q, 0.0, 1.0)
+    fit = settle_near(remaining, best.q)
+    if fit is None:
+        return _Refit(best.q, 0.0, 1.0)
     reduced = fit.cost / max(freedom - len(left_out), 1)
     noise = max(reduced, float(cycle_ratio(remaining, fit.q).max(initial=1.0)), 1.0)
     problem.evaluations = remaining.evaluations

@@ -235,13 +235,18 @@ class Problem:
             return self._last[1], self._last[2]
         force, _, by = self.respond(q)
         rows = np.vstack((self.to_bins(force) - self.force, self.to_bins(by))) * self.weight
-        for span, metric in zip(self.bins, self.metrics, strict=True):
-            rows[:, span] = metric.apply(rows[:, span])
-        rows = rows if self.shared is None else self.shared.apply(rows)
+        rows = self.whitened(rows)
         extra = self._extra(q)
         rows = np.hstack((rows, extra)) if extra.size else rows
         self._last = key, rows[0], np.ascontiguousarray(rows[1:].T)
         return self._last[1], self._last[2]
+
+    def whitened(self, rows: Floats) -> Floats:
+        """Weighted rows over all bins, less what the nuisances take of them."""
+        rows = rows.copy()
+        for span, metric in zip(self.bins, self.metrics, strict=True):
+            rows[:, span] = metric.apply(rows[:, span])
+        return rows if self.shared is None else self.shared.apply(rows)
 
     def _extra(self, q: Floats) -> Floats:
         """Residuals of data from elsewhere, and their derivatives."""

@@ -45,6 +45,8 @@ class Quantity:
     function: Function
     parent: str | None = None
     """The coordinate that it is at another load, whose verdict is its own."""
+    shape: bool = False
+    """Whether it is a plain number that may be negative, such as a separation over sigma."""
 
 
 def quantities_of(
@@ -77,9 +79,9 @@ def quantities_of(
                 name = f"{quantity.name} at {labels[level[load]]} N"
             at = loads[:1] if quantity.load is None else [quantity.load]
             answer = _Answer(problem, members[0], at, pair, area)
-            quantities.append(
-                Quantity(name, quantity.unit, load, answer.of(quantity.name, group), parent)
-            )
+            function = answer.of(quantity.name, group)
+            shape = quantity.name in model.at_reference and quantity.unit == ""
+            quantities.append(Quantity(name, quantity.unit, load, function, parent, shape))
     return quantities
 
 

@@ -16,20 +16,13 @@ from microslip._core.frozen import Locked
 from microslip._core.wording import plural
 from microslip.errors import InputError, in_python
 from microslip.friction import Interface
+from microslip.identification.caveats import FIXED, HAS_VALUE, NOT, Call, Caveat
 from microslip.identification.fit_quality import RecordFit
+from microslip.identification.labels import AT_A_LOAD, interval_text, number_text
 from microslip.identification.load_levels import labels_of, levels_of
 from microslip.identification.models.base import Model
 from microslip.identification.prior_data import GivenDatum
-from microslip.identification.verdicts import (
-    AT_A_LOAD,
-    HAS_VALUE,
-    NOT,
-    Direction,
-    Fitted,
-    digits_of,
-    ends_text,
-    number_text,
-)
+from microslip.identification.verdicts import Direction, Fitted
 from microslip.materials import MaterialPair
 from microslip.report.files import plain
 from microslip.report.plot import Plot
@@ -50,7 +43,7 @@ _OF_FOLDED = (
 )
 _OF_NUMBER = (
     *("value", "unit", "low", "high", "low_open", "high_open", "standard_error", "verdict"),
-    *("reason", "remedy", "at_bound"),
+    "at_bound",
 )
 
 
@@ -66,8 +59,6 @@ class Identification(Locked, Plottable):
     """Name of the law."""
     status: str
     """"converged", "at a bound", "records differ: rigs" or "not converged"."""
-    message: str
-    """What the status means here, in a sentence or some."""
     evaluations: int
     """How often the law was evaluated."""
     parameters: Mapping[str, Fitted]
@@ -100,7 +91,8 @@ class Identification(Locked, Plottable):
     """RMS error over noise [-] with which a fit of the others predicts the cycles held back."""
     columns: tuple[Mapping[str, str], ...]
     """For each record: name of each parameter of the law as ``parameters`` has it."""
-    notes: tuple[str, ...]
+    caveats: tuple[Caveat, ...]
+    """What must be known of the fit as a whole, as data: what its message and its notes say."""
     _model: Model
     _pair: MaterialPair | None
     _area: float | None
@@ -243,8 +235,35 @@ class Identification(Locked, Plottable):
 
     # -- as values and as text --------------------------------------------------------------------
 
-    def summary(self) -> dict[str, Any]:
-        """All but the arrays as plain values, what is not finite as None."""
+    @property
+    def message(self) -> str:
+        """What the status means here, in a sentence or some."""
+        return self._message()
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What else is to be known of the fit, a sentence each."""
+        return self._notes()
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether the fit ended at a minimum and nothing speaks against it."""
+        return self.converged and not any(caveat.row.told for caveat in self.caveats)
+
+    def _message(self, call: Call = str) -> str:
+        told = [caveat.words(call) for caveat in self.caveats if caveat.row.told]
+        if self.status == CONVERGED:
+            told.insert(0, "the fit ended at a minimum within the bounds")
+        return "; ".join(told)
+
+    def _notes(self, call: Call = str) -> tuple[str, ...]:
+        return tuple(caveat.words(call) for caveat in self.caveats if caveat.row.noted)
+
+    def summary(self, *, call: Call = str) -> dict[str, Any]:
+        """All but the arrays as plain values, what is not finite as None.
+
+        In its sentences numbers are named as ``call`` calls them, a function of their names.
+        """
         records = [
             {
                 "name": record.name,
@@ -259,8 +278,9 @@ class Identification(Locked, Plottable):
             for record in self.records
         ]
         values = {key: getattr(self, key) for key in _SUMMARY} | {"records": records}
+        values |= {"message": self._message(call), "notes": self._notes(call)}
         values["correlation"] = {"names": self.names, "matrix": self.correlation}
-        summary: dict[str, Any] = plain(_as_mappings(values))
+        summary: dict[str, Any] = plain(_as_mappings(values, call))
         return summary
 
     def table(self) -> str:
@@ -271,12 +291,9 @@ class Identification(Locked, Plottable):
         ]
         numbers = (self.parameters, self.derived, self.delays)
         for number in (fitted for kind in numbers for fitted in kind.values()):
-            digits = digits_of(number)
-            low, high = (number_text(end, number.unit, digits) for end in (number.low, number.high))
-            ends = ends_text((low, high), number.low_open, number.high_open)
             has_value = number.verdict in HAS_VALUE
             value = number_text(number.value, number.unit) if has_value else "–"
-            ends = "" if number.verdict == "fixed" else ends
+            ends = "" if number.verdict == FIXED else interval_text(number)
             lines.append(f"{_name_with_load(number):<36} {value:>14}  {ends:<30} {number.verdict}")
         for number in self.parameters.values():
             if number.reason:
@@ -301,12 +318,20 @@ def _name_with_load(fitted: Fitted) -> str:
     return f"{fitted.name} at {fitted.load:.4g} N"
 
 
-def _as_mappings(value: Any) -> Any:
+def _as_mappings(value: Any, call: Call) -> Any:
     """Numbers, data and directions of a fit as mappings, wherever they stand."""
     if isinstance(value, Fitted):
-        return {key: getattr(value, key) for key in _OF_NUMBER} | {"normal_load": value.load}
-    if isinstance(value, (GivenDatum, Direction)):
+        said = dict.fromkeys(("reason", "remedy"), "")
+        if value.caveat is not None:
+            said = {"reason": value.caveat.words(call), "remedy": value.caveat.remedy(call)}
+        numbers = {key: getattr(value, key) for key in _OF_NUMBER}
+        return numbers | said | {"normal_load": value.load}
+    if isinstance(value, Direction):
+        return {"text": value.words(call), "change": value.change, "remedy": value.remedy}
+    if isinstance(value, GivenDatum):
         return asdict(value)
     if isinstance(value, Mapping):
-        return {name: _as_mappings(part) for name, part in value.items()}
-    return [_as_mappings(part) for part in value] if isinstance(value, (list, tuple)) else value
+        return {name: _as_mappings(part, call) for name, part in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_as_mappings(part, call) for part in value]
+    return value

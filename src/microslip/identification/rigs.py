@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from microslip._core.checks import Floats, positive, show
-from microslip._core.units import engineering
 from microslip._core.wording import did_you_mean, plural
 from microslip.errors import InputError
+from microslip.identification.caveats import Caveat
 from microslip.identification.coordinates import RIG, Coordinate, limits_of, option_mapping
 from microslip.identification.models.base import BackboneModel
 from microslip.loops import Loop
@@ -173,7 +173,7 @@ def rig_contradiction(
     rigs: Sequence[int | None],
     loops: Sequence[Loop],
     times: float = 1.0,
-) -> str | None:
+) -> Caveat | None:
     """What says that loops are so many ``times`` stiffer than the rig given for them."""
     for j, coordinate in enumerate(coordinates):
         if coordinate.parameter != RIG or not (
@@ -184,9 +184,6 @@ def rig_contradiction(
         # Over half of the force noise counts little, and the rig gives way by all of it.
         stiffest = max((stiffness_after_reversal(loop, 0.5) for loop in rig_loops), default=0.0)
         if stiffest > times * coordinate.start:
-            return (
-                f"the loops are stiffer ({engineering(stiffest, 'N/m')} after a reversal) than the "
-                f"{coordinate.name} given, {engineering(coordinate.start, 'N/m')}: no joint behind "
-                "such a rig makes them; check its unit and that of the force, or leave the rig free"
-            )
+            data = {"stiffness": stiffest, "rig": coordinate.name, "given": coordinate.start}
+            return Caveat("soft rig", data)
     return None

@@ -11,30 +11,21 @@ import numpy as np
 
 from microslip._core.checks import exact, number, positive, show
 from microslip._core.units import engineering
-from microslip.errors import InputError, in_python
+from microslip.errors import InputError
 from microslip.identification import fit_quality, parameter_choice
-from microslip.identification.conclusions import result_of
+from microslip.identification.caveats import Caveat
+from microslip.identification.conclusions import result_of, spread_over_laws
 from microslip.identification.fit import Fit, solve
 from microslip.identification.intervals import Progress, profiled
 from microslip.identification.models import model_of
 from microslip.identification.models.base import CycleModel, Model
 from microslip.identification.models.interface import InterfaceModel
-from microslip.identification.nuisances import (
-    PLAY,
-    checked_effects,
-    columns_of,
-    effect_notes,
-    late_note,
-    noise_notes,
-    play_of,
-)
+from microslip.identification.nuisances import PLAY, checked_effects, columns_of, play_of
 from microslip.identification.options import LOSSES
 from microslip.identification.problem import Problem
 from microslip.identification.quantities import known_data, quantities_of, summit_prior, summits_of
-from microslip.identification.reservations import spread_over_laws
 from microslip.identification.result import Identification
 from microslip.identification.rigs import FAR_SOFTER, is_rigid, rig_contradiction, rig_coordinates
-from microslip.identification.rules import WRONG_FROM
 from microslip.materials import MaterialPair
 from microslip.normal import GreenwoodWilliamson
 from microslip.numerics.threads import single_threaded
@@ -46,7 +37,7 @@ from microslip.tribometer.record import Record
 _MOST_FORCES = 1 << 15
 _LEAST_CONFIDENCE = 1e-3
 _MOST_DELAYS = 10
-INTERVALS = ("profile", "minos", "curvature")
+INTERVALS = ("profile", "curvature")
 _IN_TIME, _LATEST = 1e-5, 1.0  # rad
 _CERTAIN, _ALIKE = 5.0, 0.2  # standard deviations; correlation of force and displacement
 
@@ -141,9 +132,8 @@ def identify(
     confidence : float, optional
         Level of the intervals [-].
     intervals : str, optional
-        "profile", the package's own, or "minos" for those of iminuit, a check on them; where MINOS
-        finds no end within the bounds, "profile" takes over. "curvature" is quick: intervals as if
-        the law were linear in its parameters.
+        "profile", or "curvature", which is quick: intervals as if the law were linear in its
+        parameters.
     progress : callable, optional
         Called now and then with the share that is done, 0 ... 1.
 
@@ -184,7 +174,7 @@ def identify(
     area = _area_of(area, model, surface)
     loops = [record.loop for record in folded]
     model = model.prepared(loops, [record.normal_load for record in folded])
-    notes = []
+    notes: list[Caveat] = []
     if isinstance(model, CycleModel) and not is_rigid(rig_stiffness):
         if not isinstance(rig_stiffness, str):
             raise InputError(
@@ -192,7 +182,7 @@ def identify(
                 "part; take it off the displacement, or write `rig_stiffness=None`"
             )
         rig_stiffness = None
-        notes.append(f"{model.name!r} has an elastic part of its own: the rig is part of it")
+        notes.append(Caveat("own elastic part", {"law": model.name}))
     coordinates, columns, start_values = parameter_choice.coordinates_for(
         model, folded, fixed=fixed, bounds=bounds, start=start, shared=shared, per_load=per_load
     )
@@ -201,7 +191,7 @@ def identify(
     places = [None if rig is None else len(coordinates) + rig for rig in rig_of]
     coordinates = [*coordinates, *stiffnesses]
     if soft := rig_contradiction(coordinates, places, loops, FAR_SOFTER):
-        raise InputError(soft)
+        raise InputError(soft.words())
     summit_coordinate, known = summit_prior(contact_area, known, model, pair)
     parameter_choice.checked_area(summit_coordinate, area)
     if summit_coordinate is not None:
@@ -244,7 +234,7 @@ def identify(
     if best is None:
         soft = rig_contradiction(coordinates, places, loops)
         if soft is not None:
-            raise InputError(soft)
+            raise InputError(soft.words())
         raise InputError(
             "no first guess comes out of these records; give `start=...` for "
             f"{', '.join(model.names)}"
@@ -256,25 +246,13 @@ def identify(
         notes.append(of_play)
     report(0.5)
     answer = profiled(problem, best, level, freedom, lambda s: report(0.5 + 0.4 * s), intervals)
-    notes += noise_notes(problem, answer.best, freedom, loss)
-    beside = effect_notes(problem, answer.best, freedom)
-    notes += beside
-    # A force that is cut off, or that another one stands beside, is no late one.
-    is_other = bool(beside) or any("clipped" in record.doubt for record in folded)
-    is_other = is_other and not any(lags)
-    for text in (
-        None if is_other else late_note(problem, answer.best, freedom),
-        rig_contradiction(coordinates, places, loops)
-        if answer.best.cost > WRONG_FROM * freedom
-        else None,
-    ):
-        notes += [] if text is None else [text]
     predicted = None
     if held_share and answer.best.finite:
         predicted = fit_quality.held_back_error(problem, answer.best, held_share)
     report(1.0)
     result = result_of(
-        problem, answer, quantities, level, freedom, count, predicted, pair, area, notes, known
+        *(problem, answer, quantities, level, freedom, count, predicted, pair, area, notes),
+        *(list(known or ()), loss),
     )
     if intervals == "curvature" or not isinstance(model, InterfaceModel):
         return result
@@ -375,7 +353,7 @@ def _area_of(area: Any, model: Model, surface: Any) -> float | None:
     return model.area or getattr(surface, "area", None)
 
 
-def _checked_summits(count: Any, model: Model, notes: list[str]) -> float | None:
+def _checked_summits(count: Any, model: Model, notes: list[Caveat]) -> float | None:
     """How many summits there are, where the law has a distribution of their heights."""
     template = getattr(model, "template", None)
     if template is None or not isinstance(template.law, GreenwoodWilliamson):
@@ -388,12 +366,8 @@ def _checked_summits(count: Any, model: Model, notes: list[str]) -> float | None
     if count is not None:
         return positive("summits", count, "", 2e4)
     law = getattr(model, "law", None)
-    number = ... if law is None else round(law.surface.density * law.surface.area)
-    notes.append(
-        "heights are a continuum here: the chance in those of the summits in contact "
-        "moves slip scale, separation and rig, by more than noise where there are few; "
-        f"it is in no interval without their number, `summits={in_python(number)}`"
-    )
+    number = "..." if law is None else round(law.surface.density * law.surface.area)
+    notes.append(Caveat("continuum", {"count": number}))
     return None
 
 
@@ -415,7 +389,7 @@ def _checked_delay(delay: Any, folded: Sequence[Folded]) -> tuple[bool, list[flo
 
 def _fit_with_play(
     problem: Problem, best: Fit, loss: str, freedom: int
-) -> tuple[Problem, Fit, str]:
+) -> tuple[Problem, Fit, Caveat]:
     """The fit with the play of the rig taken off, and what to say of it."""
     error = 0.0
     for _ in range(2):  # by the weights of the fit without play, then by its own
@@ -431,9 +405,8 @@ def _fit_with_play(
         problem, best = problem_with_play, solution
     value = problem.folded[0].play
     if value <= 2.0 * error or value == 0.0:
-        return problem, best, "no play between joint and transducer shows in the loops"
-    sizes = (engineering(2.0 * size, "m") for size in (value, error))
-    return problem, best, f"play of {' ± '.join(sizes)} between joint and transducer is taken off"
+        return problem, best, Caveat("no play")
+    return problem, best, Caveat("play", {"play": 2.0 * value, "error": 2.0 * error})
 
 
 def _fit_with_delays(problem: Problem, best: Fit, loss: str, freedom: int) -> tuple[Problem, Fit]:

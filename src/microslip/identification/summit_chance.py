@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
@@ -12,9 +11,9 @@ from typing import NamedTuple
 import numpy as np
 
 from microslip._core.checks import Floats
-from microslip.identification.fit import Fit, bounds_of, settle
+from microslip.identification.fit import Fit, bounds_of, covariance_of, settle_near
 from microslip.identification.problem import Problem
-from microslip.identification.profiles import Interval, covariance_of
+from microslip.identification.profiles import Interval
 
 SEPARATION = "standardised_separation"
 _STEP, _MOST_STEPS = 0.3, 24
@@ -101,15 +100,16 @@ def _fit_at(problem: Problem, q: Floats, row: int, separation: float) -> _Place 
     """The fit with one separation given; None where the law has no answer there."""
     conditional = np.delete(np.arange(q.size), row)
     q = with_value(q, row, separation)
-    with warnings.catch_warnings(), np.errstate(all="ignore"):
-        warnings.simplefilter("ignore")
+    fit = Fit(q, math.inf)
+    with np.errstate(all="ignore"):
         try:
             for _ in range(_ROUNDS):
-                problem.update(q)
-                fit = settle(problem, q, conditional)
-                if not fit.finite:
+                problem.update(fit.q)
+                near = settle_near(problem, fit.q, conditional)
+                if near is None:
                     return None
-                q = fit.q
+                fit = near
+            q = fit.q
             _, by = problem.residuals(q)
         except (ArithmeticError, ValueError, np.linalg.LinAlgError):
             return None

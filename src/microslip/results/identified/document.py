@@ -12,8 +12,8 @@ from microslip._core.units import significant
 from microslip._version import __version__
 from microslip.errors import InputError
 from microslip.identification import Comparison, Identification, figures, identify
+from microslip.identification.labels import label
 from microslip.identification.models import CycleModel, model_of
-from microslip.identification.verdicts import label
 from microslip.report.document import (
     Block,
     Column,
@@ -178,9 +178,12 @@ def measured_together(
 # -- plain values ---------------------------------------------------------------------------------
 
 
-def summarise(outcome: Identified, say: Say = str) -> dict[str, Any]:
-    """What summary.json holds: plain values in SI units, messages as ``say`` puts them."""
-    first, *comparisons = (_spelt(result.summary(), say) for result in outcome.results)
+def summarise(outcome: Identified, say: Say = str, *, labelled: bool = False) -> dict[str, Any]:
+    """What summary.json holds: plain values in SI units, messages as ``say`` puts them.
+
+    For people numbers are ``labelled`` in the messages.
+    """
+    first, *comparisons = (_spelt(result, say, labelled) for result in outcome.results)
     for record, values in zip(outcome.first.records, first["records"], strict=True):
         values["rms_residual"] = math.sqrt(float((record.residual**2).mean()))
     if outcome.left_out:
@@ -205,8 +208,14 @@ def _title(outcome: Identified) -> str:
     return f"{title}: identified" if title else "Identified joint"
 
 
-def _spelt(summary: dict[str, Any], say: Say) -> dict[str, Any]:
-    """A summary with its messages as who asked puts them."""
+def _spelt(result: Identification, say: Say, labelled: bool) -> dict[str, Any]:
+    """The summary of a fit with its messages as who asked puts them."""
+
+    def named(name: str) -> str:
+        number = result.parameters.get(name)
+        return label(name, None if number is None else number.load)
+
+    summary = result.summary(call=named) if labelled else result.summary()
     summary["message"] = say(summary["message"])
     summary["notes"] = [say(note) for note in summary["notes"]]
     for number in (*summary["parameters"].values(), *summary["derived"].values()):
@@ -238,9 +247,11 @@ def document(outcome: Identified, say: Say = str, files: bool = False) -> Docume
     pictures = figures.pictures(outcome.first)
     tables = [text_file("residuals.csv", lambda: _residuals(outcome.first))]
     summary = summarise(outcome, say)
-    fit, comparison = summary["identification"], summary["comparison"]
+    fit = summarise(outcome, say, labelled=True)["identification"]
+    comparison = summary["comparison"]
     if why and files:
-        fit["notes"].append(why)
+        for told in (fit, summary["identification"]):
+            told["notes"].append(why)
     level = f"{100.0 * fit['confidence']:g} %"
     sections = [
         Section("Parameters", tuple(_parameters(fit, summary["study"], level))),
@@ -278,7 +289,7 @@ def document(outcome: Identified, say: Say = str, files: bool = False) -> Docume
         numbers.headline(fit),
         tuple(sections),
         summary,
-        (numbers.message_of(fit),),
+        () if outcome.first.is_plain else (f"{numbers.capital(fit['message'])}.",),
         numbers.first_number(fit),
         "loops",
         tuple(tables),
@@ -306,7 +317,6 @@ def _parameters(fit: Summary, study: str | None, level: str) -> list[Block]:
         )
         if rows:
             blocks.append(Table(title, columns, rows))
-    blocks.append(Items(tuple(numbers.law_bound_texts(fit))))
     blocks += [Note(hint, small=True) for hint in numbers.hints_of(fit, study)]
     if fit["given"]:
         blocks.append(_prior_table(fit))

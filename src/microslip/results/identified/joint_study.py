@@ -11,7 +11,8 @@ from microslip._core.wording import shorten
 from microslip._version import __version__
 from microslip.errors import InputError
 from microslip.identification import Identification
-from microslip.identification.verdicts import HAS_VALUE, label
+from microslip.identification.caveats import HAS_VALUE
+from microslip.identification.labels import label
 from microslip.results.identified.numbers import (
     is_at_bound,
     knows_radius,

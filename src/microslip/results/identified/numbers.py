@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from microslip._core.units import engineering, prefix, significant
 from microslip._core.verdicts import Verdict, Word
 from microslip.identification import rules
-from microslip.identification.verdicts import HAS_VALUE, ends_text, label, number_text
+from microslip.identification.caveats import HAS_VALUE
+from microslip.identification.labels import ends_text, label, number_text
 from microslip.report.document import Number
 
 Summary = Mapping[str, Any]
@@ -164,7 +164,7 @@ def open_parameters(fit: Summary) -> list[OpenParameter]:
         OpenParameter(
             label(name, number.get("normal_load")),
             number["verdict"],
-            labelled(number["reason"], fit),
+            number["reason"],
             number["remedy"],
         )
         for name, number in fit["parameters"].items()
@@ -187,37 +187,13 @@ def is_at_bound(number: Summary) -> bool:
     return bool(at_bound and number["verdict"] == "bounded above" and not number["remedy"])
 
 
-def law_bound_texts(fit: Summary) -> list[str]:
-    """What is to be said of numbers that are identified, but only under the law."""
-    return [
-        f"{_capital(label(name, number.get('normal_load')))}: {number['reason']}. "
-        f"To settle it: {number['remedy']}."
-        for name, number in fit["parameters"].items()
-        if number["verdict"] == "identified" and number["reason"]
-    ]
-
-
 def directions_of(fit: Summary) -> list[str]:
     """Ways through parameter space that the loops do not feel, in words."""
-    return [f"{_capital(labelled(way['text'], fit))}." for way in fit["directions"]]
+    return [f"{capital(way['text'])}." for way in fit["directions"]]
 
 
-def message_of(fit: Summary) -> str:
-    """What the status means, the names as people read them."""
-    return f"{_capital(labelled(fit['message'], fit))}."
-
-
-def labelled(text: str, fit: Summary) -> str:
-    """A text with labels instead of names; longer names first, which hold the shorter ones."""
-    loads = {name: number.get("normal_load") for name, number in fit["parameters"].items()}
-    names = sorted(loads, key=len, reverse=True)
-    if not names:
-        return text
-    pattern = "|".join(map(re.escape, names))
-    return re.sub(pattern, lambda match: label(match[0], loads[match[0]]), text)
-
-
-def _capital(text: str) -> str:
+def capital(text: str) -> str:
+    """A sentence that begins with a capital."""
     return f"{text[:1].upper()}{text[1:]}"
 
 

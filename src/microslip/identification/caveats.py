@@ -1,0 +1,332 @@
+"""What a fit says of itself and of its numbers: records, and the one table of their words."""
+
+from __future__ import annotations
+
+import string
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from microslip._core.units import significant
+from microslip.identification.labels import number_text
+
+if TYPE_CHECKING:
+    from microslip.identification.verdicts import Fitted
+
+IDENTIFIED, IN_DOUBT, APPARENT, BEYOND, ABOVE, BELOW, NOT, FIXED = (
+    "identified",
+    "in doubt",
+    "apparent",
+    "extrapolated",
+    "bounded above",
+    "bounded below",
+    "not identified",
+    "fixed",
+)
+HAS_VALUE = (IDENTIFIED, IN_DOUBT, APPARENT, BEYOND, FIXED)
+"""Verdicts on numbers of which a value can be told."""
+
+Call = Callable[[str], str]
+"""How an edge of the house calls a number of the fit: by its name, or as people read it."""
+
+
+class Row(NamedTuple):
+    """What the caveats of one kind say and do."""
+
+    words: str | tuple[str, ...]
+    """The sentence, or clauses of it of which those are left out that name what is None. Fields:
+    "{x:3 m}" is a number with a unit, "{x:2%}" a share, "{x!n}" the name of a number of the fit."""
+    remedy: str = ""
+    """What would settle it."""
+    verdict: str = ""
+    """What it makes of the numbers that it reaches."""
+    told: bool = False
+    """Whether the message of the fit says it."""
+    noted: bool = True
+    """Whether it is a note."""
+
+
+_EVERY = "within the noise of the loops every value "
+_ANSWERS = " answers them ({confidence:%})"
+_NAME_RIGS = "name the rig of each record: `rigs=...`"
+_SETTLED = "more cycles, or a displacement measured closer to the contact"
+
+TABLE: Mapping[str, Row] = {
+    # -- how the fit ended ----------------------------------------------------------------------
+    "used up": Row(
+        "the fit did not end at a minimum: its evaluations were used up while the sum of squares "
+        "still fell",
+        told=True,
+        noted=False,
+    ),
+    "unsettled": Row(
+        "the fit did not end at a minimum: the weights of the displacement's errors, which follow "
+        "the law's own tangents, do not settle: the law does not suit these records",
+        told=True,
+        noted=False,
+    ),
+    "broken off": Row(
+        "the fit did not end at a minimum: it broke off: {why}", told=True, noted=False
+    ),
+    "at a bound": Row(
+        (
+            "{places:s}",
+            " (and {more} more)",
+            "; identified all the same: {names:s}",
+            "; nothing{none} is identified",
+        ),
+        told=True,
+        noted=False,
+    ),
+    "a bound": Row("the best value of {name!n} lies at a bound of the search, {value:3 {unit}}"),
+    "one rig": Row(
+        (
+            "one rig for all does not answer the records, and one for each does, with compliances "
+            "that differ",
+            " by {spread:2%}",
+            " (most: {record!r}); if they are of different rigs, name the rig of each record: "
+            "`rigs=...`",
+        ),
+        told=True,
+        noted=False,
+    ),
+    "several rigs": Row(
+        (
+            "rigs of their own, whose compliances differ",
+            " by {spread:2%}",
+            ", would take most of what the law leaves, though not all (most: {record!r}); if the "
+            "records are of different rigs, name the rig of each record: `rigs=...`",
+        ),
+        told=True,
+        noted=False,
+    ),
+    "misfit": Row(
+        "the law does not answer the records: it leaves {over_noise:2} times their noise, "
+        "{share:2%} of the force",
+        told=True,
+    ),
+    "contradiction": Row("what was given and the loops disagree: {data:s}", told=True),
+    "datum": Row(
+        "{name!n} was given as {value:3 {unit}} ± {error:3 {unit}}, without that "
+        "{without:3 {unit}} is found, {deviations:2} standard deviations apart"
+    ),
+    # -- of one number: its interval ------------------------------------------------------------
+    ABOVE: Row("the loops only say that it is not above {high:3 {unit}} ({confidence:%})"),
+    BELOW: Row("the loops only say that it is not below {low:3 {unit}} ({confidence:%})"),
+    "open": Row(
+        (_EVERY + "that was tried", ", from {first:3 {unit}} to {last:3 {unit}},", _ANSWERS)
+    ),
+    "open below": Row(_EVERY + "up to {high:3 {unit}}" + _ANSWERS),
+    "open above": Row(_EVERY + "from {low:3 {unit}} on" + _ANSWERS),
+    "wide": Row(
+        (
+            _EVERY + "from {low:3 {unit}} to {high:3 {unit}}" + _ANSWERS + ": ",
+            "wider than {width:g}",
+            "more than a factor {factor:g}",
+        )
+    ),
+    "no delay": Row(
+        "the loops tell no delay within half a period", "more cycles, or less noise of the force"
+    ),
+    # -- of numbers whose intervals close, under what does not hold -----------------------------
+    "leans": Row(
+        (
+            "it leans on the end of the search of {end!n}: with that end as far out again it would "
+            "be ",
+            "{share:2%}",
+            "{size:2}",
+            " {way}",
+        ),
+        "take other heights, or records that tell {parameter!n}; how far that is searched say "
+        '`bounds={{"{parameter}": ...}}`',
+        IN_DOUBT,
+    ),
+    "apparent": Row(
+        (
+            "of a law that does not answer the records: it stands for loops of {amplitudes}",
+            " at {loads}",
+            " in the mean",
+            "; what the law lacks may hide {stake:2%} of a number",
+        ),
+        "free or correct what is fixed, or compare laws: their spread says more than an interval",
+        APPARENT,
+    ),
+    "beyond": Row(
+        (
+            "no record slides as a whole: the loops reach {reached:2%} of this limit, and the rest "
+            "is what the law makes of it",
+            "; laws that answer these loops as well find {laws:s}",
+            "; of other laws (exponential heights, one sphere) none{none} answers these loops as "
+            "well",
+        ),
+        "a record that reaches gross slip",
+        BEYOND,
+    ),
+    "doubted record": Row(
+        "{doubt}", "take settled cycles within the range of the sensors", IN_DOUBT
+    ),
+    "contradicted": Row(
+        "what was given for {names:s} and the loops disagree",
+        "check what was given, or leave it out",
+        IN_DOUBT,
+    ),
+    "far area": Row(
+        "the contact area was measured at {load:3 N}, far from the loads of the records, "
+        "{loads}: what follows from it rests on the law between them",
+        verdict=IN_DOUBT,
+    ),
+    "as one rig": Row(
+        "found as if all records had one rig, which the loops speak against",
+        _NAME_RIGS,
+        IN_DOUBT,
+    ),
+    # -- of the whole fit -----------------------------------------------------------------------
+    "own elastic part": Row("{law!r} has an elastic part of its own: the rig is part of it"),
+    "continuum": Row(
+        "heights are a continuum here: the chance in those of the summits in contact moves slip "
+        "scale, separation and rig, by more than noise where there are few; it is in no interval "
+        "without their number, `summits={count}`"
+    ),
+    "no play": Row("no play between joint and transducer shows in the loops"),
+    "play": Row("play of {play:3 m} ± {error:3 m} between joint and transducer is taken off"),
+    "noisy load": Row(
+        "the noise of the measured load makes the interval of {name!n} {times:3} times as wide: "
+        "more cycles, or a load that is known better, would narrow it"
+    ),
+    "too smooth": Row(
+        "the mean loops are smoother than the scatter of the forces lets expect (reduced "
+        "chi-squared {reduced:2}): that scatter is no white noise, such as a force that wanders; "
+        "the intervals may be wider than need be"
+    ),
+    "play explains": Row(
+        "play of {play:3 m} between joint and transducer would explain {share:2%} of what the law "
+        'leaves; write `nuisances=["play"]`'
+    ),
+    "effect explains": Row(
+        '{effect} would explain {share:2%} of what the law leaves; write `nuisances=["{name}"]`'
+    ),
+    "delay explains": Row(
+        "a force{another} {delay:2 {unit}} {way} the displacement would explain {share:2%} of what "
+        'the law leaves; write `delay="free"`'
+    ),
+    "wrong delay": Row(
+        'the delay that was given may not be that of these records; write `delay="free"`'
+    ),
+    "soft rig": Row(
+        "the loops are stiffer ({stiffness:3 N/m} after a reversal) than the {rig!n} given, "
+        "{given:3 N/m}: no joint behind such a rig makes them; check its unit and that of the "
+        "force, or leave the rig free"
+    ),
+    "widened": Row(
+        (
+            "intervals are up to {times:3} times as wide as noise makes them: ",
+            "the law leaves more than the noise (reduced chi-squared {reduced:3})",
+            "whole cycles scatter more than white noise{cycles} does",
+        )
+    ),
+    "in series": Row(
+        "after a reversal rig and contact give way together: a softer contact on a stiffer rig "
+        "answers nearly as well, which is why the loops do not tell the contact's own part"
+    ),
+    "one load": Row(
+        "all records have one normal load: the friction coefficient, the length κσ and, weakly, "
+        "the separation h are all that loops at one load hold"
+    ),
+    "of the record": Row("{record}: {note}"),
+    "many minima": Row(
+        "the sum of squares has many minima, and the profiles met lower ones than that of the best "
+        "values: this law does not suit these records"
+    ),
+    "straight": Row(
+        (
+            "all intervals{every}",
+            "intervals of {names:s}",
+            " are those of the curvature at the best value, as if the law were linear",
+        )
+    ),
+}
+"""Every kind of caveat; what of a clause is "" or None is said by its place alone."""
+
+
+@dataclass(frozen=True)
+class Caveat:
+    """One thing that must be known of a fit or of a number of it."""
+
+    kind: str
+    """Which row of :data:`TABLE` says it."""
+    data: Mapping[str, Any] = field(default_factory=dict)
+    """What the words are made of: numbers in SI units, names, and further caveats."""
+    remedies: tuple[str, ...] = ()
+    """What would settle it, where that is not the same for all of the kind."""
+
+    @property
+    def row(self) -> Row:
+        """What all of its kind say and do."""
+        return TABLE[self.kind]
+
+    def words(self, call: Call = str) -> str:
+        """The sentence; arguments of functions stand between backticks."""
+        clauses = self.row.words
+        if isinstance(clauses, str):
+            return self._filled(clauses, call)
+        return "".join(self._filled(clause, call) for clause in clauses if self._has(clause))
+
+    def remedy(self, call: Call = str) -> str:
+        """What would settle it; empty where nothing is known to."""
+        return "; ".join((*self.remedies, *filter(None, [self._filled(self.row.remedy, call)])))
+
+    def _has(self, clause: str) -> bool:
+        fields = (name for _, name, _, _ in string.Formatter().parse(clause) if name)
+        return all(self.data.get(name) is not None for name in fields)
+
+    def _filled(self, text: str, call: Call) -> str:
+        return _Writer(call).vformat(text, (), self.data)
+
+
+class _Writer(string.Formatter):
+    """Fills in numbers with their digits and units, names as an edge calls them, and lists."""
+
+    def __init__(self, call: Call) -> None:
+        self._call = call
+
+    def convert_field(self, value: Any, conversion: str | None) -> Any:
+        return self._call(value) if conversion == "n" else super().convert_field(value, conversion)
+
+    def format_field(self, value: Any, spec: str) -> str:
+        if spec == "s":  # several things, caveats among them
+            return joined([self._one(part) for part in value])
+        if spec == "%":
+            return f"{100.0 * value:g} %"
+        if spec.endswith("%"):
+            return f"{significant(100.0 * value, int(spec[:-1]))} %"
+        if spec[:1].isdigit():
+            digits, _, unit = spec.partition(" ")
+            return number_text(value, unit, int(digits))
+        return str(super().format_field(value, spec))
+
+    def _one(self, part: Any) -> str:
+        return part.words(self._call) if isinstance(part, Caveat) else self._call(str(part))
+
+
+def joined(texts: Sequence[str]) -> str:
+    """Texts as one, such as "a, b and c"."""
+    return " and ".join(filter(None, (", ".join(texts[:-1]), texts[-1])))
+
+
+def mark(
+    numbers: Mapping[str, Fitted], caveat: Caveat, names: Sequence[str] | None = None
+) -> dict[str, Fitted]:
+    """The numbers, those that a caveat reaches with its verdict: what they rest on does not hold.
+
+    Of what is identified, or apparent where the verdict is another; ``names`` says which it
+    reaches.
+    """
+    verdict = caveat.row.verdict
+    return {
+        name: replace(fitted, verdict=verdict, caveat=caveat)
+        if fitted.verdict in (IDENTIFIED, APPARENT)
+        and fitted.verdict != verdict
+        and (names is None or name in names)
+        else fitted
+        for name, fitted in numbers.items()
+    }

@@ -4,14 +4,11 @@ from __future__ import annotations
 
 import string
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
 
 from microslip._core.units import significant
 from microslip.identification.labels import number_text
-
-if TYPE_CHECKING:
-    from microslip.identification.verdicts import Fitted
 
 IDENTIFIED, IN_DOUBT, APPARENT, BEYOND, ABOVE, BELOW, NOT, FIXED = (
     "identified",
@@ -311,22 +308,3 @@ class _Writer(string.Formatter):
 def joined(texts: Sequence[str]) -> str:
     """Texts as one, such as "a, b and c"."""
     return " and ".join(filter(None, (", ".join(texts[:-1]), texts[-1])))
-
-
-def mark(
-    numbers: Mapping[str, Fitted], caveat: Caveat, names: Sequence[str] | None = None
-) -> dict[str, Fitted]:
-    """The numbers, those that a caveat reaches with its verdict: what they rest on does not hold.
-
-    Of what is identified, or apparent where the verdict is another; ``names`` says which it
-    reaches.
-    """
-    verdict = caveat.row.verdict
-    return {
-        name: replace(fitted, verdict=verdict, caveat=caveat)
-        if fitted.verdict in (IDENTIFIED, APPARENT)
-        and fitted.verdict != verdict
-        and (names is None or name in names)
-        else fitted
-        for name, fitted in numbers.items()
-    }

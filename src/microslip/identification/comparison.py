@@ -16,11 +16,10 @@ from microslip.errors import InputError
 from microslip.identification.caveats import FIXED
 from microslip.identification.coordinates import RIG
 from microslip.identification.intervals import Progress
-from microslip.identification.labels import interval_text
 from microslip.identification.models import MODELS, CycleModel, model_of
 from microslip.identification.result import Identification
 from microslip.identification.run import fold_all, identify
-from microslip.identification.verdicts import Fitted
+from microslip.identification.verdicts import Fitted, interval_text
 from microslip.tribometer.record import Record
 
 LAWS = tuple(model.name for model in MODELS)

@@ -22,7 +22,6 @@ from microslip.identification.caveats import (
     IDENTIFIED,
     NOT,
     Caveat,
-    mark,
 )
 from microslip.identification.coordinates import AREA, DENSITY, RADIUS, SUMMIT_DATA, Coordinate
 from microslip.identification.fit import at_bounds
@@ -50,6 +49,7 @@ from microslip.identification.verdicts import (
     direction_of,
     is_parallel,
     judge,
+    mark,
 )
 from microslip.materials import MaterialPair
 

@@ -4,12 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 from microslip._core.units import engineering, significant
-
-if TYPE_CHECKING:
-    from microslip.identification.verdicts import Fitted
 
 AT_A_LOAD = ("standardised_separation", "contact_area")
 """Parameters that all records share, but as they are at one load."""
@@ -45,15 +41,6 @@ def ends_text(ends: tuple[str, str], low_open: bool, high_open: bool) -> str:
     if low_open:
         return f"up to {ends[1]}"
     return f"from {ends[0]}" if high_open else f"{ends[0]} … {ends[1]}"
-
-
-def interval_text(number: Fitted) -> str:
-    """The interval of a number, with so many digits that its ends differ in the last two."""
-    width, digits = number.high - number.low, 3
-    if math.isfinite(width) and width > 0.0 and number.value != 0.0:
-        digits = min(max(3, 2 - math.floor(math.log10(width / abs(number.value)))), 9)
-    low, high = (number_text(end, number.unit, digits) for end in (number.low, number.high))
-    return ends_text((low, high), number.low_open, number.high_open)
 
 
 _LABELS = {

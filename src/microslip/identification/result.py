@@ -18,11 +18,11 @@ from microslip.errors import InputError, in_python
 from microslip.friction import Interface
 from microslip.identification.caveats import FIXED, HAS_VALUE, NOT, Call, Caveat
 from microslip.identification.fit_quality import RecordFit
-from microslip.identification.labels import AT_A_LOAD, interval_text, number_text
+from microslip.identification.labels import AT_A_LOAD, number_text
 from microslip.identification.load_levels import labels_of, levels_of
 from microslip.identification.models.base import Model
 from microslip.identification.prior_data import GivenDatum
-from microslip.identification.verdicts import Direction, Fitted
+from microslip.identification.verdicts import Direction, Fitted, interval_text
 from microslip.materials import MaterialPair
 from microslip.report.files import plain
 from microslip.report.plot import Plot

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from microslip._core.checks import Floats
 from microslip._core.units import significant
 from microslip.identification.caveats import (
     ABOVE,
+    APPARENT,
     BELOW,
     FIXED,
     IDENTIFIED,
@@ -21,7 +22,7 @@ from microslip.identification.caveats import (
     joined,
 )
 from microslip.identification.coordinates import RIG, Coordinate
-from microslip.identification.labels import number_text
+from microslip.identification.labels import ends_text, number_text
 from microslip.identification.profiles import Interval
 
 WIDEST_SHAPE = 1.5
@@ -79,6 +80,34 @@ class Fitted:
     def remedy(self) -> str:
         """What measurement would settle it; else empty."""
         return "" if self.caveat is None else self.caveat.remedy()
+
+
+def interval_text(number: Fitted) -> str:
+    """The interval of a number, with so many digits that its ends differ in the last two."""
+    width, digits = number.high - number.low, 3
+    if math.isfinite(width) and width > 0.0 and number.value != 0.0:
+        digits = min(max(3, 2 - math.floor(math.log10(width / abs(number.value)))), 9)
+    low, high = (number_text(end, number.unit, digits) for end in (number.low, number.high))
+    return ends_text((low, high), number.low_open, number.high_open)
+
+
+def mark(
+    numbers: Mapping[str, Fitted], caveat: Caveat, names: Sequence[str] | None = None
+) -> dict[str, Fitted]:
+    """The numbers, those that a caveat reaches with its verdict: what they rest on does not hold.
+
+    Of what is identified, or apparent where the verdict is another; ``names`` says which it
+    reaches.
+    """
+    verdict = caveat.row.verdict
+    return {
+        name: replace(fitted, verdict=verdict, caveat=caveat)
+        if fitted.verdict in (IDENTIFIED, APPARENT)
+        and fitted.verdict != verdict
+        and (names is None or name in names)
+        else fitted
+        for name, fitted in numbers.items()
+    }
 
 
 @dataclass(frozen=True)

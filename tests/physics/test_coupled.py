@@ -14,6 +14,7 @@ import pytest
 from cases import (
     REFERENCE,
     closest,
+    ends_below,
     interface_of,
     joint_params,
     own_case,
@@ -26,11 +27,12 @@ from hypothesis import strategies as st
 
 import microslip as ms
 from microslip import kernels
-from microslip.friction.curves import LawCurve, curve_of
 from microslip.kernels import twin
+from microslip.kernels.twin_losses import slip_runs
 from microslip.memory import Diagram
+from microslip.normal.scalar_curves import LawCurve, scalar_curve
+from microslip.normal.slip_losses import _summit_means
 from microslip.normal.spheres import Spheres
-from microslip.normal.varying_load_losses import means
 
 JOINTS = joint_params()
 every_joint = pytest.mark.parametrize("joint", JOINTS)
@@ -155,7 +157,7 @@ def test_what_many_summits_lose_is_work_less_store(count) -> None:
     response = joint.coupled_response(x, normal_load=load)
     slip, origin = joint.slip_per_indentation, joint.separation
     law = joint.surface
-    runs = Diagram().slips(response.separation - origin, x / slip)
+    runs = slip_runs(response.separation - origin, x / slip, np.empty((0, 3)), 0, 0.0, 0.0)
     sample, ahead, gap, until, density, sign, d0, d1 = runs
     q0, q1 = d0 + gap, d1 + until
     load_, integral = (lambda d, k=k: law._derivative(d + origin, k) for k in (0, -1))
@@ -165,7 +167,7 @@ def test_what_many_summits_lose_is_work_less_store(count) -> None:
         mean = np.where(near, still, (integral(d0) - integral(d1)) / (d1 - d0))
     lost = ahead * mean - (2.0 - (d1 - d0) / ahead) * (integral(q0) - integral(q1))
     lost += load_(q1) * (q1 - d1) - load_(q0) * (q0 - d0)
-    steps = np.bincount(sample, (1.0 - sign * density) * lost, minlength=x.size)
+    steps = np.bincount(sample.astype(int), (1.0 - sign * density) * lost, minlength=x.size)
     steps *= joint._friction * slip
     got = response.energy_per_step
     # The differences lose some digits; the old rule was wrong by a per cent of a step.
@@ -235,7 +237,7 @@ def test_one_summit_in_one_run(seed) -> None:
         gaps = start - first, max(end - last, 0.0), first, last
         y = rng.choice(run) + rng.choice([-1.0, 1.0]) * 10.0 ** rng.uniform(-9, 0)
         spheres = Spheres(np.array([y]), np.ones(1))
-        got = float(means(spheres, *(np.array([v]) for v in gaps))[0])
+        got = float(_summit_means(spheres, *(np.array([v]) for v in gaps))[0])
         assert got == pytest.approx(exact_mean(y, run), rel=1e-11, abs=1e-300)
 
 
@@ -436,7 +438,7 @@ def test_both_kernels_build_the_same_diagram(joint, moves, compiled):
     for kernel in (compiled, twin):
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(kernels, "active", kernel)
-            trees.append(Diagram().rows(d - joint.separation, x / joint.slip_per_indentation))
+            trees.append(Diagram()._walk(d - joint.separation, x / joint.slip_per_indentation)[0])
     for one, other in zip(*trees, strict=True):
         np.testing.assert_array_equal(one, other)
 
@@ -633,7 +635,7 @@ def test_profiles_are_the_law(joint) -> None:
         np.testing.assert_allclose(drop, coupling.drop(d, width), rtol=1e-13, atol=0)
     load, fall = np.empty(d.size), np.empty(d.size)
     kernels.active.loads(d, load, fall, *profile.arguments)
-    np.testing.assert_allclose(load, coupling.load(d), rtol=1e-13)
+    np.testing.assert_allclose(load, coupling.load(d)[0], rtol=1e-13)
     wanted = -joint.surface._derivative(d + joint.separation, 1)
     np.testing.assert_allclose(fall, wanted, rtol=1e-13)
     loads = rng.uniform(*profile.span, 500)
@@ -667,6 +669,30 @@ def test_profiles_change_nothing(joint, moves):
     # Where hardly anything sticks a displacement is as uncertain as the force over its stiffness.
     atol = 1e-10 * np.abs(wanted).max() + 4.0 * EPS * moved * slip
     np.testing.assert_allclose(one, wanted, rtol=0, atol=atol)
+
+
+@pytest.mark.parametrize("joint", PROFILED)
+@pytest.mark.parametrize("share", [0.3, -1.5], ids=["around rest", "pressed"])
+def test_cycles_of_profiles_are_those_of_the_law(joint, share) -> None:
+    """Values go along the rows of the kernel's diagrams, or down the tree of a trace."""
+    t = 2.0 * np.pi * np.arange(60) / 60
+    depth = joint.normal_load / joint.normal_stiffness
+    if share < 0.0 and ends_below(joint):
+        share = 0.3
+    x = reach_of(joint) * (0.3 + np.cos(t) + 0.6 * np.sin(3.0 * t))
+    d = joint.separation + depth * (share + 0.4 * np.sin(t + 0.5) + 0.2 * np.cos(2.0 * t))
+    directions = np.column_stack((np.ones(60), np.cos(t), np.sin(2.0 * t)))
+    one, wanted = (j.periodic(x, separation=d) for j in (joint, plainly(joint)))
+    limit = joint.friction_coefficient * wanted.normal_load.max()
+    np.testing.assert_allclose(one.force, wanted.force, rtol=0, atol=1e-13 * limit)
+    np.testing.assert_allclose(
+        one.stiffness, wanted.stiffness, rtol=0, atol=1e-11 * wanted.stiffness.max()
+    )
+    slopes = [
+        cycle.derivative(reach_of(joint) * directions, separation=depth * directions[:, ::-1])
+        for cycle in (one, wanted)
+    ]
+    np.testing.assert_allclose(slopes[0], slopes[1], rtol=0, atol=1e-11 * limit)
 
 
 def test_profiles_grow_with_what_is_asked() -> None:
@@ -814,7 +840,7 @@ def test_curves_are_the_law(law) -> None:
     low, high = law._span
     high = min(high, low + 4e-6)
     origin = low + 0.4 * (high - low)
-    curve, slow = curve_of(law, origin), LawCurve(law, origin)
+    curve, slow = scalar_curve(law, origin), LawCurve(law, origin)
     rng = np.random.default_rng(7)
     for place in rng.uniform(low, high, 20) - origin:
         np.testing.assert_allclose(curve.load(place), slow.load(place), rtol=1e-9)

@@ -61,7 +61,6 @@ def test_derivatives_of_smooth_laws_to_the_last_digit_of_differences(joint, phas
     reach, depth = reach_of(joint), joint.normal_load / joint.normal_stiffness
     nothing = np.zeros_like(SHAPES)
     response = joint.periodic(x, separation=d)
-    assert len(set(response._trace.parent.tolist())) > 20
     got = response.derivative(np.hstack((SHAPES, nothing)), separation=np.hstack((nothing, SHAPES)))
 
     def difference(k: int, step: float) -> np.ndarray:

@@ -160,7 +160,7 @@ def test_fields_on_one_surface_share_its_curve_whatever_came_before(kinked: bool
     np.testing.assert_allclose(after, alone, rtol=1e-14)
     np.testing.assert_allclose(alone[:3], surface.load(apart), rtol=1e-11 if kinked else 1e-14)
     first, second = (ms.JointField(surface, 0.3, areas=2e-4, separations=apart) for _ in range(2))
-    assert first._curve is second._curve
+    assert first._nodes.curve is second._nodes.curve
 
 
 def test_many_cycles_at_once_lose_what_one_after_the_other_does() -> None:

@@ -270,7 +270,7 @@ CALLS: list[tuple[Any, str]] = [
     (lambda: FIELD.periodic(X, rest=[0.0, 1.0]), "rest must be one number or one for each"),
     (lambda: FIELD.harmonics(COEFFICIENTS, [1, 0]), "whole numbers that rise"),
     (lambda: FIELD.harmonics(COEFFICIENTS, 3), "whole numbers that rise"),
-    (lambda: FIELD.harmonics(COEFFICIENTS, ORDERS, samples=6), "at least 7 for harmonic 3"),
+    (lambda: FIELD.harmonics(COEFFICIENTS, ORDERS, samples=6), "from 7, for harmonic 3"),
     (lambda: FIELD.harmonics(COEFFICIENTS[:, :3], ORDERS), r"shape \(12, 5\)"),
     (lambda: FIELD.periodic(X).derivative(X), r"shape \(48, directions\)"),
     (lambda: FIELD.periodic(X).derivative(X.T, X.T), "separations stayed at rest"),

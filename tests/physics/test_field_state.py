@@ -162,7 +162,7 @@ def test_try_changes_nothing_and_copies_are_independent() -> None:
 def test_states_are_small_and_grow_with_open_reversals_alone() -> None:
     nodes = 20_000
     field = ms.JointField(SURFACE, 0.3, areas=1e-5, loads=np.full(nodes, 50.0))
-    field._steps, field._slip, field._curve.profile(0.0)  # of the field, not of its states
+    field._nodes.curve.profile(0.0, 0.0)  # of the field, not of its states
     x = 1e-7 * np.sin(np.arange(nodes))
     field.start().try_(x)
     tracemalloc.start()

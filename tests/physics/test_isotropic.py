@@ -221,8 +221,8 @@ def test_nodes_at_held_separations_are_isotropic_joints() -> None:
         state.commit()
     for i in range(NODES):
         ahead = two.knots[1:] > FIELD.separations[i]
-        yields = (two.knots[1:][ahead] - FIELD.separations[i]) * FIELD._slip[i]
-        springs = two._weights[ahead] * two._scales[i] / FIELD._slip[i]
+        yields = (two.knots[1:][ahead] - FIELD.separations[i]) * FIELD._nodes.slips[i]
+        springs = two._bank.weights[ahead] * two._bank.scales[i] / FIELD._nodes.slips[i]
         same = ms.IsotropicJoint(ms.Iwan(springs, springs * yields), 60)
         np.testing.assert_allclose(
             force[i], same.force(path[:, i])[-1], rtol=0, atol=1e-11 * same.force_limit

@@ -13,8 +13,6 @@ from .fields import AsperityFields as AsperityFields
 from .fields import Zone as Zone
 from .harmonics import HarmonicForce as HarmonicForce
 from .interface import Interface as Interface
-from .isotropic import IsotropicJoint as IsotropicJoint
-from .isotropic_field import IsotropicField as IsotropicField
 from .iwan import Iwan as Iwan
 from .iwan import IwanFit as IwanFit
 from .jenkins import Jenkins as Jenkins
@@ -26,5 +24,7 @@ from .segalman import SegalmanIwan as SegalmanIwan
 from .sliders import Sliders as Sliders
 from .straight_step import FirstLoading as FirstLoading
 from .straight_step import first_loading as first_loading
+from .two_directions import IsotropicField as IsotropicField
+from .two_directions import IsotropicJoint as IsotropicJoint
+from .two_directions import VectorCycle as VectorCycle
 from .validity import Verdict as Verdict
-from .vector_cycles import VectorCycle as VectorCycle

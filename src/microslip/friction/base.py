@@ -19,7 +19,8 @@ from microslip.friction.guesses import guessed_law
 from microslip.friction.harmonics import HarmonicForce, harmonic_force
 from microslip.friction.sliders import Sliders
 from microslip.kernels.table import Table
-from microslip.memory import Load, Memory, State
+from microslip.memory import Memory, State
+from microslip.normal.load_curve import LoadCurve
 from microslip.numerics.inversion import adaptive, invert
 
 Self = TypeVar("Self", bound="BackboneLaw")
@@ -50,8 +51,8 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
         return None
 
     @property
-    def _coupling(self) -> Load | None:
-        """What a load that varies asks of the law; None for one without a surface."""
+    def _coupling(self) -> LoadCurve | None:
+        """The load curve on which a load may vary; None for a law without a surface."""
         return None
 
     def _backbone_and_slope(self, u: Floats) -> tuple[Floats, Floats]:

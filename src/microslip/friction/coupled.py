@@ -1,271 +1,58 @@
-"""An interface whose normal load varies while it moves."""
+"""An interface whose normal load varies while it moves: a node by itself on its load curve."""
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from microslip import normal
 from microslip._core.checks import Floats, check_one_of, exact, is_whole, record, show
 from microslip._core.frozen import Locked, lock
 from microslip.errors import InputError
-from microslip.friction.curves import curve_of
-from microslip.friction.losses import Losses
-from microslip.kernels.profile import Profile
-from microslip.memory import Diagram, along, loads_along
+from microslip.friction.base import BackboneLaw
+from microslip.friction.coupled_cycles import (
+    CoupledCycle,
+    CoupledHarmonics,
+    coupled_cycle,
+    coupled_harmonics,
+)
+from microslip.friction.cycles import PeriodicResponse, Rest
+from microslip.friction.harmonics import HarmonicForce
+from microslip.friction.straight_step import FirstLoading, loaded
+from microslip.memory import Diagram, Nodes, steps_along
 from microslip.normal.base import NormalLaw
-from microslip.normal.grids import sum_over_pairs
+from microslip.normal.load_curve import LoadCurve
 
-if TYPE_CHECKING:
-    from microslip.kernels.twin_hold import Curve
+if TYPE_CHECKING:  # what a joint has are fields or properties, as a law likes
 
-Bools = NDArray[np.bool_]
+    class _Law(BackboneLaw):
+        @property
+        def surface(self) -> NormalLaw:
+            """Its normal load law."""
 
-_REACHES = 1.1 ** np.arange(-60.0, 150.0)  # decay lengths
-_FAINT_LOAD = 1e-30  # of the largest load: what is lighter counts as none
+        @property
+        def friction_coefficient(self) -> float:
+            """Coefficient mu [-]."""
 
+        @property
+        def normal_load(self) -> float:
+            """Its own load [N]."""
 
-class Joint(Protocol):
-    """A joint whose normal load may vary, as :class:`microslip.Interface` is one."""
+        @property
+        def separation(self) -> float:
+            """Its own separation [m]."""
 
-    @property
-    def surface(self) -> NormalLaw:
-        """Its normal load law."""
+        @property
+        def slip_per_indentation(self) -> float:
+            """Kappa [-]."""
 
-    @property
-    def friction_coefficient(self) -> float:
-        """Coefficient mu [-]."""
-
-    @property
-    def normal_load(self) -> float:
-        """Its own load [N]."""
-
-    @property
-    def separation(self) -> float:
-        """Its own separation [m]."""
-
-    @property
-    def normal_stiffness(self) -> float:
-        """-N' there [N/m]."""
-
-    @property
-    def slip_per_indentation(self) -> float:
-        """Kappa [-]."""
-
-    @property
-    def _friction(self) -> float: ...
-
-    @property
-    def _coupling(self) -> Coupling: ...
-
-
-def check_surface(surface: Any) -> None:
-    """Every joint stands on a normal law."""
-    if not isinstance(surface, NormalLaw):
-        names = ", ".join(law.__name__ for law in normal.NORMAL_LAWS)
-        raise InputError(f"`surface` must be a normal load law ({names}), got {show(surface)}")
-
-
-class Coupling:
-    """What the memory of a varying load asks of an interface; separations count from its own."""
-
-    def __init__(self, joint: Joint) -> None:
-        self._joint = joint
-        self._law = joint.surface
-        self.origin = joint.separation
-        self.friction = joint._friction
-        self.slip = joint.slip_per_indentation
-        self._profile: Profile | None = None
-        self._faint = False  # whether it ends where the load is too light to matter
-        self._refused: tuple[float, float] | None = None
-
-    @cached_property
-    def _losses(self) -> Losses:
-        return Losses(self._law, self.origin)
-
-    def drop(self, base: Floats, width: Floats) -> Floats:
-        """N(b) - N(b + w)."""
-        if base.size < 2:  # a trial, or nothing
-            pairs = zip(base.tolist(), width.tolist(), strict=True)
-            return np.array([self.curve.drop(b, w) for b, w in pairs])
-        return sum_over_pairs(self._law, "drop", base + self.origin, width)
-
-    def profile(self, low: float, high: float) -> Profile | None:
-        """N from low to high and from there on, as a profile; None where it cannot be one.
-
-        Where the load is less than can matter, ``high`` may lie further out.
-        """
-        profile = self._profile
-        if profile is not None:
-            if profile.low <= low and high <= (math.inf if self._faint else profile.high):
-                return profile
-            low, high = min(low, profile.low), max(high, profile.high)
-        low, high = min(low, 0.0), max(high, 0.0)
-        refused = self._refused
-        if refused is not None and low <= refused[0] and high >= refused[1]:
-            return None
-        sampled, faint = self._make_profile(low, high)
-        if sampled is None:
-            self._refused = low, high
-            return None
-        self._profile, self._faint = sampled, faint
-        return sampled
-
-    def _make_profile(self, low: float, high: float) -> tuple[Profile | None, bool]:
-        """A profile, and whether it ends where the load is too light to matter."""
-        law, origin = self._law, self.origin
-        edge, breaks = law._edge - origin, law._breaks
-        if low < edge or (breaks.size and breaks[-1] > low + origin):
-            return None, False
-        # A little further, so that the next record is likely to be covered, too.
-        length = self._joint.normal_load / self._joint.normal_stiffness
-        margin = length + 0.5 * min(high - low, 20.0 * length)
-        begin, end = max(low - margin, edge), high + margin
-        faintest = _FAINT_LOAD * law._derivative_at(begin + origin, 0)
-        faint = law._derivative_at(end + origin, 0) < faintest
-        if faint:
-            grid = begin + length * _REACHES
-            end = float(grid[law._derivative(grid + origin, 0) >= faintest][-1])
-        reach = law._table_reach(end + origin)
-        if reach is None:
-            return None, False
-        return (
-            Profile.sample(
-                lambda x, order: law._derivative(x + origin, order), begin, end, end + reach, edge
-            ),
-            faint,
-        )
-
-    def fall(self, separation: float) -> float:
-        """-N' there [N/m]."""
-        return -self._law._derivative_at(separation + self.origin, 1)
-
-    def normal_stiffnesses(self, separation: Floats) -> Floats:
-        """-N' at many [N/m]."""
-        return -self._law._derivative(separation + self.origin, 1)
-
-    def excess_slope(self, base: Floats, width: Floats) -> Floats:
-        """Half of N(b) - N(b + w) + w N'(b + w) [N]."""
-        return sum_over_pairs(self._law, "excess_slope", base + self.origin, width)
-
-    def load(self, separation: Floats) -> Floats:
-        """N there [N]."""
-        return self._law._derivative(separation + self.origin, 0)
-
-    @cached_property
-    def curve(self) -> Curve:
-        """N asked one separation at a time, for a law without a profile."""
-        return curve_of(self._law, self.origin)
-
-    def step_of(self, load: float) -> float:
-        """Separation at one load [N]."""
-        if load == self._joint.normal_load:
-            return 0.0
-        profile = self._profile
-        if profile is not None and profile.span[0] <= load <= profile.span[1]:
-            return float(profile.separations(np.array([load]))[0])
-        return float(self.steps_of(np.array([load]), numbered=False)[0])
-
-    def steps_of(self, load: Floats, numbered: bool = True) -> Floats:
-        """Separations at loads >= 0 [N]; without a load, that at which the last contact parts."""
-        at_rest = load == self._joint.normal_load
-        steps = np.zeros_like(load)
-        unloaded = load == 0.0
-        if unloaded.any():
-            top = self._law._top
-            if not math.isfinite(top):
-                raise InputError(
-                    "`normal_load` must stay above zero on this surface, whose heights have no "
-                    "end: at any separation some summit touches; got 0"
-                    + (f" at sample {int(np.argmax(unloaded))}" if numbered else ""),
-                )
-            steps[unloaded] = top - self.origin
-        loaded = ~(at_rest | unloaded)
-        try:
-            if loaded.all():
-                return self._steps_of(load)
-            if loaded.any():
-                steps[loaded] = self._steps_of(load[loaded])
-        except InputError as error:
-            i, message = self._first_refused(load, loaded, str(error))
-            where = f" at sample {i}" if numbered else ""
-            raise InputError(f"normal_{message}{where}") from None
-        return steps
-
-    def _first_refused(self, load: Floats, selection: Bools, message: str) -> tuple[int, str]:
-        """The first sample whose load the law refuses, and what the law says to it."""
-        samples = np.flatnonzero(selection)
-
-        def refusal(loads: Floats) -> str | None:
-            try:
-                self._law.separation(loads)
-            except InputError as error:
-                return str(error)
-            return None
-
-        # What refuses a load refuses all further out, but for numbers too coarse for a light one.
-        def ends(upto: int) -> Floats:
-            part = load[samples[:upto]]
-            return np.array([part.min(), part.max()])
-
-        def distinct(upto: int) -> Floats:
-            return np.unique(load[samples[:upto]])
-
-        loads = ends if refusal(ends(samples.size)) else distinct
-        low, high = 1, samples.size
-        while low < high:
-            middle = (low + high) // 2
-            low, high = (low, middle) if refusal(loads(middle)) else (middle + 1, high)
-        i = int(samples[high - 1])
-        return i, refusal(load[i : i + 1]) or message
-
-    def _steps_of(self, load: Floats) -> Floats:
-        """The same of loads that are neither none nor the joint's own."""
-        lightest, heaviest = float(load.min()), float(load.max())
-        profile = self._profile
-        if profile is None or not (profile.span[0] <= lightest and heaviest <= profile.span[1]):
-            ends = np.asarray(self._law.separation(np.array([heaviest, lightest])))
-            if load.size == 1:
-                return ends[:1] - self.origin
-            low, high = (ends - self.origin).tolist()
-            profile = self.profile(low, high)
-        if profile is None:
-            values, places = np.unique(load, return_inverse=True)
-            return (np.asarray(self._law.separation(values)) - self.origin)[places]
-        low_load, high_load = profile.span
-        if low_load <= lightest and heaviest <= high_load:
-            return profile.separations(load)
-        steps = np.empty_like(load)
-        inside = (load >= low_load) & (load <= high_load)
-        steps[inside] = profile.separations(load[inside])
-        values, places = np.unique(load[~inside], return_inverse=True)
-        steps[~inside] = (np.asarray(self._law.separation(values)) - self.origin)[places]
-        return steps
-
-    def steps_at(self, separation: ArrayLike) -> Floats:
-        """Separations as they are given [m], checked, counted from its own."""
-        return np.asarray(self._law._separations(separation)) - self.origin
-
-    def losses(
-        self, separation: Floats, displacement: Floats, diagram: Diagram | None = None
-    ) -> Floats:
-        """Energy dissipated in each step [J] of a history from rest, or from a diagram."""
-        places = displacement / self.slip
-        diagram = Diagram() if diagram is None else diagram
-        low, high = float(separation.min()), float(separation.max())
-        profile = self.profile(min(low, diagram.separation), max(high, diagram.separation))
-        with np.errstate(over="ignore", invalid="ignore"):  # fronts may be beyond all numbers
-            if profile is None:
-                slips = diagram.slips(separation, places)
-                lost = self._losses.of(slips, places.size)
-            else:
-                lost = diagram.losses(separation, places, profile)
-            return self.friction * self.slip * lost
+        @property
+        def _friction(self) -> float: ...
+else:
+    _Law = BackboneLaw
 
 
 @dataclass(frozen=True, eq=False)
@@ -288,14 +75,14 @@ class CoupledResponse(Locked):
     """Normal loads [N]."""
     separation: Floats
     """Separations [m]."""
-    _coupling: Coupling
+    _curve: LoadCurve
     _steps: Floats
     """Separations from the joint's own [m]."""
 
     @cached_property
     def energy_per_step(self) -> Floats:
         """Energy dissipated on the way to each sample [J], from rest or from the one before."""
-        return lock(self._coupling.losses(self._steps, self.displacement))
+        return lock(Diagram().losses(self._steps, self.displacement, self._curve))
 
     @cached_property
     def dissipated_energy(self) -> Floats:
@@ -341,68 +128,270 @@ class CoupledResponse(Locked):
         return count, (size - 1) % count
 
 
-def forces(joint: Joint, displacement: ArrayLike, normal_load: Any, separation: Any) -> Floats:
-    """See :meth:`microslip.Interface.coupled_force`."""
-    x = record("displacement", displacement).reshape(-1)
-    return _forces(joint._coupling, x, steps_of_history(joint, x.size, normal_load, separation))
+class CoupledLaw(_Law):
+    """A law whose backbone comes from a load curve, so that its load may vary: an Interface."""
 
-
-def respond(
-    joint: Joint, displacement: ArrayLike, normal_load: Any, separation: Any
-) -> CoupledResponse:
-    """See :meth:`microslip.Interface.coupled_response`."""
-    x = record("displacement", displacement).reshape(-1)
-    steps = steps_of_history(joint, x.size, normal_load, separation)
-    return _response(joint, x, _forces(joint._coupling, x, steps), steps)
-
-
-def respond_to_force(
-    joint: Joint, force: ArrayLike, normal_load: Any, separation: Any
-) -> CoupledResponse:
-    """The same under force control."""
-    f = record("force", force).reshape(-1)
-    coupling = joint._coupling
-    steps = steps_of_history(joint, f.size, normal_load, separation)
-    # Of the loads as they were given: those of the separations differ from them by rounding.
-    load = coupling.load(steps) if normal_load is None else np.asarray(normal_load, dtype=float)
-    limit = np.broadcast_to(joint.friction_coefficient * load.reshape(-1), f.shape)
-    beyond = np.flatnonzero(np.abs(f) >= limit)
-    if beyond.size:
-        i = int(beyond[0])
-        raise InputError(
-            "`force` must stay below the force limit mu N in size (no displacement holds it "
-            f"beyond), got {exact(f[i])} N at sample {i}, where the limit is {limit[i]:.10g} "
-            "N"
+    @cached_property
+    def _coupling(self) -> LoadCurve:
+        return LoadCurve(
+            self.surface,
+            self.separation,
+            self.normal_load,
+            friction=self._friction,
+            slip=self.slip_per_indentation,
         )
-    profile = coupling.profile(float(steps.min()), float(steps.max()))
-    places = Diagram().hold(steps, f / coupling.friction, profile or coupling.curve)
-    return _response(joint, coupling.slip * places, f, steps)
 
+    @cached_property
+    def _nodes(self) -> Nodes:
+        """The joint as a field of one."""
+        curve, scale = self._coupling, np.ones(1)
+        return Nodes(curve, curve.friction * scale, scale, curve.slip * scale, np.zeros(1))
 
-def _forces(coupling: Coupling, x: Floats, steps: Floats) -> Floats:
-    profile = coupling.profile(float(steps.min()), float(steps.max()))
-    values = Diagram().respond(steps, x / coupling.slip, coupling.drop, profile)
-    values *= coupling.friction
-    return values
+    def coupled_force(
+        self,
+        displacement: ArrayLike,
+        *,
+        normal_load: ArrayLike | None = None,
+        separation: ArrayLike | None = None,
+    ) -> Any:
+        """Force along a record of displacement and normal load, exact within Cattaneo-Mindlin.
 
+        The record starts from rest, displacement 0 under the joint's own ``normal_load``, and moves
+        between samples in straight lines of (separation, displacement); sample a curved path as
+        finely as it asks for. Contact may be lost and found again.
 
-def _response(joint: Joint, x: Floats, force: Floats, steps: Floats) -> CoupledResponse:
-    coupling = joint._coupling
-    return CoupledResponse(
-        lock(x.copy()),
-        lock(np.array(force)),
-        lock(coupling.load(steps)),
-        lock(steps + joint.separation),
-        coupling,
-        lock(steps),
-    )
+        Parameters
+        ----------
+        displacement : array_like
+            Displacements [m] in the order of time, one-dimensional.
+        normal_load : array_like, optional
+            Normal loads [N], not negative: one for each sample, or one number.
+        separation : array_like, optional
+            Separations [m] in their place.
 
+        Returns
+        -------
+        ndarray or float
+            Forces [N], one for each sample.
 
-def steps_of_history(joint: Joint, size: int, normal_load: Any, separation: Any) -> Floats:
-    """Separations from the joint's own along the history."""
-    check_one_of("normal_load=... [N] or separation=... [m]", normal_load, separation)
-    if separation is not None:
-        values = along("separation", separation, size)
-        return joint._coupling.steps_at(values)
-    loads = loads_along("normal_load", normal_load, size)
-    return joint._coupling.steps_of(loads, numbered=np.ndim(normal_load) > 0)
+        Notes
+        -----
+        The superposition of Jaeger (1998), DOI 10.1115/1.2833765, and Ciavarella (1998) carried
+        along the history: the method of memory diagrams (DOI 10.3389/fmech.2020.00030). Normal and
+        tangential load are coupled through the contact area alone; dissimilar pairs and the shear
+        across the direction of motion are approximate as in Cattaneo and Mindlin's theory.
+        Amortised O(1) a sample. Where the heights have no end, a load of less than about 1e-30 of
+        the largest of the history counts as none: the force is then 0.
+        """
+        x = record("displacement", displacement).reshape(-1)
+        force = self._forces_along(x, self._steps_along(x.size, normal_load, separation))
+        return float(force[0]) if np.ndim(displacement) == 0 else force
+
+    def coupled_displacement(
+        self,
+        force: ArrayLike,
+        *,
+        normal_load: ArrayLike | None = None,
+        separation: ArrayLike | None = None,
+    ) -> Any:
+        """Displacement along a record of force and normal load: the inverse of coupled_force.
+
+        A load that varies moves a joint on under its force, since contacts slip when it is light.
+        Below mu N a periodic history settles in its first cycle. In gross slip, where no force
+        holds a displacement, a joint may ratchet, a step further each cycle: that is physical, and
+        :meth:`microslip.friction.CoupledResponse.ratcheting` of a response reports it.
+
+        Forces [N] are each below mu N at their sample, or an InputError; displacements come in [m].
+        Parameters, shapes and errors are otherwise as :meth:`coupled_force` has them.
+        """
+        x = self._respond_to_force(force, normal_load, separation).displacement
+        return float(x[0]) if np.ndim(force) == 0 else x.copy()
+
+    def coupled_response(
+        self,
+        displacement: ArrayLike | None = None,
+        *,
+        force: ArrayLike | None = None,
+        normal_load: ArrayLike | None = None,
+        separation: ArrayLike | None = None,
+    ) -> CoupledResponse:
+        """All of a record of displacement [m] or force [N] and normal load, with its dissipation.
+
+        Parameters, shapes and errors are as :meth:`coupled_force` and :meth:`coupled_displacement`
+        have them; both or neither of displacement and force are an InputError.
+        """
+        check_one_of("displacement [m] or force=... [N]", displacement, force)
+        if force is not None:
+            return self._respond_to_force(force, normal_load, separation)
+        x = record("displacement", displacement).reshape(-1)  # type: ignore[arg-type]
+        steps = self._steps_along(x.size, normal_load, separation)
+        return self._response(x, self._forces_along(x, steps), steps)
+
+    def _steps_along(self, size: int, normal_load: Any, separation: Any) -> Floats:
+        """Separations from the joint's own along a history."""
+        check_one_of("normal_load=... [N] or separation=... [m]", normal_load, separation)
+        return steps_along(self._coupling, size, normal_load, separation)
+
+    def _forces_along(self, x: Floats, steps: Floats) -> Floats:
+        values = Diagram().respond(steps, x / self._coupling.slip, self._coupling)
+        values *= self._coupling.friction
+        return values
+
+    def _respond_to_force(
+        self, force: ArrayLike, normal_load: Any, separation: Any
+    ) -> CoupledResponse:
+        f, curve = record("force", force).reshape(-1), self._coupling
+        steps = self._steps_along(f.size, normal_load, separation)
+        # Of the loads as they were given: those of the separations differ from them by rounding.
+        load = (
+            curve.derivative(steps, 0)
+            if normal_load is None
+            else np.asarray(normal_load, dtype=float)
+        )
+        limit = np.broadcast_to(self.friction_coefficient * load.reshape(-1), f.shape)
+        beyond = np.flatnonzero(np.abs(f) >= limit)
+        if beyond.size:
+            i = int(beyond[0])
+            raise InputError(
+                "`force` must stay below the force limit mu N in size (no displacement holds it "
+                f"beyond), got {exact(f[i])} N at sample {i}, where the limit is {limit[i]:.10g} N"
+            )
+        places = Diagram().hold(steps, f / curve.friction, curve)
+        return self._response(curve.slip * places, f, steps)
+
+    def _response(self, x: Floats, force: Floats, steps: Floats) -> CoupledResponse:
+        curve = self._coupling
+        arrays = x.copy(), np.array(force), curve.derivative(steps, 0), steps + curve.origin
+        displacement, forces, load, separation = map(lock, arrays)
+        return CoupledResponse(displacement, forces, load, separation, curve, lock(steps))
+
+    @overload
+    def periodic(self, displacement_cycle: ArrayLike, rest: Rest = 0.0) -> PeriodicResponse: ...
+
+    @overload
+    def periodic(
+        self,
+        displacement_cycle: ArrayLike,
+        rest: Rest = 0.0,
+        *,
+        normal_load: ArrayLike | None = None,
+        separation: ArrayLike | None = None,
+    ) -> CoupledCycle: ...
+
+    def periodic(
+        self,
+        displacement_cycle: ArrayLike,
+        rest: Rest = 0.0,
+        *,
+        normal_load: ArrayLike | None = None,
+        separation: ArrayLike | None = None,
+    ) -> PeriodicResponse | CoupledCycle:
+        """The settled cycle of a periodic displacement and, if it varies, normal load.
+
+        Parameters
+        ----------
+        displacement_cycle, rest
+            As of :meth:`BackboneLaw.periodic`; the joint began under its own load.
+        normal_load, separation : array_like, optional
+            Normal loads [N] or separations [m] of the cycle, as for :meth:`coupled_force`, one of
+            them; without them the load is constant.
+
+        Returns
+        -------
+        PeriodicResponse or CoupledCycle
+            At a constant load ``force`` [N], ``stiffness`` [N/m], ``parent`` and ``root``; under a
+            varying one a :class:`microslip.CoupledCycle`, also with loads and separations. Both
+            have a ``derivative`` by whatever moves the cycle.
+
+        Notes
+        -----
+        Between samples the path is straight in separation and displacement: a curved one is met to
+        second order in its spacing.
+        """
+        if normal_load is None and separation is None:
+            return super().periodic(displacement_cycle, rest)
+        check_one_of("normal_load=... [N] or separation=... [m]", normal_load, separation)
+        return coupled_cycle(self._nodes, displacement_cycle, rest, normal_load, separation)
+
+    @overload
+    def harmonics(
+        self,
+        coefficients: ArrayLike,
+        harmonics: Any = (0, 1),
+        rest: Rest = 0.0,
+        *,
+        rtol: float = 1e-10,
+    ) -> HarmonicForce: ...
+
+    @overload
+    def harmonics(
+        self,
+        coefficients: ArrayLike,
+        harmonics: Any = (0, 1),
+        rest: Rest = 0.0,
+        *,
+        rtol: float = 1e-10,
+        normal_load: ArrayLike | None = None,
+        separation: ArrayLike | None = None,
+        samples: int = 256,
+    ) -> CoupledHarmonics: ...
+
+    def harmonics(
+        self,
+        coefficients: ArrayLike,
+        harmonics: Any = (0, 1),
+        rest: Rest = 0.0,
+        *,
+        rtol: float = 1e-10,
+        normal_load: ArrayLike | None = None,
+        separation: ArrayLike | None = None,
+        samples: int = 256,
+    ) -> HarmonicForce | CoupledHarmonics:
+        """Fourier coefficients of the settled forces with their Jacobian: balance of harmonics.
+
+        Parameters
+        ----------
+        coefficients, harmonics, rest, rtol
+            As of :meth:`BackboneLaw.harmonics`; the tolerance is for a constant load.
+        normal_load, separation : array_like, optional
+            Coefficients of the normal load [N] or the separation [m] in the same order, one of
+            them; without them the load is constant. Without harmonic 0 their mean is 0.
+        samples : int, optional
+            Equidistant samples of the period [-] under a varying load.
+
+        Returns
+        -------
+        HarmonicForce or CoupledHarmonics
+            At a constant load ``force`` [N] and ``jacobian`` [N/m]; under a varying one ``force``
+            and ``normal_load`` [N], and the ``jacobian`` of both by both, shape (2, 2, n, n).
+
+        Notes
+        -----
+        Under a load that varies the path between samples is straight: the error falls with the
+        square of their number. The Jacobian is exactly that of the sampled cycle.
+        """
+        if normal_load is None and separation is None:
+            return super().harmonics(coefficients, harmonics, rest, rtol=rtol)
+        return coupled_harmonics(
+            self._nodes, coefficients, harmonics, rest, normal_load, separation, samples
+        )
+
+    def first_loading(
+        self,
+        displacement: ArrayLike,
+        *,
+        normal_load: ArrayLike | None = None,
+        separation: ArrayLike | None = None,
+    ) -> FirstLoading:
+        """Force, load and tangents after one straight step from rest at the joint's own load.
+
+        Displacements [m], and either normal loads [N] above zero or separations [m], at the end of
+        the step, of any shapes that go together. What comes back is that of
+        :func:`microslip.friction.first_loading`, which takes the separations before the step, too,
+        one for each node.
+        """
+        check_one_of("normal_load [N] or separation=... [m]", normal_load, separation)
+        if separation is None:
+            separation = self.surface.separation(normal_load)  # type: ignore[arg-type]
+        slip, start = self.slip_per_indentation, self.separation
+        return loaded(self.surface, self._friction, slip, displacement, separation, start)

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from microslip import kernels
 from microslip._core.checks import Floats, floats, number, record, show
 from microslip.errors import InputError
-from microslip.memory import Memory
+from microslip.memory import Memory, Nodes
 
 Rest: TypeAlias = float | Literal["mean"]
 """Displacement at which a joint began, without force: a number [m], or the mean of its cycle."""
@@ -100,13 +100,13 @@ def rows_of(name: str, value: ArrayLike, samples: int) -> Floats:
     return rows
 
 
-def rest_of(rest: Any, cycle: Floats) -> tuple[float, bool]:
-    """Displacement at which a joint began, and whether it is the cycle's mean."""
+def rest_of(rest: Any, cycle: Floats, nodes: Nodes | None = None) -> tuple[Any, bool]:
+    """Displacement at which a joint began, or each node of many, and whether it is the mean."""
     if isinstance(rest, str):
         if rest != "mean":
-            raise InputError(f"rest must be a displacement [m] or 'mean', got {show(rest)}")
-        return float(cycle.mean()), True
-    return number("rest", rest, "m"), False
+            raise InputError(f'rest must be a displacement [m] or "mean", got {show(rest)}')
+        return cycle.mean(axis=-1), True
+    return (number("rest", rest, "m") if nodes is None else nodes.per_node("rest", rest)), False
 
 
 def settled_cycle(

@@ -11,26 +11,26 @@ from numpy.typing import ArrayLike
 
 from microslip._core.checks import (
     LARGEST,
+    SMALLEST,
     Floats,
     beyond,
     check_one_of,
     exact,
     floats,
-    number,
+    positive,
     sized,
 )
 from microslip._core.frozen import Locked, assign, lock
 from microslip.errors import InputError
 from microslip.friction.base import BackboneLaw
-from microslip.friction.coupled import check_surface
 from microslip.friction.field_backbone import FieldBackbone
-from microslip.friction.field_curve import FieldCurve, field_curve
 from microslip.friction.field_cycles import SettledField
-from microslip.friction.field_nodes import area_of, at, check_positive, nodes_of
-from microslip.friction.isotropic import check_sliders
-from microslip.friction.isotropic_field import IsotropicField, knots_of
-from microslip.memory import FieldResponse, FieldState
+from microslip.friction.straight_step import straight_step
+from microslip.friction.two_directions import IsotropicField, two_directions
+from microslip.memory import FieldResponse, FieldState, Nodes
+from microslip.memory.nodes import checked_separations
 from microslip.normal.base import NormalLaw
+from microslip.normal.load_curve import LoadCurve, check_surface, shared_curve
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,15 +104,15 @@ class JointField(SettledField, Locked):
                 f"got {' and '.join(stated) or 'none'}"
             )
         kind = next(iter(stated))
-        nodes = nodes_of({"friction_coefficient": friction_coefficient, "areas": areas, **stated})
+        nodes = _arrays_of({"friction_coefficient": friction_coefficient, "areas": areas, **stated})
         for name, unit in (("friction_coefficient", ""), ("areas", " [m^2]")):
-            check_positive(name, unit, nodes[name])
+            _check_positive(name, unit, nodes[name])
         assign(
             self,
             surface=surface,
             friction=lock(nodes["friction_coefficient"]),
             areas=lock(nodes["areas"]),
-            surface_area=area_of(surface, surface_area),
+            surface_area=_area_of(surface, surface_area),
             gaps=lock(nodes["gaps"]) if kind == "gaps" else None,
         )
         if kind in ("separations", "gaps"):
@@ -120,32 +120,34 @@ class JointField(SettledField, Locked):
         else:
             self._rest_under(kind, nodes[kind], None)
 
-    def _rest_at(self, separations: Floats, curve: FieldCurve | None) -> None:
-        self._check_separations(separations)
-        curve = curve or field_curve(self.surface, float(separations.min()))
-        assign(self, separations=lock(separations), _curve=curve)
-        loads = self._scale * curve.load(self._steps)[0]
-        assign(self, normal_loads=lock(loads), _weights=self.friction * self._scale)
+    def _rest_at(self, separations: Floats, curve: LoadCurve | None) -> None:
+        checked_separations(self.surface, separations)
+        curve = curve or shared_curve(self.surface, float(separations.min()))
+        steps = separations - curve.origin
+        loads = self._scale * curve.load(steps)[0]
+        assign(self, separations=lock(separations), normal_loads=lock(loads))
+        self._stand_on(curve, steps, self._scale)
 
-    def _rest_under(self, kind: str, values: Floats, curve: FieldCurve | None) -> None:
-        sized(kind, values, "N" if kind == "loads" else "Pa")
+    def _rest_under(self, kind: str, values: Floats, curve: LoadCurve | None) -> None:
+        unit = "N" if kind == "loads" else "Pa"
+        sized(kind, values, unit)
         if values.min() < 0.0:
             i = int(np.argmax(values < 0.0))
-            unit = "N" if kind == "loads" else "Pa"
-            raise InputError(f"{kind} must not be negative [{unit}], got {exact(values[i])}{at(i)}")
+            raise InputError(
+                f"{kind} must not be negative [{unit}], got {exact(values[i])} at node {i}"
+            )
         loads = values * self.areas if kind == "pressures" else values
         shares = loads / self._scale
         if curve is None:
             heaviest = int(np.argmax(shares))
             nearest = self._separation_of(shares, heaviest) if shares[heaviest] > 0.0 else np.inf
-            curve = field_curve(self.surface, min(nearest, LARGEST))
-        assign(self, _curve=curve)
+            curve = shared_curve(self.surface, min(nearest, LARGEST))
         steps = np.full(shares.size, np.nan)
         carried = shares > 0.0
         steps[~carried] = curve.parting() if not carried.all() else 0.0
         if carried.any():
             try:
-                steps[carried] = curve.steps_of(shares[carried])
+                steps[carried] = curve.steps_of(shares[carried], numbered=False)
             except InputError:
                 # What refuses one refuses the lightest or the heaviest.
                 light = np.where(carried, shares, np.inf)
@@ -154,9 +156,15 @@ class JointField(SettledField, Locked):
                 raise
         assign(self, separations=lock(steps + curve.origin), normal_loads=lock(loads.copy()))
         # With it the limit mu N is met exactly, however coarse a number the separation is.
-        there = self._scale * curve.load(self._steps)[0]
+        rests = self.separations - curve.origin
+        there = self._scale * curve.load(rests)[0]
         exactly = np.divide(loads, there, out=np.ones(loads.size), where=there > 0.0)
-        assign(self, _weights=self.friction * self._scale * exactly)
+        self._stand_on(curve, rests, self._scale * exactly)
+
+    def _stand_on(self, curve: LoadCurve, rests: Floats, scale: Floats) -> None:
+        slips = self.friction * self.surface.stiffness_ratio
+        nodes = Nodes(curve, self.friction * scale, self._scale, slips, rests)
+        assign(self, _nodes=nodes)
 
     def _separation_of(self, shares: Floats, node: int) -> float:
         """Separation of one node, whose load is ``shares`` on the whole surface."""
@@ -167,12 +175,11 @@ class JointField(SettledField, Locked):
             share = self._scale[node]
             raise InputError(
                 f"{wording}, which for its share {share:.3g} of the surface's area is not so of "
-                f"the {exact(shares[node] * share)} N{at(node)}"
+                f"the {exact(shares[node] * share)} N at node {node}"
             ) from None
         return separation
 
-    _curve: FieldCurve
-    _weights: Floats
+    _nodes: Nodes
 
     @property
     def size(self) -> int:
@@ -184,16 +191,6 @@ class JointField(SettledField, Locked):
         return self.areas / self.surface_area
 
     @cached_property
-    def _slip(self) -> Floats:
-        """Kappa of each node."""
-        return self.friction * self.surface.stiffness_ratio
-
-    @cached_property
-    def _steps(self) -> Floats:
-        """Separations at rest from the origin of the curve."""
-        return self.separations - self._curve.origin
-
-    @cached_property
     def force_limits(self) -> Floats:
         """Forces of gross slip mu N at rest [N], one a node."""
         return lock(self.friction * self.normal_loads)
@@ -201,7 +198,8 @@ class JointField(SettledField, Locked):
     @cached_property
     def tangential_stiffnesses(self) -> Floats:
         """Tangential stiffnesses at rest [N/m], one a node."""
-        return lock(self._weights / self._slip * self._curve.load(self._steps)[1])
+        nodes = self._nodes
+        return lock(nodes.weights / nodes.slips * nodes.curve.load(nodes.rests)[1])
 
     def at(
         self, *, separations: ArrayLike | None = None, loads: ArrayLike | None = None
@@ -211,13 +209,14 @@ class JointField(SettledField, Locked):
         By separations [m] or by normal loads [N], shape (nodes,) or one number.
         """
         check_one_of("separations [m] or loads [N]", separations, loads)
-        field = object.__new__(JointField)
+        field, curve = object.__new__(JointField), self._nodes.curve
         names = ("surface", "friction", "areas", "surface_area", "gaps")
         assign(field, **{name: getattr(self, name) for name in names})
         if separations is not None:
-            field._rest_at(self._per_node("separations", separations).copy(), self._curve)
+            field._rest_at(self._nodes.per_node("separations", separations).copy(), curve)
         else:
-            field._rest_under("loads", self._per_node("loads", loads), self._curve)
+            new_loads = self._nodes.per_node("loads", loads)  # type: ignore[arg-type]
+            field._rest_under("loads", new_loads, curve)
         return field
 
     # -- without memory -------------------------------------------------------------------------
@@ -227,8 +226,9 @@ class JointField(SettledField, Locked):
 
         Separations are one-dimensional, one a node, or one number.
         """
-        load, fall = self._curve.load(self._step_array(separations))
-        return self._scale * load, -self._scale * fall
+        nodes = self._nodes
+        load, fall = nodes.curve.load(nodes.steps_at("separations", separations))
+        return nodes.scales * load, -nodes.scales * fall
 
     def first_loading(self, displacement: ArrayLike, separation: ArrayLike) -> FieldResponse:
         """The end of a straight path from rest, with its tangents, in closed form.
@@ -238,27 +238,15 @@ class JointField(SettledField, Locked):
         (nodes, 2, 2), by the formulas of :func:`microslip.first_loading` (Jaeger 1998, DOI
         10.1115/1.2833765).
         """
-        place = beyond(self._per_node("displacement", displacement), self._slip)
-        step = self._step_array(separation, "separation")
-        return self._first_loading(place, step)
-
-    def _first_loading(self, place: Floats, step: Floats) -> FieldResponse:
-        curve = self._curve
-        size, sign = np.abs(place), np.where(place < 0.0, -1.0, 1.0)
-        approach = self._steps - step
-        sticks = (approach > 0.0) & (size <= approach)
-        width = np.where(sticks, approach, size)
-        load, fall = curve.load(step)
-        drop = curve.drop(step, width)
-        front = curve.load(step + size)[1]
-        density = np.where(sticks, place / np.where(sticks, approach, 1.0), sign)
-        by_place = np.where(sticks, drop / np.where(sticks, approach, 1.0), front)
-        by_step = np.where(sticks, density * (by_place - fall), sign * (front - fall))
+        nodes = self._nodes
+        place = beyond(nodes.per_node("displacement", displacement), nodes.slips)
+        step = nodes.steps_at("separation", separation)
+        value, load, by_place, by_step, fall = straight_step(nodes.curve, place, step, nodes.rests)
         tangent = np.zeros((self.size, 2, 2))
-        tangent[:, 0, 0] = self._weights / self._slip * by_place
-        tangent[:, 0, 1] = self._weights * by_step
-        tangent[:, 1, 1] = -self._scale * fall
-        return FieldResponse(self._weights * density * drop, self._scale * load, tangent)
+        tangent[:, 0, 0] = nodes.weights / nodes.slips * by_place
+        tangent[:, 0, 1] = nodes.weights * by_step
+        tangent[:, 1, 1] = -nodes.scales * fall
+        return FieldResponse(nodes.weights * value, nodes.scales * load, tangent)
 
     def dissipated_energy(self, amplitude: ArrayLike) -> Floats:
         """Energy [J] of a closed cycle about rest, at the separations of rest.
@@ -269,7 +257,8 @@ class JointField(SettledField, Locked):
         """
         a = sized("amplitude", amplitude)
         several = a.ndim == 2
-        a = a if several else self._per_node("amplitude", a)[None]
+        nodes = self._nodes
+        a = a if several else nodes.per_node("amplitude", a)[None]
         if a.shape[1] != self.size:
             raise InputError(
                 f"amplitude must have the shape ({self.size},), one a node, or (cycles, "
@@ -278,16 +267,16 @@ class JointField(SettledField, Locked):
         if a.min() < 0.0:
             i, j = np.unravel_index(np.argmin(a), a.shape)
             raise InputError(
-                f"amplitude must not be negative [m], got {exact(a[i, j])}{at(int(j))}"
+                f"amplitude must not be negative [m], got {exact(a[i, j])} at node {j}"
             )
         energy = np.zeros(a.shape)
         loaded = self.normal_loads > 0.0
         if loaded.any():
-            slip = self._slip[loaded]
+            slip = nodes.slips[loaded]
             reach = a[:, loaded] / slip
-            steps = np.broadcast_to(self._steps[loaded], reach.shape)
-            excess = self._curve.excess("excess", steps.ravel(), reach.ravel())
-            energy[:, loaded] = 8.0 * self._weights[loaded] * slip * excess.reshape(reach.shape)
+            steps = np.broadcast_to(nodes.rests[loaded], reach.shape)
+            excess = nodes.curve.excess("excess", steps.ravel(), reach.ravel())
+            energy[:, loaded] = 8.0 * nodes.weights[loaded] * slip * excess.reshape(reach.shape)
         return energy if several else energy[0]
 
     def rigid(self) -> BackboneLaw:
@@ -300,20 +289,17 @@ class JointField(SettledField, Locked):
         """
         if not np.any(self.normal_loads > 0.0):
             raise InputError("rigid needs a node that carries a load, got none")
-        loaded = self.normal_loads > 0.0
-        return FieldBackbone(
-            self._curve,
-            lock(self._weights[loaded]),
-            lock(self._slip[loaded]),
-            lock(self._steps[loaded]),
-            float(np.sum(self.force_limits)),
+        loaded, nodes = self.normal_loads > 0.0, self._nodes
+        weights, slips, rests = (
+            lock(part[loaded]) for part in (nodes.weights, nodes.slips, nodes.rests)
         )
+        return FieldBackbone(nodes.curve, weights, slips, rests, float(np.sum(self.force_limits)))
 
     # -- with memory ----------------------------------------------------------------------------
 
     def start(self, *, energies: bool = False) -> FieldState:
         """A state of all nodes at rest; with ``energies`` it counts what each dissipates."""
-        return FieldState(self, bool(energies))
+        return FieldState(self._nodes, bool(energies))
 
     # -- two directions -------------------------------------------------------------------------
 
@@ -334,54 +320,7 @@ class JointField(SettledField, Locked):
             With ``start``, ``periodic`` and ``harmonics``; its ``load_error`` and ``resolution``
             say how good it is.
         """
-        check_sliders(sliders, 2)
-        smallest = float(self.separations.min())
-        if nearest is None:
-            load, fall = self._curve.load(np.array([self._curve.origin * 0.0]))
-            near = min(smallest, self._curve.origin) - float(load[0] / fall[0])
-            near = max(near, self._lowest)
-        else:
-            near = number("nearest", nearest, "m")
-            if near > smallest:
-                raise InputError(
-                    f"nearest must not be above the smallest separation at rest, {smallest:g} m, "
-                    f"got {exact(near)}"
-                )
-            self.surface._separations(np.array([near]))
-        return IsotropicField(self, knots_of(self, int(sliders), near))
-
-    @property
-    def _lowest(self) -> float:
-        """Separation below which the surface has no answer."""
-        lowest = float(self.surface._span[0])
-        try:
-            self.surface._separations(np.array([lowest - 1e-3 * abs(lowest) - 1e-12]))
-        except InputError:
-            return lowest
-        return -LARGEST
-
-    # -- what comes in --------------------------------------------------------------------------
-
-    def _per_node(self, name: str, value: Any) -> Floats:
-        """One number a node."""
-        array = floats(name, value)
-        if array.ndim > 1 or array.size not in (1, self.size):
-            raise InputError(
-                f"`{name}` must be one number or one for each of the {self.size} nodes, got "
-                f"shape {array.shape}"
-            )
-        return np.ascontiguousarray(np.broadcast_to(array.reshape(-1), (self.size,)))
-
-    def _step_array(self, separations: Any, name: str = "separations") -> Floats:
-        return self._check_separations(self._per_node(name, separations)) - self._curve.origin
-
-    def _check_separations(self, separations: Floats) -> Floats:
-        try:
-            return self.surface._separations(separations)
-        except InputError as error:
-            node = np.unravel_index(np.argmin(separations), separations.shape)[0]
-            where = at(int(node)) if self.size > 1 else ""
-            raise InputError(f"{error}{where}") from None
+        return two_directions(self, sliders, nearest)
 
     def __repr__(self) -> str:
         return (
@@ -389,3 +328,42 @@ class JointField(SettledField, Locked):
             f"{'node' if self.size == 1 else 'nodes'}, area={self.areas.sum():g}, "
             f"normal_load={self.normal_loads.sum():g})"
         )
+
+
+def _arrays_of(values: dict[str, Any]) -> dict[str, Floats]:
+    """Arrays of one length, one number a node."""
+    arrays = {name: floats(name, value) for name, value in values.items()}
+    for name, array in arrays.items():
+        if array.ndim > 1:
+            raise InputError(f"`{name}` must be one-dimensional, got shape {array.shape}")
+    lengths = {name: array.size for name, array in arrays.items() if array.ndim}
+    size = max(lengths.values(), default=1)
+    if any(length != size for length in lengths.values()):
+        came = ", ".join(f"{length} {name}" for name, length in lengths.items())
+        raise InputError(f"`all` must be of one length, one a node, or one number, got {came}")
+    return {
+        name: np.array(np.broadcast_to(array.reshape(-1), (size,)), order="C")
+        for name, array in arrays.items()
+    }
+
+
+def _check_positive(name: str, unit: str, values: Floats) -> None:
+    """Each number is above zero, and of a size that a joint can have."""
+    off = (values <= 0.0) | (values < SMALLEST) | (values > LARGEST)
+    if off.any():
+        i = int(np.argmax(off))
+        bounds = "above zero" if values[i] <= 0.0 else f"between {SMALLEST:g} and {LARGEST:g}"
+        raise InputError(f"`{name}` must be {bounds}{unit}, got {exact(values[i])} at node {i}")
+
+
+def _area_of(surface: NormalLaw, area: float | None) -> float:
+    """The apparent area [m^2] that a load of the surface is for: as given, or its own."""
+    if area is not None:
+        return positive("surface_area", area, "m^2", 2e-4)
+    surface_area = getattr(surface, "area", None)
+    if surface_area is None:
+        raise InputError(
+            f"`surface_area` must be given: the law of a {type(surface).__name__} does not "
+            "tell which apparent area it stands for; write surface_area=2e-4 [m^2]"
+        )
+    return positive("surface_area", surface_area, "m^2")

@@ -10,9 +10,9 @@ import numpy as np
 from microslip._core.checks import Floats
 from microslip._core.frozen import Locked, lock
 from microslip.friction.base import BackboneLaw
-from microslip.friction.field_curve import FieldCurve
 from microslip.friction.sliders import Sliders
 from microslip.kernels.table import Table
+from microslip.normal.load_curve import LoadCurve
 from microslip.numerics.quadrature import gauss_legendre
 
 _NODES, _WEIGHTS = gauss_legendre(8)  # exact on a panel of a table of u^2 times degree 11
@@ -26,7 +26,7 @@ class FieldBackbone(Locked, BackboneLaw):
     has at rest (Jaeger 1998, DOI 10.1115/1.2833765, summed).
     """
 
-    _curve: FieldCurve
+    _curve: LoadCurve
     _weights: Floats  # mu_i A_i/A
     _slips: Floats  # kappa_i
     _steps: Floats
@@ -61,7 +61,7 @@ class FieldBackbone(Locked, BackboneLaw):
 
     @cached_property
     def _table(self) -> Table | None:
-        if self._curve.profile(float(self._steps.min())) is None:
+        if self._curve.profile(float(self._steps.min()), 0.0) is None:
             return None
         return Table.sample(lambda u: self._exact(u) / u, self._end, 1, self.force_limit)
 

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
-from functools import lru_cache
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip import kernels
-from microslip._core.checks import Floats, floats, is_whole, rising_orders, show
+from microslip._core.checks import Floats, floats
 from microslip._core.frozen import Locked, lock
 from microslip.errors import InputError
-from microslip.friction.field_nodes import FieldNodes
-from microslip.kernels import twin_field_cycles
+from microslip.friction.cycles import rest_of
+from microslip.friction.harmonics import Basis, coefficients_of
+from microslip.friction.node_cycles import NodeCycles
+from microslip.memory import Nodes
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,10 +31,8 @@ class FieldCycle(Locked):
     """Normal loads N [N], shape (nodes, samples)."""
     stiffness: Floats
     """Tangent stiffnesses dT/d(displacement) of each sample's step [N/m], (nodes, samples)."""
-    _field: FieldNodes
-    _places: Floats
-    _steps: Floats | None
-    _from_mean: bool
+    _cycles: NodeCycles
+    _rest_is_mean: bool
 
     def derivative(
         self, displacements: ArrayLike, separations: ArrayLike | None = None
@@ -46,38 +43,21 @@ class FieldCycle(Locked):
         (samples, directions) for all nodes alike, or (nodes, samples, directions), which both
         answers have; without separations these do not change.
         """
-        nodes, samples = self.force.shape
-        by_place = self._directions("displacements", displacements)
-        if separations is None:
-            by_step = np.zeros((1, samples, 0))
-        elif self._steps is None:
-            raise InputError(
-                "separations stayed at rest in this cycle: give periodic the separations, too"
-            )
-        else:
+        by_place, by_step = self._directions("displacements", displacements), None
+        if separations is not None:
+            if self._cycles.steps is None:
+                raise InputError(
+                    "separations stayed at rest in this cycle: give periodic the separations, too"
+                )
             by_step = self._directions("separations", separations)
             if by_step.shape != by_place.shape:
                 raise InputError(
                     "separations must have the shape of displacements, got "
                     f"{np.shape(separations)} and {np.shape(displacements)}"
                 )
-        if self._from_mean:
+        if self._rest_is_mean:
             by_place = by_place - by_place.mean(axis=1, keepdims=True)
-        places, steps = by_place.shape[2], by_step.shape[2]
-        slopes = np.empty((nodes, samples, places + steps))
-        load_slopes = np.empty((nodes, samples, steps))
-        nothing = np.zeros(0)
-        stride = int(by_place.shape[0] > 1)
-        _slopes(
-            self._field, self._places, self._steps, by_place, by_step, stride, nothing, 0,
-            nothing, slopes, nothing, load_slopes,
-        )  # fmt: skip
-        weights = self._field._weights[:, None, None]
-        force = weights / self._field._slip[:, None, None] * slopes[:, :, :places]
-        if not steps:
-            return force, np.zeros_like(force)
-        force += weights * slopes[:, :, places:]
-        return force, self._field._scale[:, None, None] * load_slopes
+        return self._cycles.slopes(by_place, by_step)
 
     def _directions(self, name: str, value: ArrayLike) -> Floats:
         nodes, samples = self.force.shape
@@ -91,11 +71,28 @@ class FieldCycle(Locked):
         return array.reshape(-1, *array.shape[-2:])
 
 
+class FieldOfNodes(Protocol):
+    """What the cycles of a field ask of it."""
+
+    @property
+    def separations(self) -> Floats:
+        """Separations at rest [m]."""
+
+    @property
+    def normal_loads(self) -> Floats:
+        """Normal loads at rest [N]."""
+
+    @property
+    def _nodes(self) -> Nodes: ...
+
+    def _steps_from_rest(self, separations: Floats) -> Floats: ...
+
+
 class SettledField:
     """Settled cycles and harmonics of nodes, as :class:`microslip.JointField` has them."""
 
     def periodic(
-        self: FieldNodes,
+        self: FieldOfNodes,
         displacements: ArrayLike,
         separations: ArrayLike | None = None,
         rest: ArrayLike | str = 0.0,
@@ -127,33 +124,23 @@ class SettledField:
         cycle that begins there has settled. Where that path pressed new contact down sticking, one
         more cycle follows. It does not matter with which sample a cycle begins.
         """
-        x = _cycles(self, "displacements", displacements)
-        start, from_mean = _rest(self, rest, x)
-        # Beyond 1e200 slips there is no more to come, but numbers that overflow.
-        with np.errstate(over="ignore"):
-            places = np.clip((x - start[:, None]) / self._slip[:, None], -1e200, 1e200)
+        nodes = self._nodes
+        x = _per_sample(nodes, "displacements", displacements)
+        begin, is_mean = rest_of(rest, x, nodes)
         steps = None
         if separations is not None:
-            steps = _steps(self, _cycles(self, "separations", separations))
+            steps = self._steps_from_rest(_per_sample(nodes, "separations", separations))
             if steps.shape != x.shape:
                 raise InputError(
                     "displacements and separations must have as many samples, got "
                     f"{x.shape[1]} and {steps.shape[1]}"
                 )
-        force, load, slope = (np.empty(x.shape) for _ in range(3))
-        arguments = places, steps, self._steps, x.shape[1], force, load, slope
-        profile = _profile(self, steps)
-        if profile is None:
-            twin_field_cycles.field_cycle(*arguments, self._curve)
-        else:
-            kernels.active.field_cycle(*arguments, *profile.arguments)
-        force *= self._weights[:, None]
-        load *= self._scale[:, None]
-        slope *= (self._weights / self._slip)[:, None]
-        return FieldCycle(lock(force), lock(load), lock(slope), self, places, steps, from_mean)
+        cycles = NodeCycles(nodes, x - begin[:, None], steps)
+        force, load, stiffness = map(lock, cycles.forces())
+        return FieldCycle(force, load, stiffness, cycles, is_mean)
 
     def harmonics(
-        self: FieldNodes,
+        self: FieldOfNodes,
         coefficients: ArrayLike,
         harmonics: Any = (0, 1),
         *,
@@ -195,137 +182,37 @@ class SettledField:
         Samples miss the true turning points by up to half a step, which is an error of second
         order.
         """
-        numbers = _orders(harmonics)
-        basis, analysis = _transform(numbers, _samples(samples, numbers))
-        count = basis.shape[1]
-        x = _coefficients(self, "coefficients", coefficients, count) @ basis.T
-        start, from_mean = _rest(self, rest, x)
-        places = (x - start[:, None]) / self._slip[:, None]
-        by_place = basis
-        if from_mean and numbers[0] == 0:  # it moves along
-            by_place = basis.copy()
-            by_place[:, 0] = 0.0
-        steps, by_step = None, np.zeros((basis.shape[0], 0))
+        nodes, basis = self._nodes, Basis(harmonics)
+        waves, analysis = basis.sampled(samples)
+        x = coefficients_of("coefficients", coefficients, basis, nodes.size) @ waves.T
+        begin, is_mean = rest_of(rest, x, nodes)
+        steps, by_step = None, np.zeros((1, len(waves), 0))
         if separations is not None:
-            steps = _steps(self, _coefficients(self, "separations", separations, count) @ basis.T)
-            by_step = basis
-        columns, step_count = count + by_step.shape[1], by_step.shape[1]
-        spectrum, load_spectrum = np.empty((self.size, count)), np.empty((self.size, count))
-        jacobian = np.empty((self.size, count, columns))
-        load_jacobian = np.empty((self.size, count, step_count))
-        _slopes(
-            self, places, steps, by_place[None], by_step[None], 0, analysis, count,
-            spectrum, jacobian, load_spectrum, load_jacobian,
-        )  # fmt: skip
-        weights = self._weights[:, None, None]
-        spectrum *= self._weights[:, None]
-        jacobian[:, :, :count] *= weights / self._slip[:, None, None]
+            d = coefficients_of("separations", separations, basis, nodes.size) @ waves.T
+            steps, by_step = self._steps_from_rest(d), waves[None]
+        cycles = NodeCycles(nodes, x - begin[:, None], steps)
+        force, load, by_force, by_load = cycles.spectra(
+            basis.moving(waves, is_mean), by_step, analysis
+        )
         if separations is None:
-            return spectrum, jacobian
-        load_spectrum *= self._scale[:, None]
-        tangent = np.zeros((self.size, 2, 2, count, count))
-        tangent[:, 0, 0] = jacobian[:, :, :count]
-        tangent[:, 0, 1] = weights * jacobian[:, :, count:]
-        tangent[:, 1, 1] = self._scale[:, None, None] * load_jacobian
-        return spectrum, load_spectrum, tangent
+            return force, by_force
+        jacobian = np.zeros((nodes.size, 2, 2, basis.size, basis.size))
+        jacobian[:, 0, 0], jacobian[:, 0, 1] = np.split(by_force, 2, axis=2)
+        jacobian[:, 1, 1] = by_load
+        return force, load, jacobian
+
+    def _steps_from_rest(self: FieldOfNodes, separations: Floats) -> Floats:
+        """Steps of separations, nodes along the first axis, from each node's own."""
+        checked = self._nodes.checked(separations)
+        return np.ascontiguousarray(checked - self.separations[:, None])
 
 
-def _slopes(
-    field: FieldNodes,
-    places: Floats,
-    steps: Floats | None,
-    by_place: Floats,
-    by_step: Floats,
-    stride: int,
-    weights: Floats,
-    rows: int,
-    *results: Floats,
-) -> None:
-    """The kernel's derivatives, or its twin's for a law without a profile."""
-    arguments = (
-        np.ascontiguousarray(places), steps, field._steps, places.shape[1],
-        np.ascontiguousarray(by_place), by_place.shape[2],
-        np.ascontiguousarray(by_step), by_step.shape[2], stride, weights, rows, *results,
-    )  # fmt: skip
-    profile = _profile(field, steps)
-    if profile is None:
-        twin_field_cycles.field_slopes(*arguments, field._curve)
-    else:
-        kernels.active.field_slopes(*arguments, *profile.arguments)
-
-
-def _profile(field: FieldNodes, steps: Floats | None) -> Any:
-    low = float(field._steps.min())
-    if steps is not None:
-        low = min(low, float((steps + field._steps[:, None]).min()))
-    return field._curve.profile(low)
-
-
-# -- what comes in --------------------------------------------------------------------------------
-
-
-def _cycles(field: FieldNodes, name: str, value: ArrayLike) -> Floats:
+def _per_sample(nodes: Nodes, name: str, value: ArrayLike) -> Floats:
     """One cycle a node, or one for all, as (nodes, samples)."""
     array = floats(name, value)
-    if array.ndim not in (1, 2) or (array.ndim == 2 and array.shape[0] != field.size):
+    if array.ndim not in (1, 2) or (array.ndim == 2 and array.shape[0] != nodes.size):
         raise InputError(
-            f"{name} must have the shape ({field.size}, samples), or (samples,) for all nodes "
+            f"{name} must have the shape ({nodes.size}, samples), or (samples,) for all nodes "
             f"alike, got {array.shape}"
         )
-    return np.ascontiguousarray(np.broadcast_to(array, (field.size, array.shape[-1])))
-
-
-def _coefficients(field: FieldNodes, name: str, value: ArrayLike, count: int) -> Floats:
-    array = floats(name, value)
-    if array.shape not in ((count,), (field.size, count)):
-        raise InputError(
-            f"{name} must have the shape ({field.size}, {count}), a row a node in the order of the "
-            f"harmonics, or ({count},) for all alike, got {array.shape}"
-        )
-    return np.broadcast_to(array, (field.size, count))
-
-
-def _steps(field: FieldNodes, separations: Floats) -> Floats:
-    """Separations from each node's own at rest."""
-    field._check_separations(separations)
-    return np.ascontiguousarray(separations - field.separations[:, None])
-
-
-def _rest(field: FieldNodes, rest: Any, x: Floats) -> tuple[Floats, bool]:
-    """Displacements at rest, and whether they are the means of the cycles."""
-    if isinstance(rest, str):
-        if rest != "mean":
-            raise InputError(f'rest must be a displacement [m] or "mean", got {show(rest)}')
-        return np.asarray(x.mean(axis=1)), True
-    return field._per_node("rest", rest), False
-
-
-def _orders(value: Any) -> tuple[int, ...]:
-    orders = rising_orders("harmonics", value)
-    if not orders:
-        raise InputError("harmonics must be at least one, such as [0, 1, 3], got none")
-    return orders
-
-
-def _samples(samples: Any, orders: tuple[int, ...]) -> int:
-    fewest = 2 * orders[-1] + 1
-    if not is_whole(samples) or not fewest <= samples <= 1 << 20:
-        raise InputError(
-            f"samples must be a whole number, at least {fewest} for harmonic {orders[-1]}, "
-            f"got {show(samples)}"
-        )
-    return int(samples)
-
-
-@lru_cache(maxsize=32)
-def _transform(orders: tuple[int, ...], samples: int) -> tuple[Floats, Floats]:
-    """Columns [mean,] cos, sin ... at the samples, and what takes samples back to coefficients."""
-    turns = np.arange(samples) / samples
-    columns: list[Floats] = []
-    factors: list[float] = []
-    for n in orders:
-        angle = 2.0 * math.pi * ((n * turns) % 1.0)
-        columns += [np.ones(samples)] if n == 0 else [np.cos(angle), np.sin(angle)]
-        factors += [1.0] if n == 0 else [2.0, 2.0]
-    basis = np.ascontiguousarray(np.stack(columns, axis=1))
-    return lock(basis), lock(np.ascontiguousarray(basis * (np.array(factors) / samples)))
+    return np.ascontiguousarray(np.broadcast_to(array, (nodes.size, array.shape[-1])))

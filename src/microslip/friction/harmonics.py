@@ -9,12 +9,14 @@ c = dx/dp on the branch that began at reversal r, D = D_r + k (c - c_r), k the b
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import Floats, floats, number, rising_orders
+from microslip._core.checks import Floats, floats, is_whole, number, rising_orders, show
+from microslip._core.frozen import lock
 from microslip.errors import InputError
 from microslip.friction.cycles import Backbone, Rest, rest_of
 from microslip.numerics.quadrature import gauss_legendre
@@ -25,6 +27,7 @@ _SHARES = np.sin(0.5 * math.pi * _NODES) ** 2
 _SHARE_WEIGHTS = 0.5 * math.pi * np.sin(math.pi * _NODES) * _WEIGHTS
 _MAX_PIECES = 1 << 15  # pieces at a time
 _LEVELS = 48
+_MOST_SAMPLES = 1 << 20
 
 
 class KinkedBackbone(Backbone, Protocol):
@@ -88,10 +91,45 @@ class Basis:
             result[0] = 0.5 / math.pi
         return result
 
+    def sampled(self, samples: Any) -> tuple[Floats, Floats]:
+        """The functions at equidistant samples, and what takes samples back to coefficients."""
+        fewest = 2 * self.orders[-1] + 1
+        if not is_whole(samples) or not fewest <= samples <= _MOST_SAMPLES:
+            raise InputError(
+                f"samples must be a whole number from {fewest}, for harmonic {self.orders[-1]}, "
+                f"to {_MOST_SAMPLES}, got {show(samples)}"
+            )
+        return _sampled(tuple(self.orders), int(samples))
 
-def coefficients_of(name: str, coefficients: ArrayLike, basis: Basis) -> Floats:
-    """One coefficient for each function of a basis."""
+    def moving(self, functions: Floats, from_mean: bool) -> Floats:
+        """How a displacement moves from its rest with each coefficient, for one node of many."""
+        if not (from_mean and self.has_mean):
+            return functions[None]
+        moving = functions.copy()
+        moving[:, 0] = 0.0  # its rest moves along
+        return moving[None]
+
+
+@lru_cache(maxsize=32)
+def _sampled(orders: tuple[int, ...], samples: int) -> tuple[Floats, Floats]:
+    basis = Basis(list(orders))
+    functions = np.ascontiguousarray(basis.values(2.0 * math.pi * np.arange(samples) / samples))
+    analysis = np.ascontiguousarray(functions * (basis.factors * (2.0 * math.pi / samples)))
+    return lock(functions), lock(analysis)
+
+
+def coefficients_of(
+    name: str, coefficients: ArrayLike, basis: Basis, nodes: int | None = None
+) -> Floats:
+    """One coefficient for each function of a basis; of many nodes a row each, or one for all."""
     values = floats(name, coefficients)
+    if nodes is not None:
+        if values.shape not in ((basis.size,), (nodes, basis.size)):
+            raise InputError(
+                f"{name} must have the shape ({nodes}, {basis.size}), a row a node in the order of "
+                f"the harmonics, or ({basis.size},) for all alike, got {values.shape}"
+            )
+        return np.broadcast_to(values, (nodes, basis.size))
     if values.shape != (basis.size,):
         raise InputError(
             f"{name} must hold {basis.size} numbers, [mean,] cosine and sine of each harmonic of "

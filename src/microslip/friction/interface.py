@@ -24,13 +24,13 @@ from microslip._core.checks import (
 from microslip._core.frozen import assign, made_once
 from microslip._core.parameters import parameter
 from microslip.errors import InputError
-from microslip.friction.coupled import check_surface
-from microslip.friction.coupled_law import CoupledLaw
+from microslip.friction.coupled import CoupledLaw
 from microslip.friction.sliders import Sliders
 from microslip.friction.validity import Verdict, validity
 from microslip.kernels.table import Table
 from microslip.materials import MaterialPair
 from microslip.normal.base import FAINTEST, NormalLaw
+from microslip.normal.load_curve import check_surface
 
 
 @dataclass(frozen=True, eq=False)

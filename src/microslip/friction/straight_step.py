@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import Floats, beyond, floats, plain, positive, show
+from microslip._core.checks import Floats, beyond, floats, plain, positive
 from microslip.errors import InputError
 from microslip.normal import NormalLaw
-from microslip.normal.grids import sum_over_pairs
+from microslip.normal.load_curve import LoadCurve, check_surface
 
 
 class FirstLoading(NamedTuple):
@@ -71,14 +72,14 @@ def first_loading(
     and T = mu delta/(kappa w) [N(d) - N(d0)] (Jaeger 1998, DOI 10.1115/1.2833765). Between the two
     the tangent jumps; where both hold it is that of sticking.
     """
-    if not isinstance(surface, NormalLaw):
-        raise InputError(f"surface must be a normal load law, got {show(surface)}")
+    check_surface(surface)
     mu = positive("friction_coefficient", friction_coefficient)
-    return loaded(surface, mu, mu * surface.stiffness_ratio, displacement, separation, start)
+    slip = mu * surface.stiffness_ratio
+    return loaded(surface, mu, slip, displacement, separation, start)
 
 
 def loaded(
-    law: NormalLaw,
+    surface: NormalLaw,
     friction: float,
     slip: float,
     displacement: ArrayLike,
@@ -88,8 +89,8 @@ def loaded(
     """The same with the displacement ``slip`` per place beside the coefficient."""
     x = floats("displacement", displacement)
     # By their own names, should they be refused.
-    end = law._separations(floats("separation", separation))
-    before = law._separations(floats("start", start))
+    end = surface._separations(floats("separation", separation))
+    before = surface._separations(floats("start", start))
     try:
         x, end, before = np.broadcast_arrays(x, end, before)
     except ValueError:
@@ -97,35 +98,32 @@ def loaded(
             "displacement, separation and start must have shapes that go together, got "
             f"{x.shape}, {end.shape} and {before.shape}"
         ) from None
-    force, load, tangent = _loaded(law, friction, slip, *(v.ravel() for v in (x, end, before)))
+    curve = LoadCurve(surface, 0.0, math.nan)
+    place, step, rest = beyond(x.ravel(), slip), end.ravel(), before.ravel()
+    value, load, by_place, by_step, fall = straight_step(curve, place, step, rest)
+    tangent = np.zeros((x.size, 2, 2))
+    tangent[:, 0, 0] = friction / slip * by_place
+    tangent[:, 0, 1] = friction * by_step
+    tangent[:, 1, 1] = -fall
     return FirstLoading(
-        plain(force.reshape(x.shape)),
+        plain(friction * value.reshape(x.shape)),
         plain(load.reshape(x.shape)),
         tangent.reshape(*x.shape, 2, 2),
     )
 
 
-def _loaded(
-    law: NormalLaw, friction: float, slip: float, x: Floats, d: Floats, d0: Floats
-) -> tuple[Floats, Floats, Floats]:
-    place = beyond(np.abs(x), slip)
-    fall = d0 - d
-    sticks = place <= fall
-    width = np.where(sticks, fall, place)  # over which D is not 0
-    drop, load = sum_over_pairs(law, "drop", d, width), law._derivative(d, 0)
-    here, there = -law._derivative(d, 1), sum_over_pairs(law, "fall", d, width)
-    share = np.divide(place, fall, out=np.ones_like(place), where=sticks & (fall > 0.0))
-    mean = np.divide(drop, width, out=here.copy(), where=width > 0.0)
-    tangent = np.empty((x.size, 2, 2))
-    tangent[:, 0, 0] = friction / slip * np.where(sticks, mean, there)
-    # The integral of (w - v) N''(d + v) over 0 <= v <= w, or of N'' where slip has begun.
-    bend = here - there
-    if sticks.any():
-        late = 2.0 * sum_over_pairs(law, "excess_slope", d[sticks], width[sticks])
-        bend[sticks] -= np.divide(
-            late, width[sticks], out=np.zeros_like(late), where=width[sticks] > 0.0
-        )
-    tangent[:, 0, 1] = -friction * np.copysign(share, x) * bend
-    tangent[:, 1, 0] = 0.0
-    tangent[:, 1, 1] = -here
-    return friction * np.copysign(share, x) * drop, load, tangent
+def straight_step(
+    curve: LoadCurve, place: Floats, step: Floats, rest: Floats
+) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+    """T/mu, N, the derivatives of T/mu by place and step, and -N', one-dimensional."""
+    size, approach = np.abs(place), rest - step
+    sticks = size <= approach
+    width = np.where(sticks, approach, size)  # over which D is not 0
+    load, fall = curve.load(step)
+    drop, ahead = curve.drop(step, width), curve.fall(step + width)
+    density = np.copysign(
+        np.divide(size, approach, out=np.ones_like(size), where=sticks & (approach > 0.0)), place
+    )
+    mean = np.divide(drop, width, out=fall.copy(), where=width > 0.0)
+    by_place = np.where(sticks, mean, ahead)
+    return density * drop, load, by_place, density * (by_place - fall), fall

@@ -16,7 +16,6 @@ the kernel does it all in one pass.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -28,10 +27,9 @@ from microslip.kernels.profile import LOSS_RULES, Profile
 from microslip.kernels.rows import push, values_along
 
 if TYPE_CHECKING:
-    from microslip.kernels.twin_hold import Curve
+    from microslip.normal.load_curve import LoadCurve
 
-Drop = Callable[[Floats, Floats], Floats]
-"""N(b) - N(b + w) for separations b and widths w."""
+_MAX_PENDING = 1024  # steps, before their losses are worked out together
 
 
 class Rows(NamedTuple):
@@ -48,24 +46,6 @@ class Rows(NamedTuple):
     top: Integers
 
 
-class Slips(NamedTuple):
-    """Runs of the slip front over rows of a diagram, in the order of time.
-
-    In step ``sample`` the front runs ``ahead`` over a row of ``density``, to leave ``sign`` behind,
-    while the separation goes from ``first`` to ``last`` and the front's distance from it goes from
-    ``gap`` to ``until``.
-    """
-
-    sample: Integers
-    ahead: Floats
-    gap: Floats
-    until: Floats
-    density: Floats
-    sign: Floats
-    first: Floats
-    last: Floats
-
-
 class Step(NamedTuple):
     """A trial step: the rows that stay, where the last begins, and what fills the rest."""
 
@@ -77,7 +57,7 @@ class Step(NamedTuple):
     kind: int
     value: float
     outer: float  # share of the value that the rows which stay hold
-    fall: float | None  # -N' where the front goes on; None where it was not asked for
+    fall: float  # -N' where the front goes on
 
 
 class Diagram:
@@ -106,25 +86,28 @@ class Diagram:
         diagram.place, diagram.value = self.place, self.value
         return diagram
 
+    __copy__ = copy
+
     @property
     def _last(self) -> tuple[int, float, float]:
         """Depth, separation and place, as kernels take them."""
         return self.depth, self.separation, self.place
 
-    def respond(
-        self, separation: Floats, place: Floats, drop: Drop, profile: Profile | None = None
-    ) -> Floats:
-        """Values T/mu at the samples (one-dimensional), after which the diagram is updated.
+    def _profile(self, separation: Floats, curve: LoadCurve) -> Profile | None:
+        """The load curve as a profile for a record that goes on from here; if it can be one."""
+        low, high = float(separation.min()), float(separation.max())
+        return curve.profile(min(low, self.separation), max(high, self.separation))
 
-        A profile of the load curve, if there is one, must reach down to all separations.
-        """
+    def respond(self, separation: Floats, place: Floats, curve: LoadCurve) -> Floats:
+        """Values T/mu at the samples (one-dimensional), after which the diagram is updated."""
+        profile = self._profile(separation, curve)
         if profile is not None:
             return self._respond(separation, place, profile)
         if separation.size == 1:  # in constant time, however many rows there are
-            self.move(self.probe(float(separation[0]), float(place[0]), drop))
+            self.move(self.probe(float(separation[0]), float(place[0]), curve))
             return np.array([self.value])
         rows, stack, codes, separation_, place_ = self._walk(separation, place)
-        drops = drop(rows.base, rows.width)
+        drops = curve.drop(rows.base, rows.width)
         tree = rows.base, rows.width, rows.density, rows.parent
         result, values = values_along(
             tree, rows.top, codes, drops, self.values[: self.depth], kernels.active.accumulate
@@ -145,25 +128,25 @@ class Diagram:
         self.value = float(result[-1])
         return result
 
-    def hold(self, separation: Floats, value: Floats, curve: Profile | Curve) -> Floats:
+    def hold(self, separation: Floats, value: Floats, curve: LoadCurve) -> Floats:
         """Places at which the values T/mu are given ones, after which the diagram is updated."""
-        if not isinstance(curve, Profile):
+        profile = self._profile(separation, curve)
+        if profile is None:
             from microslip.kernels.twin_hold import place_of
 
             places = np.empty(value.size)
             for i, (d, target) in enumerate(zip(separation.tolist(), value.tolist(), strict=True)):
-                place = place_of(
-                    curve, d, target, self.stack, self.values, self.depth, self.separation,
-                    self.place, self.value,
+                places[i] = place_of(
+                    curve.scalar, d, target, self.stack, self.values, self.depth,
+                    self.separation, self.place, self.value,
                 )  # fmt: skip
-                places[i] = place
-                self.move(self._probe(d, place, curve.drop))
+                self.move(self._probe(d, float(places[i]), curve))
             return places
         result = np.empty(value.size)
         stack, values = self._reserve(value.size)
         depth, self.separation, self.place, self.value = kernels.active.hold(
             np.ascontiguousarray(separation), np.ascontiguousarray(value), result, stack, values,
-            *self._last, self.value, *curve.arguments,
+            *self._last, self.value, *profile.arguments,
         )  # fmt: skip
         self._store(stack, values, depth)
         return result
@@ -186,10 +169,6 @@ class Diagram:
             stack, values = rows, copies
         self.stack, self.values, self.depth = stack, values, depth
 
-    def rows(self, separation: Floats, place: Floats) -> Rows:
-        """The rows of a record from here on; the diagram stays as it is."""
-        return self._walk(separation, place)[0]
-
     def _walk(
         self, separation: Floats, place: Floats
     ) -> tuple[Rows, Floats, Integers, float, float]:
@@ -209,44 +188,45 @@ class Diagram:
 
     # -- one step at a time -------------------------------------------------------------------
 
-    def probe(
-        self, separation: float, place: float, drop: Drop, profile: Profile | None = None
-    ) -> Step:
+    def probe(self, separation: float, place: float, curve: LoadCurve) -> Step:
         """Where a step would lead; the diagram stays as it is."""
+        last = self.separation
+        profile = curve.profile(min(separation, last), max(separation, last))
         if profile is None:
-            return self._probe(
-                separation, place, lambda b, w: float(drop(np.array([b]), np.array([w]))[0])
-            )
+            return self._probe(separation, place, curve)
         outcome = kernels.active.coupled_step(
-            separation, place, self.stack, self.values, self.depth, self.separation, self.place,
+            separation, place, self.stack, self.values, self.depth, last, self.place,
             *profile.arguments,
         )  # fmt: skip
         return Step(separation, place, *outcome)
 
-    def _probe(
-        self, separation: float, place: float, drop: Callable[[float, float], float]
-    ) -> Step:
+    def _probe(self, separation: float, place: float, curve: LoadCurve) -> Step:
         depth, front, density, kind = kernels.active.step_front(
             separation, place, self.stack, self.depth, self.separation, self.place
         )
+        drop, load = curve.scalar.drop, curve.scalar.load
         outer = float(self.values[depth - 1]) if depth else 0.0
         if depth and kind:  # the last row that stays is cut
             end, old, _ = self.stack[depth - 1].tolist()
             outer = float(self.values[depth - 2]) if depth > 1 else 0.0
             outer += old * drop(front, end - front)
-        value = outer
+        value, fall = outer, 0.0
         if front > separation:
-            value += density * drop(separation, front - separation)
-        return Step(separation, place, depth, front, density, kind, value, outer, None)
+            ahead = drop(separation, front - separation)
+            value += density * ahead
+            fall = ahead / (front - separation)  # where new contact sticks
+        if kind == 1:
+            fall = load(front)[1]
+        elif not front > separation:  # a move in the same direction goes on from where slip ended
+            slid = kind == 0 and self.slip
+            fall = load(float(self.stack[self.depth - 1, 0]) if slid else separation)[1]
+        return Step(separation, place, depth, front, density, kind, value, outer, fall)
 
-    def front(self) -> float:
-        """Separation up to which the front slips as it last did; the diagram's own where none does.
-
-        A move in the same direction goes on from there.
-        """
-        if self.depth and abs(self.stack[self.depth - 1, 1]) == 1.0:
-            return float(self.stack[self.depth - 1, 0])
-        return self.separation
+    @property
+    def slip(self) -> float:
+        """D of the newest row where it slipped, 1 or -1; else 0."""
+        density = float(self.stack[self.depth - 1, 1]) if self.depth else 0.0
+        return density if abs(density) == 1.0 else 0.0
 
     def move(self, step: Step) -> None:
         """Go along a probed step."""
@@ -261,20 +241,65 @@ class Diagram:
 
     # -- slip -----------------------------------------------------------------------------------
 
-    def slips(self, separation: Floats, place: Floats) -> Slips:
-        """The runs of the slip front along a record from here on; the diagram stays as it is."""
-        from microslip.kernels.twin_losses import slip_runs
+    def losses(self, separation: Floats, displacement: Floats, curve: LoadCurve) -> Floats:
+        """What slip loses in each step of a record [J]; the diagram stays as it is."""
+        profile, places = self._profile(separation, curve), displacement / curve.slip
+        with np.errstate(over="ignore", invalid="ignore"):  # fronts may be beyond all numbers
+            if profile is None:
+                from microslip.kernels.twin_losses import slip_runs
 
-        columns = slip_runs(separation, place, self.stack, self.depth, self.separation, self.place)
-        return Slips(columns[0].astype(np.int64), *columns[1:])
+                runs = slip_runs(separation, places, self.stack, *self._last)
+                lost = curve.slip_losses.of(runs, separation.size)
+            else:
+                stack, lost = np.empty((self.depth + separation.size, 3)), np.empty(places.size)
+                stack[: self.depth] = self.stack[: self.depth]
+                kernels.active.losses(
+                    np.ascontiguousarray(separation), np.ascontiguousarray(places), lost, stack,
+                    *self._last, LOSS_RULES, *profile.arguments,
+                )  # fmt: skip
+            return curve.friction * curve.slip * lost
 
-    def losses(self, separation: Floats, place: Floats, profile: Profile) -> Floats:
-        """What slip loses in each step, over mu kappa; the diagram stays as it is."""
-        stack = np.empty((self.depth + separation.size, 3))
-        stack[: self.depth] = self.stack[: self.depth]
-        result = np.empty(separation.size)
-        kernels.active.losses(
-            np.ascontiguousarray(separation), np.ascontiguousarray(place), result, stack,
-            *self._last, LOSS_RULES, *profile.arguments,
-        )  # fmt: skip
-        return result
+
+class Ledger:
+    """Energy dissipated up to a diagram [J], and the steps since: bounded, however long they are.
+
+    The losses of many steps at once cost far less than one by one.
+    """
+
+    __slots__ = ("_begin", "_displacements", "_pending", "_separations", "total")
+
+    def __init__(self, diagram: Diagram, total: float) -> None:
+        self.total = total
+        self._begin = diagram.copy()
+        self._separations: list[Floats] = []
+        self._displacements: list[Floats] = []
+        self._pending = 0
+
+    def copy(self) -> Ledger:
+        """An independent ledger with the same content."""
+        ledger = Ledger(self._begin, self.total)
+        ledger._separations, ledger._displacements = self._separations[:], self._displacements[:]
+        ledger._pending = self._pending
+        return ledger
+
+    __copy__ = copy
+
+    def note(
+        self, separation: Floats, displacement: Floats, diagram: Diagram, curve: LoadCurve
+    ) -> None:
+        """Add steps, the last of which led to ``diagram``."""
+        self._separations.append(separation)
+        self._displacements.append(displacement)
+        self._pending += separation.size
+        # Rows that are gone are not to be kept for long.
+        if self._pending >= _MAX_PENDING or self._begin.depth > 64 + 8 * diagram.depth:
+            self.settle(diagram, curve)
+
+    def settle(self, diagram: Diagram, curve: LoadCurve) -> float:
+        """Energy dissipated up to now, at ``diagram``."""
+        if self._pending:
+            d, x = np.concatenate(self._separations), np.concatenate(self._displacements)
+            self.total += float(self._begin.losses(d, x, curve).sum())
+            self._begin = diagram.copy()
+            self._separations, self._displacements, self._pending = [], [], 0
+        return self.total

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip import kernels
 from microslip._core.checks import Floats, beyond
-from microslip.errors import InputError
-from microslip.kernels import Integers, twin_field
-from microslip.kernels.profile import LOSS_RULES, Profile
-from microslip.memory.diagram import Diagram, Slips
+from microslip.kernels import Integers
+from microslip.kernels.profile import LOSS_RULES
+from microslip.memory.diagram import Diagram
+from microslip.memory.nodes import Nodes
+from microslip.memory.resumable import Resumable, counted, one_at_a_time
 
 _ROWS = 2  # rows of a node at the start; a move to and fro needs no more
 
@@ -31,53 +32,7 @@ class FieldResponse(NamedTuple):
     """Derivatives of (T, N) by (displacement, separation) [N/m], shape (nodes, 2, 2)."""
 
 
-class Curve(twin_field.ArrayCurve, Protocol):
-    """The load curve of the nodes; steps are separations from its origin."""
-
-    origin: float
-
-    def profile(self, low: float) -> Profile | None:
-        """The same as a profile, down to a step, if it can be one."""
-
-    def losses(self, slips: Slips, count: int) -> Floats:
-        """What slip loses in each of so many samples, over mu kappa, where it is none."""
-
-
-class Nodes(Protocol):
-    """What a state asks of its field."""
-
-    @property
-    def size(self) -> int:
-        """Number of nodes."""
-
-    @property
-    def _weights(self) -> Floats:
-        """What N of the surface is times for the force of gross slip."""
-
-    @property
-    def _scale(self) -> Floats:
-        """What it is times for the load of a node."""
-
-    @property
-    def _slip(self) -> Floats:
-        """Displacement per separation, kappa."""
-
-    @property
-    def _steps(self) -> Floats:
-        """Separations at rest from the origin."""
-
-    @property
-    def _curve(self) -> Curve:
-        """The load curve."""
-
-    def _per_node(self, name: str, value: Any) -> Floats:
-        """One number a node."""
-
-    def _step_array(self, separations: Any, name: str = "separations") -> Floats:
-        """Separations, one a node, from the origin."""
-
-
-class FieldState:
+class FieldState(Resumable):
     """The place of all nodes of a field on their hysteresis, made by :meth:`JointField.start`.
 
     A trial moves nothing until it is committed, as in :class:`microslip.State`::
@@ -93,41 +48,46 @@ class FieldState:
     """
 
     __slots__ = (
-        "_begin", "_depth", "_field", "_loss", "_marks", "_place", "_room", "_rows", "_step",
-        "_trial", "_used", "_value",
+        "_begin", "_depth", "_loss", "_marks", "_nodes", "_place", "_room", "_rows", "_step",
+        "_used", "_value",
     )  # fmt: skip
 
-    def __init__(self, field: Nodes, energies: bool) -> None:
-        nodes = field.size
-        self._field = field
-        self._rows, self._marks = np.zeros((_ROWS * nodes, 3)), np.zeros((_ROWS * nodes, 2))
-        self._begin, self._room = _ROWS * np.arange(nodes), np.full(nodes, _ROWS)
-        self._used = _ROWS * nodes
-        self._depth = np.zeros(nodes, dtype=np.int64)
-        self._place, self._step, self._value = np.zeros(nodes), np.zeros(nodes), np.zeros(nodes)
-        self._loss = np.zeros(nodes) if energies else None
-        # Places, steps if they vary, and what the kernel makes of them.
-        self._trial: tuple[Floats, Floats | None, tuple[Any, ...]] | None = None
+    _changing = (
+        "_begin", "_depth", "_loss", "_marks", "_place", "_room", "_rows", "_step", "_value",
+    )  # fmt: skip
+    # Places, steps if they vary, and what the kernel makes of them.
+    _trial: tuple[Floats, Floats | None, tuple[Any, ...]] | None
+
+    def __init__(self, nodes: Nodes, energies: bool) -> None:
+        super().__init__()
+        size = nodes.size
+        self._nodes = nodes
+        self._rows, self._marks = np.zeros((_ROWS * size, 3)), np.zeros((_ROWS * size, 2))
+        self._begin, self._room = _ROWS * np.arange(size), np.full(size, _ROWS)
+        self._used = _ROWS * size
+        self._depth = np.zeros(size, dtype=np.int64)
+        self._place, self._step, self._value = np.zeros(size), np.zeros(size), np.zeros(size)
+        self._loss = np.zeros(size) if energies else None
 
     @property
     def displacement(self) -> Floats:
         """Committed displacements [m]."""
-        return self._place * self._field._slip
+        return self._place * self._nodes.slips
 
     @property
     def separation(self) -> Floats:
         """Committed separations [m]."""
-        return self._field._curve.origin + (self._field._steps + self._step)
+        return self._nodes.curve.origin + (self._nodes.rests + self._step)
 
     @property
     def force(self) -> Floats:
         """Committed forces [N]."""
-        return self._value * self._field._weights
+        return self._value * self._nodes.weights
 
     @property
     def normal_load(self) -> Floats:
         """Committed normal loads [N]."""
-        return self._field._scale * self._field._curve.load(self._field._steps + self._step)[0]
+        return self._nodes.scales * self._nodes.curve.load(self._nodes.rests + self._step)[0]
 
     @property
     def open_reversals(self) -> Integers:
@@ -136,14 +96,10 @@ class FieldState:
 
     @property
     def dissipated_energy(self) -> Floats:
-        """Energies dissipated so far [J], one a node."""
-        if self._loss is None:
-            raise InputError(
-                "dissipated_energy is not counted: start the state with start(energies=True)"
-            )
-        field = self._field
-        return self._loss * field._weights * field._slip
+        """Energies dissipated so far [J], one a node; refused where they are not counted."""
+        return counted(self._loss) * self._nodes.weights * self._nodes.slips
 
+    @one_at_a_time
     def try_(self, displacement: ArrayLike, separations: ArrayLike | None = None) -> Any:
         """Forces and tangents at trial displacements and, if they vary, separations.
 
@@ -163,43 +119,40 @@ class FieldState:
             2), consistent with the step.
         """
         self._trial = None  # should this one fail, no earlier one is left to commit
-        field = self._field
-        place = beyond(field._per_node("displacement", displacement), field._slip)
+        nodes = self._nodes
+        place = beyond(nodes.per_node("displacement", displacement), nodes.slips)
         step = None
         if separations is not None:
-            step = field._step_array(separations) - field._steps
-        nodes = place.size
-        front, density, value, by_place = (np.empty(nodes) for _ in range(4))
-        code = np.empty(nodes, dtype=np.int64)
+            step = nodes.steps_at("separations", separations) - nodes.rests
+        size = place.size
+        front, density, value, by_place = (np.empty(size) for _ in range(4))
+        code = np.empty(size, dtype=np.int64)
         varied: tuple[Any, ...] = (None, None, None)
         if step is not None:
-            varied = tuple(np.empty(nodes) for _ in range(3))
-        arguments = (
-            place, step, field._steps, self._place, self._step, self._value, self._rows,
-            self._marks, self._begin, self._depth, front, density, value, code, by_place, *varied,
-        )  # fmt: skip
-        profile = self._profile(step)
+            varied = tuple(np.empty(size) for _ in range(3))
+        profile = nodes.profile(self._step, step)
         if profile is None:
-            twin_field.field_try(*arguments, field._curve)
+            by_law(self, place, step, front, density, value, code, by_place, *varied)
         else:
-            kernels.active.field_try(*arguments, *profile.arguments)
+            kernels.active.field_try(
+                place, step, nodes.rests, self._place, self._step, self._value, self._rows,
+                self._marks, self._begin, self._depth, front, density, value, code, by_place,
+                *varied, *profile.arguments,
+            )  # fmt: skip
         self._trial = place, step, (front, density, value, code)
-        stiffness = by_place * (field._weights / field._slip)
-        force = value * field._weights
+        stiffness = by_place * (nodes.weights / nodes.slips)
+        force = value * nodes.weights
         if step is None:
             return force, stiffness
         load, fall, by_step = varied
-        tangent = np.zeros((nodes, 2, 2))
+        tangent = np.zeros((size, 2, 2))
         tangent[:, 0, 0] = stiffness
-        tangent[:, 0, 1] = field._weights * by_step
-        tangent[:, 1, 1] = -field._scale * fall
-        return FieldResponse(force, field._scale * load, tangent)
+        tangent[:, 0, 1] = nodes.weights * by_step
+        tangent[:, 1, 1] = -nodes.scales * fall
+        return FieldResponse(force, nodes.scales * load, tangent)
 
-    def commit(self) -> None:
-        """Make the last trial the state; without a trial it is an InputError."""
-        if self._trial is None:
-            raise InputError("commit needs a trial: call try_(displacement) first")
-        place, step, (front, density, value, code) = self._trial
+    def _take(self, trial: Any) -> None:
+        place, step, (front, density, value, code) = trial
         current = self._step if step is None else step
         if self._loss is not None:
             self._loss += self._losses(place, current, code)
@@ -208,30 +161,11 @@ class FieldState:
             place, step, front, density, value, code, self._begin, self._room, self._place,
             self._step, self._value, self._rows, self._marks, self._depth,
         )  # fmt: skip
-        self._trial = None
 
-    def rollback(self) -> None:
-        """Forget the last trial, if there is one."""
-        self._trial = None
-
-    def copy(self) -> FieldState:
-        """An independent state at the same place, an open trial included."""
-        state = object.__new__(FieldState)
-        state._field, state._trial = self._field, self._trial  # what a trial holds never changes
-        for name in ("_rows", "_marks", "_begin", "_room", "_depth", "_place", "_step", "_value"):
-            setattr(state, name, getattr(self, name).copy())
-        state._used = self._used
-        state._loss = None if self._loss is None else self._loss.copy()
-        return state
-
-    __copy__ = copy
-
-    def _profile(self, step: Floats | None) -> Profile | None:
-        origin = self._field._steps
-        low = float((origin + self._step).min())
-        if step is not None:
-            low = min(low, float((origin + step).min()))
-        return self._field._curve.profile(low)
+    def _own_rows(self, node: int) -> Floats:
+        """The rows of one node, outermost first."""
+        begin = int(self._begin[node])
+        return self._rows[begin : begin + int(self._depth[node])]
 
     def _make_room(self, rows: Integers) -> None:
         """Room for so many rows a node; who asks for more moves to the end of the pool."""
@@ -269,25 +203,69 @@ class FieldState:
 
     def _losses(self, place: Floats, step: Floats, code: Integers) -> Floats:
         """What the trial loses, over mu kappa."""
-        field, lost = self._field, np.zeros(place.size)
-        profile = self._profile(step)
+        nodes, lost = self._nodes, np.zeros(place.size)
+        profile = nodes.profile(self._step, step)
         if profile is not None:
             kernels.active.field_losses(
-                place, step, field._steps, code, self._place, self._step, self._begin, self._depth,
+                place, step, nodes.rests, code, self._place, self._step, self._begin, self._depth,
                 LOSS_RULES, self._rows, lost, *profile.arguments,
             )  # fmt: skip
             return lost
-        for i in np.flatnonzero(code % 4):
-            diagram, origin = Diagram(), float(field._steps[i])
-            first = int(self._begin[i])
-            diagram.stack = self._rows[first : first + int(self._depth[i])].copy()
-            diagram.stack[:, 0] += origin
-            diagram.depth = int(self._depth[i])
-            diagram.separation = origin + float(self._step[i])
-            diagram.place = float(self._place[i])
-            slips = diagram.slips(origin + step[i : i + 1], place[i : i + 1])
-            lost[i] = field._curve.losses(slips, 1)[0]
+        for i in np.flatnonzero(code % 4).tolist():
+            diagram, origin = Diagram(), nodes.rests[i]
+            diagram.stack = self._own_rows(i) + np.array([origin, 0.0, 0.0])
+            diagram.depth = len(diagram.stack)
+            diagram.separation, diagram.place = float(origin + self._step[i]), float(self._place[i])
+            # A shared curve knows of no friction and no slip.
+            lost[i] = diagram.losses(origin + step[i : i + 1], place[i : i + 1], nodes.curve)[0]
         return lost
 
     def __repr__(self) -> str:
         return f"FieldState({self._place.size} nodes, {int(self._depth.sum())} rows)"
+
+
+def by_law(
+    state: FieldState,
+    place: Floats,
+    step: Floats | None,
+    front: Floats,
+    density: Floats,
+    value: Floats,
+    code: Integers,
+    by_place: Floats,
+    load: Floats | None,
+    fall: Floats | None,
+    by_step: Floats | None,
+) -> None:
+    """What ``field_try`` writes, where the curve is no profile: the surface is asked at once."""
+    nodes, current = state._nodes, state._step if step is None else step
+    last = np.column_stack((current, place, state._step, state._place)).tolist()
+    depth, kind = np.empty(place.size, dtype=np.int64), np.empty(place.size, dtype=np.int64)
+    for i, (d, x, last_d, last_x) in enumerate(last):
+        rows = state._own_rows(i)
+        depth[i], front[i], density[i], kind[i] = kernels.active.step_front(
+            d, x, rows, len(rows), last_d, last_x
+        )
+    code[:] = 4 * depth + kind
+    width = np.maximum(front - current, 0.0)
+    drop = nodes.curve.drop(nodes.rests + current, width)
+    value[:] = np.where(kind == 0, state._value, 0.0) + density * drop
+    at = np.flatnonzero((kind != 0) & (depth > 0))  # the newest row that stays is cut
+    if at.size:
+        newest = state._begin[at] + depth[at] - 1
+        old, (mark, base) = state._rows[newest, 1], state._marks[newest].T
+        cut = nodes.curve.drop(nodes.rests[at] + base, front[at] - base)
+        # At a held separation one difference of N is enough, which keeps the digits of a small one.
+        cut = np.where(base == current[at], drop[at], cut)
+        value[at] += mark - old * cut
+    # Where it stays where it is, what last slipped would go on.
+    top = state._rows[state._begin + np.maximum(state._depth - 1, 0)]
+    rests = (kind == 0) & (width == 0.0)
+    slides = rests & (state._depth > 0) & (np.abs(top[:, 1]) == 1.0)
+    ends = np.where(slides, top[:, 0], np.where(rests, current, front))
+    by_place[:] = nodes.curve.fall(nodes.rests + ends)
+    sticks = (kind == 0) & ~rests
+    by_place[sticks] = drop[sticks] / width[sticks]
+    if load is not None and fall is not None and by_step is not None:
+        load[:], fall[:] = nodes.curve.load(nodes.rests + current)
+        by_step[:] = np.where(slides, top[:, 1], density) * (by_place - fall)

@@ -55,6 +55,8 @@ class Memory:
         memory.last, memory.value = self.last, self.value
         return memory
 
+    __copy__ = copy
+
     def _reserve(self, extra: int) -> Floats:
         """A stack with room for ``extra`` more entries than are open."""
         if self.stack.shape[0] >= self.depth + extra:

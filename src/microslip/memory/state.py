@@ -3,55 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import LARGEST, Floats, beyond, exact, number, record, show
 from microslip.errors import InputError
-from microslip.kernels.profile import Profile
 from microslip.kernels.table import Table
-from microslip.memory.along import along, loads_along, saved_array
-from microslip.memory.diagram import Diagram, Step
-from microslip.memory.ledger import Ledger
+from microslip.memory.diagram import Diagram, Ledger, Step
+from microslip.memory.nodes import steps_along
 from microslip.memory.record import Memory
-from microslip.memory.trial import Surface, Trial
-from microslip.memory.turn import Turn, one_at_a_time
+from microslip.memory.resumable import Resumable, one_at_a_time, saved_array
+from microslip.memory.trial import Trial
+
+if TYPE_CHECKING:
+    from microslip.normal.load_curve import LoadCurve
 
 _SAVED = (("now", None), ("reversals", 2), ("rows", 4))
-
-
-class Load(Surface, Protocol):
-    """What a state asks of a law under a load that varies; separations count from its own."""
-
-    def losses(self, separation: Floats, displacement: Floats, diagram: Diagram) -> Floats:
-        """Energies [J] of the steps of a record that goes on from a diagram."""
-
-    def drop(self, base: Floats, width: Floats) -> Floats:
-        """N(b) - N(b + w) [N] for separations b and widths w [m]."""
-
-    def fall(self, separation: float) -> float:
-        """-N' [N/m] at a separation [m]."""
-
-    def profile(self, low: float, high: float) -> Profile | None:
-        """N over the separations from low to high [m], if it can be tabulated."""
-
-    def step_of(self, load: float) -> float:
-        """Separation [m] at a load [N]."""
-
-    def steps_of(self, load: Floats, numbered: bool = True) -> Floats:
-        """Separations [m] at loads [N]; what is refused names its sample if it is ``numbered``."""
-
-    def steps_at(self, separation: ArrayLike) -> Floats:
-        """Separations as they are given [m], checked, counted from its own."""
 
 
 class Law(Protocol):
     """What a state asks of its law."""
 
     @property
-    def _coupling(self) -> Load | None: ...
+    def _coupling(self) -> LoadCurve | None: ...
 
     @property
     def _table(self) -> Table | None: ...
@@ -63,15 +39,7 @@ class Law(Protocol):
     def _energy(self, amplitude: Floats) -> Floats: ...
 
 
-class _Coupled(NamedTuple):
-    """A trial under a load that varies."""
-
-    displacement: float
-    diagram: Diagram
-    step: Step
-
-
-class State:
+class State(Resumable):
     """The place of one joint on its hysteresis, made by ``joint.start()``: (19.19)-(19.24).
 
     A trial moves nothing until it is committed::
@@ -86,19 +54,22 @@ class State:
     surface, each trial may come with a normal load of its own. Threads that share it take turns.
     """
 
-    __slots__ = ("_diagram", "_law", "_ledger", "_lost", "_memory", "_trial", "_turn")
+    __slots__ = ("_diagram", "_law", "_ledger", "_lost", "_memory")
+
+    _changing = ("_diagram", "_ledger", "_memory")
+    # Displacement, force and move of the memory, or displacement and step of the diagram.
+    _trial: tuple[float, float, tuple[int, int, int]] | tuple[float, Step] | None
 
     def __init__(self, law: Law) -> None:
         if not hasattr(law, "_backbone_at"):
             message = f" must be a backbone law, got {show(law)}; write joint.start()"
             raise InputError(f"`law`{message}")
-        self._law, self._turn = law, Turn()
-        self._memory = Memory()
+        super().__init__()
+        self._law, self._memory = law, Memory()
         # Once the load has varied, this is the memory.
         self._diagram: Diagram | None = None
         self._ledger: Ledger | None = None
         self._lost = 0.0  # in closed loops, while the load was constant [J]
-        self._trial: tuple[float, float, tuple[int, int, int]] | _Coupled | None = None
 
     @property
     def displacement(self) -> float:
@@ -126,10 +97,11 @@ class State:
         return self._here().stiffness
 
     @property
+    @one_at_a_time
     def dissipated_energy(self) -> float:
         """Energy dissipated since the joint was at rest [J]; it never falls."""
         if self._ledger is not None and self._diagram is not None:
-            return self._ledger.settle(self._diagram, self._coupling())
+            return self._ledger.settle(self._diagram, self._curve())
         memory = self._memory
         ends = np.append(memory.stack[: memory.depth, 0], memory.last)
         # First loading, and a branch from each open reversal to the next.
@@ -180,38 +152,26 @@ class State:
             if normal_load is not None:
                 raise InputError("normal_load or separation must be given, not both")
             d = number("separation", separation, "m")
-            return self._try_coupled(x, float(self._coupling("separation").steps_at(d)))
-        step = self._step(normal_load)
-        if step is not None:
-            return self._try_coupled(x, step, normal_load)
-        trial, move = self._try_plain(x)
-        self._trial = x, trial.force, move
+            step: float | None = float(self._curve("separation").steps_at(d))
+        else:
+            step = self._step(normal_load)
+        trial: Trial
+        trial, self._trial = self._trial_of(x, step, normal_load)
         return trial
 
-    @one_at_a_time
-    def commit(self) -> None:
-        """Make the last trial the state; without a trial it is an InputError."""
-        if self._trial is None:
-            raise InputError("commit needs a trial: call try_(displacement) first")
-        if isinstance(self._trial, _Coupled):
-            trial, load = self._trial, self._coupling()
-            ledger = self._open_ledger(trial.diagram)
-            trial.diagram.move(trial.step)
-            step, x = np.array([trial.step.separation]), np.array([trial.displacement])
-            ledger.note(step, x, trial.diagram, load)
-            self._settle(trial.diagram, trial.displacement, load.friction * trial.step.value)
-        else:
-            memory = self._memory
-            depth, pushed, direction = self._trial[2]
-            if not pushed and (depth, direction) != (memory.depth, memory.direction):
-                self._close(np.array([self._trial[0]]))
-            memory.move(*self._trial)
-        self._trial = None
-
-    @one_at_a_time
-    def rollback(self) -> None:
-        """Forget the last trial, if there is one."""
-        self._trial = None
+    def _take(self, trial: Any) -> None:
+        if len(trial) == 2:
+            x, step = trial
+            diagram, curve = self._current(), self._curve()
+            ledger = self._open_ledger(diagram)
+            diagram.move(step)
+            ledger.note(np.array([step.separation]), np.array([x]), diagram, curve)
+            self._settle(diagram, x, curve.friction * step.value)
+            return
+        memory, (depth, pushed, direction) = self._memory, trial[2]
+        if not pushed and (depth, direction) != (memory.depth, memory.direction):
+            self._close(np.array([trial[0]]))
+        memory.move(*trial)
 
     @one_at_a_time
     def advance(
@@ -248,22 +208,6 @@ class State:
             return force if x.ndim == 0 else np.array([force])
         self._close(x)
         return self._memory.respond(x, self._law._backbone, self._law._table)
-
-    @one_at_a_time
-    def copy(self) -> State:
-        """An independent state at the same place, an open trial included."""
-        state = State(self._law)
-        state._memory = self._memory.copy()
-        state._diagram = None if self._diagram is None else self._diagram.copy()
-        state._ledger = None if self._ledger is None else self._ledger.copy()
-        state._lost = self._lost
-        trial = self._trial
-        if isinstance(trial, _Coupled):
-            trial = trial._replace(diagram=state._diagram or trial.diagram.copy())
-        state._trial = trial
-        return state
-
-    __copy__ = copy
 
     # -- plain arrays -----------------------------------------------------------------------------
 
@@ -324,24 +268,16 @@ class State:
         if ends[4] != 0.0:
             if np.any(np.abs(rows[:, 1]) > 1.0) or np.any(np.diff(rows[:, 0]) >= 0.0):
                 raise InputError("arrays must be those of a state: its rows are no memory diagram")
-            diagram, load = Diagram(), state._coupling("rows")
+            diagram, curve = Diagram(), state._curve("rows")
             diagram.stack, diagram.depth = np.vstack((rows[:, :3], np.empty((8, 3)))), len(rows)
             diagram.values = np.append(rows[:, 3], np.empty(8))
             diagram.separation, diagram.value = float(ends[5]), float(ends[6])
-            diagram.place = memory.last / load.slip
+            diagram.place = memory.last / curve.slip
             state._diagram, state._ledger = diagram, Ledger(diagram, state._lost)
             return state
         state._lost = 0.0
         state._lost = max(float(ends[3]) - state.dissipated_energy, 0.0)
         return state
-
-    # -- a load that is constant ------------------------------------------------------------------
-
-    def _try_plain(self, x: float) -> tuple[Trial, tuple[int, int, int]]:
-        half, sign, start, move = self._memory.probe(x)
-        value, slope = self._law._backbone_at(half)
-        law = self._law._coupling
-        return Trial._of(start + sign * value, slope, x, float(move[2]), law), move
 
     def _close(self, x: Floats) -> None:
         """Count what the loops lose that a record from here on closes."""
@@ -351,23 +287,36 @@ class State:
             energy = self._law._energy(np.minimum(np.abs(closed), LARGEST))
             self._lost += float(np.where(closed < 0.0, 0.5 * energy, energy).sum())
 
+    # -- a step -----------------------------------------------------------------------------------
+
+    def _trial_of(self, x: float, step: float | None, normal_load: float | None = None) -> Any:
+        """A trial, and what goes along it; without a ``step`` the load has never varied."""
+        if step is None:
+            half, sign, start, move = self._memory.probe(x)
+            value, slope = self._law._backbone_at(half)
+            force = start + sign * value
+            return Trial._of(force, slope, x, float(move[2]), self._law._coupling), (x, force, move)
+        curve, diagram = self._curve(), self._current()
+        probed = diagram.probe(step, beyond(x, curve.slip), curve)
+        rests = probed.kind == 0 and not probed.front > step
+        density = diagram.slip if rests else probed.density
+        load = None if normal_load is None else float(normal_load)
+        force, stiffness = curve.friction * probed.value, curve.friction / curve.slip * probed.fall
+        return Trial._of(force, stiffness, x, density, curve, step, load), (x, probed)
+
     def _here(self) -> Trial:
-        """The committed state as a trial, which leaves no trace."""
-        trial, self._trial = self._trial, None
-        try:
-            if self._diagram is None:
-                return self._try_plain(self._memory.last)[0]
-            return self._try_coupled(self._memory.last, self._diagram.separation)
-        finally:
-            self._trial = trial
+        """The committed state as a trial."""
+        step = None if self._diagram is None else self._diagram.separation
+        trial: Trial = self._trial_of(self._memory.last, step)[0]
+        return trial
 
     # -- a load that varies -----------------------------------------------------------------------
 
-    def _coupling(self, name: str = "normal_load") -> Load:
-        load = self._law._coupling
-        if load is None:
+    def _curve(self, name: str = "normal_load") -> LoadCurve:
+        curve = self._law._coupling
+        if curve is None:
             raise InputError(f"{name} has no meaning for this law: it has no surface")
-        return load
+        return curve
 
     def _open_ledger(self, diagram: Diagram) -> Ledger:
         if self._ledger is None:
@@ -381,62 +330,32 @@ class State:
         load = number("normal_load", normal_load, "N")
         if load < 0.0:
             raise InputError(f"`normal_load` must not be negative [N], got {exact(load)}")
-        step = self._coupling().step_of(load)
+        step = self._curve().step_of(load)
         return None if step == 0.0 and self._diagram is None else step
 
     def _current(self) -> Diagram:
         """The diagram of the committed state; from the open reversals while there is none."""
         if self._diagram is not None:
             return self._diagram
-        memory, load = self._memory, self._coupling()
-        places = np.append(memory.stack[: memory.depth, 0], memory.last) / load.slip
-        diagram = Diagram()
-        diagram.respond(np.zeros(places.size), places, load.drop)
+        memory, curve, diagram = self._memory, self._curve(), Diagram()
+        places = np.append(memory.stack[: memory.depth, 0], memory.last) / curve.slip
+        diagram.respond(np.zeros(places.size), places, curve)
         return diagram
-
-    def _try_coupled(self, x: float, step: float, normal_load: float | None = None) -> Trial:
-        load, diagram = self._coupling(), self._current()
-        profile = load.profile(min(step, diagram.separation), max(step, diagram.separation))
-        probed = diagram.probe(step, beyond(x, load.slip), load.drop, profile)
-        self._trial = _Coupled(x, diagram, probed)
-        density = probed.density
-        if probed.kind == 0 and not probed.front > step:
-            slipped = diagram.depth and abs(diagram.stack[diagram.depth - 1, 1]) == 1.0
-            density = float(diagram.stack[diagram.depth - 1, 1]) if slipped else 0.0
-        if probed.fall is not None:
-            fall = probed.fall
-        elif probed.kind == 1:
-            fall = load.fall(probed.front)
-        elif probed.front > step:  # new contact that sticks: its share of the load
-            width = probed.front - step
-            fall = float(load.drop(np.array([step]), np.array([width]))[0]) / width
-        else:
-            fall = load.fall(diagram.front() if probed.kind == 0 else step)
-        stiffness = load.friction / load.slip * fall
-        force = load.friction * probed.value
-        stated_load = None if normal_load is None else float(normal_load)
-        return Trial._of(force, stiffness, x, density, load, step, stated_load)
 
     def _advance_coupled(
         self, x: Floats, normal_load: ArrayLike | None, separation: ArrayLike | None
     ) -> Floats:
         if normal_load is not None and separation is not None:
             raise InputError("normal_load or separation must be given, not both")
-        load = self._coupling("normal_load" if separation is None else "separation")
+        curve = self._curve("normal_load" if separation is None else "separation")
         diagram = self._current()
-        if separation is not None:
-            steps = load.steps_at(along("separation", separation, x.size))
-        elif normal_load is None:
+        if normal_load is None and separation is None:
             steps = np.full(x.size, diagram.separation)
         else:
-            loads = loads_along("normal_load", normal_load, x.size)
-            steps = load.steps_of(loads, numbered=np.ndim(normal_load) > 0)
-        profile = load.profile(
-            min(float(steps.min()), diagram.separation), max(float(steps.max()), diagram.separation)
-        )
+            steps = steps_along(curve, x.size, normal_load, separation)
         ledger = self._open_ledger(diagram)
-        forces = load.friction * diagram.respond(steps, beyond(x, load.slip), load.drop, profile)
-        ledger.note(steps, x.copy(), diagram, load)
+        forces = curve.friction * diagram.respond(steps, beyond(x, curve.slip), curve)
+        ledger.note(steps, x.copy(), diagram, curve)
         self._settle(diagram, float(x[-1]), float(forces[-1]))
         return forces
 

@@ -2,29 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from microslip._core.checks import Floats
 from microslip.errors import InputError
 
-
-class Surface(Protocol):
-    """What a trial asks of an interface; separations count from its own."""
-
-    friction: float
-    """Coefficient mu [-]."""
-    slip: float
-    """Displacement per place, kappa [-]."""
-    origin: float
-    """Its own separation [m]."""
-
-    def load(self, separation: Floats) -> Floats:
-        """N [N] at separations [m]."""
-
-    def normal_stiffnesses(self, separation: Floats) -> Floats:
-        """-N' [N/m] at separations [m]."""
+if TYPE_CHECKING:
+    from microslip.normal.load_curve import LoadCurve
 
 
 class Trial(tuple[float, float]):
@@ -36,7 +22,7 @@ class Trial(tuple[float, float]):
 
     _displacement: float
     _density: float
-    _surface: Surface | None
+    _curve: LoadCurve | None
     _step: float
     _normal_load: float | None
 
@@ -47,13 +33,13 @@ class Trial(tuple[float, float]):
         stiffness: float,
         displacement: float,
         density: float,
-        surface: Surface | None,
+        curve: LoadCurve | None,
         step: float = 0.0,
         normal_load: float | None = None,
     ) -> Trial:
         """A trial whose last contact has the D ``density``."""
         trial = cls((force, stiffness))
-        trial._displacement, trial._density, trial._surface = displacement, density, surface
+        trial._displacement, trial._density, trial._curve = displacement, density, curve
         trial._step, trial._normal_load = step, normal_load
         return trial
 
@@ -75,25 +61,23 @@ class Trial(tuple[float, float]):
     @property
     def separation(self) -> float:
         """Separation [m]; only an interface has one."""
-        surface = self._interface("separation")
-        return surface.origin + self._step
+        return self._curve_for("separation").origin + self._step
 
     @property
     def normal_load(self) -> float:
         """Normal load [N]; only an interface has one."""
-        surface = self._interface("normal_load")
-        if self._normal_load is None:
-            return float(surface.load(np.array([self._step]))[0])
-        return self._normal_load
+        curve = self._curve_for("normal_load")
+        return (
+            curve.derivative_at(self._step, 0) if self._normal_load is None else self._normal_load
+        )
 
     load = normal_load
 
     @property
     def tangent(self) -> Floats:
         """d(force, normal_load)/d(displacement, separation) [N/m], shape (2, 2)."""
-        surface = self._interface("tangent")
-        fall = float(surface.normal_stiffnesses(np.array([self._step]))[0])
-        return np.array([[self[1], self._by_separation(surface, fall)], [0.0, -fall]])
+        fall, by_separation = self._by_separation("tangent")
+        return np.array([[self[1], by_separation], [0.0, -fall]])
 
     @property
     def tangent_by_load(self) -> Floats:
@@ -101,19 +85,20 @@ class Trial(tuple[float, float]):
 
         Where there is no contact the force does not change with the load to first order: 0.
         """
-        surface = self._interface("tangent_by_load")
-        fall = float(surface.normal_stiffnesses(np.array([self._step]))[0])
-        by_load = self._by_separation(surface, fall) / -fall if fall > 0.0 else 0.0
-        return np.array([[self[1], by_load], [0.0, 1.0]])
+        fall, by_separation = self._by_separation("tangent_by_load")
+        return np.array([[self[1], by_separation / -fall if fall > 0.0 else 0.0], [0.0, 1.0]])
 
-    def _by_separation(self, surface: Surface, fall: float) -> float:
+    def _by_separation(self, name: str) -> tuple[float, float]:
+        """-N' [N/m], and the derivative of the force by the separation."""
+        curve = self._curve_for(name)
+        fall = -curve.derivative_at(self._step, 1)
         # mu s [N'(d) - N'(q)] where the front q slipped; with the mean fall where it stuck.
-        return -self._density * (surface.friction * fall - surface.slip * self[1])
+        return fall, -self._density * (curve.friction * fall - curve.slip * self[1])
 
-    def _interface(self, name: str) -> Surface:
-        if self._surface is None:
+    def _curve_for(self, name: str) -> LoadCurve:
+        if self._curve is None:
             raise InputError(f"{name} has no meaning for this law: it has no surface")
-        return self._surface
+        return self._curve
 
     def __repr__(self) -> str:
         return f"Trial(force={self[0]:g}, stiffness={self[1]:g})"

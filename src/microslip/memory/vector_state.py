@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple, Protocol
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,6 +13,8 @@ from microslip import kernels
 from microslip._core.checks import Floats, floats
 from microslip.errors import InputError
 from microslip.kernels.twin_vector import slip_losses
+from microslip.memory.nodes import Nodes, along
+from microslip.memory.resumable import Resumable, counted, one_at_a_time
 
 
 class VectorResponse(NamedTuple):
@@ -27,37 +31,64 @@ class VectorResponse(NamedTuple):
     """Derivatives of (T1, T2, N) by both displacements and the separation [N/m], (nodes, 3, 3)."""
 
 
-class Bank(Protocol):
-    """Sliders that nodes share, and what makes forces of them."""
+@dataclass(frozen=True, eq=False)
+class SliderBank:
+    """Sliders that nodes share, and what makes forces of them; without a curve the load is held."""
 
-    @property
-    def _tops(self) -> Floats:
-        """Separation, or displacement, at which each slider begins to slip from rest."""
+    tops: Floats
+    """Separation, or displacement, at which each slider begins to slip from rest."""
+    weights: Floats
+    """What each adds to the force for what it holds."""
+    nodes: Nodes | None
+    """The nodes; None of a law whose load is held, whose place is the displacement itself."""
+    size: int
+    """Number of nodes."""
+    nearest: float = 0.0
+    """Least step for which there are sliders."""
 
-    @property
-    def _weights(self) -> Floats:
-        """What each adds to the force for what it holds."""
-
-    @property
-    def _scales(self) -> Floats:
+    @cached_property
+    def scales(self) -> Floats:
         """Force of each node for what the sliders hold, times the slip of a place."""
+        return np.ones(self.size) if self.nodes is None else self.nodes.weights
 
-    @property
-    def _slips(self) -> Floats:
+    @cached_property
+    def slips(self) -> Floats:
         """Displacement per place of each node."""
+        return np.ones(self.size) if self.nodes is None else self.nodes.slips
 
-    @property
-    def _rests(self) -> Floats:
-        """Separation of each node at rest, as the sliders count it."""
+    @cached_property
+    def rests(self) -> Floats:
+        """Step of each node at rest, as the sliders count it."""
+        return np.zeros(self.size) if self.nodes is None else self.nodes.rests
 
-    def _loads(self, step: Floats) -> tuple[Floats, Floats]:
-        """Normal loads of the nodes [N] and their derivatives by the separation [N/m]."""
+    def loads(self, step: Floats) -> tuple[Floats, Floats]:
+        """Normal loads [N] and their derivatives [N/m] at steps, nodes along the first axis."""
+        if self.nodes is None:  # a law knows none
+            return np.full(step.shape, np.nan), np.full(step.shape, np.nan)
+        load, fall = self.nodes.curve.load(step.reshape(-1))
+        scales = self.nodes.scales.reshape(-1, *[1] * (step.ndim - 1))
+        return scales * load.reshape(step.shape), -scales * fall.reshape(step.shape)
 
-    def _step_array(self, separations: ArrayLike) -> Floats:
-        """Separations as the sliders count them."""
+    def steps_at(self, separations: Floats) -> Floats:
+        """Steps of separations [m], nodes along the first axis, that the sliders reach."""
+        if self.nodes is None:
+            raise InputError(
+                "separations have no meaning for a joint whose load is held; "
+                "write JointField(...).two_directions() for nodes whose separation varies"
+            )
+        origin = self.nodes.curve.origin
+        steps = self.nodes.checked(separations) - origin
+        if steps.min() < self.nearest:
+            node = int(np.unravel_index(np.argmin(steps), steps.shape)[0])
+            raise InputError(
+                f"separations must not go below the nearest one that the sliders reach, "
+                f"{self.nearest + origin:g} m, got {steps.min() + origin:g} at node {node}; "
+                "write two_directions(nearest=...)"
+            )
+        return steps
 
 
-class VectorState:
+class VectorState(Resumable):
     """The place of nodes on their hysteresis in two directions.
 
     A trial moves nothing until it is committed, as in :class:`microslip.State`::
@@ -69,16 +100,18 @@ class VectorState:
     slider and node, twice that while there is a trial.
     """
 
-    __slots__ = ("_bank", "_loss", "_place", "_single", "_step", "_trial", "_value", "_vectors")
+    __slots__ = ("_bank", "_loss", "_place", "_single", "_step", "_value", "_vectors")
 
-    def __init__(self, bank: Bank, single: bool, energies: bool) -> None:
-        nodes = bank._rests.size
+    _changing = ("_loss",)
+    _trial: tuple[Floats, Floats | None, Floats, Floats] | None
+
+    def __init__(self, bank: SliderBank, single: bool, energies: bool) -> None:
+        super().__init__()
         self._bank, self._single = bank, single
-        self._place, self._value = np.zeros((nodes, 2)), np.zeros((nodes, 2))
-        self._step = bank._rests.copy()
-        self._vectors = np.zeros((nodes, bank._tops.size, 2))
-        self._loss = np.zeros(nodes) if energies else None
-        self._trial: tuple[Floats, Floats | None, Floats, Floats] | None = None
+        self._place, self._value = np.zeros((bank.size, 2)), np.zeros((bank.size, 2))
+        self._step = bank.rests.copy()
+        self._vectors = np.zeros((bank.size, bank.tops.size, 2))
+        self._loss = np.zeros(bank.size) if energies else None
 
     def _out(self, array: Floats) -> Any:
         return array[0] if self._single else array
@@ -86,28 +119,25 @@ class VectorState:
     @property
     def displacement(self) -> Floats:
         """Committed displacements [m], shape (nodes, 2), or (2,) of one node."""
-        return np.asarray(self._out(self._place * self._bank._slips[:, None]))
+        return np.asarray(self._out(self._place * self._bank.slips[:, None]))
 
     @property
     def force(self) -> Floats:
         """Committed forces [N], shape (nodes, 2), or (2,) of one node."""
-        return np.asarray(self._out(self._value * self._bank._scales[:, None]))
+        return np.asarray(self._out(self._value * self._bank.scales[:, None]))
 
     @property
     def stored_energy(self) -> Any:
         """Elastic energies of the sliders [J], one a node."""
-        squares = (self._vectors**2).sum(axis=2) @ self._bank._weights
-        return self._out(0.5 * self._bank._scales * self._bank._slips * squares)
+        squares = (self._vectors**2).sum(axis=2) @ self._bank.weights
+        return self._out(0.5 * self._bank.scales * self._bank.slips * squares)
 
     @property
     def dissipated_energy(self) -> Any:
-        """Energies dissipated so far at held separations [J], one a node."""
-        if self._loss is None:
-            raise InputError(
-                "dissipated_energy is not counted: start the state with start(energies=True)"
-            )
-        return self._out(self._loss * self._bank._scales * self._bank._slips)
+        """Energies dissipated so far at held separations [J], one a node, if counted."""
+        return self._out(counted(self._loss) * self._bank.scales * self._bank.slips)
 
+    @one_at_a_time
     def try_(self, displacement: ArrayLike, separations: ArrayLike | None = None) -> Any:
         """Forces and tangents at trial displacements and, if they vary, separations.
 
@@ -127,14 +157,14 @@ class VectorState:
             and ``tangent``.
         """
         self._trial = None  # should this one fail, no earlier one is left to commit
-        bank, nodes = self._bank, self._step.size
+        bank, nodes = self._bank, self._bank.size
         displacements = floats("displacement", displacement)
         if displacements.shape not in ((2,), (nodes, 2)):
             raise InputError(
                 f"displacement must have the shape ({nodes}, 2), or (2,), got {displacements.shape}"
             )
         place = np.ascontiguousarray(
-            np.broadcast_to(displacements, (nodes, 2)) / bank._slips[:, None]
+            np.broadcast_to(displacements, (nodes, 2)) / bank.slips[:, None]
         )
         step = None
         if separations is not None:
@@ -142,51 +172,34 @@ class VectorState:
                 raise InputError(
                     "separations cannot vary while energies are counted: start without energies"
                 )
-            step = bank._step_array(separations)
+            step = bank.steps_at(along("separations", separations, nodes, "nodes"))
         new = np.empty_like(self._vectors)
         value, slope = np.empty((nodes, 2)), np.empty((nodes, 2, 3))
         kernels.active.vector_try(
-            place, step, self._place, self._step, self._vectors, bank._tops, bank._weights, new,
+            place, step, self._place, self._step, self._vectors, bank.tops, bank.weights, new,
             value, slope,
         )  # fmt: skip
         self._trial = place, step, new, value
-        force = value * bank._scales[:, None]
-        stiffness = slope[:, :, :2] * (bank._scales / bank._slips)[:, None, None]
+        force = value * bank.scales[:, None]
+        stiffness = slope[:, :, :2] * (bank.scales / bank.slips)[:, None, None]
         if step is None:
             return self._out(force), self._out(stiffness)
-        load, by_step = bank._loads(step)
+        load, by_step = bank.loads(step)
         tangent = np.zeros((nodes, 3, 3))
         tangent[:, :2, :2] = stiffness
-        tangent[:, :2, 2] = slope[:, :, 2] * bank._scales[:, None]
+        tangent[:, :2, 2] = slope[:, :, 2] * bank.scales[:, None]
         tangent[:, 2, 2] = by_step
         return VectorResponse(force, load, tangent)
 
-    def commit(self) -> None:
-        """Make the last trial the state; without a trial it is an InputError."""
-        if self._trial is None:
-            raise InputError("commit needs a trial: call try_(displacement) first")
-        place, step, new, value = self._trial
+    def _take(self, trial: Any) -> None:
+        place, step, new, value = trial
         if self._loss is not None:
-            radii = self._bank._tops - self._step[:, None]
-            lost = slip_losses(self._vectors, place - self._place, radii)
-            self._loss += lost @ self._bank._weights
+            radii = self._bank.tops - self._step[:, None]
+            self._loss += (
+                slip_losses(self._vectors, place - self._place, radii) @ self._bank.weights
+            )
         self._place, self._vectors, self._value = place, new, value
         self._step = self._step if step is None else step
-        self._trial = None
-
-    def rollback(self) -> None:
-        """Forget the last trial, if there is one."""
-        self._trial = None
-
-    def copy(self) -> VectorState:
-        """An independent state at the same place, an open trial included."""
-        state = object.__new__(VectorState)
-        for name in VectorState.__slots__:  # what they hold is replaced, never changed
-            setattr(state, name, getattr(self, name))
-        state._loss = None if self._loss is None else self._loss.copy()
-        return state
-
-    __copy__ = copy
 
     def __repr__(self) -> str:
         nodes, sliders = self._vectors.shape[:2]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 
@@ -12,15 +12,22 @@ from microslip.normal.base import NormalLaw
 from microslip.normal.spheres import Spheres
 from microslip.normal.spline import Spline
 
-if TYPE_CHECKING:
-    from microslip.kernels.twin_hold import Curve
-
 _SMALL_DROP = 1e-3  # of the load
 _CACHED_LOADS = 64
 _FEW_SUMMITS = 24  # for which plain Python is quicker than arrays
 
 
-def curve_of(law: NormalLaw, origin: float) -> Curve:
+class ScalarCurve(Protocol):
+    """A load curve, asked one separation at a time."""
+
+    def drop(self, base: float, width: float) -> float:
+        """N(b) - N(b + w)."""
+
+    def load(self, separation: float) -> tuple[float, float]:
+        """N and -N'."""
+
+
+def scalar_curve(law: NormalLaw, origin: float) -> ScalarCurve:
     """The load curve of a law; separations count from ``origin``."""
     if law._spline is not None:
         return TableCurve(law._spline, origin)

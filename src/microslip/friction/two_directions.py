@@ -1,0 +1,538 @@
+"""Joints in two tangential directions, at a held load or while separations vary."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from microslip import kernels
+from microslip._core.checks import (
+    LARGEST,
+    Floats,
+    exact,
+    floats,
+    number,
+    plain,
+    positive,
+    show,
+    sized,
+    whole_number,
+)
+from microslip._core.frozen import Locked, lock
+from microslip.errors import InputError
+from microslip.friction.base import BackboneLaw, CellModel
+from microslip.friction.field_cycles import FieldOfNodes
+from microslip.friction.harmonics import Basis, coefficients_of
+from microslip.kernels import Integers
+from microslip.memory import SliderBank, VectorState
+from microslip.normal.base import NormalLaw
+
+_MOST_SLIDERS = 100_000
+_MOST_IN_STATE = 100_000_000  # sliders of all joints of a state
+_PASSES = 1000
+_BLOCK = 128  # nodes at a time, whose derivatives are held
+_GRID = 4000  # places at which the load curve is looked at
+_LIGHTEST_SHARE = 1e-3  # of the lightest node's load: knots are laid evenly down to it
+SETTLED = 1e-6
+"""Of the force limit: a cycle that changes less from period to period counts as settled."""
+
+
+@dataclass(frozen=True, eq=False)
+class VectorCycle(Locked):
+    """Settled cycles in two directions, made by the ``periodic`` of what moves in both.
+
+    Sliders as Iwan's (1966, DOI 10.1115/1.3625199), each with a vector.
+    """
+
+    force: Floats
+    """Forces (T1, T2) [N], shape (nodes, samples, 2), of one joint (samples, 2)."""
+    load: Floats | None
+    """Normal loads [N], shape (nodes, samples); None of one joint, whose law knows none."""
+    passes: Integers
+    """Periods after which each cycle had settled."""
+    _bank: SliderBank
+    _places: Floats
+    _steps: Floats
+    _tolerance: float
+
+    def derivative(self, directions: ArrayLike, separations: ArrayLike | None = None) -> Floats:
+        """Derivatives of the forces [N a unit] along directions that all nodes share.
+
+        Directions, of the shape (samples, directions), are how a displacement changes with each
+        parameter [m a unit]: they serve for the first displacement, then again for the second, then
+        come those of the separations. What comes back is of the shape (nodes, samples, 2,
+        directions twice and more), of one joint without the first axis.
+        """
+        samples = self._places.shape[1]
+        by = [_directions("directions", directions, samples)]
+        if separations is not None:
+            by.append(_directions("separations", separations, samples))
+        slopes = _settle(self._bank, self._places, self._steps, self._tolerance, *by)[1]
+        return slopes[0] if self.force.ndim == 2 else slopes
+
+
+def _directions(name: str, value: ArrayLike, samples: int) -> Floats:
+    array = floats(name, value)
+    if array.ndim != 2 or array.shape[0] != samples:
+        raise InputError(f"{name} must have the shape ({samples}, directions), got {array.shape}")
+    return array
+
+
+def _settle(
+    bank: SliderBank,
+    places: Floats,
+    steps: Floats,
+    tolerance: Any,
+    by_place: Floats | None = None,
+    by_step: Floats | None = None,
+) -> tuple[Floats, Floats, Integers]:
+    """Forces (nodes, samples, 2) of settled cycles, their derivatives, and the passes made."""
+    nothing = np.zeros((places.shape[1], 0))
+    by_place = nothing if by_place is None else by_place
+    by_step = nothing if by_step is None else by_step
+    small_enough = positive("tolerance", tolerance, example=SETTLED)
+    nodes, samples = steps.shape
+    columns = 2 * by_place.shape[1] + by_step.shape[1]
+    value, slopes = np.empty((nodes, samples, 2)), np.empty((nodes, samples, 2, columns))
+    passes = np.empty(nodes, dtype=np.int64)
+    reach = np.maximum(bank.tops - float(steps.min()), 0.0)
+    small = small_enough * float(reach @ bank.weights)
+    for start in range(0, nodes, _BLOCK):
+        part = slice(start, start + _BLOCK)
+        kernels.active.vector_cycle(
+            np.ascontiguousarray(places[part]), np.ascontiguousarray(steps[part]),
+            np.ascontiguousarray(bank.rests[part]), samples, bank.tops, bank.weights,
+            np.ascontiguousarray(by_place), by_place.shape[1],
+            np.ascontiguousarray(by_step), by_step.shape[1],
+            _PASSES, small, value[part], slopes[part], passes[part],
+        )  # fmt: skip
+    if passes.min() < 0:
+        raise InputError(
+            f"displacements must be a cycle that settles: node {int(np.argmin(passes))} still "
+            f"changes by more than {exact(small_enough)} of its force limit after {_PASSES} periods"
+        )
+    value *= bank.scales[:, None, None]
+    slopes *= bank.scales[:, None, None, None]
+    slopes[..., : 2 * by_place.shape[1]] /= bank.slips[:, None, None, None]
+    return value, slopes, passes
+
+
+def _cycle(
+    bank: SliderBank, displacements: Floats, steps: Floats, tolerance: Any
+) -> tuple[Floats, Integers, tuple[Any, ...]]:
+    """Forces and passes of settled cycles, and what a :class:`VectorCycle` keeps of them."""
+    places = displacements / bank.slips[:, None, None]
+    force, _, passes = _settle(bank, places, steps, tolerance)
+    return force, passes, (bank, places, steps, tolerance)
+
+
+def _harmonics(
+    bank: SliderBank,
+    coefficients: Floats,
+    functions: Floats,
+    analysis: Floats,
+    steps: Floats,
+    tolerance: Any,
+    by_step: Floats | None = None,
+) -> tuple[Floats, Floats, Floats]:
+    """Coefficients (nodes, 2, c), and their derivatives by both displacements and separations."""
+    places = np.einsum("tc,nic->nti", functions, coefficients) / bank.slips[:, None, None]
+    force, slopes, _ = _settle(bank, places, steps, tolerance, functions, by_step)
+    spectrum = np.einsum("tc,ntrk->nrck", analysis, slopes)
+    count = functions.shape[1]
+    by_place = spectrum[..., : 2 * count].reshape(bank.size, 2, count, 2, count)
+    by_place = by_place.transpose(0, 1, 3, 2, 4)
+    return np.einsum("tc,nti->nic", analysis, force), by_place, spectrum[..., 2 * count :]
+
+
+# -- at a held load -------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False)
+class IsotropicJoint(Locked):
+    """A joint that moves in two tangential directions, the same in all, at a held normal load.
+
+    Parameters
+    ----------
+    joint : BackboneLaw
+        The law along any line, of finite stiffness at rest.
+    sliders : int, optional
+        Number of sliders [-] that stand for its density, 1 to 100 000.
+    smallest_amplitude, largest_amplitude : float, optional
+        Range of amplitudes [m] that they are for, see :meth:`BackboneLaw.to_iwan`; without it 0.01
+        to 10 times the displacement at which the first tangent meets the force limit.
+
+    Notes
+    -----
+    No closed law exists in two directions: even for one sphere the answer depends on the path
+    (Mindlin and Deresiewicz 1953, DOI 10.1115/1.4010702). Assumed here is that every slider of the
+    law's density (Iwan 1966, DOI 10.1115/1.3625199) has the same limit in all directions, slips
+    along the force that it holds, and knows of no other. Along a line that is the joint itself, to
+    the error in ``line.fit``; the force limit is exact. A straight step, however long, ends
+    exactly where many small ones do, and the stiffness is that of the step.
+    """
+
+    joint: BackboneLaw
+    sliders: int = 64
+    smallest_amplitude: float | None = field(default=None, kw_only=True)
+    largest_amplitude: float | None = field(default=None, kw_only=True)
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.joint, BackboneLaw):
+            raise InputError(f"joint must be a backbone law, got {show(self.joint)}")
+        whole_number("sliders", self.sliders, 1, _MOST_SLIDERS)
+        _ = self.line  # which refuses what it cannot be
+
+    @cached_property
+    def line(self) -> CellModel:
+        """The law along any line: its sliders as Iwan's cells, whose ``fit`` tells their errors."""
+        reach = self.joint.force_limit / self.joint.tangential_stiffness
+        low = self.smallest_amplitude
+        if low is None and self.largest_amplitude is None and math.isfinite(reach) and reach > 0.0:
+            low = 0.01 * reach
+        return self.joint.to_iwan(
+            int(self.sliders), smallest_amplitude=low, largest_amplitude=self.largest_amplitude
+        )
+
+    @property
+    def force_limit(self) -> float:
+        """Force of gross slip in any direction [N]."""
+        return self.line.force_limit
+
+    @cached_property
+    def _bank(self) -> SliderBank:
+        sliders = self.line.sliders()
+        tops, weights = np.array(sliders.yield_displacements), np.array(sliders.stiffnesses)
+        return SliderBank(lock(tops), lock(weights), None, 1)
+
+    def start(self, nodes: int | None = None, *, energies: bool = False) -> VectorState:
+        """A state at rest, of this joint or of many that move each by itself.
+
+        Without a number of ``nodes`` [-] there is one, without an axis of its own. With
+        ``energies`` it counts what is dissipated, which takes its time.
+        """
+        if nodes is not None:
+            whole_number("nodes", nodes, 1, _MOST_IN_STATE // self._bank.tops.size)
+        bank = replace(self._bank, size=int(nodes or 1))
+        return VectorState(bank, nodes is None, bool(energies))
+
+    def force(self, displacement: ArrayLike) -> Floats:
+        """Forces [N] along a path [m] of straight lines from rest, both of shape (samples, 2)."""
+        x = _path("displacement", displacement)
+        state, forces = self.start(), np.empty(x.shape)
+        for i, row in enumerate(x):
+            forces[i], _ = state.try_(row)
+            state.commit()
+        return forces
+
+    def circle_energy(self, amplitude: ArrayLike) -> Any:
+        """Energy [J] that a turn around a circle dissipates once it has settled, in closed form.
+
+        For radii [m] of any shape the sum of 2 pi k u sqrt(a^2 - u^2) over the sliders that yield
+        at u < a.
+        """
+        a = sized("amplitude", amplitude)
+        if a.min() < 0.0:
+            raise InputError(f"amplitude must not be negative, got {a.min():g}")
+        bank = self._bank
+        squares = np.maximum(a[..., None] ** 2 - bank.tops**2, 0.0)
+        return plain(np.asarray(2.0 * math.pi * np.sqrt(squares) @ (bank.weights * bank.tops)))
+
+    def periodic(self, displacement_cycle: ArrayLike, *, tolerance: float = SETTLED) -> VectorCycle:
+        """The settled cycle of a periodic path.
+
+        Parameters
+        ----------
+        displacement_cycle : array_like
+            One period of displacements [m], shape (samples, 2), its first sample not repeated.
+        tolerance : float, optional
+            Share of the force limit [-]: a cycle that changes by less from one period to the next
+            counts as settled. Sliders that hardly slip near their end change like the inverse
+            square of the number of periods, so that less takes long.
+
+        Returns
+        -------
+        VectorCycle
+            ``force`` [N], shape (samples, 2), and ``derivative``, see there.
+        """
+        x = _path("displacement_cycle", displacement_cycle)[None]
+        force, passes, arguments = _cycle(self._bank, x, np.zeros(x.shape[:2]), tolerance)
+        return VectorCycle(lock(force[0]), None, passes, *arguments)
+
+    def harmonics(
+        self,
+        coefficients: ArrayLike,
+        harmonics: Any = (0, 1),
+        *,
+        samples: int = 64,
+        tolerance: float = SETTLED,
+    ) -> tuple[Floats, Floats]:
+        """Fourier coefficients of the settled force with their Jacobian.
+
+        Parameters
+        ----------
+        coefficients : array_like
+            Coefficients of both displacements [m], shape (2, coefficients), in the order of
+            ``harmonics``: [mean,] cos 1, sin 1, cos 3, sin 3 for (0, 1, 3).
+        harmonics : sequence of int, optional
+            Numbers of the harmonics, rising; 0 is the mean.
+        samples : int, optional
+            Equidistant samples of the period [-]; the error falls with their square.
+        tolerance : float, optional
+            As for :meth:`periodic`; the Jacobian is exactly that of the cycle so reached.
+
+        Returns
+        -------
+        force : ndarray
+            Coefficients of both forces [N], shape (2, coefficients).
+        jacobian : ndarray
+            Derivatives [N/m] of coefficients of force i by those of displacement k: shape (2, 2,
+            coefficients, coefficients), in the order i, k, row, column.
+        """
+        basis = Basis(harmonics)
+        functions, analysis = basis.sampled(samples)
+        values = floats("coefficients", coefficients)
+        if values.shape != (2, basis.size):
+            raise InputError(
+                f"coefficients must have the shape (2, {basis.size}), a row a direction, got "
+                f"{values.shape}"
+            )
+        steps = np.zeros((1, len(functions)))
+        force, jacobian, _ = _harmonics(
+            self._bank, values[None], functions, analysis, steps, tolerance
+        )
+        return force[0], jacobian[0]
+
+    def __repr__(self) -> str:
+        return f"IsotropicJoint({self.joint!r}, sliders={self._bank.tops.size})"
+
+
+def _path(name: str, value: ArrayLike) -> Floats:
+    array = floats(name, value)
+    if array.ndim != 2 or array.shape[1] != 2:
+        raise InputError(f"{name} must have the shape (samples, 2), got {array.shape}")
+    return array
+
+
+# -- while separations vary -----------------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False)
+class IsotropicField(Locked):
+    """The nodes of a field in two directions, made by :meth:`microslip.JointField.two_directions`.
+
+    Notes
+    -----
+    The memory of a varying load is, on a line, that of sliders over the separations eta: one holds
+    g = integral of D from d to eta, of size eta - d at most, and T = mu times the integral of
+    N''(eta) g over eta (the method of memory diagrams, DOI 10.3389/fmech.2020.00030, by parts).
+    Here g is a vector that follows every step and slips along itself where its radius eta - d would
+    be left. Assumed is what :class:`microslip.IsotropicJoint` assumes, and that a slider whose
+    radius shrinks as contact is lost slips along what it holds. Along a line it is the coupled
+    joint, at held separations the isotropic one, both with the load curve drawn as a polygon.
+    """
+
+    field: FieldOfNodes
+    knots: Floats
+    """Separations [m] between which the load curve is straight."""
+
+    @cached_property
+    def load_error(self) -> float:
+        """Largest relative error of the polygon, which lies above the load curve [-].
+
+        From the nearest separation to that of the lightest node at rest; forces err by no more
+        than that of mu N at both ends of slip.
+        """
+        last = float(self.field.separations[self.field.normal_loads > 0.0].max())
+        inner = self.knots[:-1][self.knots[1:] <= last]
+        if not inner.size:
+            inner = self.knots[:1]
+        width = np.diff(self.knots)[: inner.size]
+        middle = inner + 0.5 * width
+        curve = self.field._nodes.curve
+        origin = curve.origin
+        load = curve.load(middle - origin)[0]
+        ends = curve.load(self.knots[: inner.size + 1] - origin)[0]
+        return float(np.max(0.5 * (ends[:-1] + ends[1:]) / load - 1.0))
+
+    @cached_property
+    def resolution(self) -> Floats:
+        """Amplitudes [m] below which a node dissipates next to nothing: kappa times a knot's step.
+
+        Small cycles need more sliders: a cycle is met well from ten times that on.
+        """
+        at = np.clip(np.searchsorted(self.knots, self.field.separations), 1, self.knots.size - 1)
+        return lock((self.knots[at] - self.knots[at - 1]) * self.field._nodes.slips)
+
+    @cached_property
+    def _bank(self) -> SliderBank:
+        nodes = self.field._nodes
+        steps = self.knots - nodes.curve.origin
+        # Bends of the polygon: what each slider adds to N of a separation before it.
+        loads = nodes.curve.load(steps)[0]
+        slopes = -np.diff(np.append(loads[:-1], 0.0)) / np.diff(self.knots)
+        bends = slopes - np.append(slopes[1:], 0.0)
+        return SliderBank(lock(steps[1:].copy()), lock(bends), nodes, nodes.size, float(steps[0]))
+
+    def start(self, *, energies: bool = False) -> VectorState:
+        """A state of all nodes at rest, which may count ``energies`` at held separations."""
+        return VectorState(self._bank, False, bool(energies))
+
+    def periodic(
+        self,
+        displacements: ArrayLike,
+        separations: ArrayLike | None = None,
+        *,
+        tolerance: float = SETTLED,
+    ) -> VectorCycle:
+        """The settled cycles of all nodes, as one is of :meth:`microslip.IsotropicJoint.periodic`.
+
+        Parameters
+        ----------
+        displacements : array_like
+            One period of displacements [m], shape (nodes, samples, 2), its first sample not
+            repeated.
+        separations : array_like, optional
+            Separations [m] at the same samples, shape (nodes, samples).
+        tolerance : float, optional
+            Share of the force limit [-], see there.
+
+        Returns
+        -------
+        VectorCycle
+            ``force`` and ``load`` [N], and ``derivative``, see there.
+        """
+        x, bank = floats("displacements", displacements), self._bank
+        if x.ndim != 3 or x.shape[::2] != (bank.size, 2):
+            raise InputError(
+                f"displacements must have the shape ({bank.size}, samples, 2), got {x.shape}"
+            )
+        steps = np.repeat(bank.rests[:, None], x.shape[1], axis=1)
+        if separations is not None:
+            d = floats("separations", separations)
+            if d.shape != x.shape[:2]:
+                raise InputError(f"separations must have the shape {x.shape[:2]}, got {d.shape}")
+            steps = bank.steps_at(d)
+        force, passes, arguments = _cycle(bank, x, steps, tolerance)
+        return VectorCycle(lock(force), lock(bank.loads(steps)[0]), passes, *arguments)
+
+    def harmonics(
+        self,
+        coefficients: ArrayLike,
+        harmonics: Any = (0, 1),
+        *,
+        separations: ArrayLike | None = None,
+        samples: int = 64,
+        tolerance: float = SETTLED,
+    ) -> tuple[Floats, ...]:
+        """Fourier coefficients of the settled forces with their Jacobians.
+
+        Parameters
+        ----------
+        coefficients : array_like
+            Coefficients of both displacements [m], shape (nodes, 2, coefficients), in the order of
+            ``harmonics``: [mean,] cos 1, sin 1, cos 3, sin 3 for (0, 1, 3).
+        separations : array_like, optional
+            Coefficients of the separations [m], shape (nodes, coefficients).
+        harmonics, samples, tolerance : optional
+            As those of :meth:`microslip.IsotropicJoint.harmonics`.
+
+        Returns
+        -------
+        force : ndarray
+            Coefficients of both forces [N], shape (nodes, 2, coefficients).
+        load : ndarray
+            Those of the normal loads [N], (nodes, coefficients), only with ``separations``.
+        jacobian : ndarray
+            Derivatives [N/m], shape (nodes, 2, 2, coefficients, coefficients); with
+            ``separations`` (nodes, 3, 3, ...), of (T1, T2, N) by both displacements and the
+            separation.
+        """
+        basis, bank = Basis(harmonics), self._bank
+        functions, analysis = basis.sampled(samples)
+        count, size = basis.size, bank.size
+        values = floats("coefficients", coefficients)
+        if values.shape != (size, 2, count):
+            raise InputError(
+                f"coefficients must have the shape ({size}, 2, {count}), got {values.shape}"
+            )
+        steps, by_step = np.repeat(bank.rests[:, None], len(functions), axis=1), None
+        if separations is not None:
+            d = coefficients_of("separations", separations, basis, size) @ functions.T
+            steps, by_step = bank.steps_at(d), functions
+        spectrum, by_places, turned = _harmonics(
+            bank, values, functions, analysis, steps, tolerance, by_step
+        )
+        if separations is None:
+            return spectrum, by_places
+        load, fall = bank.loads(steps)
+        jacobian = np.zeros((size, 3, 3, count, count))
+        jacobian[:, :2, :2], jacobian[:, :2, 2] = by_places, turned
+        jacobian[:, 2, 2] = np.einsum("tc,nt,tk->nck", analysis, fall, functions)
+        return spectrum, load @ analysis, jacobian
+
+    def __repr__(self) -> str:
+        return f"IsotropicField({self.field!r}, sliders={self._bank.tops.size})"
+
+
+def two_directions(field: FieldOfNodes, sliders: Any, nearest: Any) -> IsotropicField:
+    """See :meth:`microslip.JointField.two_directions`."""
+    count = whole_number("sliders", sliders, 2, _MOST_SLIDERS)
+    curve, surface = field._nodes.curve, field._nodes.curve.surface
+    smallest = float(field.separations.min())
+    if nearest is None:
+        load, fall = curve.load(np.zeros(1))
+        near = min(smallest, curve.origin) - float(load[0] / fall[0])
+        near = max(near, _lowest(surface))
+    else:
+        near = number("nearest", nearest, "m")
+        if near > smallest:
+            raise InputError(
+                f"nearest must not be above the smallest separation at rest, {smallest:g} m, "
+                f"got {exact(near)}"
+            )
+        surface._separations(np.array([near]))
+    return IsotropicField(field, _knots_of(field, count, near))
+
+
+def _lowest(surface: NormalLaw) -> float:
+    """Separation below which the surface has no answer."""
+    lowest = float(surface._span[0])
+    try:
+        surface._separations(np.array([lowest - 1e-3 * abs(lowest) - 1e-12]))
+    except InputError:
+        return lowest
+    return -LARGEST
+
+
+def _knots_of(field: FieldOfNodes, sliders: int, nearest: float) -> Floats:
+    """Knots from the nearest separation to where nothing is left, even in relative error.
+
+    A chord of width h lies above N by h^2 N''/8 at most: knots that part the integral of
+    sqrt(N''/N) evenly make that one share of N, down to where next to no load is left; a last
+    chord ends the load.
+    """
+    curve = field._nodes.curve
+    origin = curve.origin
+    parting = curve.parting() + origin
+    grid = np.linspace(nearest, parting, _GRID + 1)
+    load, fall = curve.load(grid - origin)
+    loaded = field.normal_loads > 0.0
+    last = field.separations[loaded].max() if loaded.any() else nearest
+    lightest = _LIGHTEST_SHARE * float(curve.load(np.array([last - origin]))[0][0])
+    loaded_places = np.flatnonzero(load > lightest)
+    end = grid[min(loaded_places[-1] + 1, _GRID)] if loaded_places.size else parting
+    grid = np.linspace(nearest, end, _GRID + 1)
+    load, fall = curve.load(grid - origin)
+    middle = np.maximum(0.5 * (load[:-1] + load[1:]), lightest)
+    masses = np.sqrt(np.diff(grid) * np.maximum(fall[:-1] - fall[1:], 0.0) / middle)
+    parts = np.append(0.0, np.cumsum(masses))
+    count = sliders if end < parting else sliders + 1
+    knots = np.interp(np.linspace(0.0, parts[-1], count), parts, grid)
+    knots[0] = nearest
+    return lock(np.append(knots, parting) if end < parting else knots)

@@ -1,0 +1,105 @@
+"""What all states share: a trial that moves nothing until it is committed, one thread at a time."""
+
+from __future__ import annotations
+
+import copy
+import threading
+from collections.abc import Callable, Mapping
+from functools import wraps
+from typing import Any, ClassVar, Self, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from microslip._core.checks import Floats
+from microslip.errors import InputError
+
+Method = TypeVar("Method", bound=Callable[..., Any])
+
+
+class Turn(type(threading.RLock())):  # type: ignore[misc]  # a type that only C names
+    """A lock that copies and pickles as a new one, so that what holds it does too."""
+
+    def __reduce__(self) -> tuple[type[Turn], tuple[()]]:
+        return Turn, ()
+
+
+def one_at_a_time(method: Method) -> Method:
+    """Let a method wait until no other thread is in one of the same object."""
+
+    @wraps(method)
+    def waiting(self: Any, *args: Any, **named: Any) -> Any:
+        with self._turn:
+            return method(self, *args, **named)
+
+    return waiting  # type: ignore[return-value]
+
+
+class Resumable:
+    """A place on a hysteresis from which steps are tried; threads that share it take turns.
+
+    A subclass tries steps, keeps the last in ``_trial`` and goes along it in :meth:`_take`.
+    """
+
+    __slots__ = ("_trial", "_turn")
+
+    _changing: ClassVar[tuple[str, ...]] = ()
+    """Slots whose content changes in place; that of the others is replaced."""
+
+    _trial: Any
+
+    def __init__(self) -> None:
+        self._turn, self._trial = Turn(), None
+
+    def _take(self, trial: Any) -> None:
+        """Go along a trial."""
+        raise NotImplementedError
+
+    @one_at_a_time
+    def commit(self) -> None:
+        """Make the last trial the state; without a trial it is an InputError."""
+        if self._trial is None:
+            raise InputError("commit needs a trial: call try_(displacement) first")
+        self._take(self._trial)
+        self._trial = None
+
+    @one_at_a_time
+    def rollback(self) -> None:
+        """Forget the last trial, if there is one."""
+        self._trial = None
+
+    @one_at_a_time
+    def copy(self) -> Self:
+        """An independent state at the same place, an open trial included."""
+        state = object.__new__(type(self))
+        for name in (*type(self).__slots__, *Resumable.__slots__):
+            value = getattr(self, name)
+            setattr(state, name, copy.copy(value) if name in self._changing else value)
+        state._turn = Turn()
+        return state
+
+    __copy__ = copy
+
+
+def counted(losses: Floats | None) -> Floats:
+    """What has been dissipated, where that is counted."""
+    if losses is None:
+        raise InputError(
+            "dissipated_energy is not counted: start the state with start(energies=True)"
+        )
+    return losses
+
+
+def saved_array(arrays: Mapping[str, ArrayLike], key: str, width: int | None) -> Floats:
+    """One of the arrays that a state was saved in, checked for its shape."""
+    try:
+        array = np.array(arrays[key], dtype=float)
+    except (KeyError, TypeError, ValueError, IndexError):
+        raise InputError(f"arrays must hold {key!r}, as to_arrays() of a state gives it") from None
+    right = array.shape == (7,) if width is None else array.ndim == 2 and array.shape[1] == width
+    if not right or not np.all(np.isfinite(array)):
+        shape = "(7,)" if width is None else f"(n, {width})"
+        raise InputError(
+            f"arrays must hold finite {key!r} of shape {shape}, got shape {array.shape}"
+        )
+    return array

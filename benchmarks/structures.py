@@ -30,10 +30,9 @@ from pages import write_section
 from scipy import sparse
 
 import microslip as ms
-from microslip.structures.amplitude import AmplitudeMeasure
 from microslip.structures.balance import Balance
-from microslip.structures.harmonic_basis import harmonic_basis
 from microslip.structures.nonlinear_mode import ModeEquations, ModePoint
+from microslip.structures.periodic_motion import AmplitudeMeasure, harmonic_basis
 
 METAL = ms.Material(69e9, 0.33)
 SURFACE = ms.GreenwoodWilliamson(

@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 
 import microslip as ms
-from microslip.structures.mesh import Body, ContactFaces, JointMesh, Shank
-from microslip.structures.mesh_lap import Solids
+from microslip.structures.mesh import Body, ContactFaces, JointMesh, Shank, Solids
 
 STEEL = ms.Material(young_modulus=200e9, poisson_ratio=0.3)
 DENSITY = 7800.0

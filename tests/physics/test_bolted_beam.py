@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 from pathlib import Path
 
@@ -49,30 +50,61 @@ def test_its_first_mode_is_that_of_the_model_s_makers() -> None:
     assert abs(shape @ data["mass"] @ data["mode_shape_stuck"]) == pytest.approx(1.0, abs=1e-10)
 
 
-@pytest.mark.parametrize(("friction", "quick"), [(0.03, 0.02), (0.3, 0.09)])
-def test_its_modal_curve_is_solved_up_to_slip(friction: float, quick: float) -> None:
-    """From 1e-7 to 6e-5, converged in samples to 1 %; the quick look within what was published."""
+@pytest.mark.parametrize("friction", [0.03, 0.3, 0.6])
+def test_its_modal_curve_is_solved_up_to_slip(friction: float) -> None:
+    """From 1e-7 to 6e-5, converged in samples to 1 %; slow cycles lose what the balance says."""
     amplitudes = np.geomspace(1e-7, 6e-5, 8)
-    curve = beam(friction).modes(0, amplitudes, harmonics=[1, 2, 3])
-    finer = beam(friction).modes(0, amplitudes[[3, 7]], harmonics=[1, 2, 3], samples=256)
+    curve = beam(friction).modes(0, amplitudes)
+    finer = beam(friction).modes(0, amplitudes[[3, 7]], samples=256)
     assert curve.status == "solved"
     assert np.allclose(curve.damping_ratio[[3, 7]], finer.damping_ratio, rtol=0.01)
     assert np.allclose(curve.frequency[[3, 7]], finer.frequency, rtol=1e-4)
-    assert np.abs(curve.damping_difference).max() < quick
-    assert np.all(curve.loss > 0.0)
+    # Loops under the loads at rest told +1 % at 0.03, +9 % at 0.3 and +35 to +220 % at 0.6.
+    assert np.abs(curve.damping_difference).max() < 0.01
+    assert (curve.loss.min(axis=1) > -1e-3 * curve.loss.max(axis=1)).all()
 
 
-def test_its_modal_curve_is_converged_in_harmonics() -> None:
-    few = beam(0.03).modes(0, [6e-5], harmonics=[1, 2, 3])
-    more = beam(0.03).modes(0, [6e-5], harmonics=[1, 2, 3, 4, 5])
-    assert few.damping_ratio[0] == pytest.approx(more.damping_ratio[0], rel=0.01)
-    assert few.frequency[0] == pytest.approx(more.frequency[0], rel=1e-3)
+def test_harmonics_that_are_left_out_are_told() -> None:
+    """One step of Newton's method against the solution with ten harmonics."""
+    amplitudes = [1e-6, 6e-5]
+    odd, usual, many = (
+        beam(0.6).modes(0, amplitudes, harmonics=h) for h in ((1, 3), (0, 1, 2, 3), range(10))
+    )
+    missed = many.damping_ratio / odd.damping_ratio - 1.0
+    assert missed[1] > 0.04, "faces that part excite the second"
+    assert np.allclose(odd.harmonic_error, missed, atol=0.005)
+    assert np.abs(usual.harmonic_error).max() < 0.002
+    assert np.allclose(usual.damping_ratio, many.damping_ratio, rtol=0.005)
+    with pytest.raises(ms.InputError, match="harmonic_error is of a curve by the balance"):
+        _ = usual.other_method.harmonic_error
+
+
+@pytest.mark.slow
+def test_a_motion_in_time_misses_the_second_harmonic_by_as_much() -> None:
+    """Given the damping of each curve back, the beam swings on: what its amplitude still loses."""
+    mass, lost, told = np.load(MODEL)["mass"], [], 0.0
+    for harmonics in ((1, 3), (0, 1, 2, 3)):
+        curve = beam(0.6).modes(0, [6e-5], harmonics=harmonics)
+        told = told or float(curve.harmonic_error[0])
+        frequency, damping = curve.frequency[0], curve.damping_ratio[0]
+        omega, first = 2.0 * np.pi * frequency, 6e-5 * curve.shape[0]
+        driven = dataclasses.replace(beam(0.6), damping=-2.0 * damping * omega * mass)
+        motion = driven.integrate(
+            None,
+            np.arange(0.0, 12.0 / frequency, 1.0 / frequency / 64),
+            displacement=first.real,
+            velocity=-omega * first.imag,
+            spectral_radius=1.0,
+        )
+        decay = ms.read_decay(motion.time, motion.displacement @ mass @ first.real)
+        lost.append(decay.damping_ratio[4:].mean() / damping)
+    assert lost[0] - lost[1] == pytest.approx(told, rel=0.2)
 
 
 def test_tangents_are_the_differences_of_the_forces_where_patches_slip() -> None:
     """Of all patches at once, in a direction of their own, on the motion of a large amplitude."""
     from microslip.structures.balance import Balance
-    from microslip.structures.harmonic_basis import harmonic_basis
+    from microslip.structures.periodic_motion import harmonic_basis
 
     state = beam(0.03)
     curve = state.modes(0, [6e-5], harmonics=[1, 2, 3])

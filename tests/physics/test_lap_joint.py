@@ -204,7 +204,7 @@ def test_refinement_tells_what_is_left() -> None:
     assert found.largest.what in found.message
     # The last patches are as good as one step more says.
     fine = small_lap().reduce(STEEL, DENSITY, found.joint.patch_boxes, element_size=0.006)
-    again = fine.tightened(surface, 0.2).modes(0, [1e-7, 1e-6], method="quasi-static")
+    again = fine.tightened(surface, 0.2).modes(0, [1e-7, 1e-6])
     np.testing.assert_allclose(again.damping_ratio, found.curve.damping_ratio, rtol=1e-9)
 
 

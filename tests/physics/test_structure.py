@@ -355,7 +355,7 @@ def test_a_pulled_bar_loses_what_coulomb_friction_takes_as_roughness_fades() -> 
 
 def test_harmonic_tangents_are_the_differences_of_the_forces() -> None:
     from microslip.structures.balance import Balance
-    from microslip.structures.harmonic_basis import harmonic_basis
+    from microslip.structures.periodic_motion import harmonic_basis
 
     field = ms.JointField(SURFACE, 0.3, areas=[1e-4, 1e-4], loads=[400.0, 900.0])
     structure = ms.Structure(np.eye(6), 1e8 * np.diag([1.0, 2, 3, 4, 5, 6]))
@@ -404,10 +404,9 @@ def test_steps_by_the_joints_that_slip_are_those_of_the_whole() -> None:
     """The elimination of sticking joints against the one of all unknowns: the same step."""
     import copy
 
-    from microslip.structures.amplitude import AmplitudeMeasure
     from microslip.structures.balance import Balance
-    from microslip.structures.harmonic_basis import harmonic_basis
     from microslip.structures.nonlinear_mode import ModeEquations, ModePoint
+    from microslip.structures.periodic_motion import AmplitudeMeasure, harmonic_basis
 
     springs = 1e7 * (2.0 * np.eye(6) - np.eye(6, k=1) - np.eye(6, k=-1))
     structure = ms.Structure(np.diag([1.0, 2.0, 1.0, 3.0, 1.0, 2.0]), springs)

@@ -35,7 +35,7 @@ def are_modal(records: Sequence[str]) -> bool:
     """Whether files hold curves, ring-downs or stepped sines; they are not mixed with others."""
     if not all(Path(record).is_file() for record in records):
         return False
-    from microslip.structures.modal_test_files import modal_kind
+    from microslip.structures.modal_test import modal_kind
 
     kinds = [modal_kind(record) for record in records]
     if any(kinds) and not all(kinds):
@@ -69,7 +69,7 @@ def band_of(text: str | None) -> tuple[float, float] | None:
 
 def bands_of(records: Sequence[str], text: str | None) -> list[tuple[float, float] | None]:
     """The band of each test: where there are ring-downs among others, it is theirs alone."""
-    from microslip.structures.modal_test_files import modal_kind
+    from microslip.structures.modal_test import modal_kind
 
     band = band_of(text)
     rings = [modal_kind(record) == "ring-down" for record in records]

@@ -20,7 +20,7 @@ from microslip.structures import (
     ReducedJoint,
     identify_modal,
 )
-from microslip.structures.amplitude import moving_modes
+from microslip.structures.periodic_motion import moving_modes
 from microslip.study.build import blame, build_surface
 from microslip.study.description import StudyDescription
 from microslip.study.draws import Design, at_middle, is_uncertain

@@ -1,10 +1,10 @@
 from .bolts import Bolts as Bolts
 from .forced import ForcedResponse as ForcedResponse
-from .free_decay import FreeDecay as FreeDecay
-from .free_decay import read_decay as read_decay
 from .lap_joint import LapJoint as LapJoint
 from .mesh_files import MeshedJoint as MeshedJoint
 from .modal_curve import ModalCurve as ModalCurve
+from .modal_readings import FreeDecay as FreeDecay
+from .modal_readings import read_decay as read_decay
 from .modal_test import ModalTest as ModalTest
 from .motion import Motion as Motion
 from .oscillator import Decay as Decay

@@ -16,9 +16,9 @@ from microslip.errors import InputError
 from microslip.report.plot import Plot
 from microslip.report.plottable import PlottableAtSensor
 from microslip.structures.balance import Balance
-from microslip.structures.harmonic_basis import harmonic_basis
 from microslip.structures.matrices import vector
 from microslip.structures.modal_model import ModalModel
+from microslip.structures.periodic_motion import harmonic_basis
 
 _ITERATIONS = 25
 _STEP = 1e-10

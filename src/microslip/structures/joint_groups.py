@@ -19,7 +19,7 @@ import numpy as np
 from microslip._core.checks import Floats
 from microslip.errors import InputError
 from microslip.friction import BackboneLaw, JointField
-from microslip.structures.harmonic_basis import HarmonicBasis
+from microslip.structures.periodic_motion import HarmonicBasis
 
 
 class HarmonicForces(NamedTuple):
@@ -88,14 +88,6 @@ class LawGroup:
         self.stuck = np.full((static.size, 1), law.tangential_stiffness)
         """Stiffness at rest (joints, coordinates) [N/m]."""
 
-    def forces(self, displacement: Floats) -> tuple[Floats, Floats]:
-        """First loading along a straight path: forces and tangents (joints, c, c)."""
-        if self.static.any():
-            return self.start().try_(displacement)
-        u = displacement[:, 0]
-        force, slope = self.law.backbone(u), self.law.backbone_stiffness(u)
-        return (force - self._loaded)[:, None], slope[:, None, None]
-
     def harmonic_forces(self, coefficients: Floats, basis: HarmonicBasis) -> HarmonicForces:
         """The settled cycle of a periodic motion."""
         count = self.static.size
@@ -109,13 +101,6 @@ class LawGroup:
             force[joint, 0], jacobian[joint, 0, :, 0] = cycle
         force[:, 0, 0] -= self._loaded
         return HarmonicForces(force, jacobian)
-
-    def loop_energies(self, amplitudes: Floats) -> Floats:
-        """Energies (cycles, joints) [J] of cycles of displacement amplitudes (cycles, joints, c).
-
-        By the closed form.
-        """
-        return np.asarray(self.law.dissipated_energy(np.abs(amplitudes[..., 0])))
 
     def start(self) -> LawStates:
         """A state at rest."""
@@ -226,13 +211,6 @@ class FieldGroup:
         self.stuck = _stuck(field)
         self._across = self.stuck[:, 1]
 
-    def forces(self, displacement: Floats) -> tuple[Floats, Floats]:
-        """First loading along a straight path."""
-        separation = self.field.separations + displacement[:, 2]
-        return self.assembled(
-            displacement, self.field.first_loading(displacement[:, 0], separation)
-        )
-
     def assembled(self, displacement: Floats, answer: Any) -> tuple[Floats, Floats]:
         """Forces and tangents by coordinate, from tangential and normal ones."""
         forces = np.stack(
@@ -248,10 +226,6 @@ class FieldGroup:
         tangents[:, 1, 1] = self._across
         tangents[:, 2, 0], tangents[:, 2, 2] = -tangent[:, 1, 0], -tangent[:, 1, 1]
         return forces, tangents
-
-    def loop_energies(self, amplitudes: Floats) -> Floats:
-        """Under the load at rest."""
-        return self.field.dissipated_energy(np.abs(amplitudes[..., 0]))
 
     def harmonic_forces(self, coefficients: Floats, basis: HarmonicBasis) -> HarmonicForces:
         """The settled cycle of a periodic motion."""

@@ -21,10 +21,14 @@ from microslip.structures.mesh import (
     ContactFaces,
     JointMesh,
     Shank,
+    Solids,
     check_count,
     check_elastic,
+    lines,
+    plan,
+    square_half,
+    widening,
 )
-from microslip.structures.mesh_lap import Solids, lines, plan, square_half, widening
 
 if TYPE_CHECKING:
     from microslip.structures.reduction_convergence import Convergence

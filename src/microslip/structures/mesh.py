@@ -1,16 +1,20 @@
-"""What the reduction of a bolted joint asks of a mesh, from a drawing or from a file alike."""
+"""The mesh of a bolted joint, and hexahedra for a lap from its drawing: rings around the bolts."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip._core.checks import Floats, show
+from microslip._core.checks import Floats, exact, show
 from microslip.errors import InputError
 from microslip.materials import Material
+from microslip.structures.bolts import Bolts
 
 Indices = NDArray[np.int64]
 
@@ -103,3 +107,212 @@ def check_count(hexahedra: int) -> None:
             f"the mesh would have {hexahedra} hexahedra or more, above the {_MOST_CELLS} that "
             "memory is meant for; take larger elements, such as element_size=0.01"
         )
+
+
+SIDE = 4
+"""Cells along each side of the square around a bolt, so 16 around its hole."""
+
+
+class Plan(NamedTuple):
+    """Quadrilaterals in plan: corners, and which of them are what."""
+
+    points: Floats
+    plate: list[tuple[int, ...]]
+    """Cells of the plates, outside the washers."""
+    washer: list[list[tuple[int, ...]]]
+    """Rings between hole and washer, bolt by bolt."""
+    clearance: list[list[tuple[int, ...]]]
+    """Rings between shank and hole, bolt by bolt."""
+    shank: list[list[tuple[int, ...]]]
+    """Cells of the shanks, bolt by bolt."""
+
+
+@dataclass
+class _Points:
+    """Points by their place, each once."""
+
+    scale: float
+    places: list[tuple[float, ...]] = field(default_factory=list)
+    index: dict[tuple[object, ...], int] = field(default_factory=dict)
+
+    def __call__(self, place: Iterable[float], side: object = None) -> int:
+        place = tuple(float(value) for value in place)
+        key = (side, *(round(value / self.scale) for value in place))
+        if key not in self.index:
+            self.index[key] = len(self.places)
+            self.places.append(place)
+        return self.index[key]
+
+
+def plan(columns: Floats, rows: Floats, bolts: Bolts, half: float, scale: float) -> Plan:
+    """The lap in plan: cells between columns and rows, and rings in the squares around bolts.
+
+    The grid lines [m] hold the sides of the squares, of ``half`` a side [m]; points nearer to each
+    other than ``scale`` [m] are one.
+    """
+    at = _Points(scale)
+    plate: list[tuple[int, ...]] = []
+    middle = (
+        0.5 * (columns[1:] + columns[:-1])[:, None, None],
+        0.5 * (rows[1:] + rows[:-1])[None, :, None],
+    )
+    inside = np.any(
+        (abs(middle[0] - bolts.positions[:, 0]) < half)
+        & (abs(middle[1] - bolts.positions[:, 1]) < half),
+        axis=2,
+    )
+    for i, j in zip(*np.nonzero(~inside), strict=True):
+        xs, ys = columns[[i, i + 1, i + 1, i]], rows[[j, j, j + 1, j + 1]]
+        plate.append(tuple(at(place) for place in zip(xs, ys, strict=True)))
+    count = 4 * SIDE
+    # Polygons with the area of the circles: then shanks have their stiffness and plates their mass.
+    swell = math.sqrt(2.0 * math.pi / count / math.sin(2.0 * math.pi / count))
+    angles = -0.75 * math.pi + 2.0 * math.pi * np.arange(count) / count
+    circle = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    along = np.linspace(-1.0, 1.0, SIDE + 1)[:-1]
+    unit = np.ones(SIDE)
+    square = np.concatenate(
+        [
+            np.stack(pair, axis=1)
+            for pair in ((along, -unit), (unit, along), (-along, unit), (-unit, -along))
+        ]
+    )
+    washer, clearance, shank = [], [], []
+    for centre in bolts.positions:
+
+        def ring(inner: Floats, outer: Floats, layers: int) -> list[tuple[int, ...]]:
+            cells: list[tuple[int, ...]] = []
+            for layer in range(layers):
+                near, far = (
+                    [
+                        at(centre + p + (q - p) * k / layers)  # noqa: B023
+                        for p, q in zip(inner, outer, strict=True)
+                    ]
+                    for k in (layer, layer + 1)
+                )
+                for k in range(count):
+                    n = (k + 1) % count
+                    cells.append((near[k], far[k], far[n], near[n]))
+            return cells
+
+        radii = {
+            name: 0.5 * swell * float(getattr(bolts, name)) * circle
+            for name in ("shank", "hole", "washer")
+        }
+        core = (0.5 * 0.55 * bolts.shank) * (0.75 * square + 0.25 * math.sqrt(2.0) * circle)
+        plate += ring(radii["washer"], half * square, 1)
+        washer.append(ring(radii["hole"], radii["washer"], 1))
+        clearance.append(ring(radii["shank"], radii["hole"], 1))
+        shank.append(ring(core, radii["shank"], 1) + _core(at, centre, core))
+    return Plan(np.array(at.places), plate, washer, clearance, shank)
+
+
+def _core(at: _Points, centre: Floats, border: Floats) -> list[tuple[int, ...]]:
+    """A grid inside a closed border of 4 SIDE points, by transfinite interpolation."""
+    n = SIDE
+    bottom, right = border[: n + 1], border[n : 2 * n + 1]
+    top = border[2 * n : 3 * n + 1][::-1]
+    left_side = np.concatenate([border[3 * n :], border[:1]])[::-1]
+    u = np.linspace(0.0, 1.0, n + 1)[:, None, None]
+    v = np.linspace(0.0, 1.0, n + 1)[None, :, None]
+    grid = (
+        (1 - v) * bottom[:, None] + v * top[:, None] + (1 - u) * left_side[None] + u * right[None]
+    ) - (
+        (1 - u) * (1 - v) * bottom[0]
+        + u * (1 - v) * bottom[-1]
+        + (1 - u) * v * top[0]
+        + u * v * top[-1]
+    )
+    index = [[at(centre + grid[i, j]) for j in range(n + 1)] for i in range(n + 1)]
+    return [
+        (index[i][j], index[i + 1][j], index[i + 1][j + 1], index[i][j + 1])
+        for i in range(n)
+        for j in range(n)
+    ]
+
+
+def lines(start: float, stop: float, marks: Iterable[tuple[float, float]], size: float) -> Floats:
+    """Grid lines from start to stop, with SIDE cells in each marked span and cells of a size."""
+    places = [start]
+    for low, high in sorted(marks):
+        places += list(_steps(places[-1], low, size)[1:])
+        places += list(np.linspace(low, high, SIDE + 1)[1:])
+    places += list(_steps(places[-1], stop, size)[1:])
+    return np.array(places)
+
+
+def _steps(start: float, stop: float, size: float) -> Floats:
+    count = max(1, math.ceil((stop - start) / size - 1e-9))
+    return np.linspace(start, stop, count + 1)
+
+
+def widening(start: float, stop: float, size: float, largest: float) -> Floats:
+    """Grid lines from start to stop, in either direction, cells growing by 1.4 up to a size."""
+    span, cells = abs(stop - start), [size]
+    while sum(cells) < span:
+        cells.append(min(1.4 * cells[-1], largest))
+    marks = np.concatenate([[0.0], np.cumsum(cells)]) * (span / sum(cells))
+    return start + math.copysign(1.0, stop - start) * marks
+
+
+def square_half(bolts: Bolts, lap: float, width: float) -> float:
+    """Half the side of the squares around bolts [m], between washers and what is beside them."""
+    radius = 0.5 * bolts.washer
+    # The corner of a 16-sided washer of its area lies a little outside.
+    need = 1.02 * radius
+    room = math.inf
+    for number, (x, y) in enumerate(bolts.positions, start=1):
+        if abs(x) >= 0.5 * lap or abs(y) >= 0.5 * width:
+            raise InputError(
+                f"bolt {number} at ({exact(float(x))}, {exact(float(y))}) m lies outside the lap, "
+                f"which reaches to ±{exact(0.5 * lap)} m along and ±{exact(0.5 * width)} m across"
+            )
+        beside = min(0.5 * lap - abs(x), 0.5 * width - abs(y))
+        if beside <= need:
+            raise InputError(
+                f"the washer of bolt {number} (diameter {exact(bolts.washer)} m) reaches over the "
+                f"edge of the lap, {float(beside):.4g} m from its centre"
+            )
+        room = min(room, beside)
+    for axis in (0, 1):
+        gaps = np.diff(np.unique(bolts.positions[:, axis]))
+        if gaps.size:
+            room = min(room, 0.5 * float(gaps.min()))
+    if room <= need:
+        raise InputError(
+            f"bolts need {2.0 * need:.4g} m between their rows and columns for washers of "
+            f"{exact(bolts.washer)} m, got {2.0 * room:.4g} m"
+        )
+    # Rows closer to each other than to an edge still leave a cell between their squares.
+    return min(need + 0.35 * (room - need), 1.5 * radius)
+
+
+class Solids:
+    """Hexahedra by layers over a plan; cells share corners only on the same side of the joint."""
+
+    def __init__(self, scale: float) -> None:
+        self._at = _Points(scale)
+        self.cells: list[tuple[int, ...]] = []
+
+    def extrude(
+        self,
+        points: Floats,
+        quads: Iterable[tuple[int, ...]],
+        heights: Floats,
+        sides: Iterable[object],
+    ) -> range:
+        """Put layers of cells over a plan; ``sides`` says at each height whose corners they are."""
+        start = len(self.cells)
+        sides = list(sides)
+        for quad in quads:
+            rings = [
+                [self._at((*points[corner], z), side) for corner in quad]
+                for z, side in zip(heights, sides, strict=True)
+            ]
+            self.cells += [(*low, *high) for low, high in pairwise(rings)]
+        return range(start, len(self.cells))
+
+    @property
+    def points(self) -> Floats:
+        """Corners of the cells [m]."""
+        return np.array(self._at.places)

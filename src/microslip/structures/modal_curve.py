@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,6 +16,11 @@ from microslip._core.frozen import LockedArrays
 from microslip.errors import InputError
 from microslip.report.plot import Plot
 from microslip.report.plottable import Plottable
+from microslip.structures.balance import Balance
+from microslip.structures.modal_model import ModalJoints, ModalModel
+from microslip.structures.nonlinear_mode import ModeEquations, follow
+from microslip.structures.periodic_motion import AmplitudeMeasure, HarmonicBasis
+from microslip.structures.quasi_static import QuasiStatic
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -55,6 +60,7 @@ class ModalCurve(LockedArrays, Plottable):
     message: str
     """What came of it in a sentence; where and why it stopped, and what to try."""
     _solve_by_other: Callable[[], ModalCurve] | None
+    _with_more_harmonics: Callable[[], Floats] | None
 
     def _figure(self) -> Plot:
         from microslip.structures.figures import modal_figure
@@ -88,6 +94,26 @@ class ModalCurve(LockedArrays, Plottable):
         quick, exact = curves if self.method == "quasi-static" else curves[::-1]
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.asarray(getattr(quick, name) / getattr(exact, name) - 1.0)
+
+    @property
+    def harmonic_error(self) -> Floats:
+        """What harmonics beyond the set would change of the joints' damping ratio, relative [-].
+
+        By one step of Newton's method at each amplitude with those that were left out, up to two
+        above the highest, when first asked for; NaN where nothing was solved. Above some percent
+        take ``harmonics`` beyond the set.
+        """
+        return self.harmonic_changes[:, 1]
+
+    @cached_property
+    def harmonic_changes(self) -> Floats:
+        """The same of frequency and damping ratio, (amplitudes, 2) [-]."""
+        if self._with_more_harmonics is None:
+            raise InputError(
+                "harmonic_error is of a curve by the balance of harmonics, not of one that was "
+                "read, copied or made quasi-static"
+            )
+        return self._with_more_harmonics()
 
     @property
     def loss_share(self) -> Floats:
@@ -169,4 +195,133 @@ class ModalCurve(LockedArrays, Plottable):
         )
 
     def __getstate__(self) -> dict[str, Any]:
-        return {**super().__getstate__(), "_solve_by_other": None}
+        return {**super().__getstate__(), "_solve_by_other": None, "_with_more_harmonics": None}
+
+
+class _Row(NamedTuple):
+    """A solved amplitude, by its place among them."""
+
+    place: int
+    modal_amplitude: float
+    omega: float
+    damping: float
+    shape: np.ndarray
+    loss: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class ModeSolver:
+    """A mode, the amplitudes at which it is wanted, and the damping that is added."""
+
+    model: ModalModel
+    index: int
+    amplitudes: Floats
+    measure: AmplitudeMeasure
+    basis: HarmonicBasis
+    base_damping: float
+
+    def balanced(self) -> ModalCurve:
+        """By the balance of harmonics, with continuation."""
+        joints = self._joints()
+        balance = Balance(self.model, joints, self.basis)
+        equations = ModeEquations(balance, self.index, self.measure)
+        followed = follow(equations, self.amplitudes)
+        rows = []
+        for i, solution in enumerate(followed.solutions):
+            if solution is None:
+                continue
+            q, omega, zeta = solution.point
+            modal = math.sqrt(float(np.sum(q[:, 1:3] ** 2)))
+            motions = joints.split(joints.flat.T @ q)
+            loss = [
+                self.basis.work(answer.force, motion).sum(axis=1)
+                for answer, motion in zip(solution.answers, motions, strict=True)
+            ]
+            shape = self.model.shapes @ (q[:, 1] - 1j * q[:, 2]) / modal
+            rows.append(_Row(i, modal, omega, zeta, shape, np.concatenate([*loss, np.zeros(0)])))
+        if followed.stopped_at is None:
+            message = f"solved in {followed.iterations} iterations and {followed.steps} steps"
+        else:
+            message = (
+                f"stopped beyond the amplitude {followed.stopped_at:.4g}: the balance of harmonics "
+                f"did not converge in steps of 1 %, after {followed.iterations} iterations; try "
+                "more samples, fewer harmonics, or amplitudes that end there (the mode may meet "
+                "another one, or all joints may slide)"
+            )
+
+        def more_harmonics() -> Floats:
+            changes = np.full((self.amplitudes.size, 2), np.nan)
+            for i, solution in enumerate(followed.solutions):
+                if solution is not None:
+                    changes[i] = equations.unbalanced(solution.point, float(self.amplitudes[i]))
+            return changes
+
+        return self._curve(
+            "harmonic-balance", joints, rows, followed.iterations, message, self.quasi_static,
+            more_harmonics,
+        )  # fmt: skip
+
+    def quasi_static(self) -> ModalCurve:
+        """By quasi-static modal analysis."""
+        joints = self._joints()
+        solver = QuasiStatic(self.model, joints, self.index, self.measure)
+        rows = []
+        for i, point in enumerate(solver.curve(self.amplitudes)):
+            if point is not None:
+                modal = float(np.linalg.norm(point.shape))
+                shape = self.model.shapes @ point.shape / modal
+                omega, damping = math.sqrt(point.square), solver.damping(point)
+                rows.append(_Row(i, modal, omega, damping, shape, point.loss))
+        message = f"solved in {solver.iterations} iterations"
+        if len(rows) < self.amplitudes.size:
+            reached = max((float(self.amplitudes[row.place]) for row in rows), default=math.nan)
+            where = f"beyond the amplitude {reached:.4g}" if rows else "at the first amplitude"
+            message = (
+                f"stopped {where}: the static cycle along the mode was lost; the mode may meet "
+                "another one, or all joints may slide, which "
+                'method="harmonic-balance" follows further'
+            )
+        return self._curve("quasi-static", joints, rows, solver.iterations, message, self.balanced)
+
+    def _joints(self) -> ModalJoints:
+        """The joints along the mode of sticking joints."""
+        line = np.zeros(self.model.size)
+        line[self.index] = 1.0
+        return self.model.joints(line)
+
+    def _curve(
+        self,
+        method: str,
+        joints: ModalJoints,
+        rows: list[_Row],
+        iterations: int,
+        message: str,
+        other_method: Callable[[], ModalCurve],
+        more_harmonics: Callable[[], Floats] | None = None,
+    ) -> ModalCurve:
+        count = self.amplitudes.size
+        modal, frequency, damping = np.full((3, count), np.nan)
+        shape = np.full((count, self.model.shapes.shape[0]), np.nan, dtype=complex)
+        loss = np.full((count, sum(g.stuck.shape[0] for g in joints.groups)), np.nan)
+        for row in rows:
+            i = row.place
+            modal[i], frequency[i] = row.modal_amplitude, row.omega / (2 * math.pi)
+            damping[i] = row.damping + self.base_damping
+            shape[i], loss[i] = row.shape, row.loss
+        return ModalCurve(
+            method=method,
+            index=self.index,
+            amplitude=self.amplitudes.copy(),
+            modal_amplitude=modal,
+            frequency=frequency,
+            damping_ratio=damping,
+            shape=shape,
+            loss=loss,
+            linear_frequency=math.sqrt(float(self.model.squares[self.index])) / (2.0 * math.pi),
+            base_damping=self.base_damping,
+            converged=np.isfinite(frequency),
+            iterations=iterations,
+            message=message,
+            _solve_by_other=other_method,
+            _with_more_harmonics=more_harmonics,
+        )

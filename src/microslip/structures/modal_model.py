@@ -88,10 +88,6 @@ class ModalJoints:
             for part, group in zip(self.parts, self.groups, strict=True)
         ]
 
-    def first_loading(self, displacement: Floats) -> tuple[Floats, list[Floats]]:
-        """Forces (coordinates,) on a straight path, and each group's tangents (joints, c, c)."""
-        return self.answers(displacement, [group.forces for group in self.groups])
-
     def answers(
         self, displacement: Floats, laws: Sequence[Callable[[Floats], tuple[Floats, Floats]]]
     ) -> tuple[Floats, list[Floats]]:
@@ -104,16 +100,8 @@ class ModalJoints:
             slopes.append(slope)
         return force, slopes
 
-    def tangent_forces(self, slopes: list[Floats], motion: Floats) -> Floats:
-        """Change of the forces beyond sticking for a change of the motion, by coordinate."""
-        result = -self.stuck * motion
-        for part, slope in zip(self.parts, slopes, strict=True):
-            joints, width = slope.shape[:2]
-            result[part] += (slope @ motion[part].reshape(joints, width, 1)).reshape(-1)
-        return np.asarray(result)
-
     def tangent_matrix(self, slopes: list[Floats]) -> Floats:
-        """The same as a matrix (coordinates, coordinates)."""
+        """Change of the forces beyond sticking, by coordinate (coordinates, coordinates)."""
         result = np.zeros((self.stuck.size, self.stuck.size))
         for part, slope in zip(self.parts, slopes, strict=True):
             joints, width = slope.shape[:2]

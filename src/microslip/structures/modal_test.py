@@ -2,16 +2,27 @@
 
 from __future__ import annotations
 
+import math
 import os
+import re
+from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import positive, record, show, whole_number
+from microslip._core.checks import Floats, positive, record, show, whole_number
 from microslip._core.frozen import Locked, assign, lock
+from microslip._core.units import ANGLE, FORCE, FREQUENCY, LENGTH, RATIO, Kind, factor_of
+from microslip._core.wording import did_you_mean, quoted, shorten
 from microslip.errors import InputError
+from microslip.readers.files import head_of, kind_of, usable
+from microslip.readers.tables import Named, Table, find, fits, understood
+from microslip.structures.modal_readings import Values, ring_down, stepped_sine
+from microslip.structures.periodic_motion import POWERS
+from microslip.tribometer.reading import READERS
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,8 +116,6 @@ class ModalTest(Locked):
         ModalTest
             Frequency and damping against amplitude.
         """
-        from microslip.structures.modal_readings import ring_down
-
         return cls(*ring_down(time, signal, points, quantity, band), **attributes)
 
     @classmethod
@@ -149,8 +158,6 @@ class ModalTest(Locked):
         least squares; each value then tells its own omega and zeta. After Szemplinska-Stupnicka
         (1979), DOI 10.1016/S0022-460X(79)80003-1; other modes are left out.
         """
-        from microslip.structures.modal_readings import stepped_sine
-
         return cls(
             *stepped_sine(frequency, amplitude, phase, force, points, quantity), **attributes
         )
@@ -185,7 +192,174 @@ class ModalTest(Locked):
         ModalTest
             With notes that say how it was read.
         """
-        from microslip.structures.modal_test_files import read
-
         name, notes, values = read(path, band, points, columns or {})
         return cls(*values, **{"name": name, "notes": notes, **attributes})
+
+
+TIME = Kind("time", "s", ("s", "ms", "us"))
+VELOCITY = Kind("velocity", "m/s", ("m/s", "mm/s", "um/s"))
+ACCELERATION = Kind("acceleration", "m/s^2", ("m/s^2", "mm/s^2"))
+KINDS = {
+    "time": TIME,
+    "frequency": FREQUENCY,
+    "damping_ratio": RATIO,
+    "phase": ANGLE,
+    "force": FORCE,
+    "amplitude": LENGTH,
+    "displacement": LENGTH,
+    "velocity": VELOCITY,
+    "acceleration": ACCELERATION,
+}
+"""What a column may be."""
+
+_WORDS = {
+    "time": r"time|t",
+    "frequency": r"(natural |excitation |drive )?freq(uency)?|f",
+    "damping_ratio": r"damping( ratio)?|zeta|ζ|d",
+    "phase": r"phase( angle| lag)?|phi|φ",
+    "force": r"(hammer |excitation )?force( amplitude)?|hammer",
+    "amplitude": r"amp(l|litude)?|a",
+    "displacement": r"disp(l|lacement)?( amplitude)?|x",
+    "velocity": r"vel(ocity)?( amplitude)?|v",
+    "acceleration": r"acc(el|eleration)?( amplitude)?",
+}
+_GRAVITY = 9.80665
+
+
+def modal_kind(path: str | os.PathLike[str]) -> str | None:
+    """What a file holds: a curve, a ring-down or a stepped sine; None for all else."""
+    try:
+        return _kind(_roles(understood(_table(Path(path)).columns), {}))
+    except (InputError, ValueError, OSError):
+        return None  # whoever reads it says what is wrong with it
+
+
+def read(
+    path: Any, band: Any, points: Any, columns: Mapping[str, str]
+) -> tuple[str, tuple[str, ...], Values]:
+    """See :meth:`microslip.ModalTest.read`: its name, notes and values."""
+    try:
+        place = Path(path)
+    except TypeError:
+        raise InputError(f"`path` must be a path, got {show(path)}") from None
+    name = shorten(place.name, 100)
+    for role in columns:
+        if role not in KINDS:
+            hint = did_you_mean(str(role), KINDS)
+            raise InputError(f"columns must be of {quoted(KINDS)}, got {show(role)}{hint}")
+    try:
+        table = _table(place)
+        roles = _roles(understood(table.columns), columns)
+        kind = _kind(roles)
+        if kind is None:
+            have = quoted(shorten(c.heading, 40) for c in understood(table.columns))
+            raise InputError(
+                "wanted columns of amplitude, frequency and damping ratio; of time and "
+                "displacement, velocity or acceleration; or of frequency, amplitude and phase; "
+                f"got {have}"
+            )
+        values = _values(kind, table, roles, band, points)
+    except InputError as error:
+        raise error.within(f"{name}: ") from None
+    except (ValueError, OSError) as error:
+        raise InputError(f"{name}: {error}") from None
+    used = ", ".join(f'{role} "{shorten(c.heading, 40)}"' for role, c in roles.items())
+    notes = [f"{name}: {kind}, {len(values[0])} amplitudes; {used}."]
+    if band is not None and kind == "ring-down":
+        notes.append(f"filtered to {band[0]:g} … {band[1]:g} Hz, without a shift in time.")
+    return name, tuple(notes), values
+
+
+def _table(path: Path) -> Table:
+    with usable(path, "a test of a mode"):
+        head = head_of(path)
+        kind = kind_of(head, path.suffix.lower()) if head else None
+        if kind is None:
+            raise ValueError("wanted text, MAT, TDMS, HDF5 or NumPy's, got another file")
+        return READERS[kind](path)
+
+
+def _roles(columns: list[Named], stated: Mapping[str, str]) -> dict[str, Named]:
+    """Columns by what they are; the first that is called so."""
+    roles = {role: find(columns, text, role) for role, text in stated.items()}
+    for role, words in _WORDS.items():
+        for column in columns:
+            called = column.name.casefold().replace("_", " ").strip()
+            if role in roles or column in roles.values() or not re.fullmatch(words, called):
+                continue
+            if column.unit is None or role == "damping_ratio" or _fits(column.unit, role):
+                roles[role] = column
+    # The amplitude of a stepped sine may be of any quantity, which its unit tells.
+    for column in columns:
+        called = column.name.casefold()
+        for role in POWERS:
+            if column in roles.values() or role in roles or column.unit is None:
+                continue
+            if re.match(r"(response|amp|sensor)", called) and _fits(column.unit, role):
+                roles[role] = column
+    return roles
+
+
+def _fits(unit: str, role: str) -> bool:
+    if role == "acceleration" and unit in ("g", "gn", "g_n"):
+        return True
+    return fits(unit, KINDS[role])
+
+
+def _kind(roles: Mapping[str, Named]) -> str | None:
+    moved = any(role in roles for role in POWERS)
+    if {"amplitude", "frequency", "damping_ratio"} <= set(roles):
+        return "curve"
+    if {"frequency", "phase"} <= set(roles) and (moved or "amplitude" in roles):
+        return "stepped sine"
+    # A force beside a displacement is a loop of a joint; a hammer's has an accelerometer beside it.
+    if "time" in roles and moved and not {"force", "displacement"} <= set(roles):
+        return "ring-down"
+    return None
+
+
+def _values(kind: str, table: Table, roles: dict[str, Named], band: Any, points: Any) -> Values:
+    if kind != "ring-down" and band is not None:
+        raise InputError(f"`band` is for a ring-down, this is a {kind}")
+    if kind == "curve":
+        return tuple(_column(table, roles, r) for r in ("amplitude", "frequency", "damping_ratio"))  # type: ignore[return-value]
+    signals = [role for role in POWERS if role in roles]
+    if len(signals) > 1:
+        raise InputError(
+            f"wanted one signal of the sensor, got {quoted(signals, 'and')}; take the others out"
+        )
+    if kind == "ring-down":
+        time, signal = _column(table, roles, "time"), _column(table, roles, signals[0])
+        return ring_down(time, signal, points, signals[0], band)
+    quantity = signals[0] if signals else "displacement"
+    size = _column(table, roles, signals[0] if signals else "amplitude")
+    force: Any = _column(table, roles, "force") if "force" in roles else 1.0
+    phase = _column(table, roles, "phase")
+    return stepped_sine(_column(table, roles, "frequency"), size, phase, force, points, quantity)
+
+
+def _column(table: Table, roles: Mapping[str, Named], role: str) -> Floats:
+    """Numbers of a column in SI units."""
+    column, kind = roles[role], KINDS[role]
+    (values,) = table.load([column.place])
+    bad = np.flatnonzero(~np.isfinite(values))
+    if bad.size:
+        raise InputError(
+            f'{table.where(int(bad[0]))}, column "{shorten(column.heading, 40)}": wanted a number, '
+            f"got {values[bad[0]]}"
+        )
+    unit = column.unit
+    if role == "damping_ratio":
+        percent = unit is not None and unit.lower() in ("%", "percent")
+        return np.asarray(values * 0.01 if percent else values)
+    if unit is None:
+        raise InputError(
+            f'column "{shorten(column.heading, 40)}": no unit; write it in the header, such as '
+            f'"{shorten(column.heading, 40)} [{kind.usual[0]}]"'
+        )
+    if role == "acceleration" and unit in ("g", "gn", "g_n"):
+        return np.asarray(values * _GRAVITY)
+    if role == "phase" and unit in ("deg", "°", "degrees"):
+        return np.asarray(values * (math.pi / 180.0))
+    where = f'column "{shorten(column.heading, 40)}": wanted a unit such as "{kind.usual[0]}", got '
+    return np.asarray(values * float(factor_of(unit, kind, where + show(unit))))

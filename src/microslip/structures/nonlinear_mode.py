@@ -1,35 +1,25 @@
-"""One point of a nonlinear mode: Newton's method on the balance of harmonics at an amplitude."""
+"""A nonlinear mode from amplitude to amplitude: Newton's method on the balance of harmonics."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
 from microslip._core.checks import Floats
-from microslip.structures.amplitude import AmplitudeMeasure
 from microslip.structures.balance import Balance
-from microslip.structures.contact_elimination import Bordered, solve
-from microslip.structures.gmres import gmres
 from microslip.structures.joint_groups import HarmonicForces
+from microslip.structures.newton_steps import ModePoint, ModeResidual, ModeStep
+from microslip.structures.periodic_motion import AmplitudeMeasure
 
 LARGEST_DIRECT = 900
 """Unknowns up to which the equations are solved by elimination, beyond by GMRES."""
 _ITERATIONS = 40
 _STEP = 1e-10  # relative size of the last step of Newton's method
 _STALLED = 1e-7  # residual with which a stalled line search counts as rounding
-
-
-class ModePoint(NamedTuple):
-    """A periodic motion of a nonlinear mode."""
-
-    coefficients: Floats
-    """Of the modal coordinates, (modes, size)."""
-    omega: float
-    damping: float
 
 
 class Solution(NamedTuple):
@@ -80,7 +70,20 @@ class ModeEquations:
                 break
         return Solution(point, converged, iterations, current.merit, current.answers)
 
-    def _residual(self, point: ModePoint, amplitude: float) -> _Residual:
+    def unbalanced(self, point: ModePoint, amplitude: float) -> tuple[float, float]:
+        """Relative changes of a solution's frequency and damping by a step with more harmonics."""
+        basis = self.balance.basis.richer()
+        richer = replace(self, balance=replace(self.balance, basis=basis))
+        q = np.zeros((self.balance.model.size, basis.size))
+        q[:, np.isin(basis.orders, self.balance.basis.orders)] = point.coefficients
+        padded = point._replace(coefficients=q)
+        step = richer._newton_step(padded, amplitude, richer._residual(padded, amplitude))
+        if step is None:
+            return math.nan, math.nan
+        damping = -step.damping / point.damping if point.damping else 0.0
+        return -step.omega / point.omega, damping
+
+    def _residual(self, point: ModePoint, amplitude: float) -> ModeResidual:
         balance = self.balance
         q, omega, zeta = point
         joint_forces, answers = balance.joint_forces(q)
@@ -90,19 +93,19 @@ class ModeEquations:
         size = math.sqrt(float(np.sum(q[:, 1:3] ** 2)))
         scale = np.maximum(balance.model.squares, omega**2)[:, None] * size
         merit = math.sqrt(float(np.sum((forces / scale) ** 2)) + border[0] ** 2)
-        return _Residual(
+        return ModeResidual(
             forces, border, merit, answers, by_q / amplitude**2, by_omega / amplitude**2
         )
 
     def _newton_step(
-        self, point: ModePoint, amplitude: float, current: _Residual
+        self, point: ModePoint, amplitude: float, current: ModeResidual
     ) -> ModePoint | None:
         modes, size = self.balance.shape
         q, omega, zeta = point
         velocity = self.balance.velocity(q, omega)
         by_omega = self.balance.by_omega(q, omega) - 4.0 * zeta * velocity
         columns = np.stack([by_omega, -2.0 * omega * velocity], axis=-1)
-        system = _Bordered(self.balance, self.index, point, current, columns)
+        system = ModeStep(self.balance, self.index, point, current, columns)
         damped = self.balance.model.damping is not None
         unknowns = modes if damped else min(modes, self.balance.joints.flat.shape[1])
         direct = unknowns * size <= LARGEST_DIRECT
@@ -120,151 +123,114 @@ class ModeEquations:
         return ModePoint(q, omega, point.damping - share * step.damping)
 
 
-class _Residual(NamedTuple):
-    forces: Floats
-    border: Floats
-    """Amplitude and phase."""
-    merit: float
-    answers: list[HarmonicForces]
-    by_q: Floats
-    """Derivatives of the amplitude's equation."""
-    by_omega: float
+_SMALLEST = 1e-6  # of the first amplitude: where a mode of sticking joints is to be found
+_FINEST = 0.01  # shortest step in the logarithm of the amplitude
+# -- the balance of harmonics from amplitude to amplitude ------------------------------------------
 
 
 @dataclass(frozen=True, eq=False)
-class _Bordered:
-    """The linear system of a step of Newton's method."""
+class Continuation:
+    """What came out at each amplitude."""
 
-    balance: Balance
-    index: int
-    point: ModePoint
-    current: _Residual
-    columns: Floats
-    """Derivatives of the forces by omega and zeta, (modes, size, 2)."""
+    solutions: list[Solution | None]
+    """In the order of the amplitudes; None where it was not reached."""
+    iterations: int
+    steps: int
+    stopped_at: float | None
+    """The amplitude beyond which nothing was found."""
 
-    @property
-    def _damping(self) -> float:
-        return -2.0 * self.point.damping * self.point.omega
 
-    @property
-    def _scale(self) -> Floats:
-        """Of the rows: forces of very different modes, compared by the motion they mean."""
-        return np.maximum(self.balance.model.squares, self.point.omega**2)[:, None]
+def follow(equations: ModeEquations, amplitudes: Floats) -> Continuation:
+    """Solve at rising amplitudes, each from the ones before; steps in between where it needs them.
 
-    def _right(self, unit: float) -> np.ndarray:
-        """Forces and borders of the point, scaled."""
-        forces = (self.current.forces / self._scale).reshape(-1) / unit
-        return np.append(forces, [self.current.border[0], self.current.border[1] / unit])
+    The predictor goes on straight in the logarithm of the amplitude: what grows in proportion to
+    it, as all does for sticking joints, is predicted exactly.
+    """
+    order = np.argsort(amplitudes, kind="stable")
+    solutions: list[Solution | None] = [None] * amplitudes.size
+    iterations, steps, before = 0, 0, -1
+    track: list[tuple[float, ModePoint]] = []
+    for place in order:
+        target = float(amplitudes[place])
+        if track and target == track[-1][0]:  # asked for twice
+            solution = solutions[before]
+        elif not track:
+            solution, spent, trials = _first_solution(equations, target)
+            iterations, steps = iterations + spent, steps + trials
+        else:
+            solution = None
+            stride = math.log(target / track[-1][0])
+            while True:
+                gap = math.log(target / track[-1][0])
+                ahead = min(stride, gap)
+                at = target if ahead == gap else track[-1][0] * math.exp(ahead)
+                guess = _prediction(track, at)
+                candidate = equations.solve(guess, at)
+                iterations, steps = iterations + candidate.iterations, steps + 1
+                if candidate.converged and _same_mode(candidate.point, guess):
+                    track.append((at, candidate.point))
+                    if at == target:
+                        solution = candidate
+                        break
+                    stride = 1.5 * ahead
+                else:
+                    stride = 0.5 * ahead
+                    if stride < _FINEST:
+                        break
+        if solution is None:
+            stopped = track[-1][0] if track else target
+            return Continuation(solutions, iterations, steps, stopped)
+        solutions[place], before = solution, place
+        if not track or track[-1][0] != target:
+            track.append((target, solution.point))
+        del track[:-3]
+    return Continuation(solutions, iterations, steps, None)
 
-    def eliminate(self) -> Floats | None:
-        """By Gauss's elimination, of the joints that do not stick alone where that will do."""
-        modes, size = self.balance.shape
-        if self.balance.model.damping is None:
-            return self._by_joints()
-        count = modes * size
-        matrix = np.zeros((count + 2, count + 2))
-        inner = self.balance.linear_matrix(self.point.omega, self._damping)
-        inner += self.balance.tangent_matrix(self.current.answers)
-        q = self.point.coefficients
-        unit = float(np.abs(q).max())
-        scale = self._scale
-        matrix[:count, :count] = (inner / scale[:, :, None, None]).reshape(count, count) * unit
-        omega = self.point.omega
-        matrix[:count, -2] = (self.columns[..., 0] / scale).reshape(-1) * omega
-        matrix[:count, -1] = (self.columns[..., 1] / scale).reshape(-1)
-        matrix[:count] /= unit
-        matrix[-2, :count] = self.current.by_q.reshape(-1) * unit
-        matrix[-2, -2] = self.current.by_omega * omega
-        matrix[-1, self.index * size + 2] = 1.0
-        try:
-            step = np.linalg.solve(matrix, self._right(unit))
-        except np.linalg.LinAlgError:
-            return None
-        step[:count] *= unit
-        step[-2] *= omega
-        return step
 
-    def _by_joints(self) -> Floats | None:
-        phase = np.zeros(self.balance.shape)
-        phase[self.index, 2] = 1.0
-        system = Bordered(
-            self.columns,
-            np.stack([self.current.by_q, phase]),
-            np.array([[self.current.by_omega, 0.0], [0.0, 0.0]]),
-            self.current.forces,
-            self.current.border,
-        )
-        answers = self.current.answers
-        step = solve(self.balance, answers, self.point.omega, self._damping, system)
-        return None if step is None else np.append(step[0].reshape(-1), step[1])
+def _first_solution(equations: ModeEquations, target: float) -> tuple[Solution | None, int, int]:
+    """The first amplitude: from the mode of sticking joints, further below where it must be."""
+    iterations, steps, start = 0, 0, target
+    while start > 0.9 * _SMALLEST * target:
+        guess = _sticking_mode(equations, start)
+        candidate = equations.solve(guess, start)
+        iterations, steps = iterations + candidate.iterations, steps + 1
+        if candidate.converged and _same_mode(candidate.point, guess):
+            if start == target:
+                return candidate, iterations, steps
+            rising = np.geomspace(start, target, 2 + round(math.log10(target / start)))
+            climb = follow(equations, rising)
+            return climb.solutions[-1], iterations + climb.iterations, steps + climb.steps
+        start *= 0.1
+    return None, iterations, steps
 
-    def iterate(self) -> Floats | None:
-        """By GMRES, preconditioned with the structure whose joints stick."""
-        modes, size = self.balance.shape
-        count = modes * size
-        unit = float(np.abs(self.point.coefficients).max())
-        omega = self.point.omega
-        scale = self._scale
-        solve = self._preconditioner(unit)
 
-        def product(y: Floats) -> Floats:
-            x = solve(y)
-            change = x[:count].reshape(modes, size)
-            forces = self.balance.linear(change, omega, self._damping)
-            forces += self.balance.tangent(self.current.answers, change)
-            forces /= unit
-            forces += self.columns[..., 0] * (x[-2] * omega / unit)
-            forces += self.columns[..., 1] * (x[-1] / unit)
-            border = [
-                float(np.sum(self.current.by_q * change)) + self.current.by_omega * x[-2] * omega,
-                change[self.index, 2] / unit,
-            ]
-            return np.append((forces / scale).reshape(-1), border)
+def _same_mode(point: ModePoint, guess: ModePoint) -> bool:
+    """Whether Newton's method stayed near its guess: it may land on a motion far away."""
+    a, b = point.coefficients[:, 1:3].ravel(), guess.coefficients[:, 1:3].ravel()
+    likeness = abs(float(a @ b)) / float(np.linalg.norm(a) * np.linalg.norm(b))
+    return likeness > 0.8 and 0.7 < point.omega / guess.omega < 1.4
 
-        y = gmres(product, self._right(unit), 1e-9 if self.current.merit < 1e-4 else 1e-4, 160)
-        if y is None:
-            return None
-        step = solve(y)
-        step[-2] *= omega
-        return step
 
-    def _preconditioner(self, unit: float) -> Callable[[Floats], Floats]:
-        """Solves with sticking joints; the mode's own four unknowns with their joint forces."""
-        modes, size = self.balance.shape
-        count, i = modes * size, self.index
-        omega, scale = self.point.omega, self._scale
-        orders = self.balance.basis.orders
-        square = (self.balance.model.squares[:, None] - (orders * omega) ** 2) / scale
-        damping: Floats | float = self._damping
-        if self.balance.model.damping is not None:
-            damping = damping + self.balance.model.damping.diagonal()[:, None]
-        rate = np.broadcast_to(orders * omega * damping / scale, square.shape)
-        weight = 1.0 / np.maximum(square**2 + rate**2, 1e-8)
-        cosine, sine = np.arange(1, size, 2), np.arange(2, size, 2)
-        core = np.zeros((4, 4))
-        for column in range(2):
-            change = np.zeros((modes, size))
-            change[i, 1 + column] = 1.0
-            forces = self.balance.linear(change, omega, self._damping)
-            forces += self.balance.tangent(self.current.answers, change)
-            core[:2, column] = forces[i, 1:3] / scale[i]
-        core[:2, 2] = self.columns[i, 1:3, 0] * omega / unit / scale[i]
-        core[:2, 3] = self.columns[i, 1:3, 1] / unit / scale[i]
-        core[2, :2] = self.current.by_q[i, 1:3] * unit
-        core[2, 2] = self.current.by_omega * omega
-        core[3, 1] = 1.0
-        inverse = np.linalg.pinv(core)
+def _sticking_mode(equations: ModeEquations, amplitude: float) -> ModePoint:
+    model = equations.balance.model
+    omega = math.sqrt(model.squares[equations.index])
+    shape = np.zeros(model.size)
+    shape[equations.index] = 1.0
+    q = np.zeros(equations.balance.shape)
+    q[equations.index, 1] = amplitude / equations.measure.factor(shape, omega)
+    return ModePoint(q, omega, 0.0)
 
-        def solve(y: Floats) -> Floats:
-            forces = y[:count].reshape(modes, size) * unit
-            x = np.empty_like(forces)
-            x[:, 0] = forces[:, 0] / square[:, 0]
-            a, b, w = square[:, cosine], rate[:, cosine], weight[:, cosine]
-            x[:, cosine] = w * (a * forces[:, cosine] - b * forces[:, sine])
-            x[:, sine] = w * (b * forces[:, cosine] + a * forces[:, sine])
-            # Scaled as the unknowns are: motion by its unit, frequency by itself.
-            four = inverse @ np.array([y[i * size + 1], y[i * size + 2], y[-2], y[-1]])
-            x[i, 1:3] = four[:2] * unit
-            return np.append(x.reshape(-1), four[2:])
 
-        return solve
+def _prediction(track: Sequence[tuple[float, ModePoint]], amplitude: float) -> ModePoint:
+    last, point = track[-1]
+    factor = amplitude / last
+    if len(track) == 1:
+        return point._replace(coefficients=factor * point.coefficients)
+    before, earlier = track[-2]
+    share = min(math.log(factor) / math.log(last / before), 3.0)
+    slope = point.coefficients / last - earlier.coefficients / before
+    return ModePoint(
+        amplitude * (point.coefficients / last + share * slope),
+        point.omega * (point.omega / earlier.omega) ** share,
+        point.damping + share * (point.damping - earlier.damping),
+    )

@@ -16,15 +16,19 @@ from microslip._core.frozen import lock
 from microslip._core.wording import quoted
 from microslip.errors import InputError
 from microslip.numerics.threads import single_threaded
-from microslip.structures.amplitude import Quantity, amplitude_measure, checked_amplitudes
 from microslip.structures.forced import ForcedResponse, forced_response
-from microslip.structures.harmonic_basis import harmonic_basis
 from microslip.structures.joint_groups import Attachment, FieldAttachment
 from microslip.structures.matrices import linear_modes
-from microslip.structures.modal_curve import ModalCurve
+from microslip.structures.modal_curve import ModalCurve, ModeSolver
 from microslip.structures.modal_model import ModalModel, modal_model, stuck_stiffness
-from microslip.structures.mode_solvers import ModeSolver
 from microslip.structures.motion import Motion, integrate
+from microslip.structures.periodic_motion import (
+    HARMONICS,
+    Quantity,
+    amplitude_measure,
+    checked_amplitudes,
+    harmonic_basis,
+)
 
 Method = Literal["harmonic-balance", "quasi-static"]
 
@@ -146,7 +150,7 @@ class Preload:
         index: int,
         amplitudes: ArrayLike,
         *,
-        harmonics: Sequence[int] = (1, 3),
+        harmonics: Sequence[int] = HARMONICS,
         method: Method = "harmonic-balance",
         samples: int = 64,
         at: ArrayLike | None = None,
@@ -163,7 +167,8 @@ class Preload:
             One-dimensional, above zero, of the fundamental harmonic: modal ones a = sqrt(x1^H M x1)
             [m kg^(1/2)], or what a sensor shows.
         harmonics : sequence of int, optional
-            Harmonics of the motion; its mean is always among them.
+            Harmonics of the motion; its mean is always among them. The second counts where faces
+            part; :attr:`ModalCurve.harmonic_error` tells what those beyond the set would change.
         method : {"harmonic-balance", "quasi-static"}, optional
             The reference, or the quick look. The curve tells their difference.
         samples : int, optional
@@ -209,7 +214,7 @@ class Preload:
         force: ArrayLike,
         frequencies: ArrayLike,
         *,
-        harmonics: Sequence[int] = (0, 1, 3),
+        harmonics: Sequence[int] = HARMONICS,
         samples: int = 64,
     ) -> ForcedResponse:
         """Periodic motions under a harmonic force, along a range of frequencies.

@@ -19,7 +19,6 @@ from microslip.structures.reduction import Reducer
 from microslip.structures.reduction_model import ReducedJoint
 
 _SHARE = 0.8  # of the loss, whose patches are halved in one step
-_HARMONICS = (1, 3), (1, 3, 5)
 
 
 class Change(NamedTuple):
@@ -48,7 +47,7 @@ class Convergence(Locked):
     joint: ReducedJoint
     """The model with the last patches."""
     curve: ModalCurve
-    """Its mode at the amplitudes, quasi-static."""
+    """Its mode at the amplitudes."""
     changes: tuple[Change, ...]
     """What finer patches, a finer mesh, more kept modes and more harmonics change [-]."""
     steps: tuple[tuple[int, float, float], ...]
@@ -118,7 +117,7 @@ def converge(
     def trial(boxes: Any, refined: Reducer = reducer, kept_modes: int = 14) -> _Trial:
         joint = refined.reduce(patches=boxes, kept_modes=kept_modes, **options)
         state = joint.tightened(surface, friction_coefficient)
-        return _Trial(joint, state.modes(mode, amplitudes, method="quasi-static"))
+        return _Trial(joint, state.modes(mode, amplitudes))
 
     # Elements are quadratic: more than two patches in a row in each of them say nothing new.
     narrowest = 0.9 * element_size
@@ -156,14 +155,8 @@ def converge(
     else:
         sizes = (f"{coarse.joint.full_size} degrees of freedom", str(current.joint.full_size))
         changes.append(Change("finite elements", *sizes, *_change(coarse.curve, current.curve)))
-    state = current.joint.tightened(surface, friction_coefficient)
-    coarse_curve, fine_curve = (
-        state.modes(mode, amplitudes[-1:], harmonics=orders) for orders in _HARMONICS
-    )
-    coarse_orders, fine_orders = (", ".join(map(str, orders)) for orders in _HARMONICS)
-    changes.append(
-        Change("harmonics", coarse_orders, fine_orders, *_change(coarse_curve, fine_curve))
-    )
+    missed = current.curve.harmonic_changes
+    changes.append(Change("harmonics", "0, 1, 2, 3", "0 … 5", *_largest(*missed.T)))
     return Convergence(
         current.joint, current.curve, tuple(changes), tuple(steps), tolerance, tuple(untried)
     )
@@ -187,11 +180,15 @@ def _step(trial: _Trial) -> tuple[int, float, float]:
 
 
 def _change(coarse: ModalCurve, fine: ModalCurve) -> tuple[float, float]:
-    """Relative changes of frequency and damping, each the largest by size, with its sign."""
+    """Relative changes of frequency and damping from a coarser model to a finer one."""
     pairs = (fine.frequency, coarse.frequency), (fine.damping_ratio, coarse.damping_ratio)
-    changes = (finer / coarser - 1.0 for finer, coarser in pairs)
-    frequency, damping = (float(change[np.argmax(abs(change))]) for change in changes)
-    return frequency, damping
+    return _largest(*(finer / coarser - 1.0 for finer, coarser in pairs))
+
+
+def _largest(frequency: Floats, damping: Floats) -> tuple[float, float]:
+    """The largest of the changes over the amplitudes by size, with its sign."""
+    largest = (float(change[np.argmax(abs(change))]) for change in (frequency, damping))
+    return next(largest), next(largest)
 
 
 def losing_patches(loss: Floats, share: float) -> Any:

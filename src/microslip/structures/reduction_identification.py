@@ -21,7 +21,7 @@ from microslip.structures.modal_test import ModalTest
 from microslip.structures.preload import Preload
 from microslip.structures.reduction_model import ReducedJoint
 
-_ROUNDS = 4  # of correcting quasi-static curves by the balance of harmonics
+_UNREACHED = 1e3  # standard errors
 
 
 class _Kind(NamedTuple):
@@ -143,8 +143,7 @@ def identify_modal(
 
     Notes
     -----
-    The curves in the fit are quasi-static (Lacayo and Allen 2019, DOI 10.1016/j.ymssp.2018.08.034)
-    and corrected by the balance of harmonics at the values found, until these stay.
+    The curves in the fit are those of :meth:`Preload.modes` by the balance of harmonics.
     """
     modal_tests = [tests] if isinstance(tests, ModalTest) else list(tests)
     names = _checked(fit, modal_tests)
@@ -199,21 +198,18 @@ class _Fit:
 
         kinds = [KINDS[name] for name in self.names]
         bounds = [k.coordinate(k.low) for k in kinds], [k.coordinate(k.high) for k in kinds]
+        if not all(c.converged.all() for c in self._curves(self._state(self.start)[1], self.start)):
+            raise InputError(
+                "the tests' amplitudes must be ones that the model reaches at the values that the "
+                "fit begins with; write other values, or take the largest out"
+            )
         first = [kind.coordinate(self.start[n]) for n, kind in zip(self.names, kinds, strict=True)]
-        vector = np.clip(np.array(first), *np.array(bounds))
-        correction = self._correction(self._values(vector))
-        for _ in range(_ROUNDS):
-            before = vector
-            solved = least_squares(
-                self._residuals, vector, args=(correction,), bounds=bounds, diff_step=2e-3,
-                xtol=1e-8, ftol=1e-10, max_nfev=40,
-            )  # fmt: skip
-            vector = solved.x
-            correction = self._correction(self._values(vector))
-            if np.abs(vector - before).max() < 1e-4:
-                break
+        solved = least_squares(
+            self._residuals, np.clip(np.array(first), *np.array(bounds)), bounds=bounds,
+            diff_step=2e-3, xtol=1e-8, ftol=1e-10, max_nfev=40,
+        )  # fmt: skip
         at_bounds = int((np.abs(solved.active_mask) > 0).sum())
-        return self._result(vector, solved.jac, self._residuals(vector, correction), at_bounds)
+        return self._result(solved.x, solved.jac, solved.fun, at_bounds)
 
     def _values(self, vector: Floats) -> dict[str, float]:
         pairs = zip(self.names, vector, strict=True)
@@ -225,37 +221,26 @@ class _Fit:
             joint = joint.with_form(self.form, values["form"])
         return joint, joint.tightened(self.surface, values["friction_coefficient"])
 
-    def _curves(self, values: dict[str, float], method: Any) -> list[ModalCurve]:
-        joint, state = self._state(values)
+    def _curves(self, state: Preload, values: dict[str, float]) -> list[ModalCurve]:
         return [
             state.modes(
                 test.mode,
                 test.amplitude,
-                at=joint.sensor(test.sensor),
+                at=self.joint.sensor(test.sensor),
                 damping_ratio=values["base_damping_ratio"],
-                method=method,
             )
             for test in self.tests
         ]
 
-    def _logs(self, curves: list[ModalCurve]) -> list[Floats]:
-        return [np.log(np.stack([c.frequency, c.damping_ratio])) for c in curves]
-
-    def _correction(self, values: dict[str, float]) -> list[Floats]:
-        """What the balance of harmonics adds to ln(frequency) and ln(damping)."""
-        quick = self._curves(values, "quasi-static")
-        exact = self._logs([curve.other_method for curve in quick])
-        pairs = zip(exact, self._logs(quick), strict=True)
-        return [np.where(np.isfinite(e), e - q, 0.0) for e, q in pairs]
-
-    def _residuals(self, vector: Floats, correction: list[Floats]) -> Floats:
-        logs = self._logs(self._curves(self._values(vector), "quasi-static"))
-        parts = []
-        for test, log, shift in zip(self.tests, logs, correction, strict=True):
-            measured = np.log(np.stack([test.frequency, test.damping_ratio]))
+    def _residuals(self, vector: Floats) -> Floats:
+        values = self._values(vector)
+        curves, parts = self._curves(self._state(values)[1], values), []
+        for test, curve in zip(self.tests, curves, strict=True):
             errors = np.array([[test.frequency_error], [test.damping_error]])
-            parts.append(((log + shift - measured) / errors).ravel())
-        return np.concatenate(parts)
+            logs = np.log([curve.frequency, curve.damping_ratio])
+            parts.append(((logs - np.log([test.frequency, test.damping_ratio])) / errors).ravel())
+        # An amplitude that a trial does not reach speaks against it.
+        return np.asarray(np.nan_to_num(np.concatenate(parts), nan=_UNREACHED))
 
     def _result(
         self, vector: Floats, jacobian: Floats, residuals: Floats, at_bounds: int
@@ -285,7 +270,7 @@ class _Fit:
             INSIDE.judge(float(at_bounds)),
         )
         joint, state = self._state(values)
-        curves = tuple(self._curves(values, "harmonic-balance"))
+        curves = tuple(self._curves(state, values))
         fitted = {name: values[name] for name in self.names}
         return ModalIdentification(
             fitted, intervals, correlation, misfit, curves, state, joint, verdicts

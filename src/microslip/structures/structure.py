@@ -31,11 +31,12 @@ from microslip.structures.matrices import (
     check_stiffness,
     direction_matrix,
     linear_modes,
+    load_matrices,
     rigid_count,
+    save_matrices,
     symmetric_matrix,
 )
 from microslip.structures.modal_curve import ModalCurve
-from microslip.structures.model_files import load_matrices, save_matrices
 from microslip.structures.motion import Motion
 from microslip.structures.preload import LinearModes, Preload
 from microslip.structures.static import static_state

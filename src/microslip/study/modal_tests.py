@@ -71,7 +71,7 @@ class MeasuredPart(Part):
     def _read(self, info: ValidationInfo) -> Self:
         from microslip._core.units import RATIO
         from microslip.structures import ModalTest
-        from microslip.structures.modal_test_files import modal_kind
+        from microslip.structures.modal_test import modal_kind
 
         reading = Reading.of(info)
         path = reading.path(self.file)

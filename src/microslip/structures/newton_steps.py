@@ -7,6 +7,8 @@ coefficients of modes near resonance, and the borders.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -17,6 +19,28 @@ from microslip.structures.joint_groups import HarmonicForces
 
 _STUCK = 1e-13  # of the stiffness at rest: tangents that differ by less are those of sticking
 _NEAR = 0.05  # of the larger square of frequencies: compliances beyond are solved for, not inverted
+
+
+class ModePoint(NamedTuple):
+    """A periodic motion of a nonlinear mode."""
+
+    coefficients: Floats
+    """Of the modal coordinates, (modes, size)."""
+    omega: float
+    damping: float
+
+
+class ModeResidual(NamedTuple):
+    """What the equations of a mode miss at a point."""
+
+    forces: Floats
+    border: Floats
+    """Amplitude and phase."""
+    merit: float
+    answers: list[HarmonicForces]
+    by_q: Floats
+    """Derivatives of the amplitude's equation."""
+    by_omega: float
 
 
 class Bordered(NamedTuple):
@@ -186,3 +210,171 @@ def _loose(balance: Balance, answers: list[HarmonicForces]) -> list[_Loose]:
         columns = directions[:, joints][:, :, coordinates].reshape(directions.shape[0], -1)
         result.append(_Loose(columns, selected.reshape(joints.size, width, width)))
     return result
+
+
+@dataclass(frozen=True, eq=False)
+class ModeStep:
+    """The linear system of a step of Newton's method."""
+
+    balance: Balance
+    index: int
+    point: ModePoint
+    current: ModeResidual
+    columns: Floats
+    """Derivatives of the forces by omega and zeta, (modes, size, 2)."""
+
+    @property
+    def _damping(self) -> float:
+        return -2.0 * self.point.damping * self.point.omega
+
+    @property
+    def _scale(self) -> Floats:
+        """Of the rows: forces of very different modes, compared by the motion they mean."""
+        return np.maximum(self.balance.model.squares, self.point.omega**2)[:, None]
+
+    def _right(self, unit: float) -> np.ndarray:
+        """Forces and borders of the point, scaled."""
+        forces = (self.current.forces / self._scale).reshape(-1) / unit
+        return np.append(forces, [self.current.border[0], self.current.border[1] / unit])
+
+    def eliminate(self) -> Floats | None:
+        """By Gauss's elimination, of the joints that do not stick alone where that will do."""
+        modes, size = self.balance.shape
+        if self.balance.model.damping is None:
+            return self._by_joints()
+        count = modes * size
+        matrix = np.zeros((count + 2, count + 2))
+        inner = self.balance.linear_matrix(self.point.omega, self._damping)
+        inner += self.balance.tangent_matrix(self.current.answers)
+        q = self.point.coefficients
+        unit = float(np.abs(q).max())
+        scale = self._scale
+        matrix[:count, :count] = (inner / scale[:, :, None, None]).reshape(count, count) * unit
+        omega = self.point.omega
+        matrix[:count, -2] = (self.columns[..., 0] / scale).reshape(-1) * omega
+        matrix[:count, -1] = (self.columns[..., 1] / scale).reshape(-1)
+        matrix[:count] /= unit
+        matrix[-2, :count] = self.current.by_q.reshape(-1) * unit
+        matrix[-2, -2] = self.current.by_omega * omega
+        matrix[-1, self.index * size + 2] = 1.0
+        try:
+            step = np.linalg.solve(matrix, self._right(unit))
+        except np.linalg.LinAlgError:
+            return None
+        step[:count] *= unit
+        step[-2] *= omega
+        return step
+
+    def _by_joints(self) -> Floats | None:
+        phase = np.zeros(self.balance.shape)
+        phase[self.index, 2] = 1.0
+        system = Bordered(
+            self.columns,
+            np.stack([self.current.by_q, phase]),
+            np.array([[self.current.by_omega, 0.0], [0.0, 0.0]]),
+            self.current.forces,
+            self.current.border,
+        )
+        answers = self.current.answers
+        step = solve(self.balance, answers, self.point.omega, self._damping, system)
+        return None if step is None else np.append(step[0].reshape(-1), step[1])
+
+    def iterate(self) -> Floats | None:
+        """By GMRES, preconditioned with the structure whose joints stick."""
+        modes, size = self.balance.shape
+        count = modes * size
+        unit = float(np.abs(self.point.coefficients).max())
+        omega = self.point.omega
+        scale = self._scale
+        solve = self._preconditioner(unit)
+
+        def product(y: Floats) -> Floats:
+            x = solve(y)
+            change = x[:count].reshape(modes, size)
+            forces = self.balance.linear(change, omega, self._damping)
+            forces += self.balance.tangent(self.current.answers, change)
+            forces /= unit
+            forces += self.columns[..., 0] * (x[-2] * omega / unit)
+            forces += self.columns[..., 1] * (x[-1] / unit)
+            border = [
+                float(np.sum(self.current.by_q * change)) + self.current.by_omega * x[-2] * omega,
+                change[self.index, 2] / unit,
+            ]
+            return np.append((forces / scale).reshape(-1), border)
+
+        y = gmres(product, self._right(unit), 1e-9 if self.current.merit < 1e-4 else 1e-4, 160)
+        if y is None:
+            return None
+        step = solve(y)
+        step[-2] *= omega
+        return step
+
+    def _preconditioner(self, unit: float) -> Callable[[Floats], Floats]:
+        """Solves with sticking joints; the mode's own four unknowns with their joint forces."""
+        modes, size = self.balance.shape
+        count, i = modes * size, self.index
+        omega, scale = self.point.omega, self._scale
+        orders = self.balance.basis.orders
+        square = (self.balance.model.squares[:, None] - (orders * omega) ** 2) / scale
+        damping: Floats | float = self._damping
+        if self.balance.model.damping is not None:
+            damping = damping + self.balance.model.damping.diagonal()[:, None]
+        rate = np.broadcast_to(orders * omega * damping / scale, square.shape)
+        weight = 1.0 / np.maximum(square**2 + rate**2, 1e-8)
+        cosine, sine = np.arange(1, size, 2), np.arange(2, size, 2)
+        core = np.zeros((4, 4))
+        for column in range(2):
+            change = np.zeros((modes, size))
+            change[i, 1 + column] = 1.0
+            forces = self.balance.linear(change, omega, self._damping)
+            forces += self.balance.tangent(self.current.answers, change)
+            core[:2, column] = forces[i, 1:3] / scale[i]
+        core[:2, 2] = self.columns[i, 1:3, 0] * omega / unit / scale[i]
+        core[:2, 3] = self.columns[i, 1:3, 1] / unit / scale[i]
+        core[2, :2] = self.current.by_q[i, 1:3] * unit
+        core[2, 2] = self.current.by_omega * omega
+        core[3, 1] = 1.0
+        inverse = np.linalg.pinv(core)
+
+        def solve(y: Floats) -> Floats:
+            forces = y[:count].reshape(modes, size) * unit
+            x = np.empty_like(forces)
+            x[:, 0] = forces[:, 0] / square[:, 0]
+            a, b, w = square[:, cosine], rate[:, cosine], weight[:, cosine]
+            x[:, cosine] = w * (a * forces[:, cosine] - b * forces[:, sine])
+            x[:, sine] = w * (b * forces[:, cosine] + a * forces[:, sine])
+            # Scaled as the unknowns are: motion by its unit, frequency by itself.
+            four = inverse @ np.array([y[i * size + 1], y[i * size + 2], y[-2], y[-1]])
+            x[i, 1:3] = four[:2] * unit
+            return np.append(x.reshape(-1), four[2:])
+
+        return solve
+
+
+def gmres(
+    product: Callable[[Floats], Floats], right: Floats, tolerance: float, iterations: int
+) -> Floats | None:
+    """Saad and Schultz's method without restarts; None where it does not get there."""
+    start = float(np.linalg.norm(right))
+    if start == 0.0:
+        return np.zeros_like(right)
+    basis = np.empty((iterations + 1, right.size))
+    basis[0] = right / start
+    upper = np.zeros((iterations + 1, iterations))
+    for j in range(iterations):
+        vector = product(basis[j])
+        for _ in range(2):  # once more, for orthogonality to rounding
+            parts = basis[: j + 1] @ vector
+            vector = vector - parts @ basis[: j + 1]
+            upper[: j + 1, j] += parts
+        upper[j + 1, j] = np.linalg.norm(vector)
+        if upper[j + 1, j] > 0.0:
+            basis[j + 1] = vector / upper[j + 1, j]
+        if j % 8 == 7 or j == iterations - 1 or upper[j + 1, j] <= 1e-14:
+            head = np.zeros(j + 2)
+            head[0] = start
+            weights, *_ = np.linalg.lstsq(upper[: j + 2, : j + 1], head, rcond=None)
+            miss = float(np.linalg.norm(upper[: j + 2, : j + 1] @ weights - head))
+            if miss <= tolerance * start:
+                return np.asarray(weights @ basis[: j + 1])
+    return None

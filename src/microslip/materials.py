@@ -6,12 +6,14 @@ import math
 import sys
 import warnings
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 from types import MappingProxyType
 
-from microslip._core.checks import exact, number, positive, show
+from microslip._core.checks import exact, show
 from microslip._core.frozen import assign
+from microslip._core.parameters import parameter, parameters_of
+from microslip._core.units import HARDNESS
 from microslip.errors import InputError
 
 
@@ -36,23 +38,25 @@ class Material:
         and 1.3 MPa, is asked back: more likely it was meant in GPa or MPa. It is taken as it is.
     """
 
-    young_modulus: float
-    poisson_ratio: float
-    hardness: float | None = None
+    young_modulus: float = field(
+        metadata=parameter("E", "Pa", "Young's modulus E", above=0.0, example=69e9)
+    )
+    poisson_ratio: float = field(
+        metadata=parameter("nu", "", "Poisson's ratio", above=-1.0, most=0.5, example=0.33)
+    )
+    hardness: float | None = field(
+        default=None,
+        metadata=parameter(
+            "H", meaning="indentation hardness", kind=HARDNESS, above=0.0, example=1.2e9
+        ),
+    )
 
     def __post_init__(self) -> None:
         if isinstance(self.young_modulus, float) and self.young_modulus == math.inf:
             raise InputError(
                 "`young_modulus` must be finite, got inf; a rigid body is Material.rigid()"
             )
-        modulus = positive("young_modulus", self.young_modulus, "Pa", 69e9)
-        ratio = number("poisson_ratio", self.poisson_ratio, "", 0.33)
-        if not -1.0 < ratio <= 0.5:
-            raise InputError(f"`poisson_ratio` must be in (-1, 0.5], got {exact(ratio)}")
-        hardness = self.hardness
-        if hardness is not None:
-            hardness = positive("hardness", hardness, "Pa", 1e9)
-        assign(self, young_modulus=modulus, poisson_ratio=ratio, hardness=hardness)
+        assign(self, **{p.name: p.checked(getattr(self, p.name)) for p in parameters_of(Material)})
         self._ask_back()
 
     def _ask_back(self) -> None:

@@ -185,7 +185,7 @@ def test_poisson_ratio_refused(value: object, message: str) -> None:
         (math.inf, "hardness must be a finite number in Pa, got inf"),
         (
             "1 GPa",
-            "hardness must be a finite number in Pa, got '1 GPa', for example hardness=1e+09",
+            "hardness must be a finite number in Pa, got '1 GPa', for example hardness=1.2e+09",
         ),
         (False, "hardness must be a finite number in Pa, got False"),
     ],

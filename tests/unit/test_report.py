@@ -14,7 +14,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from pydantic import BaseModel
 from studies import AMPLITUDES, GAUSSIAN, LOADS, MATERIAL, SURFACE, SURFACES, edited
 
 import microslip as ms
@@ -30,6 +29,7 @@ from microslip.results.predicted import study_facts, tables
 from microslip.results.predicted.document import document
 from microslip.results.predicted.figures import _CAPTIONS, FIGURES, names
 from microslip.study import schema, surfaces
+from microslip.study.part import Part
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "al2017.toml"
 OSCILLATOR = '[oscillator]\nmass = "2 kg"\nstiffness = "100 MN/m"\nviscous_damping_ratio = 0.001\n'
@@ -383,34 +383,27 @@ def test_many_loads_are_counted() -> None:
 # -- study --------------------------------------------------------------------------------------
 
 
-def parts(model: type[BaseModel]) -> Iterator[type[BaseModel]]:
+def parts(model: type[Part]) -> Iterator[type[Part]]:
     yield model
-    for field in model.model_fields.values():
-        for found in models(field.annotation):
+    for item in model.keys.values():
+        for _, found in item.reader.tables():
             yield from parts(found)
-
-
-def models(annotation: Any) -> Iterator[type[BaseModel]]:
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        yield annotation
-    for inner in getattr(annotation, "__args__", ()):
-        yield from models(inner)
 
 
 @pytest.mark.parametrize(
     "model",
     sorted(
         {p for name in ("surface", "joint", "excitation", "oscillator", "material")
-         for m in models(schema.StudyTables.model_fields[name].annotation) for p in parts(m)},
+         for _, m in schema.StudyTables.keys[name].reader.tables() for p in parts(m)},
         key=lambda model: model.__name__,  # a set has no order that two processes agree on
     ),
     ids=lambda model: model.__name__,
 )  # fmt: skip
-def test_every_key_of_a_study_has_its_words(model: type[BaseModel]) -> None:
+def test_every_key_of_a_study_has_its_words(model: type[Part]) -> None:
     own = {item.name for item in parameters_of(getattr(model, "describes", type(None)))}
-    for key in model.model_fields.keys() - own:
+    for key in {*model.attributes.values()} - own:
         apart = ("curve", "history", "quantity", "load_variation", "first", "second")
-        varies = tuple(schema.LoadVariation.model_fields)  # one row of its own
+        varies = tuple(schema.LoadVariation.keys)  # one row of its own
         assert key in study_facts.KEYS or key in (*study_facts._ELSEWHERE, *apart, *varies)
 
 
@@ -529,8 +522,5 @@ def test_files_are_grouped_by_what_they_hold() -> None:
 
 
 def test_no_law_is_without_its_words() -> None:
-    laws = {
-        model.model_fields["law"].annotation.__args__[0]  # type: ignore[union-attr]
-        for model in models(surfaces.AnySurface)
-    }
+    laws = {model.tag_value("law") for model in surfaces.SURFACE_TABLES.values()}
     assert laws == set(study_facts.LAWS)

@@ -265,7 +265,11 @@ def test_heights_by_a_table_of_their_density(home: Path) -> None:
     ("old", "new", "message"),
     [
         ('"2 1/um", "0 1/um"', '"2 1/um"', "surface.heights.density: must have one value for each"),
-        ('"2 1/um"', '"-2 1/um"', "surface.heights.density: must not be below zero"),
+        (
+            '"2 1/um"',
+            '"-2 1/um"',
+            "surface.heights.density, item 2: wanted a number per length of zero",
+        ),
         ('"2 1/um"', '"2"', "surface.heights.density, item 2: wanted a number per length such as"),
         ("height =", "hight =", 'surface.heights.hight: unknown key; did you mean "height"?'),
     ],

@@ -411,9 +411,9 @@ WRONG = {
     "values": ({"MU": "{ values = [0.5] }"}, "wanted two values or more in a list"),
     "spelling": ({"MU": "{ mean = 0.5, vc = 0.1 }"}, "got a table with \"mean\" and \"vc\""),
     "zero samples": ({"MORE": ", seed = -1"}, "uncertainty.seed"),
-    "quantiles": ({"MORE": ", quantiles = [0.0]"}, "a number above 0 and below 1"),
+    "quantiles": ({"MORE": ", quantiles = [0.0]"}, "a number in (0, 1)"),
     "method": ({"MORE": ', method = "latin"'}, '"sobol" or "random"'),
-    "one": ({"MORE": f", correlations = {PAIR % (KEYS, '1.0')}"}, "above -1 and below 1"),
+    "one": ({"MORE": f", correlations = {PAIR % (KEYS, '1.0')}"}, "a number in (-1, 1)"),
     "itself": (
         {"MORE": f", correlations = {PAIR % (TWICE, 0.5)}"},
         "wanted the keys of two different numbers",

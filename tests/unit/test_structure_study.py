@@ -300,7 +300,7 @@ def test_spreads_are_the_distributions_that_they_are_called() -> None:
     [
         ("low = 0.1, high = 0.6", "low = 0.6, high = 0.1", "joint.friction_coefficient: wanted low below high"),
         ("low = 0.1, high = 0.6", "low = 0.6", "joint.friction_coefficient: wanted a value such as 0.55, { low"),
-        ("low = 0.1, high = 0.6", "low = -0.6, high = 1.0", "joint.friction_coefficient: wanted a positive number"),
+        ("low = 0.1, high = 0.6", "low = -0.6, high = 1.0", "joint.friction_coefficient: wanted a number above zero"),
         ("cv = 0.15", "cv = 15", "structure.bolts.tension: wanted cv above 0 and at most 1, such as 0.15, got 15"),
         ('mean = "5 kN", cv', 'mean = "5 mm", cv', "structure.bolts.tension: wanted a force"),
         ('positions = ["0 mm"]', 'positions = ["40 mm"]', "structure: bolt 1 at (0.04, 0) m lies outside the lap"),

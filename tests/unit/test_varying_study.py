@@ -420,13 +420,13 @@ WRONG = [
     ('share = 0.2, amplitude = "100 N"', f"{KEY}: {SIZES} both"),
     ("amplitude = 0.2", f'{KEY}.amplitude: wanted a force such as "2 kN", got 0.2 (a number without a unit)'),
     ('amplitude = "600 N"', f"{KEY}.amplitude: wanted at most the normal load 500 N, got 600 N (the load would go below zero)"),
-    ("share = 1.2", f"{KEY}.share: wanted a number above 0 and at most 1 such as 0.2, got 1.2"),
+    ("share = 1.2", f"{KEY}.share: wanted a number in (0, 1] such as 0.2, got 1.2"),
     ("share = 0.2, phase = 90", f"{ANGLE}90 (a number without a unit)"),
     ('share = 0.2, phase = "90 N"', f'{ANGLE}"90 N" (a force)'),
     ('share = 0.2, phase = "90 %"', f'{ANGLE}"90 %" (wanted in deg or rad)'),
-    ('share = 0.2, phase = "400 deg"', f'{ANGLE}"400 deg" (more than a turn)'),
-    ("share = 0.2, harmonic = 0", f"{KEY}.harmonic: wanted a whole number from 1 to 10, such as 2, got 0"),
-    ("share = 0.2, harmonic = 1.5", f"{KEY}.harmonic: wanted a whole number from 1 to 10, such as 2, got 1.5"),
+    ('share = 0.2, phase = "400 deg"', "excitation.load_variation.phase: wanted an angle in [-6.28319, 6.28319] [rad] (a turn at most), got \"400 deg\""),
+    ("share = 0.2, harmonic = 0", f"{KEY}.harmonic: wanted a whole number from 1 to 10 such as 2, got 0"),
+    ("share = 0.2, harmonic = 1.5", f"{KEY}.harmonic: wanted a whole number from 1 to 10 such as 2, got 1.5"),
     ("share = 0.2, fase = 1", f'{KEY}.fase: unknown key; did you mean "phase"?'),
 ]  # fmt: skip
 
@@ -526,7 +526,7 @@ def test_check_refuses_what_predict_refuses(surface: str, share: float) -> None:
 
 
 WRONG_RECORDS = [
-    ("x [um],N [kN]\n0,1\n1,-0.2\n", "x", "displacement", "excitation.history.normal_load: record.csv: wanted loads of zero or more, got -200 N in row 2 of the numbers"),
+    ("x [um],N [kN]\n0,1\n1,-0.2\n", "x", "displacement", "excitation.history.normal_load: record.csv: line 3, column \"N [kN]\": wanted a force of zero or more [N], got \"-0.2\""),
     ("x [um],load [kN]\n0,1\n1,1\n", "x", "displacement", 'excitation.history.normal_load: record.csv: no column "N"; the columns are "x [um]" and "load [kN]"'),
     ("x [um],N\n0,1\n1,1\n", "x", "displacement", 'excitation.history.normal_load: record.csv: column "N": no unit; write it in the header, such as "[N]", or unit = "N"'),
     ("x [um],N [um]\n0,1\n1,1\n", "x", "displacement", 'excitation.history.normal_load: record.csv: column "N [um]": wanted a unit such as "N", got "um" (a length)'),

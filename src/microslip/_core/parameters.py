@@ -132,7 +132,7 @@ class Parameter:
         return isinstance(self.kind, Kind)
 
     @property
-    def shown(self) -> str:
+    def example_text(self) -> str:
         """Its example as a file or a command line has it, without quotes."""
         value = self.example
         if isinstance(value, str):
@@ -148,7 +148,7 @@ class Parameter:
     @property
     def written(self) -> str:
         """Its example as TOML; "" where there is none."""
-        text = self.shown
+        text = self.example_text
         return text if self.kind in (float, int, bool) or not text else f'"{text}"'
 
     @property
@@ -156,6 +156,8 @@ class Parameter:
         """What it may be, in words: "above zero [N/m]", "in [0, 1)"."""
         in_unit = f" [{self.unit}]" if self.unit else ""
         low, high = max(self.above, self.least), min(self.most, self.below)
+        if self.kind is int and math.isfinite(low) and math.isfinite(high):
+            return f"from {low} to {high}"
         if math.isfinite(low) and math.isfinite(high):
             opening = "(" if self.above >= self.least else "["
             right = ")" if self.below <= self.most else "]"
@@ -170,7 +172,7 @@ class Parameter:
         return f"a finite number{in_unit}"
 
     @property
-    def wanted(self) -> str:
+    def values_in_words(self) -> str:
         """What its values are, in words with an example, as an edge wants them."""
         if self.choices:
             return quoted((*self.choices, *(self.none,) * bool(self.none)))
@@ -184,11 +186,16 @@ class Parameter:
         elif self.noun or self.kind is str:
             noun = self.noun or "text"
         else:
-            noun = "a whole number" if self.kind is int else "a number"
-            limits = "" if self.allowed.startswith("a finite") else self.allowed
-            joined = " of " if limits.startswith(("at", "zero")) else " "
-            noun += joined + limits if limits else ""
+            noun = self.limited("a whole number" if self.kind is int else "a number")
         return f"{noun} such as {written}" if written else noun
+
+    def limited(self, noun: str) -> str:
+        """A noun with what it may be."""
+        limits = self.allowed
+        if limits.startswith("a finite"):
+            return noun
+        why = f" ({self.why})" if self.why else ""
+        return f"{noun} {'of ' * limits.startswith(('at', 'zero'))}{limits}{why}"
 
     # -- as a number ---------------------------------------------------------------------------
 
@@ -274,7 +281,7 @@ class Parameter:
         try:
             return self.read_item(value)
         except WrongValue as error:
-            raise InputError(f"`{self.name}` must be {error.wanted}, got {error.came}") from None
+            raise InputError(f"`{self.name}` must be {error.expected}, got {error.came}") from None
 
     def _allowed_instead(self, value: float) -> str:
         """What would have been allowed in place of a value; nothing for one that is."""
@@ -326,11 +333,11 @@ class Parameter:
         if isinstance(self.kind, Kind):
             if self.bare and _is_number(raw_value):
                 raw_value = f"{raw_value} {self.unit}".strip()
-            example = f'{self.shown}", or "{self.none}' if self.none else self.shown
+            example = f'{self.example_text}", or "{self.none}' if self.none else self.example_text
             sign: Sign = "positive" if self.is_positive else "any"
             value = to_si(raw_value, self.kind, example, sign)
             if not self.holds(value):
-                raise WrongValue(f"{self.kind.with_article} {self.allowed}", show(raw_value))
+                raise WrongValue(self.limited(self.kind.with_article), show(raw_value))
             return value
         if self.choices:
             if raw_value not in self.choices:
@@ -362,7 +369,7 @@ class Parameter:
         return int(min(self.most, 1000))
 
     def _refuse(self, raw_value: object, hint: str = "") -> NoReturn:
-        raise WrongValue(self.wanted, f"{show(raw_value)}{hint}")
+        raise WrongValue(self.values_in_words, f"{show(raw_value)}{hint}")
 
     # -- as an editor knows it -----------------------------------------------------------------
 
@@ -375,7 +382,7 @@ class Parameter:
             several |= {"minItems": low, "maxItems": high}
             item = several if low > 1 else {"anyOf": [item, several]}
         if self.none:
-            examples = [self.shown, self.none] if self.shown else [self.none]
+            examples = [self.example_text, self.none] if self.example_text else [self.none]
             return {"anyOf": [item, {"const": self.none}], "examples": examples}
         return item
 
@@ -384,12 +391,12 @@ class Parameter:
         if isinstance(self.kind, Kind):
             signs = r"\+?" if self.is_positive else "[+\N{MINUS SIGN}-]?"
             unit = self.kind.pattern or UNIT_PATTERN
-            noun = f'{self.kind.with_article} with its unit, such as "{self.shown}".'
+            noun = f'{self.kind.with_article} with its unit, such as "{self.example_text}".'
             quantity: JsonSchema = {
                 "type": "string",
                 "pattern": rf"^\s*{signs}{_NUMBER_PATTERN}\s*{unit}$",
                 "description": f"{noun[:1].upper()}{noun[1:]}",
-                "examples": [self.shown],
+                "examples": [self.example_text],
             }
             return {"anyOf": [{"type": "number"}, quantity]} if self.bare else quantity
         if self.choices:
@@ -406,9 +413,9 @@ class Parameter:
 class WrongValue(ValueError):
     """A value that an edge cannot use: what was wanted, and what came."""
 
-    def __init__(self, wanted: str, came: str) -> None:
-        super().__init__(f"wanted {wanted}, got {came}")
-        self.wanted, self.came = wanted, came
+    def __init__(self, expected: str, came: str) -> None:
+        super().__init__(f"wanted {expected}, got {came}")
+        self.expected, self.came = expected, came
 
 
 def _is_number(raw_value: object) -> bool:

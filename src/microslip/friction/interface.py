@@ -61,7 +61,12 @@ class Interface(CoupledLaw):
     surface: NormalLaw
     friction_coefficient: float = field(
         metadata=parameter(
-            "mu", meaning="coefficient of friction", above=0.0, search=(1e-3, 10.0), log=True
+            "mu",
+            meaning="coefficient of friction",
+            above=0.0,
+            search=(1e-3, 10.0),
+            log=True,
+            example=0.55,
         )
     )
     # Both are always set after creation.

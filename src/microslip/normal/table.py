@@ -298,7 +298,7 @@ def _check_table(d: Floats, n: Floats, tail: str | None) -> None:
     if tail is None and n[-1] > 0.0:
         raise InputError(
             f"`load` must end at zero, got {n[-1]:g} N at the last separation; add the point "
-            'where contact ends or state tail="exponential"'
+            'where contact ends or state `tail="exponential"`'
         )
     if tail is not None and n[-1] == 0.0:
         raise InputError("`tail` must be None where the load ends at zero")

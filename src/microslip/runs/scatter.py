@@ -81,12 +81,10 @@ def with_amplitudes(study: StudyDescription, amplitudes: Floats, grid: Floats) -
     if excitation.amplitudes is None and excitation.force_amplitudes is None:
         changes["amplitudes"] = tuple(amplitudes.tolist())
     if excitation.curve is None:
-        changes["curve"] = Curve.model_construct(
-            start=float(grid[0]), to=float(grid[-1]), points=grid.size
-        )
-    changed = excitation.model_copy(update=changes)
+        changes["curve"] = Curve.of(start=float(grid[0]), to=float(grid[-1]), points=grid.size)
+    changed = excitation.copy(**changes)
     alone = {"excitation": changed, "structure": None}
-    copy: StudyDescription = study.model_copy(update=alone)
+    copy: StudyDescription = study.copy(**alone)
     return copy
 
 

@@ -1,4 +1,4 @@
-"""Floor 10: from what a study says to the surface and the joints that it describes."""
+"""From what a study says to the surface and the joints that it describes."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def build_surface(study: StudyDescription) -> NormalLaw:
     law = study._law or build_summits(study)
     if not isinstance(study.joint, Joint):
         return law
-    with blame(study, "joint", type(study.joint).model_fields):
+    with blame(study, "joint", study.joint.keys):
         return study.joint.tightened(law)
 
 
@@ -30,14 +30,14 @@ def build_summits(study: StudyDescription) -> NormalLaw:
     """Normal law of the surface as it was made."""
     materials = {}
     for name, material in study.material.items():
-        with blame(study, f"material.{name}", type(material).model_fields):
+        with blame(study, f"material.{name}", material.keys):
             materials[name] = material.build()
     surface = study.surface
     assert surface is not None  # an interface has one
     with blame(study, "surface.materials"):
         first, second = surface.materials
         pair = MaterialPair(materials[first], materials[second])
-    with blame(study, "surface", type(surface).model_fields):
+    with blame(study, "surface", surface.keys):
         law: NormalLaw = surface.build(pair)
         return law
 
@@ -66,7 +66,7 @@ def build_as_made(study: StudyDescription) -> tuple[Interface, list[str]]:
     if not without:
         return build_joints(study)[0], []
     assert isinstance(study.joint, Joint)  # only an interface has them
-    pressed_evenly = study.joint.model_copy(update=dict.fromkeys(without))
+    pressed_evenly = study.joint.copy(**dict.fromkeys(without))
     joint = cast(Interface, pressed_evenly.build(build_summits(study), study.joint.normal_load[0]))
     return joint, [f"joint.{key}" for key in without]
 

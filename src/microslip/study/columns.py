@@ -1,43 +1,44 @@
-"""Floor 8: a column of a CSV file, with its unit, as SI floats."""
+"""A column of a CSV file, with its unit, as SI floats."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
 from decimal import Decimal
-from typing import Annotated, Any, NamedTuple
+from typing import Any
 
-from pydantic import GetCoreSchemaHandler, ValidationInfo
-from pydantic_core import CoreSchema, core_schema
-
-from microslip._core.units import LARGEST, SMALLEST, Kind, Sign, factor_of, is_unit, times
+from microslip._core.parameters import REQUIRED, JsonSchema, Parameter, option
+from microslip._core.units import LARGEST, SMALLEST, Kind, factor_of, is_unit, times
 from microslip._core.wording import shorten, show
 from microslip.readers.dialect import with_hyphen
 from microslip.readers.files import usable
 from microslip.readers.tables import Named, find, understood
 from microslip.readers.text import TextFile, open_text
-from microslip.study.part import Check, Part, Reading, optional, required
+from microslip.study.part import FAILED, Items, Part, Place, key
 
 MAX_BYTES = 256_000_000
 MAX_ROWS = 1_000_000
+MAX_VALUES = 1_000_000
 
 _NUMBER = re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?", re.ASCII)
 
-
-def text(description: str, longest: int = 1000) -> Check:
-    """Text on one line."""
-
-    def check(raw_value: object) -> object:
-        if isinstance(raw_value, str) and raw_value.isprintable() and 0 < len(raw_value) <= longest:
-            return raw_value
-        raise ValueError(f"wanted {description}, got {show(raw_value)}")
-
-    return Check(check, lambda inner: {**inner, "minLength": 1, "maxLength": longest})
-
-
-FileName = Annotated[str, text('the name of a CSV file such as "record.csv"')]
-ColumnName = Annotated[str, text('the name of a column such as "x"')]
-UnitName = Annotated[str, text('a unit such as "um"')]
+FILE = option(
+    "file",
+    "CSV file with a line of column names; relative to the folder of the study.",
+    noun="the name of a CSV file",
+    example="record.csv",
+)
+COLUMN = option(
+    "column",
+    'Name of the column, with or without the unit of its header: "x" or "x [um]".',
+    noun="the name of a column",
+    example="x",
+)
+COLUMN_UNIT = option(
+    "unit",
+    'Unit of the column; not needed where its header has one, "[um]" or "(um)".',
+    noun="a unit",
+    example="um",
+)
 
 
 class SiValues(tuple[float, ...]):
@@ -49,56 +50,59 @@ class SiValues(tuple[float, ...]):
 class Column(Part):
     """A column of a CSV file: its header says the unit, as in "x [um]", or `unit` does."""
 
-    file: FileName = required(
-        "CSV file with a line of column names; relative to the folder of the study.", '"record.csv"'
+    file: str = key(FILE, default=REQUIRED)
+    column: str = key(COLUMN, default=REQUIRED)
+    unit: str | None = key(COLUMN_UNIT)
+
+    def values(self, declared: Parameter, place: Place) -> SiValues:
+        """Values of the column, of a quantity that is declared."""
+        return column_values(declared, place, self.file, self.column, self.unit)
+
+
+def column_values(
+    declared: Parameter, place: Place, file_name: str, column_name: str, unit: str | None = None
+) -> SiValues:
+    """Values of a column of a file, of a quantity that is declared; where from is noted."""
+    reading, name = place.reading, shorten(file_name, 100)
+    here = reading.path(file_name)
+    kind = declared.kind if isinstance(declared.kind, Kind) else None
+    try:
+        with usable(here, "a CSV file"):
+            file = open_text(here, MAX_BYTES)
+        column = find(understood(file.columns), column_name)
+        unit = _unit(column, unit, kind) if kind else unit or column.unit or "1"
+        factor = factor_of(unit, kind, "") if kind else _share(unit)
+        values = _values(file, column.place, factor, declared)
+    except ValueError as error:
+        raise ValueError(f"{name}: {reading.message(str(error), file_name)}") from None
+    reading.notes.append(
+        f'{place.key}: {len(values)} values from {name}, column "{shorten(column.heading, 60)}", '
+        f"unit {unit}."
     )
-    column: ColumnName = required(
-        'Name of the column, with or without the unit of its header: "x" or "x [um]".', '"x"'
-    )
-    unit: UnitName | None = optional(
-        'Unit of the column; not needed where its header has one, "[um]" or "(um)".', '"um"'
-    )
-
-    def read(self, kind: Kind, sign: Sign, info: ValidationInfo, key: str) -> SiValues:
-        """Values of the column."""
-        reading, name = Reading.of(info), shorten(self.file, 100)
-        here = reading.path(self.file)
-        try:
-            with usable(here, "a CSV file"):
-                file = open_text(here, MAX_BYTES)
-            column = find(understood(file.columns), self.column)
-            unit = _unit(column, self.unit, kind) if kind.unit else column.unit or "1"
-            factor = factor_of(unit, kind, "") if kind.unit else _share(unit)
-            values = _values(file, column.place, factor, sign, kind)
-        except ValueError as error:
-            raise ValueError(f"{name}: {reading.message(str(error), self.file)}") from None
-        reading.notes.append(
-            f'{key}: {len(values)} values from {name}, column "{shorten(column.heading, 60)}", '
-            f"unit {unit}."
-        )
-        return SiValues(values)
+    return SiValues(values)
 
 
-class FromFile(NamedTuple):
-    """Lets a :class:`Column` stand where a list of quantities is wanted."""
+class Numbers(Items):
+    """A list of declared numbers, in the study or in a column of a file."""
 
-    kind: Kind
-    quantity: str
-    sign: Sign = "any"
+    def __init__(self, item: Parameter, example: str = "", *, single: bool = False) -> None:
+        super().__init__(item, example or f"[{item.written}]", (1, MAX_VALUES), single=single)
+        self.declared = item
+        self.help = f"{item.sentence[:-1]}: a list or a column of a CSV file."
 
-    def __get_pydantic_core_schema__(
-        self, source: Any, handler: GetCoreSchemaHandler
-    ) -> CoreSchema:
-        return core_schema.with_info_wrap_validator_function(self._read, handler(source))
-
-    def _read(
-        self, raw_value: object, handler: Callable[[object], object], info: ValidationInfo
-    ) -> object:
+    def read(self, raw_value: object, place: Place) -> Any:
+        """A tuple of SI values."""
+        if isinstance(raw_value, SiValues):
+            return raw_value
         if isinstance(raw_value, dict):
-            raw_value = Column.model_validate(raw_value, context=info.context)
-        if isinstance(raw_value, Column):
-            raw_value = raw_value.read(self.kind, self.sign, info, self.quantity)
-        return raw_value if isinstance(raw_value, SiValues) else handler(raw_value)
+            column = Column.read(raw_value, place)
+            return column if column is FAILED else column.values(self.declared, place)
+        return super().read(raw_value, place)
+
+    def schema(self) -> JsonSchema:
+        """The list, or the column."""
+        several = super().schema()
+        return {"anyOf": [*several.get("anyOf", [several]), Column.schema()]}
 
 
 def _unit(column: Named, stated_unit: str | None, kind: Kind) -> str:
@@ -125,18 +129,18 @@ def _share(unit: str) -> Decimal:
     return Decimal("0.01") if unit.lower() in ("%", "percent") else Decimal(1)
 
 
-def _values(file: TextFile, place: int, factor: Decimal, sign: Sign, kind: Kind) -> list[float]:
-    """The numbers of one column [SI unit of `kind`], each the nearest double."""
+def _values(file: TextFile, place: int, factor: Decimal, declared: Parameter) -> list[float]:
+    """The numbers of one column [SI unit of what is declared], each the nearest double."""
     _, digits, exponent = factor.normalize().as_tuple()
     power = f"e{exponent}" if digits == (1,) else None
     values = list[float]()
     for line, cell in file.cells(place):
         value = _si(file, line, place, cell, factor, power)
-        if value <= 0.0 and sign == "positive":
-            name = shorten(file.layout.names[place], 40)
-            raise ValueError(
-                f'line {line}, column "{name}": wanted a positive {kind.name}, got {show(cell)}'
-            )
+        if not declared.holds(value):
+            where = f'line {line}, column "{shorten(file.layout.names[place], 40)}"'
+            noun = declared.kind.name if isinstance(declared.kind, Kind) else "number"
+            noun = f"a positive {noun}" if declared.is_positive else declared.limited(f"a {noun}")
+            raise ValueError(f"{where}: wanted {noun}, got {show(cell)}")
         if len(values) == MAX_ROWS:
             raise ValueError(f"wanted at most {MAX_ROWS} rows, got more")
         values.append(value)

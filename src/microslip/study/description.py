@@ -1,4 +1,4 @@
-"""Floor 10: a study, read from a file or told in one line what is wrong with it."""
+"""A study, read from a file or told in one line what is wrong with it."""
 
 from __future__ import annotations
 
@@ -9,16 +9,13 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Self
 
-from pydantic import PrivateAttr, ValidationError, model_validator
-
 from microslip._core.files import reason
 from microslip._core.wording import did_you_mean, shorten
 from microslip.errors import StudyError
 from microslip.normal import NormalLaw
-from microslip.study.explain import explain
 from microslip.study.joints import Joint
 from microslip.study.overrides import MAX_DEPTH, Override, apply, dump, is_too_deep, relocated_text
-from microslip.study.part import Reading
+from microslip.study.part import FAILED, Place, Reading, one_line
 from microslip.study.schema import StudyTables
 from microslip.study.sense import check, mean_load
 
@@ -28,12 +25,12 @@ MAX_BYTES = 64_000_000
 class StudyDescription(StudyTables):
     """What :class:`microslip.Study` is, before anything is computed."""
 
-    _name: str = PrivateAttr(default="study")
-    _text: str | None = PrivateAttr(default=None)
-    _tables: dict[str, Any] = PrivateAttr(default_factory=dict)
-    _notes: tuple[str, ...] = PrivateAttr(default=())
-    _folder: Path = PrivateAttr(default=Path())
-    _law: NormalLaw | None = PrivateAttr(default=None)  # drawn, in place of the surface's own
+    _name: str = "study"
+    _text: str | None = None
+    _tables: dict[str, Any]
+    _notes: tuple[str, ...] = ()
+    _folder: Path = Path()
+    _law: NormalLaw | None = None  # drawn, in place of the surface's own
 
     def __init__(self, /, **tables: Any) -> None:
         self._fill(tables)
@@ -47,22 +44,22 @@ class StudyDescription(StudyTables):
     ) -> None:
         """Validate keys and values as in a file into this study, which is still empty."""
         reading = Reading(folder)
-        try:
-            self.__pydantic_validator__.validate_python(tables, self_instance=self, context=reading)
-        except ValidationError as error:
-            raise StudyError(f"{name}: {explain(error, tables, changes)}") from None
+        place = Place("", reading)
+        read = place.attempt(lambda: self.read(tables, place))
+        if read is FAILED:
+            blamed = _blamed(reading.errors[0][0], changes)
+            raise StudyError(f"{name}: {one_line(reading.errors, blamed)}")
+        self.__dict__.update(read.__dict__)
         self._name = name
         self._tables = tables
         self._folder = folder or Path()
         self._notes = (*(change.note for change in changes), *reading.notes)
 
-    @model_validator(mode="after")
-    def _check_study(self) -> Self:
+    def check(self, place: Place) -> None:
+        """Refuse what only shows in the whole."""
         if isinstance(self.joint, Joint) and not self.joint.normal_load:
-            joint = self.joint.model_copy(update={"normal_load": (mean_load(self),)})
-            self.__dict__["joint"] = joint
+            self.__dict__["joint"] = self.joint.copy(normal_load=(mean_load(self),))
         check(self)
-        return self
 
     @property
     def name(self) -> str:
@@ -171,6 +168,15 @@ class StudyDescription(StudyTables):
         study._fill(data, name, None if folder is None else Path(folder), changes)
         study._text = text
         return study
+
+
+def _blamed(key: str, changes: Sequence[Override]) -> str:
+    """The override that gave a key its value, in brackets."""
+    path = f"{key.split(', item')[0]}."
+    for change in reversed(changes):
+        if path.startswith(f"{change.blamed}.") or f"{change.blamed}.".startswith(path):
+            return f' (override "{shorten(change.text, 80)}")'
+    return ""
 
 
 def _text_of(path: Path) -> str:

@@ -1,4 +1,4 @@
-"""Floor 10: what is uncertain in a study, drawn: from points to studies of plain numbers."""
+"""What is uncertain in a study, drawn: from points to studies of plain numbers."""
 
 from __future__ import annotations
 
@@ -147,10 +147,8 @@ class Design:
         )
         joint = study.joint
         assert isinstance(joint, Joint)  # looked at when read
-        changed = joint.model_copy(
-            update={"friction_coefficient": float(joint.friction_coefficient) * friction}
-        )
-        study.__dict__["joint"] = changed
+        coefficient = float(joint.friction_coefficient) * friction
+        study.__dict__["joint"] = joint.copy(friction_coefficient=coefficient)
         std, density = slip / friction, (slip / friction) ** -1.5
         if "standardised_separation" in moved:
             law: Any = build_summits(self.study)

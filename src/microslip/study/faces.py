@@ -1,31 +1,30 @@
-"""Floor 8: rough faces in a study: as a scan, as a drawing or as summits, alone or two together."""
+"""Rough faces in a study: as a scan, as a drawing or as summits, alone or two together."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict
 from functools import reduce
-from operator import or_
-from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, Self
-
-from pydantic import (
-    Discriminator,
-    ModelWrapValidatorHandler,
-    PrivateAttr,
-    Tag,
-    ValidationError,
-    ValidationInfo,
-    create_model,
-    model_validator,
-)
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from microslip._core.units import engineering, significant
 from microslip._core.wording import shorten
 from microslip.errors import InputError
-from microslip.scans.options import PERSSON, PROCESS, PROCESSES, RA, RQ, RSM, RZ
-from microslip.study.fields import Area, Density, Radius, Roughness, TwoNames, array, number, one_of
-from microslip.study.part import KeyedError, Part, SurfaceTable, keyed, optional, required
-from microslip.study.scanned_surface import ScanName, ScanSurface
+from microslip.scans.options import PERSSON, PROCESS, RA, RQ, RSM, RZ
+from microslip.study.fields import AREA, DENSITY, MATERIALS, RADIUS, ROUGHNESS, number
+from microslip.study.part import (
+    Items,
+    KeyedError,
+    Part,
+    Place,
+    SurfaceTable,
+    Table,
+    as_key,
+    key,
+    tag,
+)
+from microslip.study.scanned_surface import SCAN, Scanned, ScanSurface
+from microslip.study.uncertain import Unsure
 
 if TYPE_CHECKING:
     from microslip.friction import Verdict
@@ -54,9 +53,9 @@ class RoughFace(NamedTuple):
 class SummitsFace(Part):
     """A face by its summits: spread of their heights, radius [m], density [1/m^2]."""
 
-    std: Roughness = required("Standard deviation of the summit heights.", '"0.4 um"')
-    radius: Radius = required("One over the mean curvature of the summits.", '"20 um"')
-    density: Density = required("Summits per area.", '"3000 1/mm^2"')
+    std: float = key(ROUGHNESS, "Standard deviation of the summit heights.", '"0.4 um"')
+    radius: float = key(RADIUS, "One over the mean curvature of the summits.", '"20 um"')
+    density: float = key(DENSITY, "Summits per area.", '"3000 1/mm^2"')
 
     def face(self) -> RoughFace:
         """Its summits."""
@@ -68,39 +67,32 @@ class SummitsFace(Part):
 class DrawnFace(Part):
     """A face by its drawing: Ra, Rq or Rz, RSm [m], or the process that made it."""
 
-    ra: Roughness | None = optional(RA.help, RA.written)
-    rq: Roughness | None = optional(RQ.help, RQ.written)
-    rz: Roughness | None = optional(RZ.help, RZ.written)
-    rsm: Roughness | None = optional(RSM.help, RSM.written)
-    process: Annotated[str, one_of(*PROCESSES)] | None = optional(PROCESS.help, PROCESS.written)
-    breadth: (
-        Annotated[
-            float,
-            number("a number of at least 1.5 such as 10", minimum=1.5),
-        ]
-        | None
-    ) = optional("Nayak's alpha, the breadth of the spectrum; 10 between 2 and 50 if absent.", "10")
+    ra: float | None = key(Unsure(RA))
+    rq: float | None = key(Unsure(RQ))
+    rz: float | None = key(Unsure(RZ))
+    rsm: float | None = key(Unsure(RSM))
+    process: str | None = key(PROCESS)
+    breadth: float | None = key(
+        number("10", least=1.5),
+        "Nayak's alpha, the breadth of the spectrum; 10 between 2 and 50 if absent.",
+        default=None,
+    )
 
-    @model_validator(mode="after")
-    def _check_drawing(self) -> Self:
+    def check(self, place: Place) -> None:
+        """What no drawing says is refused."""
         try:
             _ = self.finish
         except InputError as error:
-            raise keyed(error, "", "ra") from None
-        return self
+            if error.argument is None:  # of the height there is too little or too much
+                raise KeyedError(".ra", error.said(as_key)) from None
+            raise
 
     @property
     def finish(self) -> SurfaceFinish:
         """What the drawing says."""
         from microslip.scans import SurfaceFinish
 
-        return SurfaceFinish(
-            **{
-                name: getattr(self, name)
-                for name in DrawnFace.model_fields
-                if name in _DRAWING_KEYS
-            }
-        )
+        return SurfaceFinish(**{name: getattr(self, name) for name in DrawnFace.keys})
 
     def face(self) -> RoughFace:
         """Summits in the middle of the ranges."""
@@ -121,44 +113,34 @@ class DrawnFace(Part):
         return ", ".join(entries)
 
 
-_DRAWING_KEYS = ("ra", "rq", "rz", "rsm", "process", "breadth")
-
-
-class _ScannedFace(Part):
+class ScannedFace(Scanned):
     """A face by one scan or several of it, at one cut-off."""
 
-    scan: Annotated[
-        tuple[ScanName, ...], array('["ground1.plu", "ground2.plu"]', _MOST_SCANS, single=True)
-    ] = required(
+    scan: tuple[str, ...] = key(
+        Items(SCAN, '["ground1.plu", "ground2.plu"]', (1, _MOST_SCANS), single=True),
         "Scan of the face, or several of it, which are averaged; relative to the "
         "folder of the study.",
-        '["ground1.plu", "ground2.plu"]',
     )
 
-    _scans: tuple[ScanSurface, ...] = PrivateAttr(default=())
+    _scans: tuple[ScanSurface, ...] = ()
 
-    @model_validator(mode="wrap")
-    @classmethod
-    def _read(
-        cls, raw_value: Any, handler: ModelWrapValidatorHandler[Self], info: ValidationInfo
-    ) -> Self:
-        self = handler(raw_value)
-        if not isinstance(raw_value, dict):
-            self._scans = raw_value._scans
-            return self
-        if (estimate := raw_value.get("estimate")) in ("population", PERSSON):
-            raise KeyedError(".estimate", f'wanted one radius for all summits, got "{estimate}"')
+    def check(self, place: Place) -> None:
+        """Read the scans."""
+        if self.estimate in ("population", PERSSON):
+            raise KeyedError(
+                ".estimate", f'wanted one radius for all summits, got "{self.estimate}"'
+            )
         # A profile has no area, and the joint has its own.
-        keys = {**raw_value, "law": "scan", "materials": ("", ""), "area": "1 mm^2"}
+        usual = {name: item.default for name, item in ScanSurface.keys.items()}
+        values = {name: getattr(self, name) for name in self.keys}
         scans = []
         for name in self.scan:
-            try:
-                part = ScanSurface.model_validate({**keys, "scan": name}, context=info.context)
-            except ValidationError as error:
-                raise _at_the_face(error) from None
-            scans.append(part)
+            scan = ScanSurface.__new__(ScanSurface)
+            scan.__dict__.update(usual, **values, law="scan", materials=("", ""), area=1e-6)
+            scan.__dict__["scan"] = name
+            scan.check(place)
+            scans.append(scan)
         self._scans = tuple(scans)
-        return self
 
     def face(self) -> RoughFace:
         """Summits of all scans together, and how much they differ."""
@@ -179,72 +161,34 @@ class _ScannedFace(Part):
         return tuple(verdict for scan in self._scans for verdict in scan.verdicts())
 
 
-def _at_the_face(error: ValidationError) -> Exception:
-    """What is wrong with a scan, at the key of the face."""
-    cause = error.errors(include_url=False)[0].get("ctx", {}).get("error")
-    if isinstance(cause, KeyedError):
-        return KeyedError(cause.key.removeprefix("surface"), str(cause))
-    return ValueError(str(cause or error))
-
-
 def _statistics(scan: ScanSurface) -> SummitStatistics:
     if scan.read_scan.is_profile:
         return scan._of_profile()
     return scan.summits.statistics(scan.estimate)  # type: ignore[arg-type]
 
 
-_NOT_OF_A_FACE = ("law", "materials", "scan", "area", "heights", "direction")
-ScannedFace: type[_ScannedFace] = create_model(
-    "ScannedFace",
-    __base__=_ScannedFace,
-    __doc__=_ScannedFace.__doc__,
-    __module__=__name__,
-    **{  # type: ignore[call-overload]
-        name: (field.annotation, field)
-        for name, field in ScanSurface.model_fields.items()
-        if name not in _NOT_OF_A_FACE
-    },
-)
-
-FACES: dict[str, type[Part]] = {
-    "scanned": ScannedFace,
-    "drawn": DrawnFace,
-    "summits": SummitsFace,
-}
+FACES = (ScannedFace, DrawnFace, SummitsFace)
 """Ways to describe a face."""
 
 
-def _kind(raw_value: Any) -> str:
+def _kind(raw: Any) -> str:
     """Which way was taken; what has keys of none is told what summits need."""
-    keys = (
-        set(raw_value)
-        if isinstance(raw_value, dict)
-        else set(getattr(type(raw_value), "model_fields", ()))
-    )
-    if "scan" in keys:
-        return "scanned"
-    return "drawn" if keys & set(DrawnFace.model_fields) else "summits"
+    if "scan" in raw:
+        return ScannedFace.__name__
+    return (DrawnFace if raw.keys() & DrawnFace.keys else SummitsFace).__name__
 
 
-if TYPE_CHECKING:
-    AnyFace = _ScannedFace | DrawnFace | SummitsFace
-else:
-    AnyFace = Annotated[
-        reduce(or_, (Annotated[table, Tag(name)] for name, table in FACES.items())),
-        Discriminator(_kind),
-    ]
+AnyFace = ScannedFace | DrawnFace | SummitsFace
+_ANY_FACE = Table(*FACES, tell=_kind)
 
 
 class FacedSurface(SurfaceTable):
     """A surface of rough faces, as summits against a flat."""
 
-    materials: TwoNames = required(
-        "Names of the two bodies: materials of this file or metals of the table.",
-        '["steel", "steel"]',
-    )
-    area: Area = required("Apparent area.", '"2 cm^2"')
+    materials: tuple[str, str] = MATERIALS
+    area: float = key(AREA, "Apparent area.")
 
-    _faces: dict[str, RoughFace] | None = PrivateAttr(default=None)
+    _faces: dict[str, RoughFace] | None = None
 
     def face_tables(self) -> dict[str, AnyFace]:
         """Tables of the faces, by their keys."""
@@ -306,15 +250,18 @@ class FacedSurface(SurfaceTable):
 class TwoFaces(FacedSurface):
     """Two rough faces on each other, or one on a smooth one, by scans, a drawing or summits."""
 
-    law: Literal["two-faces"] = required("Two rough faces on each other.")
-    first: AnyFace = required(
+    law: str = tag("two-faces", "Two rough faces on each other.")
+    first: AnyFace = key(
+        _ANY_FACE,
         "The face of the first body: { scan, cutoff, … }, { ra, rsm, process } or "
         "{ std, radius, density }.",
         '{ ra = "0.8 um", rsm = "60 um" }',
     )
-    second: AnyFace | None = optional(
+    second: AnyFace | None = key(
+        _ANY_FACE,
         "The face of the second body, likewise; smooth if absent.",
         '{ std = "0.4 um", radius = "20 um", density = "3000 1/mm^2" }',
+        default=None,
     )
 
     def face_tables(self) -> dict[str, AnyFace]:
@@ -325,7 +272,7 @@ class TwoFaces(FacedSurface):
 class DrawnSurface(DrawnFace, FacedSurface):
     """A rough face by its drawing on a smooth one: Ra, Rq or Rz, RSm, or a process."""
 
-    law: Literal["drawing"] = required("A face by its drawing on a smooth one.")
+    law: str = tag("drawing", "A face by its drawing on a smooth one.")
 
     def face_tables(self) -> dict[str, AnyFace]:
         """Itself."""

@@ -1,22 +1,26 @@
-"""Floor 10: the joint of a study: an interface under its loads, or any other friction law."""
+"""The joint of a study: an interface under its loads, or any other friction law."""
 
 from __future__ import annotations
 
-from functools import reduce
-from operator import or_
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+from typing import Any
 
-from pydantic import Discriminator, Tag, model_validator
-
-from microslip._core.parameters import key_of
+from microslip._core.parameters import key_of, parameter_of
 from microslip.errors import InputError
 from microslip.friction import LAWS, BackboneLaw, Interface, PressedJoint
 from microslip.normal import AsperityPopulation, GreenwoodWilliamson, NormalLaw
 from microslip.normal.elastic_plastic import MODELS
-from microslip.study.fields import Loads, UncertainFriction, UncertainLoad, YieldStress, one_of
-from microslip.study.parametric import DescribedAlone, can_be_described, table_of
-from microslip.study.part import KeyedError, Part, optional, required
-from microslip.study.pressure import AnyPressure
+from microslip.study.fields import (
+    LOAD,
+    YIELD_STRESS,
+    DescribedAlone,
+    can_be_described,
+    key_for,
+    one_of,
+    table_of,
+)
+from microslip.study.part import Items, KeyedError, Part, Place, Table, key, tag
+from microslip.study.pressure import ANY_PRESSURE, PressurePart
+from microslip.study.uncertain import Unsure
 
 INTERFACE = key_of(Interface)
 
@@ -24,65 +28,60 @@ INTERFACE = key_of(Interface)
 class Joint(Part):
     """What presses and holds the surfaces: friction coefficient [–] and normal loads [N]."""
 
-    law: Literal["interface"] = optional(
-        "The surface decides; other laws have keys of their own.", default="interface"
+    law: str = tag(
+        INTERFACE, "The surface decides; other laws have keys of their own.", default=INTERFACE
     )
-    friction_coefficient: UncertainFriction = required(
-        "Coulomb's coefficient of friction, above zero.", "0.55"
-    )
-    normal_load: Loads = optional(
+    friction_coefficient: float = key_for(parameter_of(Interface, "friction_coefficient"))
+    normal_load: tuple[float, ...] = key(
+        Items(Unsure(LOAD), '["500 N", "2 kN"]', single=True, distinct=True),
         "One normal load or a list of different ones; one joint for each. Only a "
         "[structure] needs none: its bolts press.",
-        '["500 N", "2 kN"]',
         default=(),
     )
-
-    tightening_load: UncertainLoad | None = optional(
+    tightening_load: float | None = key(
+        Unsure(LOAD),
         "Largest normal load that the joint has carried: summits yielded under it and "
         "are elastic since; the normal loads are at most that.",
         '"5 kN"',
+        default=None,
     )
-    yield_stress: YieldStress | None = optional(
+    yield_stress: float | None = key(
+        Unsure(YIELD_STRESS),
         "Yield stress of the softer body, for tightening_load; by default that of its "
         "hardness, H/2.84.",
-        '"355 MPa"',
+        default=None,
     )
-    tightening_model: Annotated[str, one_of(*MODELS)] | None = optional(
+    tightening_model: str | None = key(
+        one_of(*MODELS),
         "How a summit yields under tightening_load; after Jackson and Green (2005) by default.",
-        '"jackson-green"',
+        default=None,
     )
-
-    pressure: AnyPressure | None = optional(
+    pressure: PressurePart | None = key(
+        ANY_PRESSURE,
         "How the load is spread over the faces; evenly over the whole area if absent. "
         "Bolts with a tension or a torque say the load, too.",
         '{ kind = "bolt", size = "M8", preload = "15 kN", plates = ["10 mm", "10 mm"] }',
+        default=None,
     )
 
-    @model_validator(mode="after")
-    def _load_of_bolts(self) -> Self:
-        load = None if self.pressure is None else self.pressure.load
-        if load is not None:
+    def check(self, place: Place) -> None:
+        """Bolts say the load, and what is said of tightening needs its load."""
+        if self.pressure is not None and self.pressure.load is not None:
             if self.normal_load:
                 raise KeyedError(
-                    "joint.normal_load",
+                    ".normal_load",
                     "wanted none beside bolts with a tension or a torque, which say it; remove one",
                 )
             self.settle()
-        return self
+        for name in ("yield_stress", "tightening_model"):
+            if self.tightening_load is None and getattr(self, name) is not None:
+                raise KeyedError(f".{name}", "wanted only beside tightening_load")
 
     def settle(self) -> None:
         """Take the load that the bolts say."""
         load = None if self.pressure is None else self.pressure.load
         if load is not None:
             self.__dict__["normal_load"] = (load,)
-
-    @model_validator(mode="after")
-    def _check_tightening(self) -> Self:
-        if self.tightening_load is None:
-            for key in ("yield_stress", "tightening_model"):
-                if getattr(self, key) is not None:
-                    raise KeyedError(f"joint.{key}", "wanted only beside tightening_load")
-        return self
 
     def tightened(self, surface: NormalLaw) -> NormalLaw:
         """The surface as it is once it was tightened, if it was."""
@@ -136,32 +135,12 @@ class LawJoint(DescribedAlone):
 
 
 LAW_TABLES: dict[str, type[Any]] = {
-    key_of(law): table_of(law, "law", "joint", __name__, LawJoint)
+    key_of(law): table_of(law, "law", __name__, LawJoint)
     for law in LAWS
     if law is not Interface and can_be_described(law)
 }
 """Tables of the friction laws that are made of numbers only, by their names."""
 
+ANY_JOINT = Table(Joint, *LAW_TABLES.values(), tag="law", usual=INTERFACE)
 
 globals().update({table.__name__: table for table in LAW_TABLES.values()})
-
-
-def _law(raw_value: Any) -> str:
-    """The law of a joint; without one it is an interface."""
-    law = (
-        raw_value.get("law", INTERFACE)
-        if isinstance(raw_value, dict)
-        else getattr(raw_value, "law", None)
-    )
-    return law if isinstance(law, str) else INTERFACE
-
-
-_TABLES: dict[str, type[Any]] = {INTERFACE: Joint, **LAW_TABLES}
-
-if TYPE_CHECKING:
-    AnyJoint = Any
-else:
-    AnyJoint = Annotated[
-        reduce(or_, (Annotated[table, Tag(name)] for name, table in _TABLES.items())),
-        Discriminator(_law),
-    ]

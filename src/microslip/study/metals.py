@@ -1,11 +1,9 @@
-"""Floor 8: metals of the table in a study: those named, and what entries leave out."""
+"""Metals of the table in a study: those named, and what entries leave out."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from typing import Any
-
-from pydantic import ValidationInfo
 
 from microslip._core.units import engineering
 from microslip._core.wording import did_you_mean, quoted, shorten, show
@@ -15,11 +13,11 @@ from microslip.study.part import Reading
 _KEYS = ("young_modulus", "poisson_ratio", "hardness")
 
 
-def with_metals(tables: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
+def with_metals(tables: dict[str, Any], reading: Reading) -> dict[str, Any]:
     """Complete the materials of a study by the table of metals."""
     entries = tables.get("material", {})
     if not isinstance(entries, dict):
-        return tables  # pydantic says so
+        return tables  # which is said where it is read
     structure = tables.get("structure")
     material = dict(entries)
     named = [
@@ -36,12 +34,11 @@ def with_metals(tables: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
             material.setdefault(name, {})
     notes: list[str] = []
     for name, entry in material.items():
-        # Keys of a study in Python may be anything yet; pydantic says that they are texts.
+        # Keys of a study in Python may be anything yet; it is said where they are read.
         metal = metal_called(name) if isinstance(name, str) else None
         if metal and isinstance(entry, dict) and entry.get("rigid", False) is False:
             material[name] = _completed(entry, metal, notes, name)
-    if isinstance(info.context, Reading):
-        info.context.notes.extend(notes)
+    reading.notes.extend(notes)
     return {**tables, "material": material}
 
 

@@ -1,99 +1,104 @@
-"""Floor 10: tests of modes in a study, drawn over what it predicts, and what is fitted to them."""
+"""Tests of modes in a study, drawn over what it predicts, and what is fitted to them."""
 
 from __future__ import annotations
 
-from typing import Annotated, Self
+from typing import Any
 
 import numpy as np
-from pydantic import AfterValidator, PrivateAttr, ValidationInfo, model_validator
 
 from microslip._core.checks import Floats
-from microslip._core.units import FREQUENCY, LENGTH
-from microslip.study.columns import Column, FileName
-from microslip.study.fields import Line, Share, array, different, integer, one_of, quantity
-from microslip.study.part import Check, Part, Reading, optional, required
+from microslip._core.parameters import REQUIRED, JsonSchema
+from microslip._core.units import FREQUENCY
+from microslip.study.columns import FILE, column_values
+from microslip.study.fields import (
+    AMPLITUDE,
+    LINE,
+    SHARE,
+    number,
+    one_of,
+    quantity,
+    whole_number,
+)
+from microslip.study.part import Items, Part, Place, Table, key
 
 FITTED = ("friction_coefficient", "tension", "form", "base_damping_ratio")
 """What can be fitted to a test."""
 
 MOST_MODES = 10
-
-Hertz = Annotated[float, quantity(FREQUENCY, "150 Hz")]
+MODE = whole_number(1, MOST_MODES, "1", noun="a mode counted from 1")
+_HERTZ = quantity(FREQUENCY, "150 Hz")
+_RATIO = number("0.001", above=0.0)
 
 
 class MeasuredPart(Part):
     """A test of one mode, drawn over the prediction: a curve, a ring-down or a stepped sine."""
 
-    file: FileName = required(
+    file: str = key(
+        FILE,
         "CSV file with a line of column names; relative to the folder of the study. "
         "Amplitude, frequency and damping ratio are a curve; time and displacement, velocity or "
         "acceleration a ring-down; frequency, amplitude and phase a stepped sine.",
         '"test.csv"',
+        default=REQUIRED,
     )
-    amplitude: Line = optional(
-        "Column of the displacement amplitudes at the sensor.", '"amplitude"', default="amplitude"
+    amplitude: str = key(
+        LINE,
+        "Column of the displacement amplitudes at the sensor.",
+        '"amplitude"',
+        default="amplitude",
     )
-    frequency: Line = optional("Column of the frequencies.", '"frequency"', default="frequency")
-    damping_ratio: Line = optional(
+    frequency: str = key(LINE, "Column of the frequencies.", '"frequency"', default="frequency")
+    damping_ratio: str = key(
+        LINE,
         "Column of the damping ratios, in percent where its header says so.",
         '"damping_ratio"',
         default="damping_ratio",
     )
-    band: Annotated[tuple[Hertz, Hertz], array('["150 Hz", "220 Hz"]', 2, min_items=2)] | None = (
-        optional(
-            "Frequencies between which the mode of a ring-down lies, where others ring with it.",
-            '["150 Hz", "220 Hz"]',
-        )
+    band: tuple[float, float] | None = key(
+        Items(_HERTZ, '["150 Hz", "220 Hz"]', (2, 2)),
+        "Frequencies between which the mode of a ring-down lies, where others ring with it.",
+        default=None,
     )
-    mode: Annotated[int, integer(1, MOST_MODES, words="a mode counted from 1")] | None = optional(
+    mode: int | None = key(
+        MODE,
         "The mode that was tested, counted from 1; of `structure.modes` the one whose "
         "frequency is nearest unless given.",
-        "1",
+        default=None,
     )
-    fit: (
-        Annotated[
-            tuple[Annotated[str, one_of(*FITTED)], ...],
-            array('["friction_coefficient", "tension"]', len(FITTED)),
-            AfterValidator(different),
-        ]
-        | None
-    ) = optional(
+    fit: tuple[str, ...] | None = key(
+        Items(
+            one_of(*FITTED), '["friction_coefficient", "tension"]', (1, len(FITTED)), distinct=True
+        ),
         "What is fitted to the test, from the values of the study on.",
-        '["friction_coefficient", "tension"]',
+        default=None,
     )
-    frequency_error: Share = optional(
-        "Relative uncertainty of the frequencies, the model's included.", default=0.003
+    frequency_error: float = key(
+        SHARE, "Relative uncertainty of the frequencies, the model's included.", default=0.003
     )
-    damping_error: Share = optional("Relative uncertainty of the damping ratios.", default=0.05)
-    _table: Floats = PrivateAttr(default_factory=lambda: np.zeros((0, 3)))
+    damping_error: float = key(SHARE, "Relative uncertainty of the damping ratios.", default=0.05)
+    _table: Floats
 
-    @model_validator(mode="after")
-    def _read(self, info: ValidationInfo) -> Self:
-        from microslip._core.units import RATIO
+    def check(self, place: Place) -> None:
+        """Read the test."""
         from microslip.structures import ModalTest
         from microslip.structures.modal_test import modal_kind
 
-        reading = Reading.of(info)
-        path = reading.path(self.file)
-        named = {"amplitude", "frequency", "damping_ratio"} & self.model_fields_set
+        path = place.reading.path(self.file)
+        named = self._keys_in_file & {"amplitude", "frequency", "damping_ratio"}
         kind = modal_kind(path)
         if self.band is not None or kind in ("ring-down", "stepped sine") or (kind and not named):
             test = ModalTest.read(path, band=self.band)
             self._table = np.stack([test.amplitude, test.frequency, test.damping_ratio], axis=1)
-            reading.notes.extend(f"structure.measured: {note}" for note in test.notes)
-            return self
-        read = [
-            Column(file=self.file, column=name, unit=unit).read(
-                kind, "positive", info, f"structure.measured.{key}"
-            )
-            for key, name, kind, unit in (
-                ("amplitude", self.amplitude, LENGTH, None),
-                ("frequency", self.frequency, FREQUENCY, None),
-                ("damping_ratio", self.damping_ratio, RATIO, "1"),
-            )
-        ]
-        self._table = np.array(read).T
-        return self
+            place.reading.notes.extend(f"structure.measured: {note}" for note in test.notes)
+            return
+        columns = (
+            (AMPLITUDE, self.amplitude, None),
+            (_HERTZ, self.frequency, None),
+            (_RATIO, self.damping_ratio, "1"),
+        )
+        self._table = np.array(
+            [column_values(size, place, self.file, name, unit) for size, name, unit in columns]
+        ).T
 
     @property
     def table(self) -> Floats:
@@ -101,11 +106,17 @@ class MeasuredPart(Part):
         return self._table
 
 
-def _as_list(raw_value: object) -> object:
-    return [raw_value] if isinstance(raw_value, (dict, MeasuredPart)) else raw_value
+class _Tests(Items):
+    """One table, or a list of them."""
+
+    def read(self, raw_value: object, place: Place) -> Any:
+        """A tuple of the tests."""
+        return super().read([raw_value] if isinstance(raw_value, dict) else raw_value, place)
+
+    def schema(self) -> JsonSchema:
+        """A table, or a list of them."""
+        several = super().schema()
+        return {"anyOf": [several["items"], several]}
 
 
-Tests = Annotated[
-    tuple[MeasuredPart, ...],
-    Check(_as_list, lambda inner: {"anyOf": [inner["items"], {**inner, "maxItems": 20}]}),
-]
+TESTS = _Tests(Table(MeasuredPart), '[{ file = "test.csv" }]', (0, 20))

@@ -1,4 +1,4 @@
-"""Floor 8: studies to begin with: one that comes with the package, and commented new ones."""
+"""Studies to begin with: one that comes with the package, and commented new ones."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Floor 8: keys of a study replaced from outside, its comments kept; and studies as TOML."""
+"""Keys of a study replaced from outside, its comments kept; and studies as TOML."""
 
 from __future__ import annotations
 

@@ -1,34 +1,536 @@
-"""Floor 8: what all tables of a study have in common."""
+"""What all tables of a study have in common: keys that are declared, and how they are read.
+
+A table is a class whose keys are :func:`key` of a declaration or of another reader. From them
+follow how it is read, what it says of a mistake and at which key, and its JSON Schema.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import tomllib
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple, Self, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, ValidationInfo
-from pydantic_core import CoreSchema, core_schema
-
-from microslip._core.parameters import Parameter
+from microslip._core.parameters import REQUIRED, JsonSchema, Parameter
 from microslip._core.verdicts import Verdict
-from microslip.errors import Argument, InputError, in_python, said
+from microslip._core.wording import did_you_mean, nearest, quoted, shorten, show
+from microslip.errors import Argument, InputError, StudyError, in_python, said
 
-JsonSchema = dict[str, Any]
+FAILED: Any = type("Failed", (), {"__repr__": lambda self: "FAILED"})()
+"""Stands for a value that could not be read; why is noted."""
+
+T = TypeVar("T")
 
 
 class KeyedError(ValueError):
-    """Something wrong that only shows in the whole; it says at which key."""
+    """Something wrong that only shows in the whole; it says at which key.
+
+    A key that begins with a point is one of the table that is being read.
+    """
 
     def __init__(self, key: str, message: str) -> None:
         super().__init__(message)
         self.key = key
 
 
-class Part(BaseModel):
+@dataclass
+class Reading:
+    """Where a study is read from, what is to be told of it, and what is wrong with it."""
+
+    folder: Path | None = None
+    notes: list[str] = field(default_factory=list)
+    errors: list[tuple[str, str]] = field(default_factory=list)
+
+    def path(self, name: str) -> Path:
+        """A file that the study names."""
+        return (self.folder or Path()) / name
+
+    def message(self, error: str, name: str) -> str:
+        """What is wrong with a file, saying where it was looked for."""
+        if self.folder is None or Path(name).is_absolute():
+            return error
+        return error.replace("no such file", "no such file in the folder of the study")
+
+
+class Place(NamedTuple):
+    """A key of the study that is being read."""
+
+    key: str
+    reading: Reading
+
+    def at(self, name: object) -> Place:
+        """A key of this table."""
+        text = shorten(str(name), 40)
+        return self._replace(key=f"{self.key}.{text}" if self.key else text)
+
+    def item(self, index: int) -> Place:
+        """An item of this list, counted from 1."""
+        return self._replace(key=f"{self.key}, item {index}")
+
+    def refuse(self, message: str) -> None:
+        """Note what is wrong here."""
+        self.reading.errors.append((self.key, message))
+
+    def attempt(self, work: Callable[[], T], names: Sequence[str] = ()) -> T:
+        """What comes of some work, or FAILED; what is wrong is noted at its key.
+
+        An error of the physics stands at the key of its argument, where that is one of ``names``.
+        """
+        try:
+            return work()
+        except KeyedError as error:
+            place = self._replace(key=error.key)
+            (self._replace(key=self.key + error.key) if error.key[:1] == "." else place).refuse(
+                str(error)
+            )
+        except InputError as error:
+            key, message = as_keyed(error, self.key, names)
+            self._replace(key=key).refuse(message)
+        except ValueError as error:
+            self.refuse(str(error))
+        return FAILED  # type: ignore[no-any-return]
+
+
+class Reader:
+    """How the value of a key is read, and what an editor is told of it."""
+
+    help: str = ""
+    example: str = ""  # as TOML
+    default: Any = REQUIRED
+
+    def read(self, raw_value: object, place: Place) -> Any:
+        """The value, or a ValueError; what is wrong inside of it is noted at its place."""
+        raise NotImplementedError
+
+    def schema(self) -> JsonSchema:
+        """JSON Schema of what may stand there."""
+        raise NotImplementedError
+
+    def tables(self) -> Iterator[tuple[str, type[Part]]]:
+        """Tables that may stand there, and by which choice."""
+        return iter(())
+
+
+class Plain(Reader):
+    """A declared value."""
+
+    def __init__(self, declared: Parameter) -> None:
+        self.declared = declared
+        self.help, self.example = declared.sentence, declared.written
+        self.default = declared.default
+
+    def read(self, raw_value: object, place: Place) -> Any:
+        """The value in SI units."""
+        return self.declared.read(raw_value)
+
+    def schema(self) -> JsonSchema:
+        """As declared."""
+        return self.declared.schema()
+
+
+class Constant(Reader):
+    """The one value that tells a table from others."""
+
+    def __init__(self, value: object) -> None:
+        self.value, self.example = value, _as_toml(value)
+
+    def read(self, raw_value: object, place: Place) -> Any:
+        """The value."""
+        if raw_value != self.value or isinstance(raw_value, bool) != isinstance(self.value, bool):
+            raise ValueError(f"wanted {self.example}, got {show(raw_value)}")
+        return raw_value
+
+    def schema(self) -> JsonSchema:
+        """It alone."""
+        return {"const": self.value}
+
+
+class Items(Reader):
+    """A list; with ``single``, one item may stand without brackets."""
+
+    def __init__(
+        self, item: Parameter | Reader, example: str, count: tuple[int, int] = (1, 1000),
+        *, single: bool = False, distinct: bool = False,
+    ) -> None:  # fmt: skip
+        self.item = item if isinstance(item, Reader) else Plain(item)
+        self.example, self.count, self.single, self.distinct = example, count, single, distinct
+        self.help = self.item.help
+
+    def read(self, raw_value: object, place: Place) -> Any:
+        """A tuple of the items."""
+        low, high = self.count
+        if self.single and type(raw_value) not in (list, tuple):
+            item = self.item.read(raw_value, place)
+            return FAILED if item is FAILED else (item,)
+        if not isinstance(raw_value, (list, tuple)) or (low and not raw_value):
+            raise ValueError(f"wanted a list such as {self.example}, got {show(raw_value)}")
+        if len(raw_value) > high > low:
+            raise ValueError(f"wanted at most {high} items, got {len(raw_value)}")
+        if not low <= len(raw_value) <= high:
+            raise ValueError(f"wanted {low} items such as {self.example}, got {len(raw_value)}")
+        values = self._values(raw_value, place)
+        if any(value is FAILED for value in values):
+            return FAILED
+        if self.distinct:
+            places: dict[Any, int] = {}
+            for index, value in enumerate(values, start=1):
+                if value in places:
+                    came = f"items {places[value]} and {index}"
+                    raise ValueError(f"wanted values that differ, got the same one as {came}")
+                places[value] = index
+        return values
+
+    def _values(self, raw_values: Sequence[object], place: Place) -> tuple[Any, ...]:
+        read, values = self.item.read, []
+        for index, raw_value in enumerate(raw_values, start=1):
+            try:  # of a million values few are wrong
+                values.append(read(raw_value, place))
+            except ValueError as error:
+                values.append(FAILED)
+                place.item(index).refuse(str(error))
+        return tuple(values)
+
+    def schema(self) -> JsonSchema:
+        """A list of the items."""
+        item = self.item.schema()
+        low, high = self.count
+        several = {"type": "array", "items": item, "minItems": low, "maxItems": high}
+        return {"anyOf": [item, several]} if self.single else several
+
+    def tables(self) -> Iterator[tuple[str, type[Part]]]:
+        """Those of an item."""
+        return self.item.tables()
+
+
+class Table(Reader):
+    """A table, one of several told apart by a key, or by a function of what stands there."""
+
+    def __init__(
+        self,
+        *models: type[Part],
+        tag: str = "",
+        usual: str = "",
+        tell: Callable[[Any], str] | None = None,
+    ) -> None:
+        self.models = {model.tag_value(tag): model for model in models} if tag else {}
+        if tell is not None:
+            self.models = {model.__name__: model for model in models}
+        self.tag, self.usual, self.tell = tag, usual, tell
+        self.single = models[0] if not self.models else None
+        self.help = _first_line(models[0])
+
+    def read(self, raw_value: object, place: Place) -> Any:
+        """The table, frozen."""
+        if self.single is not None:
+            return self.single.read(raw_value, place)
+        if not isinstance(raw_value, Mapping):
+            raise ValueError(next(iter(self.models.values())).no_table(raw_value, place))
+        if self.tell is not None:
+            return self.models[self.tell(raw_value)].read(raw_value, place)
+        choice = raw_value.get(self.tag, self.usual or FAILED)
+        if choice is FAILED:
+            near = nearest(self.tag, [name for name in raw_value if isinstance(name, str)])
+            if near is not None and not any(near in model.keys for model in self.models.values()):
+                raise KeyedError(f".{near}", f'unknown key; did you mean "{self.tag}"?')
+            raise KeyedError(f".{self.tag}", f"missing; wanted {quoted(self.models)}")
+        if not isinstance(choice, str) or choice not in self.models:
+            near = did_you_mean(choice, self.models) if isinstance(choice, str) else ""
+            raise KeyedError(
+                f".{self.tag}", f"wanted {quoted(self.models)}, got {show(choice)}{near}"
+            )
+        return self.models[choice].read(raw_value, place)
+
+    def schema(self) -> JsonSchema:
+        """Schema of the table, or of each."""
+        if self.single is not None:
+            return self.single.schema()
+        schemas = [model.schema() for model in self.models.values()]
+        return schemas[0] if len(schemas) == 1 else {"oneOf": schemas}
+
+    def tables(self) -> Iterator[tuple[str, type[Part]]]:
+        """It, or each."""
+        if self.single is not None:
+            return iter([("", self.single)])
+        words = f' with {self.tag} = "{{}}"' if self.tag else ""
+        return iter((words.format(name), model) for name, model in self.models.items())
+
+
+class Named(Reader):
+    """A table of values under names of one's own."""
+
+    def __init__(self, item: Parameter | Reader, example: str) -> None:
+        self.item = item if isinstance(item, Reader) else Plain(item)
+        self.example = example
+
+    def read(self, raw_value: object, place: Place) -> Any:
+        """The values by their names."""
+        if not isinstance(raw_value, Mapping):
+            raise ValueError(f"wanted a table such as {self.example}, got {show(raw_value)}")
+        values: dict[str, Any] = {}
+        for name, value in raw_value.items():
+            if not isinstance(name, str):
+                place.at(name).refuse(f"wanted a name that is text, got {show(name)}")
+                continue
+            here = place.at(name)
+            values[name] = here.attempt(lambda: self.item.read(value, here))  # noqa: B023
+        return FAILED if FAILED in values.values() else values
+
+    def schema(self) -> JsonSchema:
+        """Any keys."""
+        return {"type": "object", "additionalProperties": self.item.schema()}
+
+    def tables(self) -> Iterator[tuple[str, type[Part]]]:
+        """Those of an item."""
+        return self.item.tables()
+
+
+@dataclass
+class Key:
+    """A key of a table."""
+
+    reader: Reader
+    help: str
+    example: str
+    default: Any
+    name: str
+    """In the file; by default that of the attribute."""
+
+    @property
+    def required(self) -> bool:
+        """Whether it has to be given."""
+        return self.default is REQUIRED
+
+    def schema(self, name: str) -> JsonSchema:
+        """JSON Schema of its value, with what an editor shows of it."""
+        schema = self.reader.schema()
+        schema["title"] = name.replace("_", " ").capitalize()
+        usage = schema.get("description", "") if schema.get("type") == "string" else ""
+        schema["description"] = f"{self.help} {usage}".strip()
+        if self.example:
+            schema["examples"] = [tomllib.loads(f"x = {self.example}")["x"]]
+        if isinstance(self.default, tuple) and self.default:
+            schema["default"] = list(self.default)
+        elif isinstance(self.default, (bool, int, str)) and self.default != "":
+            schema["default"] = self.default
+        return schema
+
+
+def key(
+    declared: Parameter | Reader, help: str = "", example: str = "", *,
+    default: Any = ..., alias: str = "",
+) -> Any:  # fmt: skip
+    """A key of a table: how it is read, and what it is called to users.
+
+    What is not said here is as declared; ``default`` says that it may be left out.
+    """
+    reader = declared if isinstance(declared, Reader) else Plain(declared)
+    return Key(
+        reader,
+        help or reader.help,
+        example or ("" if isinstance(reader, Constant) else reader.example),
+        reader.default if default is ... else default,
+        alias,
+    )
+
+
+def tag(value: object, help: str, *, default: Any = REQUIRED) -> Any:
+    """The key by which a table is told from others."""
+    return key(Constant(value), help, default=default)
+
+
+def as_keyed(error: InputError, table: str, names: Sequence[str]) -> tuple[str, str]:
+    """The key of an error of the physics, and its message as a study says it."""
+    argument = error.argument
+    if argument is not None and argument in names:
+        message = said(error.statement, as_key)
+        return f"{table}.{argument}" if table else argument, " ".join(message.split())
+    return table, " ".join(error.said(as_key).split())
+
+
+def as_key(argument: Argument) -> str:
+    """An argument in a message as a study writes it."""
+    if not argument.has_value:
+        return argument.name
+    return f"{argument.name} = {_as_toml(argument.value)}"
+
+
+def _as_toml(value: object) -> str:
+    if isinstance(value, (list, tuple)):
+        return f"[{', '.join(map(_as_toml, value))}]"
+    return str(value).lower() if isinstance(value, bool) else in_python(value)
+
+
+class Part:
     """A table of a study file: frozen, and without keys that nobody reads."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", revalidate_instances="always")
+    keys: ClassVar[dict[str, Key]] = {}
+    """Its keys by their names in the file."""
+    attributes: ClassVar[dict[str, str]] = {}
+    """Names of its attributes by those of its keys."""
+    rules: ClassVar[JsonSchema] = {}
+    """What its JSON Schema says besides its keys."""
+
+    def __init_subclass__(cls, **settings: Any) -> None:
+        super().__init_subclass__(**settings)
+        keys: dict[str, Key] = {}
+        attributes: dict[str, str] = {}
+        for base in reversed(cls.__mro__):
+            for attribute, item in list(vars(base).get("_declared", vars(base)).items()):
+                if isinstance(item, Key):
+                    name = item.name or attribute
+                    keys[name], attributes[name] = item, attribute
+        cls._declared = {n: i for n, i in vars(cls).items() if isinstance(i, Key)}
+        for name in cls._declared:
+            delattr(cls, name)
+        cls.keys, cls.attributes = keys, attributes
+
+    _declared: ClassVar[dict[str, Key]] = {}
+    _keys_in_file: frozenset[str] = frozenset()  # keys that the file has
+
+    def __init__(self, /, **tables: Any) -> None:
+        reading = Reading()
+        part = Place("", reading).attempt(lambda: self.read(tables, Place("", reading)))
+        if part is FAILED:
+            raise StudyError(one_line(reading.errors))
+        self.__dict__.update(part.__dict__)
+
+    @classmethod
+    def read(cls, raw_value: object, place: Place) -> Self:
+        """The table, or FAILED with what is wrong noted."""
+        if not isinstance(raw_value, Mapping):
+            raise ValueError(cls.no_table(raw_value, place))
+        raw = cls.prepare(dict(raw_value), place)
+        before = len(place.reading.errors)
+        unknown = [name for name in raw if name not in cls.keys]
+        misspelt = {nearest(str(name), cls.keys) for name in unknown}
+        values: dict[str, Any] = {}
+
+        def refuse_unknown() -> None:
+            for name in unknown:
+                place.at(name).refuse(cls.unknown(str(name)))
+
+        if not place.key:  # a misspelt table is what misses first
+            refuse_unknown()
+        for name, item in cls.keys.items():
+            here = place.at(name)
+            if name in raw and raw[name] is FAILED:
+                continue
+            if name in raw:
+                value = None
+                if raw[name] is not None or item.default is not None:  # None is of Python alone
+                    value = here.attempt(lambda: item.reader.read(raw[name], here))  # noqa: B023
+                values[cls.attributes[name]] = value
+            elif not item.required:
+                values[cls.attributes[name]] = item.default
+            elif name not in misspelt:
+                here.refuse(cls.missing(name, item, place))
+        if place.key:
+            refuse_unknown()
+        if len(place.reading.errors) > before:
+            return FAILED  # type: ignore[no-any-return]
+        part = cls.__new__(cls)
+        part.__dict__.update(values, _keys_in_file=frozenset(raw))
+        failed = place.attempt(lambda: part.check(place), [*cls.keys])
+        return FAILED if failed is FAILED or len(place.reading.errors) > before else part
+
+    @classmethod
+    def prepare(cls, raw: dict[str, Any], place: Place) -> dict[str, Any]:
+        """What stands in the file, before its keys are looked at."""
+        return raw
+
+    def check(self, place: Place) -> None:
+        """Refuse what only shows in several keys."""
+
+    @classmethod
+    def tag_value(cls, tag: str) -> str:
+        """By which value it is told from others."""
+        return str(cls.keys[tag].reader.value)  # type: ignore[attr-defined]
+
+    # -- in words ------------------------------------------------------------------------------
+
+    @classmethod
+    def no_table(cls, raw_value: object, place: Place) -> str:
+        """What to say where no table stands."""
+        needed = [
+            f"{name} = {item.example or item.reader.example}"
+            for name, item in cls.keys.items()
+            if item.required and (item.example or item.reader.example)
+        ]
+        form = f"such as {{ {', '.join(needed)} }}" if needed else f"[{place.key}]"
+        return f"wanted a table {form}, got {show(raw_value)}"
+
+    @classmethod
+    def missing(cls, name: str, item: Key, place: Place) -> str:
+        """What to write for a key that is missing."""
+        if not item.example:
+            return f"missing; write a table [{place.at(name).key}]"
+        return f"missing; write for example {name} = {item.example}"
+
+    @classmethod
+    def unknown(cls, name: str) -> str:
+        """What to say of a key that it has not."""
+        if hint := did_you_mean(name, cls.keys):
+            return f"unknown key{hint}"
+        home = next((words for words, model in HOMES if name in model.keys), None)
+        if home is not None:
+            return f"unknown key here; it belongs in {home}"
+        return f"unknown key; the keys here are {', '.join(cls.keys)}"
+
+    @classmethod
+    def schema(cls) -> JsonSchema:
+        """Its JSON Schema, every key with its whole schema."""
+        names = [item.reader.value for name in ("law", "kind") if (item := cls.keys.get(name))
+                 and isinstance(item.reader, Constant)]  # fmt: skip
+        return {
+            "type": "object",
+            **({"title": names[0]} if names else {}),
+            "description": _first_line(cls),
+            "properties": {name: item.schema(name) for name, item in cls.keys.items()},
+            "required": [name for name, item in cls.keys.items() if item.required],
+            "additionalProperties": False,
+            **cls.rules,
+        }
+
+    # -- as an object --------------------------------------------------------------------------
+
+    def __setattr__(self, name: str, value: object) -> None:
+        if not name.startswith("_"):
+            raise AttributeError(f"a study is frozen; {name} cannot be set")
+        self.__dict__[name] = value
+
+    def __eq__(self, value: object) -> bool:
+        if type(value) is not type(self):
+            return NotImplemented
+        return all(getattr(self, a) == getattr(value, a) for a in self.attributes.values())
+
+    def __repr__(self) -> str:
+        values = (f"{a}={getattr(self, a)!r}" for a in self.attributes.values())
+        return f"{type(self).__name__}({', '.join(values)})"
+
+    def copy(self, **changes: Any) -> Self:
+        """The same table with other values of some attributes, in SI units and not checked."""
+        copy = type(self).__new__(type(self))
+        copy.__dict__.update(self.__dict__, **changes)
+        return copy
+
+    @classmethod
+    def of(cls, **values: Any) -> Self:
+        """A table of some values of its attributes, in SI units and not checked."""
+        part = cls.__new__(cls)
+        usual = {cls.attributes[name]: item.default for name, item in cls.keys.items()}
+        part.__dict__.update(usual, **values)
+        return part
+
+    def by_keys(self) -> dict[str, Any]:
+        """Its values in SI units by the keys of the file; what was left out is not there."""
+        values = {name: getattr(self, attribute) for name, attribute in self.attributes.items()}
+        return {name: _by_keys(value) for name, value in values.items() if value is not None}
+
+    def plain(self) -> dict[str, Any]:
+        """The same as JSON has it."""
+        result: dict[str, Any] = _plain(self.by_keys())
+        return result
 
 
 class SurfaceTable(Part):
@@ -58,90 +560,51 @@ class SurfaceTable(Part):
         return ()
 
 
-@dataclass
-class Reading:
-    """Where a study is read from and what is to be told of it; pydantic's context."""
-
-    folder: Path | None = None
-    notes: list[str] = field(default_factory=list)
-
-    @classmethod
-    def of(cls, info: ValidationInfo) -> Reading:
-        """The context of a validator, or an empty one."""
-        return info.context if isinstance(info.context, cls) else cls()
-
-    def path(self, name: str) -> Path:
-        """A file that the study names."""
-        return (self.folder or Path()) / name
-
-    def message(self, error: str, name: str) -> str:
-        """What is wrong with a file, saying where it was looked for."""
-        if self.folder is None or Path(name).is_absolute():
-            return error
-        return error.replace("no such file", "no such file in the folder of the study")
+HOMES: list[tuple[str, type[Part]]] = []
+"""Where the keys belong, in words; the tables of a study fill it."""
 
 
-class Check(NamedTuple):
-    """A check that comes before pydantic's own, and what the JSON Schema says of the value.
-
-    `describe` is given the schema of the plain type.
-    """
-
-    check: Callable[[object], object]
-    describe: Callable[[JsonSchema], JsonSchema]
-
-    def __get_pydantic_core_schema__(
-        self, source: Any, handler: GetCoreSchemaHandler
-    ) -> CoreSchema:
-        return core_schema.no_info_before_validator_function(self.check, handler(source))
-
-
-def required(description: str, example: str = "", **settings: Any) -> Any:
-    """A key that has to be given: what it is, and an example as TOML."""
-    return Field(description=description, examples=[example] if example else None, **settings)
+def homes_of(model: type[Part], path: str = "") -> Iterator[tuple[str, type[Part]]]:
+    """Where the keys of a table and of those in it belong, in words."""
+    yield f"[{path}]" if path else "the top level", model
+    for name, item in model.keys.items():
+        where = f"{path}.{name}" if path else name
+        if isinstance(item.reader, Named):
+            where += ".NAME"
+        for words, table in item.reader.tables():
+            if words and "kind" in words:
+                yield f"{name}{words}", table
+            elif words:
+                yield f"[{where}]{words}", table
+            if not words:
+                yield from homes_of(table, where)
 
 
-def optional(description: str, example: str = "", default: Any = None, **settings: Any) -> Any:
-    """A key that may be left out."""
-    return required(description, example, default=default, **settings)
+def _by_keys(value: Any) -> Any:
+    if isinstance(value, Part):
+        return value.by_keys()
+    if isinstance(value, dict):
+        return {name: _by_keys(item) for name, item in value.items()}
+    if isinstance(value, tuple) and any(isinstance(item, (Part, tuple)) for item in value):
+        return tuple(map(_by_keys, value))
+    return value
 
 
-def key(option: Parameter, *checks: Any, **changes: Any) -> Any:
-    """Key of a study for an option: its reading, default, description, example and schema."""
-    settings: dict[str, Any] = {"description": option.sentence}
-    if not option.required:
-        settings["default"] = option.default
-    if option.written:
-        settings["examples"] = [option.written]
-    info = Field(**{**settings, **changes})
-    # Of several checks the last one comes first.
-    info.metadata.extend([Check(_or_default(option), lambda _: option.schema()), *checks])
-    return info
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {name: _plain(item) for name, item in value.items()}
+    if isinstance(value, tuple):
+        return [_plain(item) for item in value]
+    return float(value) if isinstance(value, float) else value
 
 
-def _or_default(option: Parameter) -> Callable[[object], object]:
-    """Reads a value; None, which only Python can give, is the default."""
-
-    def read(raw_value: object) -> object:
-        return None if raw_value is None and option.default is None else option.read(raw_value)
-
-    return read
+def _first_line(model: type) -> str:
+    return (model.__doc__ or "").split("\n")[0]
 
 
-def as_key(argument: Argument) -> str:
-    """An argument in a message as a study writes it."""
-    if not argument.has_value:
-        return argument.name
-    return f"{argument.name} = {_as_toml(argument.value)}"
-
-
-def keyed(error: InputError, table: str, otherwise: str = "") -> KeyedError:
-    """An error of the physics at the key of its argument, or at another key of the table."""
-    key = f"{table}.{error.argument or otherwise}".removesuffix(".")
-    return KeyedError(key, said(error.statement, as_key))
-
-
-def _as_toml(value: object) -> str:
-    if isinstance(value, (list, tuple)):
-        return f"[{', '.join(map(_as_toml, value))}]"
-    return str(value).lower() if isinstance(value, bool) else in_python(value)
+def one_line(errors: Sequence[tuple[str, str]], blamed: str = "") -> str:
+    """First thing that is wrong, and how many more there are."""
+    key, message = errors[0]
+    extra = len(errors) - 1
+    suffix = f" (and {extra} more error{'s' * (extra > 1)})" if extra else ""
+    return f"{key}{blamed}: {message}{suffix}" if key else f"{message}{suffix}"

@@ -1,4 +1,4 @@
-"""Floor 8: values that may be meant, and are more likely a slip of a unit: they are asked back."""
+"""Values that may be meant, and are more likely a slip of a unit: they are asked back."""
 
 from __future__ import annotations
 

@@ -1,48 +1,32 @@
-"""Floor 8: how the normal load of a study is spread over the faces."""
+"""How the normal load of a study is spread over the faces."""
 
 from __future__ import annotations
 
 import math
-from functools import reduce
-from operator import or_
-from typing import TYPE_CHECKING, Annotated, Literal, Self
 
-from pydantic import Field, model_validator
-
-from microslip._core.units import AREA, FORCE, LENGTH, PRESSURE, TORQUE
-from microslip.errors import InputError
+from microslip._core.units import AREA, LENGTH, PRESSURE
 from microslip.friction.pressure import BOLTS, RINGS, Pressure
-from microslip.study import fields
-from microslip.study.columns import FromFile
-from microslip.study.fields import angle, array, integer, one_of, quantity
-from microslip.study.part import KeyedError, Part, keyed, optional, required
-from microslip.study.uncertain import Uncertain
+from microslip.study.columns import Numbers
+from microslip.study.fields import (
+    ANGLE,
+    FRICTION,
+    SHARE,
+    TENSION,
+    TORQUE,
+    one_of,
+    quantity,
+    whole_number,
+)
+from microslip.study.part import Items, KeyedError, Part, Place, Table, key, tag
+from microslip.study.uncertain import Unsure
 
-Length = Annotated[float, quantity(LENGTH, "12 mm"), Uncertain('"12 mm"')]
-_Angle = Annotated[float, angle("30 deg"), Uncertain('"30 deg"')]
-_Count = Annotated[int, integer(1, 10_000, words="a whole number of one or more such as 4")]
-_COUNT = Field(default=1, description="How many such, equal and apart.", examples=["4"])
-_DISTANCES = Annotated[
-    tuple[Annotated[float, quantity(LENGTH, "0 mm", "any")], ...],
-    array('["0 mm", "5 mm", "10 mm"]', fields.MAX_VALUES),
-    FromFile(LENGTH, "joint.pressure.distance"),
-]
-_AREAS = Annotated[
-    tuple[Annotated[float, quantity(AREA, "4 mm^2")], ...],
-    array('["4 mm^2", "4 mm^2"]', fields.MAX_VALUES, single=True),
-    FromFile(AREA, "joint.pressure.area", "positive"),
-]
-_PRESSURES = Annotated[
-    tuple[Annotated[float, quantity(PRESSURE, "20 MPa", "any")], ...],
-    array('["20 MPa", "12 MPa", "0 MPa"]', fields.MAX_VALUES),
-    FromFile(PRESSURE, "joint.pressure.pressure"),
-]
+_LENGTH = Unsure(quantity(LENGTH, "12 mm"))
+_COUNT = whole_number(1, 10_000, "4")
+_PRESSURES = Numbers(quantity(PRESSURE, "20 MPa", "any"), '["20 MPa", "12 MPa", "0 MPa"]')
 
 
 class PressurePart(Part):
     """A distribution of pressure; the normal load says how large it is."""
-
-    kind: str
 
     @property
     def load(self) -> float | None:
@@ -53,26 +37,25 @@ class PressurePart(Part):
         """The distribution."""
         raise NotImplementedError
 
-    @model_validator(mode="after")
-    def _check_distribution(self) -> Self:
-        try:
-            self.spread()
-        except InputError as error:
-            raise keyed(error, "joint.pressure") from None
-        return self
+    def check(self, place: Place) -> None:
+        """What no distribution has is refused."""
+        self.spread()
 
 
 class _Round(PressurePart):
     """Round, between two radii."""
 
-    outer: Length = required("Radius at which it ends.", '"8 mm"')
-    inner: Length | None = optional("Radius of the hole, if there is one.", '"4.5 mm"')
-    count: _Count = _COUNT
+    outer: float = key(_LENGTH, "Radius at which it ends.", '"8 mm"')
+    inner: float | None = key(
+        _LENGTH, "Radius of the hole, if there is one.", '"4.5 mm"', default=None
+    )
+    count: int = key(_COUNT, "How many such, equal and apart.", default=1)
 
     def spread(self, rings: int = RINGS) -> Pressure:
         """The distribution."""
-        options = {} if self.kind == "annulus" else {"rings": rings}
-        pressure: Pressure = getattr(Pressure, self.kind)(
+        kind = self.tag_value("kind")
+        options = {} if kind == "annulus" else {"rings": rings}
+        pressure: Pressure = getattr(Pressure, kind)(
             self.outer, self.inner or 0.0, count=self.count, **options
         )
         return pressure
@@ -81,32 +64,33 @@ class _Round(PressurePart):
 class ConePressure(_Round):
     """Pressure that falls along a straight line to none at the outer radius."""
 
-    kind: Literal["cone"] = required("Falls along a straight line from the inner radius.")
+    kind: str = tag("cone", "Falls along a straight line from the inner radius.")
 
 
 class ParabolaPressure(_Round):
     """Pressure that falls along a parabola to none at the outer radius."""
 
-    kind: Literal["parabola"] = required("Falls along a parabola from the inner radius.")
+    kind: str = tag("parabola", "Falls along a parabola from the inner radius.")
 
 
 class AnnulusPressure(_Round):
     """An even pressure on a ring or a disc."""
 
-    kind: Literal["annulus"] = required("Even between the radii.")
+    kind: str = tag("annulus", "Even between the radii.")
 
 
 class TablePressure(PressurePart):
     """Round, by a table of pressures at distances from the axis; only how they compare counts."""
 
-    kind: Literal["table"] = required("By a table over the distance from the axis.")
-    distance: _DISTANCES = required(
-        "Distances, rising: a list or a column of a CSV file.", '["0 mm", "5 mm", "10 mm"]'
+    kind: str = tag("table", "By a table over the distance from the axis.")
+    distance: tuple[float, ...] = key(
+        Numbers(quantity(LENGTH, "0 mm", "any"), '["0 mm", "5 mm", "10 mm"]'),
+        "Distances, rising: a list or a column of a CSV file.",
     )
-    pressure: _PRESSURES = required(
-        "Pressures there: a list or a column of a CSV file.", '["20 MPa", "12 MPa", "0 MPa"]'
+    pressure: tuple[float, ...] = key(
+        _PRESSURES, "Pressures there: a list or a column of a CSV file."
     )
-    count: _Count = _COUNT
+    count: int = key(_COUNT, "How many such, equal and apart.", default=1)
 
     def spread(self, rings: int = RINGS) -> Pressure:
         """The distribution."""
@@ -116,12 +100,13 @@ class TablePressure(PressurePart):
 class PatchesPressure(PressurePart):
     """Patches of a pressure film or of a finite-element model."""
 
-    kind: Literal["patches"] = required("Patches with their areas and pressures.")
-    area: _AREAS = required(
-        "Area of each patch, or of all: a list or a column of a CSV file.", '["4 mm^2", "4 mm^2"]'
+    kind: str = tag("patches", "Patches with their areas and pressures.")
+    area: tuple[float, ...] = key(
+        Numbers(quantity(AREA, "4 mm^2"), '["4 mm^2", "4 mm^2"]', single=True),
+        "Area of each patch, or of all: a list or a column of a CSV file.",
     )
-    pressure: _PRESSURES = required(
-        "Pressure on each: a list or a column of a CSV file.", '["20 MPa", "12 MPa"]'
+    pressure: tuple[float, ...] = key(
+        _PRESSURES, "Pressure on each: a list or a column of a CSV file.", '["20 MPa", "12 MPa"]'
     )
 
     def spread(self, rings: int = RINGS) -> Pressure:
@@ -132,50 +117,46 @@ class PatchesPressure(PressurePart):
 class BoltPressure(PressurePart):
     """What bolts press where two plates meet: a cone of 30 degrees from head and nut."""
 
-    kind: Literal["bolt"] = required("By bolts through two plates.")
-    size: Annotated[str, one_of(*BOLTS)] = required(
-        "Size of the bolts, which gives head and hole.", '"M8"'
+    kind: str = tag("bolt", "By bolts through two plates.")
+    size: str = key(one_of(*BOLTS), "Size of the bolts, which gives head and hole.", '"M8"')
+    plates: tuple[float, ...] = key(
+        Items(_LENGTH, '["10 mm", "10 mm"]', (1, 2)), "Thickness of both plates."
     )
-    plates: Annotated[tuple[Length, ...], array('["10 mm", "10 mm"]', 2)] = required(
-        "Thickness of both plates.", '["10 mm", "10 mm"]'
+    count: int = key(_COUNT, "How many bolts.", default=1)
+    preload: float | None = key(Unsure(TENSION), "Tension of each bolt.", '"15 kN"', default=None)
+    torque: float | None = key(Unsure(TORQUE), "Tightening torque in its place.", default=None)
+    nut_factor: float | None = key(
+        Unsure(SHARE), "K of torque = K d tension; 0.2 if absent, without frictions.", default=None
     )
-    count: _Count = optional("How many bolts.", "4", default=1)
-    preload: Annotated[float, quantity(FORCE, "15 kN"), Uncertain('"15 kN"')] | None = optional(
-        "Tension of each bolt.", '"15 kN"'
+    thread_friction: float | None = key(
+        Unsure(FRICTION), "Friction in the thread, for VDI 2230.", "0.12", default=None
     )
-    torque: Annotated[float, quantity(TORQUE, "20 N m"), Uncertain('"20 N m"')] | None = optional(
-        "Tightening torque in its place.", '"20 N m"'
+    bearing_friction: float | None = key(
+        Unsure(FRICTION), "Friction under the head, for VDI 2230.", "0.12", default=None
     )
-    nut_factor: fields.LoadShare | None = optional(
-        "K of torque = K d tension; 0.2 if absent, without frictions.", "0.2"
+    hole: float | None = key(_LENGTH, "Diameter of the holes.", '"9 mm"', default=None)
+    head: float | None = key(
+        _LENGTH,
+        "Diameter of what presses on the plates: head, nut or washer.",
+        '"16 mm"',
+        default=None,
     )
-    thread_friction: fields.UncertainFriction | None = optional(
-        "Friction in the thread, for VDI 2230.", "0.12"
+    angle: float = key(
+        Unsure(ANGLE), "Half angle of the cone.", '"30 deg"', default=math.radians(30.0)
     )
-    bearing_friction: fields.UncertainFriction | None = optional(
-        "Friction under the head, for VDI 2230.", "0.12"
-    )
-    hole: Length | None = optional("Diameter of the holes.", '"9 mm"')
-    head: Length | None = optional(
-        "Diameter of what presses on the plates: head, nut or washer.", '"16 mm"'
-    )
-    angle: _Angle = optional("Half angle of the cone.", '"30 deg"', default=math.radians(30.0))
-    edge: Length | None = optional(
-        "Diameter at which the plates end, or half-way to the next bolt.", '"30 mm"'
+    edge: float | None = key(
+        _LENGTH,
+        "Diameter at which the plates end, or half-way to the next bolt.",
+        '"30 mm"',
+        default=None,
     )
 
-    @model_validator(mode="after")
-    def _check_tension(self) -> Self:
+    def check(self, place: Place) -> None:
+        """A tension or a torque, and what both refuse."""
+        super().check(place)
         if self.preload is not None and self.torque is not None:
-            raise KeyedError(
-                "joint.pressure.torque", "wanted preload or torque, got both; remove one"
-            )
-        if self.torque is not None:
-            try:
-                self._tension()
-            except InputError as error:
-                raise keyed(error, "joint.pressure") from None
-        return self
+            raise KeyedError(".torque", "wanted preload or torque, got both; remove one")
+        _ = self.load
 
     def _tension(self) -> float:
         """Tension of a bolt by its torque [N]."""
@@ -219,17 +200,9 @@ class BoltPressure(PressurePart):
         )
 
 
-PRESSURES: dict[str, type[Part]] = {
-    "cone": ConePressure,
-    "parabola": ParabolaPressure,
-    "annulus": AnnulusPressure,
-    "table": TablePressure,
-    "patches": PatchesPressure,
-    "bolt": BoltPressure,
-}
-"""Tables of pressure distributions by their kind."""
-
-if TYPE_CHECKING:
-    AnyPressure = PressurePart
-else:
-    AnyPressure = Annotated[reduce(or_, PRESSURES.values()), Field(discriminator="kind")]
+ANY_PRESSURE = Table(
+    *(ConePressure, ParabolaPressure, AnnulusPressure, TablePressure, PatchesPressure),
+    BoltPressure,
+    tag="kind",
+)
+"""A pressure distribution by its kind."""

@@ -1,4 +1,4 @@
-"""Floor 8: the surface of a study that comes from a scan: its keys, its file and its summits."""
+"""The surface of a study that comes from a scan: its keys, its file and its summits."""
 
 from __future__ import annotations
 
@@ -6,25 +6,22 @@ import math
 from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+from typing import TYPE_CHECKING, Any
 
-from pydantic import PrivateAttr, ValidationInfo, model_validator
-
+from microslip._core.parameters import JsonSchema
 from microslip._core.units import engineering
 from microslip._core.wording import quoted, shorten, show
 from microslip.errors import InputError, said
 from microslip.normal import PerssonCurve
 from microslip.scans import options
-from microslip.study.columns import text
-from microslip.study.fields import TwoNames
+from microslip.study.fields import MATERIALS, text
 from microslip.study.part import (
-    Check,
     KeyedError,
-    Reading,
+    Place,
+    Reader,
     SurfaceTable,
     as_key,
-    optional,
-    required,
+    tag,
 )
 from microslip.study.part import key as key_of
 
@@ -40,17 +37,23 @@ NO_CUTOFF = "none: the pixel decides"
 """What stands wherever a cut-off would, if there is none."""
 
 
-def _channel(raw_value: object) -> object:
-    if isinstance(raw_value, bool) or not isinstance(raw_value, (str, int)) or raw_value == "":
-        raise ValueError(f'wanted a channel such as "Topography" or 0, got {show(raw_value)}')
-    return raw_value
+SCAN = text("the name of a scan", "ground.plu")
 
 
-ScanName = Annotated[str, text('the name of a scan such as "ground.plu"')]
-Channel = Annotated[
-    str | int,
-    Check(_channel, lambda _: {"anyOf": [{"type": "string"}, {"type": "integer"}]}),
-]
+class _Channel(Reader):
+    """A channel of an instrument's file."""
+
+    help, example, default = options.CHANNEL.help, options.CHANNEL.example_text, None
+
+    def read(self, raw_value: object, place: Place) -> str | int:
+        """Its name or number."""
+        if isinstance(raw_value, bool) or not isinstance(raw_value, (str, int)) or raw_value == "":
+            raise ValueError(f'wanted a channel such as "Topography" or 0, got {show(raw_value)}')
+        return raw_value
+
+    def schema(self) -> JsonSchema:
+        """Text or a whole number."""
+        return {"anyOf": [{"type": "string"}, {"type": "integer"}]}
 
 
 def _single(values: Any) -> Any:
@@ -58,17 +61,9 @@ def _single(values: Any) -> Any:
     return values[0] if values and len(values) == 1 else values
 
 
-class ScanSurface(SurfaceTable):
-    """Summits of a scanned surface; its short-wave cut-off [m] decides what a summit is."""
+class Scanned(SurfaceTable):
+    """How scans are read, and what counts as a summit in them."""
 
-    law: Literal["scan"] = required("Summits found in a scan of a surface.")
-    materials: TwoNames = required(
-        "Names of the two bodies: materials of this file or metals of the table.",
-        '["steel", "steel"]',
-    )
-    scan: ScanName = required(
-        "File of the scan, relative to the folder of the study.", '"ground.plu"'
-    )
     cutoff: float | None = key_of(options.CUTOFF)
     long_cutoff: float | None = key_of(options.LONG_CUTOFF)
     level: str | None = key_of(options.LEVEL)
@@ -77,26 +72,35 @@ class ScanSurface(SurfaceTable):
     method: str = key_of(options.METHOD)
     prominence: float | None = key_of(options.PROMINENCE)
     estimate: str = key_of(options.ESTIMATE)
-    heights: str = key_of(options.HEIGHTS)
-    direction: float | None = key_of(options.DIRECTION)
-    area: float | None = key_of(options.SCAN_AREA)
     format: str | None = key_of(options.FORMAT)
     unit: tuple[str, ...] | None = key_of(options.UNIT)
     pixel: tuple[float, ...] | None = key_of(options.PIXEL)
     key: str | None = key_of(options.KEY)
-    channel: Channel | None = optional(options.CHANNEL.help, options.CHANNEL.shown)
-    valid: tuple[float, ...] | None = key_of(options.VALID, examples=['["-1 mm", "1 mm"]'])
+    channel: str | int | None = key_of(_Channel())
+    valid: tuple[float, ...] | None = key_of(options.VALID, example='["-1 mm", "1 mm"]')
 
-    _scan: Scan = PrivateAttr()
-    _summits: Summits | None = PrivateAttr(default=None)
-    _profile: Scan | None = PrivateAttr(default=None)
-    _other_summits: dict[float, Summits] = PrivateAttr(default_factory=dict)
 
-    @model_validator(mode="after")
-    def _read(self, info: ValidationInfo) -> Self:
+class ScanSurface(Scanned):
+    """Summits of a scanned surface; its short-wave cut-off [m] decides what a summit is."""
+
+    law: str = tag("scan", "Summits found in a scan of a surface.")
+    materials: tuple[str, str] = MATERIALS
+    scan: str = key_of(SCAN, "File of the scan, relative to the folder of the study.")
+    heights: str = key_of(options.HEIGHTS)
+    direction: float | None = key_of(options.DIRECTION)
+    area: float | None = key_of(options.SCAN_AREA)
+
+    _scan: Scan
+    _summits: Summits | None = None
+    _profile: Scan | None = None
+    _other_summits: dict[float, Summits]
+
+    def check(self, place: Place) -> None:
+        """Read the scan, and refuse what goes with none such."""
         from microslip.scans import Scan
 
-        reading, name = Reading.of(info), shorten(self.scan, 100)
+        reading, name = place.reading, shorten(self.scan, 100)
+        self._other_summits = {}
         here = reading.path(self.scan)
         try:
             self._scan = Scan.read(
@@ -113,59 +117,52 @@ class ScanSurface(SurfaceTable):
             message = message if message.startswith(name) else f"{name}: {message}"
             if not here.exists():
                 message = reading.message(message, self.scan)
-            raise KeyedError("surface.scan", message) from None
+            raise KeyedError(".scan", message) from None
         notes = " ".join(said(note, as_key) for note in self._scan.notes)
-        reading.notes.append(f"surface.scan: {notes}")
+        reading.notes.append(f"{place.key}.scan: {notes}")
         if self._scan.is_profile:
             self._check_profile()
-        return self
-
-    @model_validator(mode="after")
-    def _check_heights(self) -> Self:
-        """Summits one by one are counted ones, and have their own heights."""
+        # Summits one by one are counted ones, and have their own heights.
         if self.is_population and (
             self.estimate not in ("counted", "population")
             or self.heights not in ("gaussian", "population")
         ):
             raise KeyedError(
-                "surface.heights",
+                ".heights",
                 f"wanted other heights with estimate = {show(self.estimate)}, got "
                 f'{show(self.heights)}; "population" goes with estimate = "counted"',
             )
         if self.estimate == options.PERSSON and self.heights != "gaussian":
             raise KeyedError(
-                "surface.heights",
+                ".heights",
                 f'wanted none beside estimate = "{options.PERSSON}", which knows no summits, got '
                 f"{show(self.heights)}",
             )
         elliptic = ("counted", "gaussian", "watershed")
         if self.direction is not None and elliptic != (self.estimate, self.heights, self.method):
             raise KeyedError(
-                "surface.direction",
+                ".direction",
                 'wanted only beside estimate = "counted", heights = "gaussian" and method = '
                 '"watershed", whose summits are known by two curvatures',
             )
-        return self
 
     def _check_profile(self) -> None:
         """A profile has moments only, and no area."""
         if self.estimate not in options.OF_PROFILES:
             raise KeyedError(
-                "surface.estimate",
+                ".estimate",
                 "a profile has peaks but no summits to count: wanted "
                 f"{quoted(options.OF_PROFILES)}, got {show(self.estimate)}",
             )
         if self.heights != "gaussian":
             raise KeyedError(
-                "surface.heights",
+                ".heights",
                 f'a profile has no summits to count: wanted "gaussian", got {show(self.heights)}',
             )
         if self.prominence is not None:
-            raise KeyedError("surface.prominence", "means nothing for a profile; leave it out")
+            raise KeyedError(".prominence", "means nothing for a profile; leave it out")
         if self.area is None:
-            raise KeyedError(
-                "surface.area", 'missing, and a profile has none; write for example "2 cm^2"'
-            )
+            raise KeyedError(".area", 'missing, and a profile has none; write for example "2 cm^2"')
 
     @property
     def is_population(self) -> bool:

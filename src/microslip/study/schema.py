@@ -1,38 +1,41 @@
-"""Floor 10: what a study file may hold, as a tree of frozen models.
+"""What a study file may hold, as a tree of frozen models.
 
-Each quantity is text with a unit in the file and an SI float here. Reading a file, and turning
-what is wrong with it into one line, is the work of :mod:`microslip.study.description`.
+Each quantity is text with a unit in the file and an SI float here. Reading a file, and telling
+what is wrong with it, is the work of :mod:`microslip.study.description`.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+from typing import Any, Literal
 
 import numpy as np
-from pydantic import (
-    AfterValidator,
-    ConfigDict,
-    Field,
-    PrivateAttr,
-    ValidationInfo,
-    model_validator,
-)
+from numpy.typing import NDArray
 
-from microslip._core.units import FORCE, LENGTH, TIME, Kind, engineering
+from microslip._core.parameters import REQUIRED
+from microslip._core.units import FORCE, LENGTH, MASS, STIFFNESS, TIME, engineering
 from microslip._core.wording import shorten
-from microslip.study import fields
-from microslip.study.columns import Column, ColumnName, UnitName, text
-from microslip.study.fields import array, different, integer, one_of
-from microslip.study.joints import AnyJoint
+from microslip.study import part
+from microslip.study.columns import COLUMN, COLUMN_UNIT, FILE, column_values
+from microslip.study.fields import (
+    AMPLITUDE,
+    ANGLE,
+    LINE,
+    LOAD,
+    SHARE,
+    VISCOUS_RATIO,
+    YES_NO,
+    one_of,
+    quantity,
+    text,
+    whole_number,
+)
+from microslip.study.joints import ANY_JOINT
 from microslip.study.metals import with_metals
-from microslip.study.part import KeyedError, Part, optional, required
+from microslip.study.part import Items, KeyedError, Named, Part, Place, Table, key
 from microslip.study.structure import StructurePart
-from microslip.study.surfaces import AnyMaterial, AnySurface
-from microslip.study.uncertain import with_followers
+from microslip.study.surfaces import ANY_MATERIAL, ANY_SURFACE
+from microslip.study.uncertain import Unsure, with_followers
 from microslip.study.uncertainty import UncertaintyPart
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 SCHEMA = 1
 MAX_POINTS = 1_000_000
@@ -43,51 +46,50 @@ FORMATS = ("netcdf", "csv", "svg", "png", "pdf")
 class Curve(Part):
     """Amplitudes of the curves [m], evenly spaced on a log axis."""
 
-    start: fields.Amplitude = required("Smallest amplitude.", '"1 nm"', alias="from")
-    to: fields.Amplitude = required("Largest amplitude.", '"100 um"')
-    points: Annotated[int, integer(2, MAX_POINTS, 200)] = optional(
-        "How many amplitudes, evenly spaced on a log axis.", default=200
+    start: float = key(AMPLITUDE, "Smallest amplitude.", '"1 nm"', alias="from")
+    to: float = key(AMPLITUDE, "Largest amplitude.", '"100 um"')
+    points: int = key(
+        whole_number(2, MAX_POINTS, "200"),
+        "How many amplitudes, evenly spaced on a log axis.",
+        default=200,
     )
 
-    @model_validator(mode="after")
-    def _check_range(self) -> Self:
+    def check(self, place: Place) -> None:
+        """It rises."""
         if not self.start < self.to:
             start, end = (engineering(x, "m", trim=True) for x in (self.start, self.to))
-            raise KeyedError("excitation.curve.to", f"wanted more than `from` ({start}), got {end}")
-        return self
+            raise KeyedError(".to", f"wanted more than `from` ({start}), got {end}")
 
 
 class LoadVariation(Part):
     """A normal load that varies over each cycle, as a sine about the load of the joint."""
 
-    model_config = ConfigDict(
-        json_schema_extra={"oneOf": [{"required": ["amplitude"]}, {"required": ["share"]}]}
-    )
+    rules = {"oneOf": [{"required": ["amplitude"]}, {"required": ["share"]}]}  # noqa: RUF012
 
-    amplitude: fields.UncertainLoad | None = optional(
-        "Amplitude of the load, at every load.", '"400 N"'
+    amplitude: float | None = key(
+        Unsure(LOAD), "Amplitude of the load, at every load.", '"400 N"', default=None
     )
-    share: fields.LoadShare | None = optional(
-        "Amplitude of the load as a share of each normal load, in its place.", "0.2"
+    share: float | None = key(
+        Unsure(SHARE),
+        "Amplitude of the load as a share of each normal load, in its place.",
+        default=None,
     )
-    phase: fields.Phase = optional(
+    phase: float = key(
+        Unsure(ANGLE),
         "How far the load is ahead of the displacement, in its own periods.",
-        '"90 deg"',
         default=0.0,
     )
-    harmonic: Annotated[int, integer(1, MAX_HARMONIC, 2)] = optional(
-        "Periods of the load in a cycle of the displacement.", default=1
+    harmonic: int = key(
+        whole_number(1, MAX_HARMONIC, "2"),
+        "Periods of the load in a cycle of the displacement.",
+        default=1,
     )
 
-    @model_validator(mode="after")
-    def _check_size(self) -> Self:
+    def check(self, place: Place) -> None:
+        """One of both sizes."""
         if (self.amplitude is None) == (self.share is None):
             came = "neither" if self.share is None else "both"
-            raise KeyedError(
-                "excitation.load_variation",
-                f'wanted amplitude = "400 N" or share = 0.2, one of them, got {came}',
-            )
-        return self
+            raise ValueError(f'wanted amplitude = "400 N" or share = 0.2, one of them, got {came}')
 
     def share_of(self, load: float) -> float:
         """Amplitude as a share of a normal load [N]."""
@@ -100,68 +102,70 @@ class LoadVariation(Part):
 class LoadColumn(Part):
     """Normal loads [N] along a history, in another column of its file."""
 
-    column: ColumnName = required(
-        'Name of the column, with or without the unit of its header: "N" or "N [kN]".', '"load"'
+    column: str = key(
+        COLUMN,
+        'Name of the column, with or without the unit of its header: "N" or "N [kN]".',
+        '"load"',
+        default=REQUIRED,
     )
-    unit: UnitName | None = optional(
-        'Unit of the column; not needed where its header has one, "[kN]" or "(kN)".', '"N"'
+    unit: str | None = key(
+        COLUMN_UNIT,
+        'Unit of the column; not needed where its header has one, "[kN]" or "(kN)".',
+        '"N"',
     )
 
 
-class History(Column):
+_QUANTITIES = {
+    "displacement": quantity(LENGTH, "1 um", "any"),
+    "force": quantity(FORCE, "100 N", "any"),
+}
+_LOADS = quantity(FORCE, "2 kN", "any").but(least=0.0)
+_TIMES = quantity(TIME, "1 s", "any")
+
+
+class History(Part):
     """A history of the joint from rest, displacements [m] or forces [N], in a CSV file."""
 
-    quantity: Annotated[Literal["displacement", "force"], one_of("displacement", "force")] = (
-        optional("What the column holds.", default="displacement")
+    file: str = key(FILE, default=REQUIRED)
+    column: str = key(COLUMN, default=REQUIRED)
+    unit: str | None = key(COLUMN_UNIT)
+    quantity: Literal["displacement", "force"] = key(
+        one_of(*_QUANTITIES), "What the column holds.", default="displacement"
     )
-    normal_load: LoadColumn | None = optional(
-        "Normal loads along the history, where they are not constant."
+    normal_load: LoadColumn | None = key(
+        Table(LoadColumn),
+        "Normal loads along the history, where they are not constant.",
+        default=None,
     )
-    time: ColumnName | None = optional(
+    time: str | None = key(
+        COLUMN,
         "Name of a column of its times, which its figure is drawn against; they decide "
         "nothing else.",
         '"t [s]"',
     )
 
-    _values: tuple[float, ...] = PrivateAttr(default=())
-    _loads: tuple[float, ...] | None = PrivateAttr(default=None)
-    _times: tuple[float, ...] | None = PrivateAttr(default=None)
+    _values: tuple[float, ...] = ()
+    _loads: tuple[float, ...] | None = None
+    _times: tuple[float, ...] | None = None
 
-    @model_validator(mode="after")
-    def _read(self, info: ValidationInfo) -> Self:
-        kind = LENGTH if self.quantity == "displacement" else FORCE
-        self._values = self.read(kind, "any", info, "excitation.history")
+    def check(self, place: Place) -> None:
+        """Read the columns."""
+        name = shorten(self.file, 100)
+        declared = _QUANTITIES[self.quantity]
+        self._values = column_values(declared, place, self.file, self.column, self.unit)
         if len(self._values) < 2:
-            raise ValueError(f"{shorten(self.file, 100)}: wanted at least two rows, got one")
+            raise ValueError(f"{name}: wanted at least two rows, got one")
         if self.normal_load is not None:
-            self._loads = self._read_loads(self.normal_load, info)
+            column, unit = self.normal_load.column, self.normal_load.unit
+            here = place.at("normal_load")
+            loads = here.attempt(lambda: column_values(_LOADS, here, self.file, column, unit))
+            self._loads = loads
         if self.time is not None:
-            key = "excitation.history.time"
-            self._times = self._column_beside(self.time, None, TIME, key, info)
-            if not np.all(np.diff(self._times) > 0.0):
-                raise KeyedError(key, f"{shorten(self.file, 100)}: wanted times that rise")
-        return self
-
-    def _column_beside(
-        self, name: str, unit: str | None, kind: Kind, key: str, info: ValidationInfo
-    ) -> tuple[float, ...]:
-        """Another column of the same file."""
-        try:
-            return Column(file=self.file, column=name, unit=unit).read(kind, "any", info, key)
-        except ValueError as error:
-            raise KeyedError(key, str(error)) from None
-
-    def _read_loads(self, column: LoadColumn, info: ValidationInfo) -> tuple[float, ...]:
-        key = "excitation.history.normal_load"
-        loads = self._column_beside(column.column, column.unit, FORCE, key, info)
-        for row, load in enumerate(loads, start=1):
-            if load < 0.0:
-                raise KeyedError(
-                    key,
-                    f"{shorten(self.file, 100)}: wanted loads of zero or more, "
-                    f"got {engineering(load, 'N', 6, trim=True)} in row {row} of the numbers",
-                )
-        return loads
+            time, here = self.time, place.at("time")
+            times = here.attempt(lambda: column_values(_TIMES, here, self.file, time))
+            if times is not part.FAILED and not np.all(np.diff(times) > 0.0):
+                raise KeyedError(".time", f"{name}: wanted times that rise")
+            self._times = times
 
     @property
     def values(self) -> NDArray[np.float64]:
@@ -182,23 +186,31 @@ class History(Column):
 class Excitation(Part):
     """What the joint goes through: amplitudes of loops, range of the curves, an own history."""
 
-    model_config = ConfigDict(
-        json_schema_extra={"not": {"required": ["amplitudes", "force_amplitudes"]}}
-    )
+    rules = {"not": {"required": ["amplitudes", "force_amplitudes"]}}  # noqa: RUF012
 
-    amplitudes: fields.Amplitudes | None = optional(
-        "Displacement amplitudes of the loops, one loop each at every load.", '["0.1 um", "1 um"]'
+    amplitudes: tuple[float, ...] | None = key(
+        Items(Unsure(AMPLITUDE), '["0.1 um", "1 um"]', distinct=True),
+        "Displacement amplitudes of the loops, one loop each at every load.",
+        default=None,
     )
-    force_amplitudes: fields.ForceAmplitudes | None = optional(
-        "Force amplitudes of the loops, instead of displacement amplitudes.", '["50 N", "200 N"]'
+    force_amplitudes: tuple[float, ...] | None = key(
+        Items(Unsure(quantity(FORCE, "100 N")), '["50 N", "200 N"]', distinct=True),
+        "Force amplitudes of the loops, instead of displacement amplitudes.",
+        default=None,
     )
-    curve: Curve | None = optional(
-        "Displacement amplitudes of the curves, evenly spaced on a log axis."
+    curve: Curve | None = key(
+        Table(Curve),
+        "Displacement amplitudes of the curves, evenly spaced on a log axis.",
+        default=None,
     )
-    load_variation: LoadVariation | None = optional(
-        "How the normal load varies over the cycles of the loops."
+    load_variation: LoadVariation | None = key(
+        Table(LoadVariation),
+        "How the normal load varies over the cycles of the loops.",
+        default=None,
     )
-    history: History | None = optional("A history from rest, in a column of a CSV file.")
+    history: History | None = key(
+        Table(History), "A history from rest, in a column of a CSV file.", default=None
+    )
 
     @property
     def load_varies(self) -> bool:
@@ -206,30 +218,31 @@ class Excitation(Part):
         along = self.history is not None and self.history.normal_load is not None
         return along or self.load_variation is not None
 
-    @model_validator(mode="after")
-    def _check_amplitudes(self) -> Self:
+    def check(self, place: Place) -> None:
+        """Displacements or forces are controlled."""
         if self.amplitudes is not None and self.force_amplitudes is not None:
             raise KeyedError(
-                "excitation.force_amplitudes",
+                ".force_amplitudes",
                 "wanted amplitudes or force_amplitudes, got both; remove one",
             )
         if self.force_amplitudes is not None and self.load_variation is not None:
             raise KeyedError(
-                "excitation.load_variation",
+                ".load_variation",
                 "wanted with displacement amplitudes, got force_amplitudes; remove one "
                 "(under force control a load that varies can make a joint ratchet: no closed loop)",
             )
-        return self
 
 
 class OscillatorPart(Part):
     """A mass [kg] on a spring [N/m], held by the joint as well; viscous damping ratio [–]."""
 
-    mass: fields.Mass = required("Mass.", '"2 kg"')
-    stiffness: fields.Stiffness = required("Stiffness of the spring beside the joint.", '"1e6 N/m"')
-    viscous_damping_ratio: fields.ViscousRatio = optional(
+    mass: float = key(Unsure(quantity(MASS, "2 kg")), "Mass.")
+    stiffness: float = key(
+        Unsure(quantity(STIFFNESS, "1e6 N/m")), "Stiffness of the spring beside the joint."
+    )
+    viscous_damping_ratio: float = key(
+        Unsure(VISCOUS_RATIO),
         "Damping ratio of the structure without the joint, at its frequency at rest.",
-        "0.01",
         default=0.0,
     )
 
@@ -237,59 +250,64 @@ class OscillatorPart(Part):
 class Output(Part):
     """What is written besides `summary.json` and the copy of the study."""
 
-    formats: Annotated[
-        tuple[Annotated[str, one_of(*FORMATS)], ...],
-        array('["netcdf", "csv", "svg"]', 20),
-        AfterValidator(different),
-    ] = optional("Files that are written; PNG and PDF where asked for.", default=FORMATS[:3])
-    report: fields.YesOrNo = optional(
-        "Whether a page with all results, report.html, is written.", default=True
+    formats: tuple[str, ...] = key(
+        Items(one_of(*FORMATS), '["netcdf", "csv", "svg"]', (1, 20), distinct=True),
+        "Files that are written; PNG and PDF where asked for.",
+        default=FORMATS[:3],
+    )
+    report: bool = key(
+        YES_NO, "Whether a page with all results, report.html, is written.", default=True
     )
 
 
 class StudyTables(Part):
     """A validated description of one prediction; quantities are SI floats."""
 
-    version: Annotated[int, integer(SCHEMA, SCHEMA, words="schema = 1")] = required(
-        "Version of this format: 1.", "1", alias="schema"
+    version: int = key(
+        whole_number(SCHEMA, SCHEMA, noun="schema = 1"),
+        "Version of this format: 1.",
+        "1",
+        alias="schema",
     )
-    title: fields.Line = optional("One line for figures, tables and the report.", default="")
-    not_identified: (
-        Annotated[
-            tuple[Annotated[str, text('a key such as "surface.radius"')], ...],
-            array('["surface.radius"]', 20, single=True),
-        ]
-        | None
-    ) = optional(
+    title: str = key(LINE, "One line for figures, tables and the report.", default="")
+    not_identified: tuple[str, ...] | None = key(
+        Items(text("a key", "surface.radius"), '["surface.radius"]', (1, 20), single=True),
         "Keys whose numbers loops did not tell, as `microslip identify` writes them: "
         "they are asked back until they are known.",
-        '["surface.radius"]',
+        default=None,
     )
-    material: dict[str, AnyMaterial] = Field(
-        default_factory=dict,
-        description="Materials by names of your own. A metal of the table needs no entry; where "
+    material: dict[str, Any] = key(
+        Named(ANY_MATERIAL, '{ mine = { young_modulus = "69 GPa", poisson_ratio = 0.33 } }'),
+        "Materials by names of your own. A metal of the table needs no entry; where "
         "it has one, the keys given win.",
-        examples=['{ mine = { young_modulus = "69 GPa", poisson_ratio = 0.33 } }'],
+        default={},
     )
-    surface: AnySurface = optional("The two bodies and how they touch; only for the law interface.")
-    joint: AnyJoint = required("Friction and load, or a friction law by its own parameters.")
-    excitation: Excitation = Field(
-        default_factory=Excitation, description="Amplitudes, curves and histories."
+    surface: Any = key(
+        ANY_SURFACE,
+        "The two bodies and how they touch; only for the law interface.",
+        default=None,
     )
-    oscillator: OscillatorPart | None = optional("A mass on a spring that the joint holds, too.")
-    structure: StructurePart | None = optional(
-        "A bolted structure that the surface holds together."
+    joint: Any = key(ANY_JOINT, "Friction and load, or a friction law by its own parameters.")
+    excitation: Excitation = key(
+        Table(Excitation), "Amplitudes, curves and histories.", default=Excitation()
     )
-    uncertainty: UncertaintyPart | None = optional(
-        "How numbers that are given with their scatter are drawn."
+    oscillator: OscillatorPart | None = key(
+        Table(OscillatorPart), "A mass on a spring that the joint holds, too.", default=None
     )
-    output: Output = Field(default_factory=Output, description="What is written.")
+    structure: StructurePart | None = key(
+        Table(StructurePart), "A bolted structure that the surface holds together.", default=None
+    )
+    uncertainty: UncertaintyPart | None = key(
+        Table(UncertaintyPart),
+        "How numbers that are given with their scatter are drawn.",
+        default=None,
+    )
+    output: Output = key(Table(Output), "What is written.", default=Output())
 
-    @model_validator(mode="before")
     @classmethod
-    def _complete(cls, raw_value: Any, info: ValidationInfo) -> Any:
-        return (
-            with_followers(with_metals(raw_value, info))
-            if isinstance(raw_value, dict)
-            else raw_value
-        )
+    def prepare(cls, raw: dict[str, Any], place: Place) -> dict[str, Any]:
+        """Metals of the table, and numbers that follow others, are put in."""
+        return with_followers(with_metals(raw, place.reading))
+
+
+part.HOMES.extend(part.homes_of(StudyTables))

@@ -1,4 +1,4 @@
-"""Floor 10: what only shows in the whole of a study and needs no computation."""
+"""What only shows in the whole of a study and needs no computation."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def _check_pressure(study: StudyTables) -> None:
     """A pressure that is spread needs a surface with an area, and stays as it is."""
     if study.joint.pressure is None:
         return
-    if "area" not in type(study.surface).model_fields:
+    if "area" not in study.surface.keys:
         raise KeyedError(
             "joint.pressure",
             f'wanted a surface with an area to spread it over, got law = "{study.surface.law}"',
@@ -160,7 +160,7 @@ def _check_bodies(study: StudyTables, surface: Any) -> None:
 
 def _check_summits(surface: Any) -> None:
     """A surface has a summit; less is a slip of a unit."""
-    if {"density", "area"} <= type(surface).model_fields.keys() and surface.law != "scan":
+    if {"density", "area"} <= surface.keys.keys() and surface.law != "scan":
         count = surface.density * surface.area
         if count < 1.0:
             raise KeyedError(

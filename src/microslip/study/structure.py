@@ -1,23 +1,34 @@
-"""Floor 10: a bolted structure in a study: its drawing, its bolts, and what is not known of it."""
+"""A bolted structure in a study: its drawing, its bolts, and what is not known of it."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, cast
+from typing import TYPE_CHECKING, Any, Literal, cast
 
 import numpy as np
-from pydantic import AfterValidator, PrivateAttr, ValidationInfo, model_validator
 
 from microslip._core.checks import Floats
-from microslip._core.units import FORCE, LENGTH, MASS_DENSITY, TORQUE
-from microslip.errors import InputError
-from microslip.study import fields
-from microslip.study.columns import Column, FileName
-from microslip.study.fields import array, different, integer, number, one_of, quantity
+from microslip._core.parameters import REQUIRED
+from microslip.study.columns import FILE, column_values
+from microslip.study.fields import (
+    FRICTION,
+    LENGTH,
+    LINE,
+    MASS_DENSITY,
+    PLACE,
+    SHARE,
+    TENSION,
+    TORQUE,
+    VISCOUS_RATIO,
+    YES_NO,
+    number,
+    one_of,
+    whole_number,
+)
 from microslip.study.mesh import MeshPart
-from microslip.study.modal_tests import MOST_MODES, Tests
-from microslip.study.part import KeyedError, Part, optional, required
-from microslip.study.uncertain import Uncertain
+from microslip.study.modal_tests import MODE, MOST_MODES, TESTS, MeasuredPart
+from microslip.study.part import Items, KeyedError, Part, Place, Table, key
+from microslip.study.uncertain import Unsure
 
 if TYPE_CHECKING:
     from microslip.materials import Material
@@ -26,56 +37,58 @@ if TYPE_CHECKING:
 
 MOST_POINTS, MOST_SAMPLES = 100, 4096
 
-PlainSize = Annotated[float, quantity(LENGTH, "25 mm")]
-Size = Annotated[PlainSize, Uncertain('"25 mm"')]
-Place = Annotated[float, quantity(LENGTH, "30 mm", "any"), Uncertain('"30 mm"')]
-Places = Annotated[tuple[Place, ...], array('["-30 mm", "0 mm", "30 mm"]', 200, single=True)]
-Tension = Annotated[float, quantity(FORCE, "12 kN"), Uncertain('"12 kN"')]
-Torque = Annotated[float, quantity(TORQUE, "20 N m"), Uncertain('"20 N m"')]
-UncertainDensity = Annotated[
-    float, quantity(MASS_DENSITY, "7850 kg/m^3"), Uncertain('"7850 kg/m^3"')
-]
-_FACTOR = number("a finite number such as 1.0")
+_SIZE, _PLACES = Unsure(LENGTH), Unsure(PLACE)
+_ALONG = Items(_PLACES, '["-30 mm", "0 mm", "30 mm"]', (1, 200), single=True)
+
+
+def _size(help: str, example: str) -> Any:
+    """A length that the structure, or its mesh, may leave out."""
+    return key(_SIZE, help, example, default=None)
 
 
 class BoltsPart(Part):
     """Equal bolts through the lap: places from its middle, diameters, tension or torque."""
 
-    positions: Places | None = optional(
-        "Places along the lap, from its middle; a mesh has them itself.",
-        '["-30 mm", "0 mm", "30 mm"]',
+    positions: tuple[float, ...] | None = key(
+        _ALONG, "Places along the lap, from its middle; a mesh has them itself.", default=None
     )
-    across: Places | None = optional(
+    across: tuple[float, ...] | None = key(
+        _ALONG,
         "Places across the lap, one a bolt; all in the middle unless given.",
         '["0 mm", "0 mm", "0 mm"]',
+        default=None,
     )
-    shank: Size | None = optional("Diameter of the shanks; a mesh has it itself.", '"8 mm"')
-    hole: Size | None = optional("Diameter of the holes.", '"8.4 mm"')
-    washer: Size | None = optional("Outer diameter of the washers, or of the heads.", '"17 mm"')
-    head: Size | None = optional(
-        "Height of a head and of a nut with its washer; 0.8 shank diameters unless given.", '"7 mm"'
+    shank: float | None = _size("Diameter of the shanks; a mesh has it itself.", '"8 mm"')
+    hole: float | None = _size("Diameter of the holes.", '"8.4 mm"')
+    washer: float | None = _size("Outer diameter of the washers, or of the heads.", '"17 mm"')
+    head: float | None = _size(
+        "Height of a head and of a nut with its washer; 0.8 shank diameters unless given.",
+        '"7 mm"',
     )
-    tension: Tension | None = optional("Tension of each bolt.", '"12 kN"')
-    torque: Torque | None = optional("Tightening torque instead of the tension.", '"20 N m"')
-    thread: Size | None = optional("Nominal diameter of the thread, for a torque.", '"8 mm"')
-    nut_factor: fields.LoadShare | None = optional(
-        "K of torque = K d tension, such as 0.2 for dry steel.", "0.2"
+    tension: float | None = key(Unsure(TENSION), "Tension of each bolt.", default=None)
+    torque: float | None = key(
+        Unsure(TORQUE), "Tightening torque instead of the tension.", default=None
     )
-    pitch: Size | None = optional("Pitch of the thread, with two frictions.", '"1.25 mm"')
-    thread_friction: fields.UncertainFriction | None = optional("Friction in the thread.", "0.12")
-    bearing_friction: fields.UncertainFriction | None = optional(
-        "Friction under the turned head or nut.", "0.12"
+    thread: float | None = _size("Nominal diameter of the thread, for a torque.", '"8 mm"')
+    nut_factor: float | None = key(
+        Unsure(SHARE), "K of torque = K d tension, such as 0.2 for dry steel.", default=None
+    )
+    pitch: float | None = _size("Pitch of the thread, with two frictions.", '"1.25 mm"')
+    thread_friction: float | None = key(
+        Unsure(FRICTION), "Friction in the thread.", "0.12", default=None
+    )
+    bearing_friction: float | None = key(
+        Unsure(FRICTION), "Friction under the turned head or nut.", "0.12", default=None
     )
 
-    @model_validator(mode="after")
-    def _check_places(self) -> Self:
+    def check(self, place: Place) -> None:
+        """One place across for each along."""
         if self.across is not None and len(self.across) != len(self.positions or ()):
             raise KeyedError(
-                "structure.bolts.across",
+                ".across",
                 f"wanted one place a bolt, {len(self.positions or ())} of them, got "
                 f"{len(self.across)}",
             )
-        return self
 
     @property
     def bearing(self) -> float | None:
@@ -86,53 +99,48 @@ class BoltsPart(Part):
 class SensorPart(Part):
     """Where amplitudes are meant, as a test's sensor shows them."""
 
-    at: Annotated[tuple[Place, Place, Place], array('["0.36 m", "0 m", "0 m"]', 3, min_items=3)] = (
-        required(
-            "Its place from the middle of the lap: along, across, upwards.",
-            '["0.36 m", "0 m", "0 m"]',
-        )
+    at: tuple[float, float, float] = key(
+        Items(_PLACES, '["0.36 m", "0 m", "0 m"]', (3, 3)),
+        "Its place from the middle of the lap: along, across, upwards.",
     )
-    direction: Annotated[Literal["x", "y", "z"], one_of("x", "y", "z")] = optional(
-        "Along (x), across (y) or upwards (z).", default="z"
+    direction: str = key(
+        one_of("x", "y", "z"), "Along (x), across (y) or upwards (z).", '"z"', default="z"
     )
 
 
 class AmplitudeRange(Part):
     """Displacement amplitudes at the sensor [m], evenly spaced on a log axis."""
 
-    start: PlainSize = required("Smallest amplitude.", '"0.1 um"', alias="from")
-    to: PlainSize = required("Largest amplitude.", '"30 um"')
-    points: Annotated[int, integer(2, MOST_POINTS, 10)] = optional("How many.", default=10)
+    start: float = key(LENGTH, "Smallest amplitude.", '"0.1 um"', alias="from")
+    to: float = key(LENGTH, "Largest amplitude.", '"30 um"')
+    points: int = key(whole_number(2, MOST_POINTS, "10"), "How many.", default=10)
 
-    @model_validator(mode="after")
-    def _check_range(self) -> Self:
+    def check(self, place: Place) -> None:
+        """It rises."""
         if not self.start < self.to:
-            raise KeyedError("structure.amplitude.to", "wanted more than `from`")
-        return self
+            raise KeyedError(".to", "wanted more than `from`")
 
 
 class FormPart(Part):
     """How far the faces stand apart where nothing presses: columns x, y and gap of a CSV file."""
 
-    file: FileName = required(
-        "CSV file with a line of column names; relative to the folder of the study.", '"form.csv"'
+    file: str = key(FILE, example='"form.csv"', default=REQUIRED)
+    x: str = key(LINE, "Column of the places along the lap.", '"x"', default="x")
+    y: str = key(LINE, "Column of the places across it.", '"y"', default="y")
+    gap: str = key(LINE, "Column of the gaps.", '"gap"', default="gap")
+    factor: float = key(
+        Unsure(number("1.0")),
+        "What the gaps are multiplied with: 0 is flat, -1 the reversed form.",
+        default=1.0,
     )
-    x: fields.Line = optional("Column of the places along the lap.", '"x"', default="x")
-    y: fields.Line = optional("Column of the places across it.", '"y"', default="y")
-    gap: fields.Line = optional("Column of the gaps.", '"gap"', default="gap")
-    factor: Annotated[float, _FACTOR, Uncertain("1.0")] = optional(
-        "What the gaps are multiplied with: 0 is flat, -1 the reversed form.", "1.0", default=1.0
-    )
-    _table: Floats = PrivateAttr(default_factory=lambda: np.zeros((0, 3)))
+    _table: Floats
 
-    @model_validator(mode="after")
-    def _read(self, info: ValidationInfo) -> Self:
-        read = [
-            Column(file=self.file, column=name).read(LENGTH, "any", info, f"structure.form.{key}")
-            for key, name in (("x", self.x), ("y", self.y), ("gap", self.gap))
-        ]
-        self._table = np.array(read).T
-        return self
+    def check(self, place: Place) -> None:
+        """Read the columns."""
+        names = {"x": self.x, "y": self.y, "gap": self.gap}
+        self._table = np.array(
+            [column_values(PLACE, place.at(to), self.file, name) for to, name in names.items()]
+        ).T
 
     @property
     def table(self) -> Floats:
@@ -143,92 +151,103 @@ class FormPart(Part):
 class StructurePart(Part):
     """Two beams or plates, bolted where they overlap; the first body of the surface below."""
 
-    length: Size | None = optional("From end to end.", '"720 mm"')
-    width: Size | None = optional("Across.", '"25.4 mm"')
-    thickness: Size | None = optional("Of each part, outside the lap.", '"25.4 mm"')
-    lap: Size | None = optional("Length of the overlap.", '"120 mm"')
-    style: Annotated[Literal["half-lap", "single-lap"], one_of("half-lap", "single-lap")] = (
-        optional(
-            "Parts half as thick in the overlap, or whole plates on each other.", default="half-lap"
-        )
+    length: float | None = _size("From end to end.", '"720 mm"')
+    width: float | None = _size("Across.", '"25.4 mm"')
+    thickness: float | None = _size("Of each part, outside the lap.", '"25.4 mm"')
+    lap: float | None = _size("Length of the overlap.", '"120 mm"')
+    style: Literal["half-lap", "single-lap"] = key(
+        one_of("half-lap", "single-lap"),
+        "Parts half as thick in the overlap, or whole plates on each other.",
+        default="half-lap",
     )
-    mesh: MeshPart | None = optional(
-        "A mesh of one's own in place of length, width, thickness and lap."
+    mesh: MeshPart | None = key(
+        Table(MeshPart),
+        "A mesh of one's own in place of length, width, thickness and lap.",
+        default=None,
     )
-    density: UncertainDensity | None = optional("Mass density of the parts.", '"7850 kg/m^3"')
-    bolts: BoltsPart = required("The bolts.")
-    patches: Annotated[
-        tuple[Annotated[int, integer(1, 100)], ...],
-        array("[15, 2]", 2, min_items=2),
-    ] = optional("Contact patches along and across the lap.", default=(15, 2))
-    element_size: PlainSize | None = optional(
+    density: float | None = key(Unsure(MASS_DENSITY), "Mass density of the parts.", default=None)
+    bolts: BoltsPart = key(Table(BoltsPart), "The bolts.")
+    patches: tuple[int, int] = key(
+        Items(whole_number(1, 100), "[15, 2]", (2, 2)),
+        "Contact patches along and across the lap.",
+        default=(15, 2),
+    )
+    element_size: float | None = key(
+        LENGTH,
         "Size of the finite elements in the lap; a 24th of the lap or a quarter of the "
         "width, what is less, unless given.",
         '"5 mm"',
+        default=None,
     )
-    form: FormPart | None = optional("Form of the faces; flat unless given.")
-    modes: Annotated[
-        tuple[Annotated[int, integer(1, MOST_MODES, words="a mode counted from 1")], ...],
-        array("[1, 3]", MOST_MODES),
-        AfterValidator(different),
-    ] = optional("Elastic modes, counted from 1.", default=(1,))
-    amplitude: AmplitudeRange | None = optional(
-        "Amplitudes at the sensor; from 1e-7 to 5e-5 of the length unless given."
+    form: FormPart | None = key(
+        Table(FormPart), "Form of the faces; flat unless given.", default=None
     )
-    sensor: SensorPart | None = optional(
+    modes: tuple[int, ...] = key(
+        Items(MODE, "[1, 3]", (1, MOST_MODES), distinct=True),
+        "Elastic modes, counted from 1.",
+        default=(1,),
+    )
+    amplitude: AmplitudeRange | None = key(
+        Table(AmplitudeRange),
+        "Amplitudes at the sensor; from 1e-7 to 5e-5 of the length unless given.",
+        default=None,
+    )
+    sensor: SensorPart | None = key(
+        Table(SensorPart),
         "Where amplitudes are meant; the right end unless given, and required with a mesh.",
         '{ at = ["0.36 m", "0 m", "0 m"], direction = "z" }',
+        default=None,
     )
-    base_damping_ratio: fields.ViscousRatio = optional(
-        "Damping of all but the joint, which is added: an input, no result.", "0.0005", default=0.0
+    base_damping_ratio: float = key(
+        Unsure(VISCOUS_RATIO),
+        "Damping of all but the joint, which is added: an input, no result.",
+        "0.0005",
+        default=0.0,
     )
-    samples: Annotated[int, integer(8, MOST_SAMPLES, 64)] = optional(
-        "Samples for the bands, where something is given as a range.", default=64
+    samples: int = key(
+        whole_number(8, MOST_SAMPLES, "64"),
+        "Samples for the bands, where something is given as a range.",
+        default=64,
     )
-    converge: fields.YesOrNo = optional(
+    converge: bool = key(
+        YES_NO,
         "Whether patches are refined where energy is lost, and what finer patches, "
         "elements, more kept modes and harmonics would change is told; some minutes.",
         default=False,
     )
-    measured: Tests = optional(
+    measured: tuple[MeasuredPart, ...] = key(
+        TESTS,
         "A test, or several of them as [[structure.measured]], drawn over the prediction.",
         default=(),
     )
 
-    @model_validator(mode="after")
-    def _check_structure(self) -> Self:
+    def check(self, place: Place) -> None:
+        """A drawing or a mesh, each with what it needs; and what neither can be."""
         bolts = ("positions", "shank")
         if self.mesh is None:
-            _require(self, "structure", (*_DRAWING_KEYS, "density"))
-            _require(self.bolts, "structure.bolts", (*bolts, "hole", "washer"))
+            _require(self, "", (*_DRAWING_KEYS, "density"))
+            _require(self.bolts, ".bolts", (*bolts, "hole", "washer"))
         else:
-            _refuse(self, "structure", (*_DRAWING_KEYS, "element_size"))
-            _refuse(self.bolts, "structure.bolts", (*bolts, "across", "head"))
-            _require(self, "structure", ("sensor", *(() if self.mesh.densities else ("density",))))
+            _refuse(self, "", (*_DRAWING_KEYS, "element_size"))
+            _refuse(self.bolts, ".bolts", (*bolts, "across", "head"))
+            _require(self, "", ("sensor", *(() if self.mesh.densities else ("density",))))
             if self.style != "half-lap":
-                raise KeyedError("structure.style", _BESIDE)
+                raise KeyedError(".style", _BESIDE)
             if self.converge:
-                raise KeyedError("structure.converge", "wanted none beside structure.mesh, whose "
-                                                       "elements cannot be made finer")  # fmt: skip
+                raise KeyedError(".converge", "wanted none beside structure.mesh, whose "
+                                              "elements cannot be made finer")  # fmt: skip
         for test in self.measured:
             if test.mode is not None and test.mode not in self.modes:
                 raise KeyedError(
-                    "structure.measured.mode",
-                    f"wanted one of structure.modes, got {test.mode}",
+                    ".measured.mode", f"wanted one of structure.modes, got {test.mode}"
                 )
         if len({test.fit for test in self.measured if test.fit}) > 1:
-            raise KeyedError(
-                "structure.measured.fit", "wanted the same in all tests, or in one of them"
-            )
+            raise KeyedError(".measured.fit", "wanted the same in all tests, or in one of them")
         if "form" in self.fitted and self.form is None:
             raise KeyedError(
-                "structure.measured.fit", 'wanted "form" only with a table structure.form, got none'
+                ".measured.fit", 'wanted "form" only with a table structure.form, got none'
             )
-        try:
-            _ = self.tension if self.mesh is not None else self.build()
-        except InputError as error:
-            raise KeyedError("structure", str(error)) from None
-        return self
+        _ = self.tension if self.mesh is not None else self.build()
 
     @property
     def fitted(self) -> tuple[str, ...]:
@@ -322,7 +341,7 @@ class StructurePart(Part):
 
         sizes: dict[str, Any] = {
             name: getattr(self.bolts, name)
-            for name in type(self.bolts).model_fields
+            for name in self.bolts.keys
             if name not in ("positions", "across")
         }
         places: Any = self.bolts.positions
@@ -340,7 +359,7 @@ _BESIDE = "wanted none beside structure.mesh, which shows it"
 def _require(part: Part, path: str, names: Iterable[str]) -> None:
     for name in names:
         if getattr(part, name) is None:
-            example = (type(part).model_fields[name].examples or ["{ ... }"])[0]
+            example = part.keys[name].example
             raise KeyedError(f"{path}.{name}", f"missing; write for example {name} = {example}")
 
 

@@ -1,19 +1,16 @@
-"""Floor 10: the materials and surfaces that a study file may describe."""
+"""The materials and surfaces that a study file may describe."""
 
 from __future__ import annotations
 
 import dataclasses
-from functools import reduce
-from operator import or_
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+from typing import Any
 
 import numpy as np
-from pydantic import Discriminator, Field, Tag, model_validator
 
-from microslip._core.parameters import key_of, parameters_of
-from microslip._core.units import engineering
-from microslip.errors import InputError
-from microslip.materials import Material, MaterialPair
+from microslip._core.parameters import key_of, parameter_of, parameters_of
+from microslip._core.units import FORCE, PER_LENGTH, SPECTRAL_DENSITY
+from microslip._core.wording import nearest
+from microslip.materials import Material, MaterialPair, metals
 from microslip.normal import (
     NORMAL_LAWS,
     AsperityPopulation,
@@ -21,18 +18,27 @@ from microslip.normal import (
     PerssonCurve,
     TabulatedNormalLaw,
 )
-from microslip.study import fields
+from microslip.study.columns import Numbers
 from microslip.study.faces import DrawnSurface, FacedSurface, TwoFaces
-from microslip.study.fields import one_of
-from microslip.study.heights import HEIGHTS_TABLES, AnyHeights, GivenHeights, ScipyHeights
-from microslip.study.parametric import Described, table_of
-from microslip.study.part import KeyedError, Part, SurfaceTable, keyed, optional, required
+from microslip.study.fields import (
+    AREA,
+    HEIGHT,
+    MATERIALS,
+    RADIUS,
+    ROUGHNESS,
+    SHARE,
+    Described,
+    key_for,
+    one_of,
+    quantity,
+    table_of,
+)
+from microslip.study.heights import ANY_HEIGHTS, HEIGHTS_TABLES, GivenHeights, ScipyHeights
+from microslip.study.part import Key, KeyedError, Part, Place, SurfaceTable, Table, key, tag
 from microslip.study.scanned_surface import ScanSurface
 
 __all__ = [
     "SURFACE_TABLES",
-    "AnyMaterial",
-    "AnySurface",
     "Elastic",
     "ExponentialHeights",
     "FacedSurface",
@@ -46,40 +52,65 @@ __all__ = [
     "TableSurface",
 ]
 
+_ANY_PAIR = MaterialPair(Material(1e9, 0.3), Material.rigid())
+"""Stands for the materials of the study, of which no rule of a surface speaks."""
+
 
 class Elastic(Part):
     """An elastic material [Pa, –, Pa]; its hardness only serves warnings."""
 
-    rigid: Literal[False] = optional("Whether the body does not deform.", default=False)
-    young_modulus: fields.Modulus = required("Young's modulus E.", '"69 GPa"')
-    poisson_ratio: fields.PoissonRatio = required("Poisson's ratio.", "0.33")
-    hardness: fields.Hardness | None = optional(
-        "Indentation hardness; it changes no result, it adds the plasticity index.", '"1.2 GPa"'
+    rigid: bool = tag(False, "Whether the body does not deform.", default=False)
+    young_modulus: float = key_for(parameter_of(Material, "young_modulus"))
+    poisson_ratio: float = key_for(parameter_of(Material, "poisson_ratio"))
+    hardness: float | None = key_for(
+        parameter_of(Material, "hardness"),
+        help="Indentation hardness; it changes no result, it adds the plasticity index.",
     )
+
+    @classmethod
+    def missing(cls, name: str, item: Key, place: Place) -> str:
+        """What to write; a name that is none of the table of metals may have been meant as one."""
+        called = place.key.rpartition(".")[2]
+        near = nearest(called, metals())
+        hint = f' (the table of metals has no "{called}"; did you mean "{near}"?)' if near else ""
+        return super().missing(name, item, place) + hint
 
     def build(self) -> Material:
         """The material."""
         return Material(self.young_modulus, self.poisson_ratio, self.hardness)
 
+    def check(self, place: Place) -> None:
+        """What the material refuses is refused here."""
+        self.build()
+
 
 class Rigid(Part):
     """A body that does not deform."""
 
-    rigid: Literal[True] = required("A body that does not deform; it has no other key.")
+    rigid: bool = tag(True, "A body that does not deform; it has no other key.")
 
     def build(self) -> Material:
         """The material."""
         return Material.rigid()
 
+    @classmethod
+    def unknown(cls, name: str) -> str:
+        """It has one key."""
+        return "unknown key; a rigid material has no other"
+
 
 class Surface(SurfaceTable):
     """Two bodies and how they touch."""
 
-    law: str
-    materials: fields.TwoNames = required(
-        "Names of the two bodies: materials of this file or metals of the table.",
-        '["steel", "steel"]',
-    )
+    materials: tuple[str, str] = MATERIALS
+
+    def build(self, pair: MaterialPair) -> NormalLaw:
+        """Normal law of the surface."""
+        raise NotImplementedError
+
+    def check(self, place: Place) -> None:
+        """What the law refuses of itself is refused here."""
+        self.build(_ANY_PAIR)
 
 
 class DescribedSurface(Described, Surface):
@@ -88,7 +119,7 @@ class DescribedSurface(Described, Surface):
     def build(self, pair: MaterialPair) -> NormalLaw:
         """Normal law of the surface."""
         values = self.values()
-        if "heights" in type(self).model_fields:
+        if "heights" in self.keys:
             values["heights"] = self.heights.build()  # type: ignore[attr-defined]
         law: NormalLaw = self.describes(pair, **values)
         return law
@@ -97,23 +128,27 @@ class DescribedSurface(Described, Surface):
 class PopulationSurface(Surface):
     """A finite set of summits; one radius for all or one for each [m]."""
 
-    law: Literal["population"] = required("Given summits.")
-    heights: Annotated[GivenHeights, Field(discriminator="kind")] = required(
-        "Heights of the summits.", '{ kind = "values", values = ["0.4 um", "0.7 um"] }'
+    law: str = tag("population", "Given summits.")
+    heights: GivenHeights = key(
+        Table(GivenHeights, tag="kind"),
+        "Heights of the summits.",
+        '{ kind = "values", values = ["0.4 um", "0.7 um"] }',
     )
-    radius: fields.Radii = required(
-        "One radius, one for each height, or a column of a CSV file.", '"1 mm"'
+    radius: tuple[float, ...] = key(
+        Numbers(RADIUS, '["1 mm", "2 mm"]', single=True),
+        "One radius, one for each height, or a column of a CSV file.",
+        '"1 mm"',
     )
 
-    @model_validator(mode="after")
-    def _check_radii(self) -> Self:
+    def check(self, place: Place) -> None:
+        """As many radii as heights."""
         heights, radii = len(self.heights.values), len(self.radius)
         if radii not in (1, heights):
             raise KeyedError(
-                "surface.radius",
+                ".radius",
                 f"wanted one radius, or one for each of the {heights} heights, got {radii}",
             )
-        return self
+        super().check(place)
 
     def build(self, pair: MaterialPair) -> NormalLaw:
         """Normal law of the summits."""
@@ -124,118 +159,75 @@ class PopulationSurface(Surface):
 class TableSurface(Surface):
     """A measured or computed normal law: separations [m], their loads [N], how it goes on."""
 
-    law: Literal["table"] = required("A measured or computed normal law.")
-    separation: fields.Separations = required(
-        "Separations, rising: a list or a column of a CSV file.", '["0 um", "1 um", "2 um"]'
+    law: str = tag("table", "A measured or computed normal law.")
+    separation: tuple[float, ...] = key(
+        Numbers(HEIGHT, '["0 um", "1 um", "2 um"]'),
+        "Separations, rising: a list or a column of a CSV file.",
     )
-    load: fields.TabulatedLoads = required(
+    load: tuple[float, ...] = key(
+        Numbers(quantity(FORCE, "2 kN", "any"), '["2 kN", "0.5 kN", "0 N"]'),
         "Loads at these, falling and convex: a list or a column of a CSV file.",
-        '["2 kN", "0.5 kN", "0 N"]',
     )
-    tail: Annotated[Literal["exponential"], one_of("exponential")] | None = optional(
-        "How the law goes on where its last load is not zero.", '"exponential"'
+    tail: str | None = key(
+        one_of("exponential"), "How the law goes on where its last load is not zero.", default=None
     )
-
-    @model_validator(mode="after")
-    def _check_table(self) -> Self:
-        separation, load = self.separation, self.load
-        if len(load) != len(separation):
-            raise KeyedError(
-                "surface.load",
-                f"wanted one load for each of the {len(separation)} separations, got {len(load)}",
-            )
-        if len(load) < 3:
-            raise KeyedError(
-                "surface.separation", f"wanted at least three points, got {len(separation)}"
-            )
-        for i in range(1, len(load)):
-            if not separation[i] > separation[i - 1]:
-                before, here = (engineering(separation[j], "m", 6, trim=True) for j in (i - 1, i))
-                raise KeyedError(
-                    f"surface.separation, item {i + 1}",
-                    f"wanted separations that rise, got {here} after {before}",
-                )
-            if not load[i] < load[i - 1]:
-                before, here = (engineering(load[j], "N", 6, trim=True) for j in (i - 1, i))
-                raise KeyedError(
-                    f"surface.load, item {i + 1}",
-                    f"wanted loads that fall, got {here} after {before}",
-                )
-        last = engineering(load[-1], "N", 6, trim=True)
-        if load[-1] < 0.0:
-            raise KeyedError(
-                f"surface.load, item {len(load)}", f"wanted a load of at least 0 N, got {last}"
-            )
-        if load[-1] > 0.0 and self.tail is None:
-            raise KeyedError(
-                "surface.load",
-                f'wanted "0 N" as the last one, or tail = "exponential", got {last}',
-            )
-        if load[-1] == 0.0 and self.tail is not None:
-            raise KeyedError("surface.tail", "wanted no tail, since the last load is zero")
-        return self
 
     def build(self, pair: MaterialPair) -> NormalLaw:
         """The table as a normal law."""
-        return TabulatedNormalLaw(
-            pair,
-            separation=np.array(self.separation),
-            load=np.array(self.load),
-            tail=self.tail,
-        )
+        separation, load = np.array(self.separation), np.array(self.load)
+        return TabulatedNormalLaw(pair, separation=separation, load=load, tail=self.tail)  # type: ignore[arg-type]
+
+
+_SELF_AFFINE = ("rms", "hurst", "longest", "roll_off", "shortest")
+_SPECTRA = "a spectrum is wavenumber and spectrum, or rms, hurst, longest and shortest"
 
 
 class SpectralSurface(Surface):
     """A surface by its power spectrum, pressed on a half space, by Persson's theory."""
 
-    law: Literal["persson"] = required("A power spectrum, by Persson's theory.")
-    wavenumber: fields.Wavenumbers | None = optional(
+    law: str = tag("persson", "A power spectrum, by Persson's theory.")
+    wavenumber: tuple[float, ...] | None = key(
+        Numbers(quantity(PER_LENGTH, "10 1/mm"), '["10 1/mm", "100 1/mm", "1000 1/mm"]'),
         "Wavenumbers 2 pi/wavelength, rising: a list or a column, as spectrum.csv of "
         "`microslip surface` has it.",
-        '["10 1/mm", "100 1/mm", "1000 1/mm"]',
+        default=None,
     )
-    spectrum: fields.SpectralDensities | None = optional(
+    spectrum: tuple[float, ...] | None = key(
+        Numbers(
+            quantity(SPECTRAL_DENSITY, "10 um^4", "any"), '["10 um^4", "2 um^4", "0.003 um^4"]'
+        ),
         "Power spectral densities C(q) of the heights there: a list or a column.",
-        '["10 um^4", "2 um^4", "0.003 um^4"]',
+        default=None,
     )
-    rms: fields.Roughness | None = optional(
-        "Rms height of a self-affine surface, in place of a spectrum.", '"0.5 um"'
+    rms: float | None = key(
+        ROUGHNESS, "Rms height of a self-affine surface, in place of a spectrum.", default=None
     )
-    hurst: fields.Share | None = optional("Its Hurst exponent.", "0.8")
-    longest: fields.Roughness | None = optional("Its longest wave.", '"2 mm"')
-    roll_off: fields.Roughness | None = optional(
-        "Wavelength below which its spectrum falls; the longest if absent.", '"0.5 mm"'
+    hurst: float | None = key(SHARE, "Its Hurst exponent.", "0.8", default=None)
+    longest: float | None = key(ROUGHNESS, "Its longest wave.", '"2 mm"', default=None)
+    roll_off: float | None = key(
+        ROUGHNESS,
+        "Wavelength below which its spectrum falls; the longest if absent.",
+        '"0.5 mm"',
+        default=None,
     )
-    shortest: fields.Roughness | None = optional(
-        "Its shortest wave, which decides the slope.", '"5 um"'
+    shortest: float | None = key(
+        ROUGHNESS, "Its shortest wave, which decides the slope.", '"5 um"', default=None
     )
-    area: fields.Area = required("Apparent area.", '"2 cm^2"')
+    area: float = key(AREA, "Apparent area.")
 
-    @model_validator(mode="after")
-    def _check_spectrum(self) -> Self:
-        spectrum = ("wavenumber", "spectrum")
-        needed, excluded = (
-            (spectrum, _SELF_AFFINE)
-            if self.wavenumber is not None or self.spectrum is not None
-            else (("rms", "hurst", "longest", "shortest"), spectrum)
-        )
-        for name in needed:
-            if getattr(self, name) is None:
+    def check(self, place: Place) -> None:
+        """A spectrum, or a self-affine one; Persson's theory refuses the rest."""
+        present = {name for name in self.keys if getattr(self, name) is not None}
+        spectrum = {"wavenumber", "spectrum"}
+        needed = spectrum if present & spectrum else {*_SELF_AFFINE} - {"roll_off"}
+        for name in sorted(needed - present, key=[*self.keys].index):
+            raise KeyedError(f".{name}", f"missing; {_SPECTRA}")
+        if needed == spectrum:
+            for name in sorted(present & {*_SELF_AFFINE}, key=[*self.keys].index):
                 raise KeyedError(
-                    f"surface.{name}",
-                    "missing; a spectrum is wavenumber and spectrum, or rms, hurst, longest and "
-                    "shortest",
+                    f".{name}", "wanted none beside wavenumber and spectrum; remove it"
                 )
-        for name in excluded:
-            if getattr(self, name) is not None:
-                raise KeyedError(
-                    f"surface.{name}", "wanted none beside wavenumber and spectrum; remove it"
-                )
-        try:
-            self._curve(MaterialPair(Material(1e9, 0.3), Material.rigid()))
-        except InputError as error:
-            raise keyed(error, "surface", needed[-1]) from None
-        return self
+        self._curve(_ANY_PAIR)
 
     def _curve(self, pair: MaterialPair) -> PerssonCurve:
         if self.wavenumber is not None:
@@ -250,25 +242,22 @@ class SpectralSurface(Surface):
         return self._curve(pair).to_surface()
 
 
-_SELF_AFFINE = ("rms", "hurst", "longest", "roll_off", "shortest")
-
 _OWN_TABLES: dict[str, type[Part]] = {"population": PopulationSurface, "table": TableSurface}
-_HEIGHTS = Field(
-    description="Distribution of the summit heights.",
-    examples=['{ kind = "gaussian", std = "0.5 um" }'],
+_HEIGHTS = key(
+    ANY_HEIGHTS, "Distribution of the summit heights.", '{ kind = "gaussian", std = "0.5 um" }'
 )
 
 
 def _table_of_law(kind: type) -> type[Part]:
     """Table of a surface that says its parameters, beside materials and maybe heights."""
     has_heights = "heights" in {item.name for item in dataclasses.fields(kind)}
-    extra_fields = {"heights": (AnyHeights, _HEIGHTS)} if has_heights else {}
-    return table_of(kind, "law", "surface", __name__, DescribedSurface, extra_fields)
+    extra_keys = {"heights": _HEIGHTS} if has_heights else {}
+    return table_of(kind, "law", __name__, DescribedSurface, extra_keys)
 
 
 SURFACE_TABLES: dict[str, type[Any]] = {
     **{
-        name: _OWN_TABLES[name] if name in _OWN_TABLES else _table_of_law(kind)
+        name: _OWN_TABLES.get(name) or _table_of_law(kind)
         for kind in NORMAL_LAWS
         if (name := key_of(kind)) in _OWN_TABLES or parameters_of(kind)
     },
@@ -279,23 +268,16 @@ SURFACE_TABLES: dict[str, type[Any]] = {
 }
 """Tables of all exported normal laws by their name, and those of measured or drawn faces."""
 
-
-def _material_tag(raw_value: Any) -> str:
-    rigid = isinstance(raw_value, dict) and raw_value.get("rigid", False) is not False
-    return "rigid" if rigid or isinstance(raw_value, Rigid) else "elastic"
+ANY_SURFACE = Table(*SURFACE_TABLES.values(), tag="law")
 
 
-AnyMaterial = Annotated[
-    Annotated[Elastic, Tag("elastic")] | Annotated[Rigid, Tag("rigid")],
-    Discriminator(_material_tag),
-]
+def _kind_of_material(raw: Any) -> str:
+    return "Elastic" if raw.get("rigid", False) is False else "Rigid"
+
+
+ANY_MATERIAL = Table(Elastic, Rigid, tell=_kind_of_material)
 # Names that results still ask for.
 GaussianHeights, ExponentialHeights, TableHeights = (
     HEIGHTS_TABLES[kind] for kind in ("gaussian", "exponential", "table")
 )
 globals().update({table.__name__: table for table in SURFACE_TABLES.values()})
-
-if TYPE_CHECKING:
-    AnySurface = PopulationSurface | TableSurface | ScanSurface | DescribedSurface | TwoFaces
-else:
-    AnySurface = Annotated[reduce(or_, SURFACE_TABLES.values()), Field(discriminator="law")]

@@ -1,4 +1,4 @@
-"""Floor 10: quantities that are not known exactly, in one notation for every key."""
+"""Quantities that are not known exactly, in one notation for every key."""
 
 from __future__ import annotations
 
@@ -7,12 +7,11 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from pydantic import BaseModel, GetCoreSchemaHandler
-from pydantic_core import CoreSchema, core_schema
 
 from microslip._core.checks import Floats
+from microslip._core.parameters import JsonSchema
 from microslip._core.wording import did_you_mean, quoted, show
-from microslip.study.part import KeyedError
+from microslip.study.part import KeyedError, Part, Place, Plain
 
 _FORMS = (("low", "high"), ("mean", "cv"), ("mean", "cv", "distribution"), ("values",))
 _KINDS = ("lognormal", "normal")
@@ -93,15 +92,12 @@ class Spread(float):
         return f"{float(self):g} with a coefficient of variation of {self.cv:g}{kind}"
 
 
-class Uncertain(NamedTuple):
-    """Lets a table ``{ low, high }`` or ``{ mean, cv }`` stand where one quantity is wanted."""
+class Unsure(Plain):
+    """A declared number, in whose place a table ``{ low, high }`` or ``{ mean, cv }`` may stand."""
 
-    example: str
-
-    def __get_pydantic_core_schema__(
-        self, source: Any, handler: GetCoreSchemaHandler
-    ) -> CoreSchema:
-        return core_schema.no_info_wrap_validator_function(self._read, handler(source))
+    def read(self, raw_value: object, place: Place) -> Any:
+        """The number, or its :class:`Spread`."""
+        return self._read(raw_value, lambda value: Plain.read(self, value, place))
 
     def _read(self, raw_value: object, inner: Callable[[object], Any]) -> Any:
         if isinstance(raw_value, Spread):
@@ -162,8 +158,9 @@ class Uncertain(NamedTuple):
                              "high")  # fmt: skip
         return Spread.about(mean, float(cv), kind == "normal")  # type: ignore[arg-type]
 
-    def describe(self, inner: dict[str, Any]) -> dict[str, Any]:
+    def schema(self) -> JsonSchema:
         """The JSON Schema of what may stand here."""
+        inner = super().schema()
         plain = {name: value for name, value in inner.items() if name != "description"}
         types = {
             "low": plain, "high": plain, "mean": plain,
@@ -265,9 +262,8 @@ def _all_spreads(part: object, path: str) -> Iterator[tuple[str, Spread]]:
 
 def _entries(part: Any, path: str) -> Iterator[tuple[Any, str, Any]]:
     """Names, keys of the file and values in a table, or in a list with something uncertain."""
-    if isinstance(part, BaseModel):
-        for name, field in type(part).model_fields.items():
-            key = field.alias or name
+    if isinstance(part, Part):
+        for key, name in part.attributes.items():
             yield name, f"{path}.{key}" if path else key, getattr(part, name)
     elif isinstance(part, dict):
         for key, value in part.items():
@@ -288,9 +284,9 @@ def with_values(part: Any, values: Mapping[str, float], path: str = "") -> Any:
     changes = {name: new for name, new in after.items() if new is not before[name][0]}
     if not changes:
         return part
-    if not isinstance(part, BaseModel):
+    if not isinstance(part, Part):
         return after if isinstance(part, dict) else tuple(after.values())
-    copy = part.model_copy(update=changes)
+    copy = part.copy(**changes)
     if hasattr(copy, "settle"):  # what follows from other keys follows from what was drawn
         copy.settle()
     return copy
@@ -299,9 +295,8 @@ def with_values(part: Any, values: Mapping[str, float], path: str = "") -> Any:
 def value_at(part: Any, key: str) -> float | None:
     """The number at a key of the file; None where there is none, or a list of several."""
     for name in key.split("."):
-        if isinstance(part, BaseModel):
-            fields = {f.alias or n: n for n, f in type(part).model_fields.items()}
-            part = getattr(part, fields[name]) if name in fields else None
+        if isinstance(part, Part):
+            part = getattr(part, part.attributes[name]) if name in part.keys else None
         else:
             part = part.get(name) if isinstance(part, dict) else None
     if isinstance(part, tuple) and len(part) == 1:

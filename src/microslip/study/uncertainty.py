@@ -1,102 +1,96 @@
-"""Floor 10: how what is uncertain in a study is drawn: points, seed, quantiles, correlations."""
+"""How what is uncertain in a study is drawn: points, seed, quantiles, correlations."""
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Self
+import json
+from typing import Any
 
 import numpy as np
-from pydantic import AfterValidator, PrivateAttr, ValidationInfo, model_validator
 
 from microslip._core.checks import Floats
-from microslip.study.columns import FileName
-from microslip.study.fields import Line, YesOrNo, array, different, integer, number, one_of
-from microslip.study.part import KeyedError, Part, Reading, optional, required
+from microslip.study.fields import LINE, YES_NO, number, one_of, text, whole_number
+from microslip.study.part import Items, KeyedError, Part, Place, Reading, Table, key
 
 MOST_SAMPLES = 65_536
 GROUPS = 8
 """Scramblings of their own, from whose differences the error of a quantile is told."""
 
-_SHARE = number(
-    "a number above 0 and below 1 such as 0.05",
-    exclusiveMinimum=0,
-    exclusiveMaximum=1,
-)
-_CORRELATION = number(
-    "a number above -1 and below 1 such as -0.5",
-    exclusiveMinimum=-1,
-    exclusiveMaximum=1,
-)
+_KEYS = '["surface.radius", "surface.density"]'
 
 
 class CorrelationPart(Part):
     """How two uncertain numbers go together: the correlation of their normal scores."""
 
-    between: Annotated[tuple[Line, ...], array('["surface.radius", "surface.density"]', 2)] = (
-        required("Keys of the two.", '["surface.radius", "surface.density"]')
-    )
-    value: Annotated[float, _CORRELATION] = required("Correlation of their normal scores.", "-0.5")
+    between: tuple[str, ...] = key(Items(LINE, _KEYS, (1, 2)), "Keys of the two.")
+    value: float = key(number("-0.5", above=-1.0, below=1.0), "Correlation of their normal scores.")
+
+
+class _Shares(Items):
+    """Shares in their order."""
+
+    def read(self, raw_value: object, place: Place) -> Any:
+        """The shares, rising."""
+        values = super().read(raw_value, place)
+        return tuple(sorted(values)) if isinstance(values, tuple) else values
 
 
 class UncertaintyPart(Part):
     """How the numbers that are given as tables are drawn, and what is told of the results."""
 
-    samples: Annotated[int, integer(64, MOST_SAMPLES, 512)] = optional(
-        "Points, rounded up to eight times a power of two.", default=512
+    samples: int = key(
+        whole_number(64, MOST_SAMPLES, "512"),
+        "Points, rounded up to eight times a power of two.",
+        default=512,
     )
-    seed: Annotated[int, integer(0, 2**32 - 1, words="a whole number of at least 0")] = optional(
-        "Of the scrambling: the same seed gives the same bytes.", default=0
+    seed: int = key(
+        whole_number(0, 2**32 - 1, noun="a whole number of at least 0"),
+        "Of the scrambling: the same seed gives the same bytes.",
+        default=0,
     )
-    quantiles: Annotated[
-        tuple[Annotated[float, _SHARE], ...],
-        array("[0.05, 0.5, 0.95]", 9),
-        AfterValidator(different),
-        AfterValidator(lambda quantiles: tuple(sorted(quantiles))),
-    ] = optional("Shares that lie below the bands.", default=(0.05, 0.5, 0.95))
-    method: Annotated[Literal["sobol", "random"], one_of("sobol", "random")] = optional(
-        "Scrambled Sobol' points, or independent ones.", default="sobol"
+    quantiles: tuple[float, ...] = key(
+        _Shares(number("0.05", above=0.0, below=1.0), "[0.05, 0.5, 0.95]", (1, 9), distinct=True),
+        "Shares that lie below the bands.",
+        default=(0.05, 0.5, 0.95),
     )
-    indices: YesOrNo = optional(
-        "Whether Sobol' indices are computed, too; they cost as much.", default=False
+    method: str = key(
+        one_of("sobol", "random"), "Scrambled Sobol' points, or independent ones.", default="sobol"
     )
-    correlations: Annotated[
-        tuple[CorrelationPart, ...],
-        array('[{ between = ["surface.radius", "surface.density"], value = -0.5 }]', 100),
-    ] = optional("Which of the uncertain numbers go together.", default=())
-    scan_patches: (
-        Annotated[
-            tuple[Annotated[int, integer(1, 30)], ...],
-            array("[3, 3]", 2),
-        ]
-        | None
-    ) = optional(
+    indices: bool = key(
+        YES_NO, "Whether Sobol' indices are computed, too; they cost as much.", default=False
+    )
+    correlations: tuple[CorrelationPart, ...] = key(
+        Items(Table(CorrelationPart), f"[{{ between = {_KEYS}, value = -0.5 }}]", (1, 100)),
+        "Which of the uncertain numbers go together.",
+        default=(),
+    )
+    scan_patches: tuple[int, ...] | None = key(
+        Items(whole_number(1, 30), "[3, 3]", (1, 2)),
         "Patches of a scanned surface, across and down, that are drawn anew together: "
         "spread, radius and density of the summits keep their correlation.",
-        "[3, 3]",
+        default=None,
     )
-    identification: FileName | None = optional(
+    identification: str | None = key(
+        text("the name of a folder", "records-identified"),
         "Folder that microslip identify wrote: friction, spread of the heights and "
         "density scatter as its covariance says.",
-        '"records-identified"',
+        default=None,
     )
-    _fit: dict[str, object] = PrivateAttr(default_factory=dict)
+    _fit: dict[str, Any]
 
-    @model_validator(mode="after")
-    def _read(self, info: ValidationInfo) -> Self:
-        if self.identification is not None:
-            try:
-                self._fit = read_fit(Reading.of(info), self.identification)
-            except (OSError, ValueError, KeyError, TypeError) as error:
-                reason = str(error) if isinstance(error, ValueError) else "no result of identify"
-                raise KeyedError(
-                    "uncertainty.identification", f"{self.identification}: {reason}"
-                ) from None
-        return self
+    def check(self, place: Place) -> None:
+        """Read what was identified."""
+        if self.identification is None:
+            return
+        try:
+            self._fit = read_fit(place.reading, self.identification)
+        except (OSError, ValueError, KeyError, TypeError) as error:
+            reason = str(error) if isinstance(error, ValueError) else "no result of identify"
+            raise KeyedError(".identification", f"{self.identification}: {reason}") from None
 
     @property
     def fit(self) -> tuple[tuple[str, ...], Floats, Floats]:
         """Names, values and covariance of what was identified."""
-        fit = self._fit
-        return fit["names"], fit["values"], fit["covariance"]  # type: ignore[return-value]
+        return self._fit["names"], self._fit["values"], self._fit["covariance"]
 
     def matrix(self, names: tuple[str, ...]) -> Floats:
         """Correlations of the normal scores of the uncertain numbers."""
@@ -123,10 +117,8 @@ class UncertaintyPart(Part):
 _FITTED = ("friction_coefficient", "slip_scale", "standardised_separation")
 
 
-def read_fit(reading: Reading, folder: str) -> dict[str, object]:
+def read_fit(reading: Reading, folder: str) -> dict[str, Any]:
     """Names, values and covariance of an identified interface, from the summary of its folder."""
-    import json
-
     path = reading.path(folder) / "summary.json"
     if not path.exists():
         raise ValueError("no such folder of an identification (it has no summary.json)")

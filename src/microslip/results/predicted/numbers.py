@@ -101,7 +101,7 @@ def summarise(result: Prediction, defaults: Defaults) -> dict[str, Any]:
     }
     return {
         **header(KIND, SUMMARY_SCHEMA, study.title),
-        "study": study.model_dump(mode="json", by_alias=True, exclude_none=True),
+        "study": study.plain(),
         "notes": notes,
         **{name: numbers for name, numbers in parts.items() if numbers is not None},
         "joints": [_joint(result, index) for index in range(len(result.joints))],

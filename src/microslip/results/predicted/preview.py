@@ -23,7 +23,7 @@ from microslip.results.predicted.tables import rest_section, validity
 from microslip.runs.predict import DEFAULT_AMPLITUDES, DEFAULT_POINTS, Defaults
 from microslip.study.build import build_joints, check_loads
 from microslip.study.description import StudyDescription
-from microslip.study.parametric import Described
+from microslip.study.fields import Described
 from microslip.study.plausibility import questions
 from microslip.study.uncertain import Spread
 
@@ -59,7 +59,7 @@ def preview(study: StudyDescription) -> Document:
         "kind": KIND,
         "generator": {"name": "microslip", "version": __version__},
         "title": study.title,
-        "study": study.model_dump(mode="json", by_alias=True, exclude_none=True),
+        "study": study.plain(),
         "quantities": list(_quantities(study)),
         "notes": [*study.notes, *open_ends.notes(), *load_notes(study, joints[0])],
         "questions": questions(study),
@@ -123,7 +123,7 @@ def _list(value: Any, write: Callable[[Any], str]) -> str:
 def _quantities(study: StudyDescription) -> Iterator[dict[str, Any]]:
     """Each number of a study: its key, what was written for it, and what it is [SI unit]."""
     source = tomllib.loads(study.text)
-    values = study.model_dump(by_alias=True, exclude_none=True)
+    values = study.by_keys()
     history = study.excitation.history
     # Materials may hold more than was written: what the table of metals adds.
     materials = source.pop("material", {})

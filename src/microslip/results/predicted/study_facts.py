@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from pydantic import BaseModel
-
 from microslip.report.cells import quantity
 from microslip.report.document import Facts
 from microslip.runs.columns import in_words
 from microslip.study.description import StudyDescription
-from microslip.study.parametric import labels_of
+from microslip.study.fields import labels_of
+from microslip.study.part import Part
 from microslip.study.scanned_surface import NO_CUTOFF
 from microslip.study.structure import StructurePart
 from microslip.study.surfaces import TableHeights
@@ -150,11 +149,11 @@ def study_facts(study: StudyDescription) -> tuple[Facts, ...]:
     return tuple(group for group in groups if group.rows)
 
 
-def _rows(part: BaseModel) -> tuple[tuple[str, str], ...]:
+def _rows(part: Part) -> tuple[tuple[str, str], ...]:
     """What the keys of a part stand for and hold, those of the parts in it included."""
     rows: list[tuple[str, str]] = []
     labels = labels_of(part)
-    for name in type(part).model_fields:
+    for name in part.attributes.values():
         value = getattr(part, name)
         if name == "cutoff" and value is None:
             rows.append((KEYS[name][0], NO_CUTOFF))
@@ -176,10 +175,10 @@ def _rows(part: BaseModel) -> tuple[tuple[str, str], ...]:
             rows += [("Its contacts", contacts), ("Its bolts", ", ".join(value.bolts))]
         elif name in ("first", "second"):
             rows += [(f"{name.capitalize()} face: {key}", content) for key, content in _rows(value)]
-        elif name == "pressure" and isinstance(value, BaseModel):
+        elif name == "pressure" and isinstance(value, Part):
             rows.append(("Pressure spread as", str(value.kind)))  # type: ignore[attr-defined]
             rows += [item for item in _rows(value) if item[0] != KEYS["kind"][0]]
-        elif isinstance(value, BaseModel):
+        elif isinstance(value, Part):
             rows += _rows(value)
         else:
             meaning, unit = KEYS[name] if name in KEYS else labels[name]

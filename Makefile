@@ -1,5 +1,5 @@
 # Everything happens in a virtual environment that the first target makes: `make help` lists the targets.
-# Needed: Python >= 3.11, git, make; uv is used where it is found, a C compiler where there is one.
+# Needed: Python >= 3.11, git, make; uv and a C compiler are used where they are found.
 
 PYTHON ?= python3
 VENV ?= .venv
@@ -60,15 +60,18 @@ endif
 	@touch "$@"
 
 # What an earlier build left must not stand in for an extension that now fails to build.
-$(READY): $(DEPS) pyproject.toml setup.py src/microslip/_version.py $(KERNEL) $(SOURCES)
+$(READY): $(DEPS) pyproject.toml setup.py tools/kernel_build.py src/microslip/_version.py $(KERNEL) $(SOURCES)
 	@rm -rf build src/microslip/kernels/_compiled*.so "$(VENV)"/.ready*
+	@if [ -n "$$("$(PY)" tools/kernel_build.py)" ]; then \
+	    echo "Adding a C compiler (ziglang, 100 MB): there is none here"; \
+	    $(if $(UV),"$(UV)" pip install --python "$(PY)",$(PY) -m pip install --quiet) --quiet --require-hashes -r requirements-compiler.lock; fi
 	@echo "Installing microslip"
 ifneq ($(UV),)
 	@"$(UV)" pip install --quiet --python "$(PY)" --no-build-isolation --no-deps --reinstall-package microslip $(INSTALL) .
 else
 	@"$(PY)" -m pip install --quiet --quiet --no-build-isolation --no-deps --force-reinstall $(INSTALL) .
 endif
-	@"$(PY)" -c 'import microslip.kernels as k; print("Its kernel is the", k.NAME, "one.")' 2>/dev/null || true
+	@"$(PY)" -c "import microslip.kernels"
 	@touch "$@"
 
 # The packages of the documentation come on top of the others; most work needs none of them.
@@ -156,7 +159,7 @@ dist: $(READY)  ## build the sdist, and from it the wheel, into dist/
 # One lock for every Python and platform, read by uv and by pip. LOCK_ARGS=--upgrade takes newer versions.
 # Every extra is in it but pyharm, which brings JAX and has an environment of its own.
 EXTRAS := app dask nastran parquet scan tdms uff xarray zarr
-lock:  ## write requirements.lock and requirements-docs.lock again
+lock:  ## write the locks again
 	@uv="$(UV)"; if [ -z "$$uv" ]; then \
 	    [ -x .venv-lock/bin/uv ] || { "$(PYTHON)" -m venv .venv-lock && .venv-lock/bin/python -m pip install --quiet uv; }; \
 	    uv=.venv-lock/bin/uv; fi; \
@@ -164,7 +167,9 @@ lock:  ## write requirements.lock and requirements-docs.lock again
 	"$$uv" pip compile pyproject.toml --group dev $$options --custom-compile-command "make lock" \
 	    $(LOCK_ARGS) --output-file requirements.lock && \
 	"$$uv" pip compile pyproject.toml --group dev --group docs $$options --custom-compile-command "make lock" \
-	    --constraints requirements.lock --output-file requirements-docs.lock
+	    --constraints requirements.lock --output-file requirements-docs.lock && \
+	"$$uv" pip compile --group compiler $$options --custom-compile-command "make lock" \
+	    --output-file requirements-compiler.lock
 
 clean:  ## remove builds, caches and the demo
 	@rm -rf build demo dist docs/_build docs/api docs/gallery

@@ -1,15 +1,20 @@
-"""The optional C extension; everything else about the package is in pyproject.toml.
+"""The C extension; everything else about the package is in pyproject.toml.
 
-One abi3 wheel serves CPython 3.11 and every later version. Where nothing can compile, the build
-goes on without the extension and the package uses its NumPy twin.
+One abi3 wheel serves CPython 3.11 and every later version. `tools/kernel_build.py` is the build
+backend, and says what compiles where the machine has no compiler.
 """
 
 import platform
+import subprocess
+import sys
 import sysconfig
 from pathlib import Path
 
 from setuptools import Extension, setup
 from setuptools.command.build_ext import build_ext
+
+sys.path.insert(0, str(Path(__file__).parent / "tools"))
+from kernel_build import finds_compiler, zig_command
 
 # Free-threaded builds (as of 3.14) and PyPy have no limited API: there the wheel is of one version.
 LIMITED_API = platform.python_implementation() == "CPython" and not sysconfig.get_config_var(
@@ -17,19 +22,25 @@ LIMITED_API = platform.python_implementation() == "CPython" and not sysconfig.ge
 )
 
 # Fast, but the numbers stay those of the source: no -ffast-math, no -march=native, and no
-# contraction into fused multiply-adds, which the NumPy twin could not follow.
+# contraction into fused multiply-adds, with which the numbers would hang on the processor.
 UNIX_FLAGS = ["-O3", "-fno-math-errno", "-fno-trapping-math", "-ffp-contract=off"]
 MSVC_FLAGS = ["/O2", "/fp:precise"]
 
 
 class BuildKernel(build_ext):
-    """Choose the flags once the compiler is known."""
+    """Choose the compiler, and the flags once it is known."""
 
     def build_extension(self, ext: Extension) -> None:
-        msvc = self.compiler.compiler_type == "msvc"
-        ext.extra_compile_args = MSVC_FLAGS if msvc else UNIX_FLAGS
-        ext.libraries = [] if msvc else ["m"]
-        super().build_extension(ext)
+        if finds_compiler():
+            msvc = self.compiler.compiler_type == "msvc"
+            ext.extra_compile_args = MSVC_FLAGS if msvc else UNIX_FLAGS
+            ext.libraries = [] if msvc else ["m"]
+            super().build_extension(ext)
+            return
+        target = Path(self.get_ext_fullpath(ext.name))
+        command = zig_command(ext.sources, str(target), ext.define_macros)
+        target.parent.mkdir(parents=True, exist_ok=True)
+        subprocess.run(command, check=True)
 
 
 setup(
@@ -41,7 +52,6 @@ setup(
             depends=[str(header) for header in Path("src/microslip/kernels").glob("*.h")],
             define_macros=[("Py_LIMITED_API", "0x030B0000")] if LIMITED_API else [],
             py_limited_api=LIMITED_API,
-            optional=True,
         )
     ],
     options={"bdist_wheel": {"py_limited_api": "cp311"}} if LIMITED_API else {},

@@ -5,9 +5,9 @@
     python benchmarks/run.py --page       and the tables between the markers in docs/timings.md
     python benchmarks/run.py --strict       exit code 1 where something that is wanted is missed
 
-One process, one thread, the best of several runs each. Beside the compiled kernel and its NumPy
-twin stand two ways that know nothing of the closed form: every asperity by itself
-(explicit_population.py), and Masing's rules sample by sample in plain Python.
+One process, one thread, the best of several runs each. Beside the library stand two ways that know
+nothing of the closed form: every asperity by itself (explicit_population.py), and Masing's rules
+sample by sample in plain Python.
 """
 
 from __future__ import annotations
@@ -27,8 +27,7 @@ import subprocess
 import sys
 import time
 import timeit
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -39,8 +38,6 @@ from numpy.typing import NDArray
 from pages import write_section
 
 import microslip as ms
-from microslip import kernels
-from microslip.kernels import twin
 from microslip.scans import random_surface
 
 Floats = NDArray[np.float64]
@@ -50,7 +47,6 @@ ASPERITIES = 100_000
 SWEPT = 1_000_000  # points
 SWEEP_WANTED = 2.0  # [s]
 AMPLITUDE = 1e-6  # [m], nearly three times the slip scale of the joint: T/mu N reaches 0.9998
-KERNELS = {"compiled": "compiled kernel", "numpy": "NumPy twin"}
 
 
 # -- what is measured -----------------------------------------------------------------------------
@@ -136,7 +132,6 @@ class Row:
     """One measured number: a time [s], or a rate [samples/s]."""
 
     task: str
-    how: str
     value: float
     rate: bool = False
     wanted: float | None = None
@@ -182,37 +177,24 @@ def best(call: Callable[[], object], repeats: int = 7, number: int = 1) -> float
     return min(timeit.repeat(call, repeat=repeats, number=number)) / number
 
 
-@contextmanager
-def kernel(name: str) -> Iterator[None]:
-    """Let one of the kernels do the work."""
-    before = kernels.active
-    if name == "numpy":
-        kernels.active = twin
-    try:
-        yield
-    finally:
-        kernels.active = before
-
-
-def measure_kernel(name: str) -> list[Row]:
-    compiled = name == "compiled"
+def measure_joint() -> list[Row]:
     surface = make_surface()
     joint = ms.Interface(surface, friction_coefficient=0.55, normal_load=2000.0)
     rows: list[Row] = []
 
     def add(task: str, seconds: float, target: float | None = None) -> None:
-        rows.append(Row(task, name, seconds, wanted=target if compiled else None))
+        rows.append(Row(task, seconds, wanted=target))
 
     for task, history, target in (
         ("force(), 1e6 samples of a sine", sine(SAMPLES, 1000), 50e6),
         ("force(), 1e6 samples of Gaussian noise", gaussian_noise(SAMPLES), None),
         ("force(), 1e6 samples, each a reversal", turning_noise(SAMPLES), 20e6),
     ):
-        seconds = best(lambda x=history: joint.force(x), 7 if compiled else 3)
-        rows.append(Row(task, name, SAMPLES / seconds, True, target if compiled else 2e6))
+        seconds = best(lambda x=history: joint.force(x))
+        rows.append(Row(task, SAMPLES / seconds, True, target))
 
-    rows += measure_varying_load(joint, name)
-    rows += measure_fields(name)
+    rows += measure_varying_load(joint)
+    rows += measure_fields()
     add("loop(), 1024 samples", best(lambda: joint.loop(3e-7, 1024), 7, 200), 50e-6)
 
     # Many different joints, so that nothing is found ready made; the time is that of a mean one.
@@ -254,15 +236,13 @@ def measure_kernel(name: str) -> list[Row]:
 
     forces = 0.95 * joint.force_limit / AMPLITUDE * sine(100_000, 1000)
     seconds = best(lambda: joint.displacement(forces), 3)
-    rows.append(Row("displacement(), 1e5 samples of a sine", name, forces.size / seconds, True))
+    rows.append(Row("displacement(), 1e5 samples of a sine", forces.size / seconds, True))
     return rows
 
 
-def measure_varying_load(joint: ms.Interface, name: str) -> list[Row]:
+def measure_varying_load(joint: ms.Interface) -> list[Row]:
     """The engine of a load that varies, here by a half, in quadrature with the displacement."""
-    compiled = name == "compiled"
-    # A step in plain Python costs the twin tens of microseconds.
-    samples = SAMPLES if compiled else SAMPLES // 20
+    samples = SAMPLES
     x = sine(samples, 1000)
     load = joint.normal_load * (
         1.0 + 0.5 * np.cos(2.0 * math.pi / 1000 * np.arange(1, samples + 1))
@@ -300,8 +280,8 @@ def measure_varying_load(joint: ms.Interface, name: str) -> list[Row]:
             None,
         ),
     ):
-        seconds = best(call, 5 if compiled else 1)
-        rows.append(Row(task, name, samples / seconds, True, target if compiled else None))
+        seconds = best(call, 5)
+        rows.append(Row(task, samples / seconds, True, target))
 
     state, path = joint.start(), list(zip(x[:5000].tolist(), load[:5000].tolist(), strict=True))
 
@@ -310,22 +290,19 @@ def measure_varying_load(joint: ms.Interface, name: str) -> list[Row]:
             state.try_(place, normal_load)
             state.commit()
 
-    rows.append(Row("state.try_() with a load and commit(), a step", name, best(steps, 3) / 5000))
+    rows.append(Row("state.try_() with a load and commit(), a step", best(steps, 3) / 5000))
     return rows
 
 
-def measure_fields(name: str) -> list[Row]:
+def measure_fields() -> list[Row]:
     """Thousands of nodes at once, and sliders in two directions."""
-    rng, compiled = np.random.default_rng(3), name == KERNELS["compiled"]
+    rng = np.random.default_rng(3)
     rows: list[Row] = []
-
-    def wanted(value: float) -> float | None:
-        return value if compiled else None
 
     surface = make_surface()
     pressures = rng.uniform(1e5, 2e7, 100_000)
     build = best(lambda: ms.JointField(surface, 0.3, areas=1e-5, pressures=pressures), 3)
-    rows.append(Row("JointField of 100 000 nodes", name, build, wanted=wanted(0.5)))
+    rows.append(Row("JointField of 100 000 nodes", build, wanted=0.5))
     field = ms.JointField(surface, 0.3, areas=1e-5, pressures=pressures[:1000])
     shape = np.array([0.5, 1.0, 1.0, 0.4, 0.4, 0.3, 0.3])
     x = 4e-7 * shape * rng.normal(size=(1000, 7))
@@ -336,7 +313,7 @@ def measure_fields(name: str) -> list[Row]:
             field.harmonics, x, (0, 1, 2, 3), separations=separations, samples=128
         )
         task = f"harmonics() with Jacobian, 1000 nodes of 128 samples, {case}"
-        rows.append(Row(task, name, best(call, 5), wanted=wanted(seconds)))
+        rows.append(Row(task, best(call, 5), wanted=seconds))
     moves = 2e-7 * np.sin(0.1 * np.arange(64)[:, None] + rng.uniform(0.0, 6.0, 1000))
     breathing = field.separations + 0.5 * moves
     for case, paths, rate in (("a held load", None, 1e7), ("separations", breathing, 2e6)):
@@ -348,7 +325,7 @@ def measure_fields(name: str) -> list[Row]:
                 state.commit()
 
         task = f"try_() and commit() of 1000 nodes, a node step, {case}"
-        rows.append(Row(task, name, moves.size / best(steps, 5), True, wanted(rate)))
+        rows.append(Row(task, moves.size / best(steps, 5), True, rate))
     two = ms.IsotropicJoint(ms.Interface(surface, 0.55, normal_load=2000.0))
     plane = 2e-7 * rng.normal(size=(8, 1000, 2))
 
@@ -359,8 +336,8 @@ def measure_fields(name: str) -> list[Row]:
             state.commit()
 
     rows.append(
-        Row("two directions, 64 sliders, a node step", name, 8000 / best(turns, 3), True,
-            wanted(5e5))
+        Row("two directions, 64 sliders, a node step", 8000 / best(turns, 3), True,
+            5e5)
     )  # fmt: skip
     return rows
 
@@ -411,7 +388,7 @@ def measure_varying_laws() -> list[Row]:
             ("coupled_response() with dissipated_energy", losses, d[leading].size),
             ("coupled_displacement()", hold, d[leading].size),
         ):
-            rows.append(Row(f"{task}, {case}", kernels.NAME, count / best(call, 2), True))
+            rows.append(Row(f"{task}, {case}", count / best(call, 2), True))
     return rows
 
 
@@ -508,7 +485,7 @@ def measure_scan() -> list[Row]:
         scan.over_cutoffs()
 
     task = "4-megapixel scan, all parameters, summits at ten cut-offs"
-    return [Row(task, "process", best(parameters, 1), wanted=10.0)]
+    return [Row(task, best(parameters, 1), wanted=10.0)]
 
 
 def measure_identify() -> list[Row]:
@@ -535,24 +512,13 @@ def measure_identify() -> list[Row]:
         ("identify: 50 loops at 5 loads", loops, 5.0),
     )
     return [
-        Row(task, kernels.NAME, best(lambda r=records: ms.identify(r), 2), wanted=target)
+        Row(task, best(lambda r=records: ms.identify(r), 2), wanted=target)
         for task, records, target in tasks
     ]
 
 
 def difference(forces: Floats, reference: Floats, joint: ms.Interface) -> float:
     return float(np.abs(forces - reference).max()) / joint.force_limit
-
-
-def kernels_differ() -> float:
-    """Largest difference between the kernels along the three histories, over the force limit."""
-    joint = ms.Interface(make_surface(), friction_coefficient=0.55, normal_load=2000.0)
-    worst = 0.0
-    for history in (sine(100_000, 1000), gaussian_noise(100_000), turning_noise(100_000)):
-        with kernel("numpy"):
-            twin_force = joint.force(history)
-        worst = max(worst, difference(joint.force(history), twin_force, joint))
-    return worst
 
 
 def measure_starts() -> tuple[list[Row], bool]:
@@ -572,10 +538,10 @@ def measure_starts() -> tuple[list[Row], bool]:
     loads_numpy = child(_HELP).splitlines()[-1] == "True"
     target = shortest["numpy"] + 0.1
     return [
-        Row("import numpy", "process", shortest["numpy"]),
-        Row("import microslip", "process", shortest["microslip"], wanted=target),
-        Row("from microslip import Interface", "process", shortest["Interface"], wanted=target),
-        Row("microslip --help, whole process", "process", shortest["help"]),
+        Row("import numpy", shortest["numpy"]),
+        Row("import microslip", shortest["microslip"], wanted=target),
+        Row("from microslip import Interface", shortest["Interface"], wanted=target),
+        Row("microslip --help, whole process", shortest["help"]),
     ], loads_numpy
 
 
@@ -665,28 +631,12 @@ def page_text(
     sweeps: Sequence[Sequence[str]] = (),
 ) -> str:
     """The tables of the page: a row a task, a column a kernel."""
-    tasks: dict[str, dict[str, Row]] = {}
-    for row in rows:
-        tasks.setdefault(row.task, {})[row.how] = row
 
-    def cell(row: Row | None) -> str:
-        if row is None:
-            return ""
+    def cell(row: Row) -> str:
         return f"**{row.measured_text}** (missed)" if row.verdict == "missed" else row.measured_text
 
-    def pair(row: Row | None) -> list[str]:
-        return [row.wanted_text if row else "", cell(row)]
-
-    # Where the kernel plays no part, there is one number.
-    lines = [
-        [
-            task,
-            *pair(by_kernel.get("compiled") or by_kernel.get("process")),
-            *pair(by_kernel.get("numpy")),
-        ]
-        for task, by_kernel in tasks.items()
-    ]
-    head = ("task", "wanted", KERNELS["compiled"], "wanted", KERNELS["numpy"])
+    lines = [[row.task, row.wanted_text, cell(row)] for row in rows]
+    head = ("task", "wanted", "measured")
     tables = [(head, lines), (OTHERS_HEAD, comparisons)] + (
         [(SWEEPS_HEAD, sweeps)] if sweeps else []
     )
@@ -700,11 +650,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--strict", action="store_true", help="exit with 1 where one is missed")
     options = parser.parse_args(arguments)
 
-    rows: list[Row] = []
-    names = ["compiled", "numpy"] if kernels.NAME == "compiled" else ["numpy"]
-    for name in names:
-        with kernel(name):
-            rows += measure_kernel(name)
+    rows = measure_joint()
     rows += measure_varying_laws()
     comparisons, other_numbers = measure_others()
     sweeps, sweep_numbers = measure_sweeps()
@@ -719,20 +665,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         f"NumPy {here['numpy']}, microslip {here['microslip']}."
     )
     print(about, end="\n\n")
-    lines = [
-        [row.task, KERNELS.get(row.how, ""), row.wanted_text, row.measured_text, row.verdict]
-        for row in rows
-    ]
-    head = ("task", "kernel", "wanted", "measured", "verdict")
+    lines = [[row.task, row.wanted_text, row.measured_text, row.verdict] for row in rows]
+    head = ("task", "wanted", "measured", "verdict")
     for table in ((head, lines), (OTHERS_HEAD, comparisons), (SWEEPS_HEAD, sweeps)):
         print(plain_table(*table), end="\n\n")
-    differ = kernels_differ() if kernels.NAME == "compiled" else 0.0
     error = max(n["explicit_difference"] for n in other_numbers.values())
-    print(f"The kernels differ by {differ:.1g} of the force limit, the asperities by {error:.1g}.")
+    print(f"The asperities differ by {error:.1g} of the force limit.")
     print(f"microslip --help {'loads' if loads_numpy else 'does not load'} NumPy.")
-    if kernels.NAME != "compiled":
-        print("The compiled kernel is not here (or switched off): only the twin was measured.")
-
     if options.json:
         content = {
             "machine": here,
@@ -742,7 +681,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
             ],
             "others": other_numbers,
             "sweeps": sweep_numbers,
-            "kernels_differ": differ,
             "help_loads_numpy": loads_numpy,
         }
         options.json.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")

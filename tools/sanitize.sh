@@ -9,7 +9,7 @@ library=$(cc -print-file-name=libasan.so)
 [ -e "$library" ] || { echo "No address sanitizer beside this compiler: nothing is tried."; exit 0; }
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
-cp -R src setup.py pyproject.toml README.md LICENSE "$scratch"
+cp -R src tools setup.py pyproject.toml README.md LICENSE "$scratch"
 rm -f "$scratch"/src/microslip/kernels/_compiled*.so
 (
     cd "$scratch"

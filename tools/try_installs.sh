@@ -59,6 +59,5 @@ for locale in C POSIX C.UTF-8 tr_TR.UTF-8; do
 done
 run env -u HOME "$python" -m microslip.cli predict études.toml -o résultat
 run env -u HOME HOME=/nowhere MPLCONFIGDIR=/nowhere/too "$python" -m microslip.cli predict études.toml -o "un autre"
-run env MICROSLIP_KERNEL=numpy "$python" -c "$code"
 [ -s "résultat/summary.json" ] && [ -s "un autre/summary.json" ]
 echo "$count runs of the installed wheel are as they should be."

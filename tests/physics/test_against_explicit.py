@@ -68,13 +68,11 @@ def test_at_rest():
 
 @pytest.mark.parametrize("size", [0.05, 0.5, 2.0, 10.0])
 @pytest.mark.parametrize("seed", [1, 2])
-@pytest.mark.usefixtures("kernel")
 def test_random_history(size, seed):
     x = size * REACH * np.random.default_rng(seed).normal(size=300)
     agree(JOINT.force(x), EXPLICIT.force(x))
 
 
-@pytest.mark.usefixtures("kernel")
 def test_minor_loops():
     """Nested ones, closed exactly, passed by, cut short and begun anew, with gross slip between."""
     steps = [

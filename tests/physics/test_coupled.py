@@ -27,9 +27,7 @@ from hypothesis import strategies as st
 
 import microslip as ms
 from microslip import kernels
-from microslip.kernels import twin
-from microslip.kernels.twin_losses import slip_runs
-from microslip.memory import Diagram
+from microslip.kernels import slip_runs
 from microslip.normal.scalar_curves import LawCurve, scalar_curve
 from microslip.normal.slip_losses import _summit_means
 from microslip.normal.spheres import Spheres
@@ -72,7 +70,6 @@ SHARED = [
 ] or [pytest.param({}, id="shared", marks=pytest.mark.skip("no folder `shared` beside this one"))]
 
 
-@pytest.mark.usefixtures("kernel")
 @pytest.mark.parametrize("case", SHARED)
 def test_shared_histories(case) -> None:
     given, wanted = case["coupled_history"], case["result"]["coupled_history"]
@@ -86,7 +83,6 @@ def test_shared_histories(case) -> None:
 COUPLED = json.loads((REFERENCE / "coupled.json").read_text(encoding="utf-8"))["cases"]
 
 
-@pytest.mark.usefixtures("kernel")
 @pytest.mark.parametrize("case", COUPLED, ids=[case["name"] for case in COUPLED])
 def test_own_histories(case) -> None:
     """Forces of diagrams written down anew; losses as work less store, in 40 digits."""
@@ -99,7 +95,6 @@ def test_own_histories(case) -> None:
 
 
 @every_joint
-@pytest.mark.usefixtures("kernel")
 @pytest.mark.parametrize("scale", [1e-5, 0.3, 2.0])
 def test_at_its_own_load_it_is_the_engine_of_constant_load(joint, scale) -> None:
     rng = np.random.default_rng(3)
@@ -375,7 +370,6 @@ def test_unloading_after_proportional_loading() -> None:
 
 @every_joint
 @given(moves=paths, splits=st.integers(2, 7))
-@pytest.mark.usefixtures("kernel")
 def test_one_step_is_any_number_of_steps(joint, moves, splits):
     d, x = within(joint, moves)
     whole = joint.coupled_force(x, separation=d)
@@ -428,19 +422,6 @@ def test_pieces_and_trials_give_the_whole(joint, moves, cut):
     share = 1e-13 + 8 * EPS * abs(joint.separation) * joint.normal_stiffness / joint.normal_load
     atol = share * joint.friction_coefficient * max(load.max(), joint.normal_load)
     np.testing.assert_allclose(got, whole, rtol=0, atol=atol)
-
-
-@every_joint
-@given(moves=paths)
-def test_both_kernels_build_the_same_diagram(joint, moves, compiled):
-    d, x = within(joint, moves)
-    trees = []
-    for kernel in (compiled, twin):
-        with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(kernels, "active", kernel)
-            trees.append(Diagram()._walk(d - joint.separation, x / joint.slip_per_indentation)[0])
-    for one, other in zip(*trees, strict=True):
-        np.testing.assert_array_equal(one, other)
 
 
 @pytest.mark.parametrize("kind", ["in phase", "opposite", "quadrature", "gross slip"])
@@ -617,7 +598,6 @@ def test_smooth_laws_have_a_profile() -> None:
     assert plainly(WORKED)._coupling.profile(0.0, 0.0) is None
 
 
-@pytest.mark.usefixtures("kernel")
 @pytest.mark.parametrize("joint", PROFILED)
 def test_profiles_are_the_law(joint) -> None:
     coupling = joint._coupling
@@ -643,7 +623,6 @@ def test_profiles_are_the_law(joint) -> None:
     np.testing.assert_allclose(profile.separations(loads), wanted, rtol=0, atol=5e-14 * length)
 
 
-@pytest.mark.usefixtures("kernel")
 @pytest.mark.parametrize("joint", PROFILED)
 @given(moves=paths)
 def test_profiles_change_nothing(joint, moves):

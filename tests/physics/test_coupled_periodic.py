@@ -12,7 +12,6 @@ import microslip as ms
 
 JOINTS = joint_params()
 every_joint = pytest.mark.parametrize("joint", JOINTS)
-both_kernels = pytest.mark.usefixtures("kernel")
 WORKED = ms.Interface.examples()[0]
 SPHERE = next(
     joint for joint in ms.Interface.examples() if isinstance(joint.surface, ms.SphereOnFlat)
@@ -32,7 +31,6 @@ def cycle(joint: ms.Interface, phase: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 @every_joint
-@both_kernels
 @pytest.mark.parametrize("phase", [0.0, 1.0, 2.0, 3.0])
 def test_it_is_the_second_pass_of_the_engine(joint, phase) -> None:
     x, d = cycle(joint, phase)
@@ -55,7 +53,6 @@ def test_it_is_the_second_pass_of_the_engine(joint, phase) -> None:
 
 @pytest.mark.parametrize("joint", [WORKED, SPHERE], ids=["rough", "sphere"])
 @pytest.mark.parametrize("phase", [0.2, 1.0, 2.0, 2.6, 3.0])
-@both_kernels
 def test_derivatives_of_smooth_laws_to_the_last_digit_of_differences(joint, phase) -> None:
     x, d = cycle(joint, phase)
     reach, depth = reach_of(joint), joint.normal_load / joint.normal_stiffness
@@ -111,7 +108,6 @@ def test_derivatives_against_differences(joint) -> None:
 
 
 @every_joint
-@both_kernels
 def test_a_constant_separation_is_the_other_engine(joint) -> None:
     x, _ = cycle(joint, 0.7)
     plain = joint.periodic(x)
@@ -127,7 +123,6 @@ def test_a_constant_separation_is_the_other_engine(joint) -> None:
     assert np.mean(same) > 0.95
 
 
-@both_kernels
 @pytest.mark.parametrize("rest", [0.0, 3e-7, -2e-7, "mean"])
 def test_where_the_joint_began(rest) -> None:
     """From a displacement of its own, or from the mean, which moves along."""
@@ -152,7 +147,6 @@ def test_where_the_joint_began(rest) -> None:
 
 
 @every_joint
-@both_kernels
 @given(
     moves=st.lists(
         st.tuples(st.integers(-6, 6).map(lambda k: k / 8), st.integers(-4, 4).map(lambda k: k / 8)),

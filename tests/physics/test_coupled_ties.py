@@ -12,8 +12,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import microslip as ms
-from microslip import kernels
-from microslip.kernels import twin
 
 JOINTS = joint_params()
 every_joint = pytest.mark.parametrize("joint", JOINTS)
@@ -63,7 +61,6 @@ def test_a_row_passed_in_its_own_proportion_loses_nothing() -> None:
 
 @every_joint
 @given(moves=points, ratio=ratios)
-@pytest.mark.usefixtures("kernel")
 def test_proportional_paths(joint, moves, ratio):
     """Nothing is gained, each force is within friction, and halves of steps lose the same."""
     d, x = inclined(joint, ratio, moves)
@@ -83,24 +80,6 @@ def test_proportional_paths(joint, moves, ratio):
         # With what the last place of a separation costs where the load is light.
         last_place = EPS * np.abs(d).max() * joint.normal_stiffness / joint.normal_load
         assert again == pytest.approx(total, rel=1e-9, abs=(1e-12 + 8.0 * last_place) * most)
-
-
-@every_joint
-@given(moves=points, ratio=ratios)
-def test_kernels_and_states_agree_on_ties(joint, moves, ratio, compiled):
-    d, x = inclined(joint, ratio, moves)
-    records = []
-    for kernel in (compiled, twin):
-        with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(kernels, "active", kernel)
-            response = joint.coupled_response(x, separation=d)
-            records.append((response.force, response.energy_per_step))
-    (force, lost), (other, again) = records
-    heavy = joint.friction_coefficient * max(response.normal_load.max(), joint.normal_load)
-    np.testing.assert_allclose(other, force, rtol=0, atol=1e-13 * heavy)
-    most = heavy * np.abs(np.diff(x, prepend=0.0)).sum()
-    np.testing.assert_allclose(again, lost, rtol=1e-9, atol=1e-14 * most)
-    assert np.all(again >= 0.0)
 
 
 def lift_energy(joint: ms.Interface, x: float, rise: float) -> float:
@@ -127,7 +106,6 @@ def lift_energy(joint: ms.Interface, x: float, rise: float) -> float:
     return joint.friction_coefficient * kappa * total
 
 
-@pytest.mark.usefixtures("kernel")
 @pytest.mark.parametrize("lift", [0.5, 5.0, 10.0, 20.0, 50.0, 1e4])
 @pytest.mark.parametrize("load", [1e-3, 2e3, 1e5])
 def test_one_step_that_lifts_far_off(load, lift) -> None:
@@ -171,7 +149,6 @@ def test_lift_off_of_laws_without_a_profile(joint, lift) -> None:
 
 
 @every_joint
-@pytest.mark.usefixtures("kernel")
 def test_far_away_there_is_neither_force_nor_loss(joint) -> None:
     d = joint.separation + np.array([1.0, 1e3, 1e20, 1e39, 1e3])
     x = reach_of(joint) * np.array([0.3, 1e3, -1e3, 1e30, 0.0])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -46,7 +45,7 @@ def joint(field: ms.JointField, node: int) -> ms.Interface:
     return ms.Interface(own, field.friction[node], normal_load=field.normal_loads[node])
 
 
-def test_nodes_are_joints_at_a_held_load(kernel: ModuleType) -> None:
+def test_nodes_are_joints_at_a_held_load() -> None:
     found = FIELD.periodic(X)
     for i in range(NODES):
         wanted = joint(FIELD, i).periodic(X[i])
@@ -69,7 +68,7 @@ def test_small_cycles_keep_their_digits() -> None:
 
 
 @pytest.mark.parametrize("kind", ["around rest", "pressed"])
-def test_nodes_are_joints_under_a_load_that_varies(kernel: ModuleType, kind: str) -> None:
+def test_nodes_are_joints_under_a_load_that_varies(kind: str) -> None:
     separations = sampled(SEPARATIONS if kind == "around rest" else PRESSED)
     found = FIELD.periodic(X, separations)
     for i in range(NODES):
@@ -85,7 +84,7 @@ def test_nodes_are_joints_under_a_load_that_varies(kernel: ModuleType, kind: str
             np.testing.assert_allclose(wanted[0], wanted[-1], rtol=0, atol=1e-13 * scale)
 
 
-def test_it_does_not_matter_with_which_sample_a_cycle_begins(kernel: ModuleType) -> None:
+def test_it_does_not_matter_with_which_sample_a_cycle_begins() -> None:
     for d in (None, D, sampled(PRESSED)):
         wanted = FIELD.periodic(X, d)
         rolled = FIELD.periodic(
@@ -127,7 +126,7 @@ def differences(field: ms.JointField, x: Any, d: Any, step: float) -> np.ndarray
 
 
 @pytest.mark.parametrize("separations", [SEPARATIONS, PRESSED], ids=["around rest", "pressed"])
-def test_jacobian_is_its_differences(kernel: ModuleType, separations: np.ndarray) -> None:
+def test_jacobian_is_its_differences(separations: np.ndarray) -> None:
     _, _, jacobian = FIELD.harmonics(COEFFICIENTS, ORDERS, separations=separations, samples=SAMPLES)
     found = differences(FIELD, COEFFICIENTS, separations, 1e-13)
     scale = np.abs(jacobian).max(axis=(1, 2, 3, 4), keepdims=True)
@@ -135,7 +134,7 @@ def test_jacobian_is_its_differences(kernel: ModuleType, separations: np.ndarray
     np.testing.assert_allclose(found / scale, jacobian / scale, rtol=0, atol=2e-8)
 
 
-def test_jacobian_without_separations(kernel: ModuleType) -> None:
+def test_jacobian_without_separations() -> None:
     force, jacobian = FIELD.harmonics(COEFFICIENTS, ORDERS, samples=SAMPLES)
     still = np.eye(5)[0] * FIELD.separations[:, None]
     other, load, whole = FIELD.harmonics(COEFFICIENTS, ORDERS, separations=still, samples=SAMPLES)
@@ -187,7 +186,7 @@ TURNS = 2.0 * np.pi * np.arange(24) / 24
 SHAPE_CYCLE = np.stack((np.cos(TURNS + 0.3), np.sin(2.0 * TURNS)))
 
 
-def test_derivatives_of_a_cycle_are_its_differences(kernel: ModuleType) -> None:
+def test_derivatives_of_a_cycle_are_its_differences() -> None:
     u, v = RNG.normal(size=(2, NODES, SAMPLES, 2))
     slopes, falls = FIELD.periodic(X, D).derivative(u, v)
     h = 1e-13
@@ -243,7 +242,7 @@ def test_a_cycle_loses_what_the_joint_says() -> None:
     assert errors[-1] < 1e-4
 
 
-def test_from_nothing_the_stiffness_is_that_at_rest(kernel: ModuleType) -> None:
+def test_from_nothing_the_stiffness_is_that_at_rest() -> None:
     force, jacobian = FIELD.harmonics(np.zeros(5), ORDERS, samples=SAMPLES)
     assert not force.any()
     stiff = FIELD.tangential_stiffnesses[:, None, None]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import tracemalloc
-from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -45,7 +44,7 @@ def advanced(state: ms.FieldState, x: Any, d: Any = None) -> np.ndarray:
     return np.array(forces)
 
 
-def test_nodes_are_joints_at_a_held_load(kernel: ModuleType) -> None:
+def test_nodes_are_joints_at_a_held_load() -> None:
     forces = advanced(FIELD.start(), X)
     for i in range(NODES):
         own = joint(i)
@@ -54,7 +53,7 @@ def test_nodes_are_joints_at_a_held_load(kernel: ModuleType) -> None:
         )
 
 
-def test_nodes_are_joints_under_a_load_that_varies(kernel: ModuleType) -> None:
+def test_nodes_are_joints_under_a_load_that_varies() -> None:
     state = FIELD.start(energies=True)
     forces = advanced(state, X, D)
     for i in range(NODES):
@@ -76,7 +75,7 @@ def test_the_first_step_is_first_loading() -> None:
             np.testing.assert_allclose(one, other, rtol=0, atol=2e-14 * scale)
 
 
-def test_tangents_are_differences(kernel: ModuleType) -> None:
+def test_tangents_are_differences() -> None:
     state = FIELD.start()
     advanced(state, X[:25], D[:25])
     h = 1e-13

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -24,7 +23,7 @@ def circle(amplitude: float, samples: int, turns: int = 1) -> np.ndarray:
     return amplitude * np.stack((np.cos(t), np.sin(t)), axis=1)
 
 
-def test_along_a_line_it_is_the_joint(kernel: ModuleType) -> None:
+def test_along_a_line_it_is_the_joint() -> None:
     x = 2e-7 * RNG.normal(size=60)
     force = TWO.force(np.outer(x, WAY))
     wanted = TWO.line.force(x)
@@ -82,7 +81,7 @@ def test_the_exact_density_has_that_circle() -> None:
     assert TWO.circle_energy(a) == pytest.approx(wanted, rel=2e-2)
 
 
-def test_a_turned_path_turns_the_force(kernel: ModuleType) -> None:
+def test_a_turned_path_turns_the_force() -> None:
     np.testing.assert_allclose(
         TWO.force(PATH @ TURN.T), TWO.force(PATH) @ TURN.T, rtol=0, atol=1e-12 * JOINT.force_limit
     )
@@ -91,7 +90,7 @@ def test_a_turned_path_turns_the_force(kernel: ModuleType) -> None:
     )
 
 
-def test_one_straight_step_is_as_good_as_many(kernel: ModuleType) -> None:
+def test_one_straight_step_is_as_good_as_many() -> None:
     state = TWO.start()
     for x in PATH[:10]:
         state.try_(x)
@@ -104,7 +103,7 @@ def test_one_straight_step_is_as_good_as_many(kernel: ModuleType) -> None:
     np.testing.assert_allclose(other.force, force, rtol=0, atol=1e-12 * JOINT.force_limit)
 
 
-def test_the_tangent_is_that_of_the_step(kernel: ModuleType) -> None:
+def test_the_tangent_is_that_of_the_step() -> None:
     state = TWO.start()
     h = 1e-13
     for x in PATH:
@@ -140,7 +139,7 @@ def test_energy_is_never_lost_to_less_than_nothing() -> None:
     assert big.dissipated_energy == pytest.approx(lost, rel=1e-10), "whatever the steps"
 
 
-def test_batches_are_single_joints(kernel: ModuleType) -> None:
+def test_batches_are_single_joints() -> None:
     paths = RNG.normal(size=(10, 3, 2)) * 2e-7
     state = TWO.start(nodes=3)
     for i in range(10):
@@ -161,7 +160,7 @@ def jacobian_by_differences(call: Any, x: np.ndarray, h: float) -> np.ndarray:
     return np.array(found)
 
 
-def test_harmonics_have_their_jacobian(kernel: ModuleType) -> None:
+def test_harmonics_have_their_jacobian() -> None:
     x = 3e-7 * np.array([[0.1, 1.0, 0.3], [-0.2, 0.4, 0.9]])
     two = ms.IsotropicJoint(JOINT, 6)
     force, jacobian = two.harmonics(x, samples=12, tolerance=1e-3)
@@ -230,7 +229,7 @@ def test_nodes_at_held_separations_are_isotropic_joints() -> None:
     assert (state.dissipated_energy > 0.0).all()
 
 
-def test_nodes_step_as_one_or_many(kernel: ModuleType) -> None:
+def test_nodes_step_as_one_or_many() -> None:
     two = FIELD.two_directions(40, nearest=NEAREST)
     state = two.start()
     x, d = RNG.normal(size=(6, NODES, 2)) * 2e-7, (D @ BASIS)[:, ::6].T

@@ -39,7 +39,6 @@ def law_of(case: dict[str, Any]) -> Any:
 
 
 @pytest.mark.parametrize("case", cases_of("SegalmanIwan", "Iwan"))
-@pytest.mark.usefixtures("kernel")
 def test_iwan_laws_against_high_precision(case):
     law, x = law_of(case), np.array(case["displacement"])
     np.testing.assert_allclose(law.backbone(x), case["backbone"], rtol=ROUNDING)

@@ -19,7 +19,6 @@ AMPLITUDES = (0.05, 0.7, 3.0)
 
 
 @all_laws
-@pytest.mark.usefixtures("kernel")
 def test_loop_is_the_settled_force(law):
     for share in AMPLITUDES:
         a = share * reach_of(law)
@@ -108,7 +107,6 @@ def test_ellipse(phase):
 
 
 @all_laws
-@pytest.mark.usefixtures("kernel")
 def test_asymmetric_loops(law):
     """Between any two reversals the loop is that of half their distance, whatever its mean."""
     reach = reach_of(law)

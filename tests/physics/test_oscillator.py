@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from types import ModuleType
 
 import numpy as np
 import pytest
@@ -240,7 +239,7 @@ def test_time_to_the_first_turning_point() -> None:
     assert motion.turning_time[1] == pytest.approx(wanted, rel=1e-7)
 
 
-def test_newmark_goes_the_same_way(kernel: ModuleType) -> None:
+def test_newmark_goes_the_same_way() -> None:
     """Average acceleration with Newton's iteration and no turning points of its own: second order.
 
     Its error falls fourfold with each halving of the step, towards this motion.

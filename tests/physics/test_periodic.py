@@ -12,7 +12,6 @@ import microslip as ms
 
 LAWS = law_params()
 all_laws = pytest.mark.parametrize("law", LAWS)
-both_kernels = pytest.mark.usefixtures("kernel")
 ROUNDING = 1e-14  # of the force limit
 
 
@@ -37,7 +36,6 @@ def derivative(response: ms.friction.PeriodicResponse, change: np.ndarray) -> np
 
 @all_laws
 @given(x=records(max_size=40))
-@both_kernels
 def test_periodic_is_the_second_pass(law, x):
     x = x * reach_of(law)
     response = law.periodic(x)
@@ -60,7 +58,6 @@ def test_periodic_is_the_second_pass(law, x):
 
 @all_laws
 @given(x=records(max_size=40))
-@both_kernels
 def test_tree(law, x):
     x = x * reach_of(law)
     force, stiffness, parent, root = law.periodic(x)
@@ -93,7 +90,6 @@ def test_tree(law, x):
 
 @all_laws
 @given(x=records(max_size=40), data=st.data())
-@both_kernels
 def test_derivative_is_the_recursion(law, x, data):
     """Down the tree in one call, one column or many, from rest or from the mean."""
     x = x * reach_of(law)
@@ -117,7 +113,6 @@ def test_derivative_is_the_recursion(law, x, data):
 
 
 @all_laws
-@both_kernels
 def test_derivative_against_finite_differences(law):
     """With respect to each Fourier coefficient of a displacement with minor loops."""
     size = 64

@@ -22,7 +22,6 @@ from hypothesis import strategies as st
 from reference.make_reference import dominant_extremes
 
 import microslip as ms
-from microslip.kernels import twin
 
 LAWS = law_params()
 all_laws = pytest.mark.parametrize("law", LAWS)
@@ -63,7 +62,6 @@ def force_at(law: ms.BackboneLaw, extremes: list[float]) -> float:
 
 @all_laws
 @given(x=records())
-@pytest.mark.usefixtures("kernel")
 def test_backbone_is_odd(law, x):
     x = x * reach_of(law)
     np.testing.assert_array_equal(law.backbone(-x), -law.backbone(x))
@@ -71,7 +69,6 @@ def test_backbone_is_odd(law, x):
 
 
 @all_laws
-@pytest.mark.usefixtures("kernel")
 def test_backbone_is_monotone_concave_and_limited(law):
     x = reach_of(law) * np.concatenate(([0.0], np.geomspace(1e-9, 1e3, 4001)))
     force, stiffness = law.backbone(x), law.backbone_stiffness(x)
@@ -106,7 +103,6 @@ def test_backbone_inverse(law, force):
 
 @all_laws
 @given(x=records())
-@pytest.mark.usefixtures("kernel")
 def test_force_is_odd(law, x):
     x = x * reach_of(law)
     np.testing.assert_array_equal(law.force(-x), -law.force(x))
@@ -114,7 +110,6 @@ def test_force_is_odd(law, x):
 
 @all_laws
 @given(x=records(max_size=60))
-@pytest.mark.usefixtures("kernel")
 def test_force_is_limited(law, x):
     force = law.force(x * reach_of(law))
     assert np.all(np.abs(force) <= law.force_limit * (1 + ROUNDING))
@@ -122,7 +117,6 @@ def test_force_is_limited(law, x):
 
 @all_laws
 @given(x=records())
-@pytest.mark.usefixtures("kernel")
 def test_force_by_the_dominant_extremes(law, x):
     """Masing and Madelung by another road: no stack, the whole past is searched at each sample."""
     x = x * reach_of(law)
@@ -133,7 +127,6 @@ def test_force_by_the_dominant_extremes(law, x):
 
 @all_laws
 @given(peak=moves, shares=st.lists(st.floats(0, 1), min_size=1, max_size=8))
-@pytest.mark.usefixtures("kernel")
 def test_masing(law, peak, shares):
     """After a reversal at (d, T): T - 2 T0((d - x)/2), as far as the mirror point and beyond it."""
     assume(peak != 0)
@@ -152,7 +145,6 @@ def test_masing(law, peak, shares):
     shares=st.lists(st.one_of(st.floats(0, 1), st.integers(0, 8).map(lambda k: k / 8))),
     future=records(max_size=12),
 )
-@pytest.mark.usefixtures("kernel")
 def test_return_point_memory(law, past, shares, future):
     """An excursion that stays within the branch in progress and returns leaves no trace."""
     past, future = past * reach_of(law), future * reach_of(law)
@@ -173,7 +165,6 @@ def test_return_point_memory(law, past, shares, future):
 
 @all_laws
 @given(past=records(max_size=20), sign=st.sampled_from([-1, 1]), future=records(max_size=12))
-@pytest.mark.usefixtures("kernel")
 def test_wiping_out(law, past, sign, future):
     """The largest displacement yet, on either side, wipes out all that came before it."""
     past, future = past * reach_of(law), future * reach_of(law)
@@ -188,7 +179,6 @@ def test_wiping_out(law, past, sign, future):
 
 @all_laws
 @given(x=records(), data=st.data())
-@pytest.mark.usefixtures("kernel")
 def test_rate_independence(law, x, data):
     """Samples between, in the direction of travel, and repeated ones change nothing."""
     x = x * reach_of(law)
@@ -204,14 +194,14 @@ def test_rate_independence(law, x, data):
 
 @all_laws
 @given(x=records(max_size=40), cuts=st.lists(st.integers(0, 40), max_size=8))
-def test_chunks_are_the_whole(law, x, cuts, kernel):
+def test_chunks_are_the_whole(law, x, cuts):
     x = x * reach_of(law)
     cuts = sorted({c for c in cuts if 0 < c < x.size})
     state, whole = law.start(), law.start()
     parts = np.concatenate([state.advance(part) for part in np.split(x, cuts)])
     wanted = whole.advance(x)
     same(parts, wanted, law)
-    if law._table is not None and kernel is not twin:  # one pass over the samples: same operations
+    if law._table is not None:  # one pass over the samples: same operations
         np.testing.assert_array_equal(parts, wanted)
     assert (state.displacement, state.open_reversals) == (whole.displacement, whole.open_reversals)
     np.testing.assert_array_equal(law.force(x), wanted)
@@ -219,7 +209,7 @@ def test_chunks_are_the_whole(law, x, cuts, kernel):
 
 @all_laws
 @given(x=records())
-def test_trials_are_the_history(law, x, kernel):
+def test_trials_are_the_history(law, x):
     """try_ and commit, sample by sample, with trials elsewhere in between."""
     x = x * reach_of(law)
     state, got, slopes = law.start(), [], []
@@ -235,7 +225,7 @@ def test_trials_are_the_history(law, x, kernel):
         slopes.append(slope)
     wanted = law.force(x)
     same(got, wanted, law)
-    if law._table is not None and kernel is not twin:
+    if law._table is not None:
         np.testing.assert_array_equal(got, wanted)
     lengths = [
         abs(e[0]) if len(e) == 1 else abs(e[-1] - e[-2]) / 2
@@ -307,7 +297,6 @@ def test_memory_grows_with_open_loops_only():
 
 @all_laws
 @given(x=records())
-@pytest.mark.usefixtures("kernel")
 def test_one_number_is_a_vector_of_one(law, x):
     x = x * reach_of(law)
     size = np.abs(x)
@@ -344,7 +333,6 @@ def test_one_number_is_a_vector_of_one(law, x):
 
 @invertible_laws
 @given(f=st.lists(fractions, min_size=1, max_size=20), top=st.sampled_from([0.5, 0.99, 1]))
-@pytest.mark.usefixtures("kernel")
 def test_force_of_displacement(law, f, top):
     """Asked: 1e-12; also next to the force limit, where the displacement runs away."""
     force = np.array(f) * top * (1 - 1e-9) * law.force_limit
@@ -356,7 +344,6 @@ def test_force_of_displacement(law, f, top):
 
 @invertible_laws
 @given(x=st.lists(fractions, min_size=1, max_size=20))
-@pytest.mark.usefixtures("kernel")
 def test_displacement_of_force(law, x):
     """The other way round below 0.999 of the limit, as well as the slopes on the way allow."""
     x = np.array(x) * law.backbone_displacement(0.999 * law.force_limit)
@@ -539,7 +526,6 @@ def joint_on(surface: ms.NormalLaw, joint: ms.Interface, length: float) -> ms.In
     length=st.floats(1e-4, 1e4),
     force=st.floats(1e-4, 1e4),
 )
-@pytest.mark.usefixtures("kernel")
 def test_dimensional_scaling(law, x, length, force):
     other = rescaled(law, length, force)
     near = {"rel": 1e-12 + 4 * rounding(law)}

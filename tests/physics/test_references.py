@@ -56,7 +56,6 @@ def curves_of(names: dict[str, Any]) -> list[Any]:
 
 
 @pytest.mark.parametrize("case", CASES)
-@pytest.mark.usefixtures("kernel")
 def test_scalars(case):
     joint, result = interface_of(case), case["result"]
     got = {
@@ -71,7 +70,6 @@ def test_scalars(case):
 
 
 @pytest.mark.parametrize("case", CASES)
-@pytest.mark.usefixtures("kernel")
 def test_separation(case):
     joint, wanted = interface_of(case), case["result"]["separation"]
     length = max(abs(wanted), length_of(case))
@@ -84,7 +82,6 @@ def test_separation(case):
 
 
 @pytest.mark.parametrize(("case", "name"), curves_of(CURVES))
-@pytest.mark.usefixtures("kernel")
 def test_amplitude_curves(case, name):
     """At every amplitude, those included at which the plain formulas lose all digits."""
     rows = case["result"]["amplitudes"]
@@ -93,7 +90,6 @@ def test_amplitude_curves(case, name):
 
 
 @pytest.mark.parametrize(("case", "name"), curves_of(SHIFTED))
-@pytest.mark.usefixtures("kernel")
 def test_shifted_curves(case, name):
     rows = case["result"]["amplitudes"]
     joint, x = interface_of(case), np.array(rows["displacement"])
@@ -130,7 +126,6 @@ def test_force_amplitudes(case):
 
 
 @pytest.mark.parametrize("case", CASES)
-@pytest.mark.usefixtures("kernel")
 def test_history(case):
     path, wanted = (case["result"]["history"][key] for key in ("displacement", "force"))
     got = interface_of(case).force(path)
@@ -138,7 +133,6 @@ def test_history(case):
 
 
 @pytest.mark.parametrize("case", OWN)
-@pytest.mark.usefixtures("kernel")
 def test_settled_cycle(case):
     cycle, joint = case["result"]["settled_cycle"], interface_of(case)
     response = joint.periodic(cycle["displacement"])
@@ -156,7 +150,6 @@ def test_settled_cycle(case):
 
 
 @pytest.mark.parametrize("case", CASES)
-@pytest.mark.usefixtures("kernel")
 def test_trial(case):
     """What a time integrator is given: force and tangent stiffness of a move from rest."""
     rows, joint = case["result"]["amplitudes"], interface_of(case)

@@ -323,7 +323,6 @@ def test_straight_runs_are_iwan(start):
 
 
 @given(x=records(max_size=40))
-@pytest.mark.usefixtures("kernel")
 def test_straight_runs_follow_any_history(x):
     joint = ms.Interface(STRAIGHT, MU, separation=0.7 * MICRON)
     path = x * reach_of(joint)

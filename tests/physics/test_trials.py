@@ -11,16 +11,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import microslip as ms
-from microslip import kernels
 from microslip.friction.energies import energies_along
-from microslip.kernels import twin
-from microslip.memory import Memory
 
 LAWS = law_params()
 all_laws = pytest.mark.parametrize("law", LAWS)
 JOINTS = joint_params()
 every_joint = pytest.mark.parametrize("joint", JOINTS)
-both_kernels = pytest.mark.usefixtures("kernel")
 WORKED = ms.Interface.examples()[0]
 EPS = np.finfo(float).eps
 
@@ -35,7 +31,6 @@ def walk(joint: ms.Interface, count: int, seed: int) -> tuple[np.ndarray, np.nda
 
 
 @every_joint
-@both_kernels
 def test_trials_tell_force_load_and_tangents(joint) -> None:
     depth, reach = joint.normal_load / joint.normal_stiffness, reach_of(joint)
     state, errors = joint.start(), []
@@ -95,7 +90,6 @@ def test_the_plain_engine_tells_the_same_tangent(joint) -> None:
 
 @all_laws
 @given(x=records(max_size=30), cut=st.integers(0, 30))
-@both_kernels
 def test_what_a_state_has_dissipated(law, x, cut):
     """Work is store and loss; pieces, trials and the whole tell the same."""
     x = x * reach_of(law)
@@ -116,18 +110,6 @@ def test_what_a_state_has_dissipated(law, x, cut):
         assert again.dissipated_energy == pytest.approx(
             state.dissipated_energy, rel=1e-12, abs=1e-14 * most
         )
-
-
-@given(x=records(max_size=40), before=records(max_size=6))
-def test_closings_of_both_kernels(x, before, compiled):
-    memory = Memory()
-    memory.respond(before, lambda u: u, None)
-    found = []
-    for kernel in (compiled, twin):
-        with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(kernels, "active", kernel)
-            found.append(memory.closed(x))
-    np.testing.assert_array_equal(*found)
 
 
 @all_laws

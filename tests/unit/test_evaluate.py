@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -11,7 +10,6 @@ from scipy import stats
 
 import microslip as ms
 from microslip import kernels
-from microslip.kernels import twin
 from microslip.normal import NORMAL_LAWS
 from microslip.normal.grids import pairs_of, pointwise_of
 
@@ -34,15 +32,6 @@ AT_REST = (
     "separation", "slip_per_indentation", "normal_stiffness", "tangential_stiffness", "force_limit",
     "contact_count", "contact_area",
 )  # fmt: skip
-
-
-@pytest.fixture(params=["compiled", "numpy"])
-def kernel(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> ModuleType:
-    if request.param == "numpy":
-        monkeypatch.setattr(kernels, "active", twin)
-    elif kernels.NAME != "compiled":
-        pytest.skip("the kernel is not compiled")
-    return kernels.active
 
 
 def joint_of(given: dict[str, Any], heights: Any = None) -> ms.Interface:
@@ -80,7 +69,7 @@ def same(found: Any, joint: ms.Interface, given: dict[str, Any], i: int) -> None
     assert found["tangent_stiffness"][i] == pytest.approx(joint.backbone_stiffness(a), rel=1e-13)
 
 
-def test_it_is_an_interface_at_every_point(kernel: ModuleType) -> None:
+def test_it_is_an_interface_at_every_point() -> None:
     names = [*CYCLIC, *AT_REST, "dissipation_exponent", "tangent_stiffness"]
     found = ms.evaluate(**MANY, quantities=names)
     assert list(found) == names
@@ -184,7 +173,7 @@ def test_shapes_and_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
             np.testing.assert_array_equal(again[name], values)
 
 
-def test_kernel_and_twin_agree_with_the_sums(kernel: ModuleType) -> None:
+def test_the_kernel_agrees_with_the_sums() -> None:
     """Drops and energies on a profile, steps of all sizes, against quadrature law by law."""
     for heights in (ms.Gaussian(1.0), ms.Exponential(2.0)):
         surface = ms.GreenwoodWilliamson(MATERIALS, heights, 1.0, 1.0, 1.0)
@@ -204,8 +193,6 @@ MATERIALS = ms.MaterialPair(ms.Material(69e9, 0.33), ms.Material(69e9, 0.33))
 
 
 def test_buffers_too_short_are_refused() -> None:
-    if kernels.NAME != "compiled":
-        pytest.skip("the kernel is not compiled")
     law = pointwise_of(ms.GreenwoodWilliamson(MATERIALS, ms.Gaussian(1.0), 1.0, 1.0, 1.0))
     profile, (bends, tails) = law._profile  # type: ignore[misc]
     five, four = np.ones(5), np.ones(4)

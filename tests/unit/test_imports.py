@@ -85,13 +85,6 @@ def test_gaussian_interfaces_need_no_scipy() -> None:
     assert not {f"microslip.normal.{law}" for law in laws} & set(loaded)
 
 
-def test_numpy_kernel_needs_no_scipy_either() -> None:
-    code = GAUSSIAN + "import microslip.kernels; print(microslip.kernels.NAME);" + LOADED
-    name, loaded = run(code, MICROSLIP_KERNEL="numpy").split("\n")
-    assert name == "numpy"
-    assert "scipy" not in loaded.split()
-
-
 def test_the_core_needs_only_numpy_and_scipy() -> None:
     """A program of its own, which .ci/run runs where nothing else is installed."""
     program = Path(__file__).parents[1] / "core_alone.py"

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import click
 
-from microslip._core.kernel_choice import kernel_name
 from microslip._version import __version__
 from microslip.cli.batch import batch, design
 from microslip.cli.browser import app, explore
@@ -23,7 +22,7 @@ __all__ = ["main"]
 
 def _print_version(context: click.Context, option: click.Parameter, value: bool) -> None:
     if value and not context.resilient_parsing:
-        click.echo(f"microslip {__version__} (kernel: {kernel_name()})")
+        click.echo(f"microslip {__version__}")
         context.exit()
 
 

@@ -1,72 +1,118 @@
-"""Floor 0: the inner loops, compiled where a C compiler was found at installation.
+"""The inner loops, compiled from C, and the polynomials that they evaluate.
 
-The names here are those of :mod:`microslip.kernels.twin`, whose docstrings say what they do. The
-environment variable ``MICROSLIP_KERNEL=numpy`` chooses the twin.
+What each kernel takes and gives back is its own docstring: ``help(kernels.compiled.coupled)``. They
+write into arrays that they are given, C-contiguous float64 (codes and parents: int64).
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cache
 from importlib import import_module
 from pathlib import Path
-from types import ModuleType
+from typing import Any, Protocol
 
 import numpy as np
 
-from microslip._core.kernel_choice import kernel_name
 from microslip.kernels.layout import MOMENT_TERMS, PROFILE_TERMS, TERMS, Floats, Integers
+
+try:
+    compiled: Any = import_module("microslip.kernels._compiled")
+except ImportError as error:
+    raise ImportError(
+        f"microslip's compiled kernel does not load ({error}): install microslip again; "
+        "no C compiler is needed, pip brings one where there is none"
+    ) from error
+if (compiled.TERMS, compiled.PROFILE_TERMS) != (TERMS, PROFILE_TERMS):
+    raise ImportError("the compiled kernel is older than the package: install microslip again")
 
 __all__ = [
     "MOMENT_TERMS",
     "NAME",
     "PROFILE_TERMS",
     "TERMS",
+    "Curve",
     "Floats",
     "Integers",
     "active",
+    "compiled",
+    "curve_arguments",
     "gaussian_moment",
     "gaussian_moment_at",
+    "slip_runs",
 ]
 
-NAME = kernel_name()
+NAME = "compiled"
+"""What results call it that it computed."""
+
+active = compiled
 
 
-def _choose() -> ModuleType:
-    if NAME == "numpy":
-        return import_module("microslip.kernels.twin")
-    compiled = import_module("microslip.kernels._compiled")
-    made_for = compiled.TERMS, getattr(compiled, "PROFILE_TERMS", None)
-    if made_for != (TERMS, PROFILE_TERMS):
-        raise ImportError("the compiled kernel is older than the package: install microslip again")
-    return compiled
+class Curve(Protocol):
+    """A load curve that no profile gives, asked at many separations at once."""
+
+    def drop(self, base: Floats, width: Floats) -> Floats:
+        """N(b) - N(b + w)."""
+
+    def load(self, separation: Floats) -> tuple[Floats, Floats]:
+        """N and -N'."""
 
 
-active: ModuleType = _choose()
-"""The module that does the work; tests put the twin here to compare."""
+def curve_arguments(curve: Curve) -> tuple[Callable[[memoryview, memoryview], None]]:
+    """A curve as kernels take it in the place of ``Profile.arguments``, after all other arguments.
+
+    The kernel asks all that it has to know of the curve in one go.
+    """
+
+    def answer(drops: memoryview, loads: memoryview) -> None:
+        rows = np.frombuffer(drops).reshape(-1, 3)
+        if len(rows):
+            rows[:, 2] = curve.drop(rows[:, 0].copy(), rows[:, 1].copy())
+        rows = np.frombuffer(loads).reshape(-1, 3)
+        if len(rows):
+            rows[:, 1], rows[:, 2] = curve.load(rows[:, 0].copy())
+
+    return (answer,)
 
 
-@cache
-def _moment_tables() -> Floats:
-    """Series by (order, piece, term); made, and explained, by tools/make_gaussian_tables.py."""
-    # By its path: importlib.resources would take longer to import than all of this.
-    tables: Floats = np.load(Path(__file__).with_name("gaussian_moments.npy"), allow_pickle=False)
-    return tables
+def slip_runs(
+    separation: Floats,
+    place: Floats,
+    stack: Floats,
+    depth: int,
+    last_separation: float,
+    last_place: float,
+) -> Floats:
+    """Runs of the slip front along a record from a diagram, one a column of eight numbers."""
+    count = room = 4 * separation.size + depth
+    while count >= room:  # a step has few as a rule; where there are more, their number is told
+        room = count + 1
+        runs, rows = np.empty((room, 8)), np.empty((depth + separation.size, 3))
+        rows[:depth] = stack[:depth]
+        count = compiled.slips(
+            np.ascontiguousarray(separation), np.ascontiguousarray(place), runs, rows, depth,
+            last_separation, last_place,
+        )  # fmt: skip
+    return runs[:count].T.copy()
 
 
 @cache
 def _moment_coefficients(twice_order: int) -> Floats:
-    return np.ascontiguousarray(_moment_tables()[twice_order + 1].ravel())
+    """Series by (piece, term); made, and explained, by tools/make_gaussian_tables.py."""
+    # By its path: importlib.resources would take longer to import than all of this.
+    tables = np.load(Path(__file__).with_name("gaussian_moments.npy"), allow_pickle=False)
+    return np.ascontiguousarray(tables[twice_order + 1].ravel())
 
 
 def gaussian_moment(h: Floats, twice_order: int) -> Floats:
     """F_n(h), n = twice_order/2 in -1/2 ... 5/2, of the standard Gaussian; any shape."""
     flat = np.ascontiguousarray(h, dtype=float).reshape(-1)
     out = np.empty_like(flat)
-    active.gaussian_moment(flat, out, _moment_coefficients(twice_order), twice_order)
+    compiled.gaussian_moment(flat, out, _moment_coefficients(twice_order), twice_order)
     return out.reshape(np.shape(h))
 
 
 def gaussian_moment_at(h: float, twice_order: int) -> float:
     """F_n(h) at one h."""
-    value: float = active.gaussian_moment_at(h, _moment_coefficients(twice_order), twice_order)
+    value: float = compiled.gaussian_moment_at(h, _moment_coefficients(twice_order), twice_order)
     return value

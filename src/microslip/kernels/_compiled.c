@@ -1,79 +1,123 @@
-/* Compiled kernels of microslip: the arithmetic of twin.py, one call a record instead of one a sample.
+/* The kernels of microslip: its inner loops, one call a record instead of one a sample.
  *
- * Limited API (abi3, Python >= 3.11). Arrays arrive as C-contiguous buffers of float64 or int64,
- * made by the package itself (memory/record.py, table.py, __init__.py); lengths are checked here,
- * the entries of `parent` are not. Nothing here knows physics: see twin.py, whose functions have
- * the same names, arguments and results, for what each one means.
+ * Limited API (abi3, Python >= 3.11). Arrays arrive as C-contiguous buffers of float64 or int64, made
+ * by the package itself; lengths are checked, the entries of `parent` are not. Each header holds one
+ * idea, its kernels at its end; a plain reference of them, loop by loop, is tests/scalar_kernels.py.
  */
 #define PY_SSIZE_T_CLEAN
+#if !defined(__has_include) || __has_include(<Python.h>)
 #include <Python.h>
+#else
+#include "_python.h"
+#endif
 #include <limits.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#define TERMS 12          /* coefficients a panel; fixed so that the polynomial unrolls */
-#define PROFILE_TERMS 14  /* coefficients a panel of a load curve */
-#define MOMENT_TERMS 30   /* coefficients a piece of a Gaussian moment */
-#define LENGTH(buffer) ((Py_ssize_t)((buffer).len / (Py_ssize_t)sizeof(double)))
+#define TERMS 12         /* coefficients a panel of a table; fixed so that the polynomial unrolls */
+#define PROFILE_TERMS 14 /* coefficients a panel of a load curve */
+#define MOMENT_TERMS 30  /* coefficients a piece of a Gaussian moment */
 
-/* Raises ValueError and returns 0 where a buffer is shorter than what will be read or written. */
-static int long_enough(int right)
-{
-    if (!right) PyErr_SetString(PyExc_ValueError, "a buffer is too short for this kernel");
-    return right;
-}
-
-/* A new reference to None. Headers of Python 3.12 and 13 take none in Py_RETURN_NONE, since None is
- * immortal there; built by them, this module would take None's references away from Python 3.11. */
-static PyObject *none(void)
-{
-    Py_IncRef(Py_None);
-    return Py_None;
-}
-
+#include "_arguments.h"
 #include "_tables.h"
 #include "_memory.h"
 #include "_curves.h"
 #include "_diagrams.h"
-#include "_moments.h"
-#include "_field.h"
+#include "_losses.h"
+#include "_cycles.h"
+#include "_states.h"
 #include "_vector.h"
+#include "_moments.h"
+#include "_questions.h"
+#include "_calls.h"
 
-static PyMethodDef methods[] = {
-    {"evaluate", py_evaluate, METH_VARARGS, NULL},
-    {"evaluate_one", py_evaluate_one, METH_VARARGS, NULL},
-    {"locate", py_locate, METH_VARARGS, NULL},
-    {"respond", py_respond, METH_VARARGS, NULL},
-    {"branches", py_branches, METH_VARARGS, NULL},
-    {"closings", py_closings, METH_VARARGS, NULL},
-    {"accumulate", py_accumulate, METH_VARARGS, NULL},
-    {"step_front", py_step_front, METH_VARARGS, NULL},
-    {"diagram", py_diagram, METH_VARARGS, NULL},
-    {"trace", py_trace, METH_VARARGS, NULL},
-    {"loads", py_loads, METH_VARARGS, NULL},
-    {"drops", py_drops, METH_VARARGS, NULL},
-    {"excesses", py_excesses, METH_VARARGS, NULL},
-    {"cycle_energies", py_cycle_energies, METH_VARARGS, NULL},
-    {"field_cycle", py_field_cycle, METH_VARARGS, NULL},
-    {"field_try", py_field_try, METH_VARARGS, NULL},
-    {"field_commit", py_field_commit, METH_VARARGS, NULL},
-    {"field_losses", py_field_losses, METH_VARARGS, NULL},
-    {"vector_try", py_vector_try, METH_VARARGS, NULL},
-    {"vector_cycle", py_vector_cycle, METH_VARARGS, NULL},
-    {"field_slopes", py_field_slopes, METH_VARARGS, NULL},
-    {"separations", py_separations, METH_VARARGS, NULL},
-    {"coupled", py_coupled, METH_VARARGS, NULL},
-    {"coupled_step", py_coupled_step, METH_VARARGS, NULL},
-    {"losses", py_losses, METH_VARARGS, NULL},
-    {"hold", py_hold, METH_VARARGS, NULL},
-    {"gaussian_moment", py_gaussian_moment, METH_VARARGS, NULL},
-    {"gaussian_moment_at", py_gaussian_moment_at, METH_VARARGS, NULL},
-    {NULL, NULL, 0, NULL},
+static const Kernel kernels[] = {
+    {"evaluate", "aAA?T", "", run_evaluate, 0,
+     "evaluate(u, value, slope or None, *table): values, and slopes if an array is there for them."},
+    {"evaluate_one", "dT", "dd", run_evaluate_one, 1, "evaluate_one(u, *table) -> value, slope"},
+    {"locate", "dandn", "nnn", run_locate, 1,
+     "locate(x, stack, depth, last, direction) -> depth, whether `last` became the newest reversal, "
+     "direction; the stack (capacity, 2) stays as it is."},
+    {"respond", "aAAnddnT", "nddn", run_respond, 0,
+     "respond(x, value, stack, depth, last, last_value, direction, *table) -> depth, last, "
+     "last_value, direction: a record by Masing's rules; the stack (capacity, 2) holds places and "
+     "values."},
+    {"branches", "aAAIAIndn", "ndn", run_branches, 0,
+     "branches(x, half, sign, parent, stack, codes, depth, last, direction) -> depth, last, "
+     "direction: the branch tree of a record, a matter of geometry alone."},
+    {"closings", "aAAndn", "n", run_closings, 0,
+     "closings(x, closed, stack, depth, last, direction) -> count: amplitudes of the loops that a "
+     "record closes, in the order of time; the stack is used up."},
+    {"accumulate", "iAa", "", run_accumulate, 0,
+     "accumulate(parent, rise, base): turns rises over parents into values, down the tree."},
+    {"step_front", "ddandd", "nddn", run_step_front, 1,
+     "step_front(separation, place, stack, depth, last_separation, last_place) -> depth, front, D, "
+     "kind"},
+    {"diagram", "aaAAAIIAIndd", "nndd", run_diagram, 0,
+     "diagram(separation, place, base, width, density, parent, top, stack, codes, depth, "
+     "last_separation, last_place) -> depth, rows, last_separation, last_place"},
+    {"trace", "aaAAIIAI", "", run_trace, 0,
+     "trace(separation, place, front, density, kind, parent, stack, codes)"},
+    {"loads", "aAA?C", "", run_loads, 0, "loads(separation, N, -N' or None, *curve)"},
+    {"drops", "aaAC", "", run_drops, 0, "drops(base, width, N(b) - N(b + w), *curve)"},
+    {"excesses", "aaAP", "", run_excesses, 0,
+     "excesses(base, width, N(b) - N(b + w) + w N'(b + w), *profile)"},
+    {"cycle_energies", "aaAaaaP", "", run_cycle_energies, 0,
+     "cycle_energies(base, width, energy, bends, tails, rule, *profile)"},
+    {"separations", "aAPadd", "", run_separations, 0,
+     "separations(load, separation, *profile, inverse, inverse_width, start)"},
+    {"coupled", "aaASSnddC", "ndd", run_coupled, 0,
+     "coupled(separation, place, value, stack, values, depth, last_separation, last_place, *curve) "
+     "-> depth, last_separation, last_place: values T/mu along a record."},
+    {"coupled_step", "ddaanddC", "nddnddd", run_coupled_step, 1,
+     "coupled_step(separation, place, stack, values, depth, last_separation, last_place, *curve) -> "
+     "depth, front, D, kind, value, share of the rows that stay, -dN/d(eta) where the front goes on"},
+    {"hold", "aaASSndddH", "nddd", run_hold, 0,
+     "hold(separation, value, place, stack, values, depth, last_separation, last_place, last_value, "
+     "*curve) -> depth, last_separation, last_place, last_value: places that hold values."},
+    {"losses", "aaAAnddaP", "", run_losses, 0,
+     "losses(separation, place, loss, stack, depth, last_separation, last_place, rules, *profile): "
+     "what each step loses, over mu kappa; the stack is used up."},
+    {"slips", "aaAAndd", "n", run_slips, 0,
+     "slips(separation, place, runs, stack, depth, last_separation, last_place) -> how many runs "
+     "of the front there are, of which those are written that find room; the stack is used up."},
+    {"field_cycle", "aa?anAAAC", "", run_field_cycle, 0,
+     "field_cycle(place, step or None, rest, samples, value, load, slope, *curve)"},
+    {"field_slopes", "aa?ananannanAAAAC", "", run_field_slopes, 0,
+     "field_slopes(place, step or None, rest, samples, by_place, places, by_step, steps, stride, "
+     "weights, rows, spectrum, jacobian, load_spectrum, load_jacobian, *curve): directions are "
+     "(samples, places) and (samples, steps), with a stride of 1 for each node its own."},
+    {"field_try", "aa?aaaaaaiiAAAIAA?A?A?C", "", run_field_try, 0,
+     "field_try(place, step or None, rest, last_place, last_step, last_value, rows, marks, begin, "
+     "depth, front, density, value, code, by_place, load, fall, by_step, *curve)"},
+    {"field_commit", "aa?aaaiiiAAAAAI", "", run_field_commit, 0,
+     "field_commit(place, step or None, front, density, value, code, begin, room, last_place, "
+     "last_step, last_value, rows, marks, depth)"},
+    {"field_losses", "aaaiaaiiaAAP", "", run_field_losses, 0,
+     "field_losses(place, step, rest, code, last_place, last_step, begin, depth, rules, rows, loss, "
+     "*profile)"},
+    {"vector_try", "aa?aaaaaAAA", "", run_vector_try, 0,
+     "vector_try(place, step or None, last_place, last_step, vectors, tops, weights, new, value, "
+     "tangent)"},
+    {"vector_cycle", "aaanaaananndAAI", "", run_vector_cycle, 0,
+     "vector_cycle(place, step, rest, samples, tops, weights, by_place, places, by_step, steps, "
+     "limit, small, value, slopes, passes)"},
+    {"vector_losses", "aaaA", "", run_vector_losses, 0,
+     "vector_losses(vectors, step, radii, loss)"},
+    {"gaussian_moment", "aAan", "", run_gaussian_moment, 0,
+     "gaussian_moment(h, value, coefficients, twice the order)"},
+    {"gaussian_moment_at", "dan", "d", run_gaussian_moment_at, 1,
+     "gaussian_moment_at(h, coefficients, twice the order) -> value"},
 };
+
+#define COUNT ((int)(sizeof(kernels) / sizeof(kernels[0])))
+
+static PyMethodDef methods[COUNT];
 
 static int execute(PyObject *module)
 {
+    if (add_kernels(module, kernels, methods, COUNT) < 0) return -1;
     if (PyModule_AddIntConstant(module, "TERMS", TERMS) < 0) return -1;
     return PyModule_AddIntConstant(module, "PROFILE_TERMS", PROFILE_TERMS);
 }
@@ -81,7 +125,7 @@ static int execute(PyObject *module)
 static PyModuleDef_Slot slots[] = {{Py_mod_exec, execute}, {0, NULL}};
 
 static struct PyModuleDef definition = {
-    PyModuleDef_HEAD_INIT, "_compiled", "Compiled kernels of microslip.", 0, methods, slots,
+    PyModuleDef_HEAD_INIT, "_compiled", "The kernels of microslip.", 0, NULL, slots,
     NULL, NULL, NULL,
 };
 

@@ -1,21 +1,23 @@
-/* Load curves: N, its differences and its inverse. Part of _compiled.c. */
+/* Load curves: N of the separation, its differences and its inverse. Part of _compiled.c.
+ *
+ * A profile is panels of equal width, each with PROFILE_TERMS coefficients in s, -1 <= s <= 1; panel
+ * `first` begins at `anchor`, and past the last one N is 0. What is a difference of N or of N' is
+ * taken from divided differences, so that no digits are lost where it is small.
+ *
+ * Where no profile gives the law, its curve answers questions: see `Questions`.
+ */
 
-typedef struct {
+typedef struct Questions Questions;
+
+struct Profile {
     const double *coefficients;
     Py_ssize_t panels, first;
     double anchor, inverse_width;
-} Profile;
+    Questions *questions; /* NULL for panels */
+};
 
-/* The trailing arguments that describe a profile; keep in step with Profile.arguments. */
-#define PROFILE_FORMAT "y*ddn"
-#define PROFILE_ARGUMENTS(buffer, p) &(buffer), &(p).anchor, &(p).inverse_width, &(p).first
-
-static int bind_profile(Profile *p, const Py_buffer *buffer)
-{
-    p->coefficients = buffer->buf;
-    p->panels = LENGTH(*buffer) / PROFILE_TERMS;
-    return p->panels > 0;
-}
+static double ask_drop(Questions *q, double base, double width);
+static double ask_load(Questions *q, double x, double *fall);
 
 static inline double curve_value(const double *c, double s)
 {
@@ -85,9 +87,11 @@ static inline const double *panel_at(const Profile *p, Py_ssize_t panel)
     return p->coefficients + panel * PROFILE_TERMS;
 }
 
+/* N there, and -N' if asked for. */
 static inline double load_at(const Profile *p, double x, double *fall)
 {
     double s;
+    if (p->questions) return ask_load(p->questions, x, fall);
     Py_ssize_t panel = find_panel(p, (x - p->anchor) * p->inverse_width, &s);
     if (panel >= p->panels) {
         if (fall) *fall = 0.0;
@@ -98,8 +102,22 @@ static inline double load_at(const Profile *p, double x, double *fall)
     return curve_value(c, s);
 }
 
+static inline double fall_at(const Profile *p, double x)
+{
+    double s, fall;
+    if (p->questions) {
+        ask_load(p->questions, x, &fall);
+        return fall;
+    }
+    Py_ssize_t panel = find_panel(p, (x - p->anchor) * p->inverse_width, &s);
+    if (panel >= p->panels) return 0.0;
+    return -2.0 * p->inverse_width * curve_slope(panel_at(p, panel), s);
+}
+
+/* N(base) - N(base + width) */
 static double drop_at(const Profile *p, double base, double width)
 {
+    if (p->questions) return ask_drop(p->questions, base, width);
     double s0, s1, z = (base - p->anchor) * p->inverse_width;
     Py_ssize_t low = find_panel(p, z, &s0);
     if (low >= p->panels) return 0.0;
@@ -117,6 +135,7 @@ static double drop_at(const Profile *p, double base, double width)
     return curve_value(c, s0) - curve_value(d, s1);
 }
 
+/* N(base) - N(base + width) + width N'(base + width); of panels only */
 static double excess_at(const Profile *p, double base, double width)
 {
     double s0, s1, z = (base - p->anchor) * p->inverse_width;
@@ -137,59 +156,29 @@ static double excess_at(const Profile *p, double base, double width)
     return curve_value(c, s0) + (step * curve_slope(d, s1) - curve_value(d, s1));
 }
 
-static PyObject *py_loads(PyObject *self, PyObject *args)
+static int run_loads(const Argument *a, Result *out)
 {
-    Py_buffer x, value, fall = {0}, coefficients;
-    PyObject *fall_object;
-    Profile p;
-    if (!PyArg_ParseTuple(args, "y*w*O" PROFILE_FORMAT, &x, &value, &fall_object,
-                          PROFILE_ARGUMENTS(coefficients, p)))
-        return NULL;
-    if (fall_object != Py_None && PyObject_GetBuffer(fall_object, &fall, PyBUF_WRITABLE) < 0) {
-        PyBuffer_Release(&x);
-        PyBuffer_Release(&value);
-        PyBuffer_Release(&coefficients);
-        return NULL;
-    }
-    const double *in = x.buf;
-    double *out = value.buf, *slopes = fall.obj ? fall.buf : NULL;
-    Py_ssize_t n = LENGTH(x);
-    int right = long_enough(bind_profile(&p, &coefficients) && LENGTH(value) >= n &&
-                            (!slopes || LENGTH(fall) >= n));
-    if (!right) n = 0;
-    Py_BEGIN_ALLOW_THREADS
-    for (Py_ssize_t i = 0; i < n; i++) out[i] = load_at(&p, in[i], slopes ? &slopes[i] : NULL);
-    Py_END_ALLOW_THREADS
-    PyBuffer_Release(&x);
-    PyBuffer_Release(&value);
-    PyBuffer_Release(&coefficients);
-    if (fall.obj) PyBuffer_Release(&fall);
-    if (!right) return NULL;
-    return none();
+    double *value = a[1].reals, *fall = a[2].reals;
+    if (a[1].n < a[0].n || (fall && a[2].n < a[0].n)) return TOO_SHORT;
+    for (Py_ssize_t i = 0; i < a[0].n; i++)
+        value[i] = load_at(a[3].curve, a[0].reals[i], fall ? &fall[i] : NULL);
+    return FINE;
 }
 
-static PyObject *py_drops(PyObject *self, PyObject *args)
+static int run_drops(const Argument *a, Result *out)
 {
-    Py_buffer base, width, drop, coefficients;
-    Profile p;
-    if (!PyArg_ParseTuple(args, "y*y*w*" PROFILE_FORMAT, &base, &width, &drop,
-                          PROFILE_ARGUMENTS(coefficients, p)))
-        return NULL;
-    const double *bases = base.buf, *widths = width.buf;
-    double *out = drop.buf;
-    Py_ssize_t n = LENGTH(base);
-    int right = long_enough(bind_profile(&p, &coefficients) && LENGTH(width) >= n &&
-                            LENGTH(drop) >= n);
-    if (!right) n = 0;
-    Py_BEGIN_ALLOW_THREADS
-    for (Py_ssize_t i = 0; i < n; i++) out[i] = drop_at(&p, bases[i], widths[i]);
-    Py_END_ALLOW_THREADS
-    PyBuffer_Release(&base);
-    PyBuffer_Release(&width);
-    PyBuffer_Release(&drop);
-    PyBuffer_Release(&coefficients);
-    if (!right) return NULL;
-    return none();
+    if (!all_have(a, 1, 2, a[0].n)) return TOO_SHORT;
+    for (Py_ssize_t i = 0; i < a[0].n; i++)
+        a[2].reals[i] = drop_at(a[3].curve, a[0].reals[i], a[1].reals[i]);
+    return FINE;
+}
+
+static int run_excesses(const Argument *a, Result *out)
+{
+    if (!all_have(a, 1, 2, a[0].n)) return TOO_SHORT;
+    for (Py_ssize_t i = 0; i < a[0].n; i++)
+        a[2].reals[i] = excess_at(a[3].curve, a[0].reals[i], a[1].reals[i]);
+    return FINE;
 }
 
 static inline double curve_integral(const double *c, double s)
@@ -232,64 +221,30 @@ static double cycle_energy_at(const Profile *p, const double *bends, const doubl
     return 0.5 * width * (here + there) - whole;
 }
 
-static PyObject *py_cycle_energies(PyObject *self, PyObject *args)
+static int run_cycle_energies(const Argument *a, Result *out)
 {
-    Py_buffer base, width, energy, bends, tails, rule, coefficients;
-    Profile p;
-    if (!PyArg_ParseTuple(args, "y*y*w*y*y*y*" PROFILE_FORMAT, &base, &width, &energy, &bends,
-                          &tails, &rule, PROFILE_ARGUMENTS(coefficients, p)))
-        return NULL;
-    const double *bases = base.buf, *widths = width.buf;
-    double *out = energy.buf;
-    Py_ssize_t n = LENGTH(base), nodes = LENGTH(rule) / 2;
-    int right = long_enough(bind_profile(&p, &coefficients) && LENGTH(width) >= n &&
-                            LENGTH(energy) >= n && LENGTH(tails) >= p.panels &&
-                            LENGTH(bends) >= p.panels * TERMS);
-    if (!right) n = 0;
-    Py_BEGIN_ALLOW_THREADS
-    for (Py_ssize_t i = 0; i < n; i++)
-        out[i] = cycle_energy_at(&p, bends.buf, tails.buf, rule.buf, nodes, bases[i], widths[i]);
-    Py_END_ALLOW_THREADS
-    PyBuffer_Release(&base);
-    PyBuffer_Release(&width);
-    PyBuffer_Release(&energy);
-    PyBuffer_Release(&bends);
-    PyBuffer_Release(&tails);
-    PyBuffer_Release(&rule);
-    PyBuffer_Release(&coefficients);
-    if (!right) return NULL;
-    return none();
+    const Profile *p = a[6].curve;
+    Py_ssize_t nodes = a[5].n / 2;
+    if (!all_have(a, 1, 2, a[0].n) || a[3].n < p->panels * TERMS || a[4].n < p->panels)
+        return TOO_SHORT;
+    for (Py_ssize_t i = 0; i < a[0].n; i++)
+        a[2].reals[i] = cycle_energy_at(p, a[3].reals, a[4].reals, a[5].reals, nodes,
+                                        a[0].reals[i], a[1].reals[i]);
+    return FINE;
 }
 
-static PyObject *py_separations(PyObject *self, PyObject *args)
+/* From a table of separations over log N, and a step of Newton's method. */
+static int run_separations(const Argument *a, Result *out)
 {
-    Py_buffer load, separation, coefficients, inverse;
-    double start;
-    Profile p;
-    Table t = {0};
-    if (!PyArg_ParseTuple(args, "y*w*" PROFILE_FORMAT "y*dd", &load, &separation,
-                          PROFILE_ARGUMENTS(coefficients, p), &inverse, &t.inverse_width, &start))
-        return NULL;
-    bind_table(&t, &inverse);
-    const double *in = load.buf;
-    double *out = separation.buf;
-    Py_ssize_t n = LENGTH(load);
-    int right = long_enough(bind_profile(&p, &coefficients) && t.panels > 0 &&
-                            LENGTH(separation) >= n);
-    if (!right) n = 0;
+    const Profile *p = a[2].curve;
+    Table t = {a[3].reals, a[3].n / TERMS, a[4].x, 0.0, 0.0, 0};
+    if (a[1].n < a[0].n || t.panels < 1) return TOO_SHORT;
     double most = nextafter((double)t.panels / t.inverse_width, 0.0);
-    Py_BEGIN_ALLOW_THREADS
-    for (Py_ssize_t i = 0; i < n; i++) {
-        double x = log(in[i]) - start, fall;
+    for (Py_ssize_t i = 0; i < a[0].n; i++) {
+        double load = a[0].reals[i], x = log(load) - a[5].x, fall;
         x = x > 0.0 ? (x < most ? x : most) : 0.0;
-        double d = evaluate_at(&t, x, NULL), there = load_at(&p, d, &fall);
-        out[i] = fall > 0.0 ? d + (there - in[i]) / fall : d;
+        double d = evaluate_at(&t, x, NULL), there = load_at(p, d, &fall);
+        a[1].reals[i] = fall > 0.0 ? d + (there - load) / fall : d;
     }
-    Py_END_ALLOW_THREADS
-    PyBuffer_Release(&load);
-    PyBuffer_Release(&separation);
-    PyBuffer_Release(&coefficients);
-    PyBuffer_Release(&inverse);
-    if (!right) return NULL;
-    return none();
+    return FINE;
 }

@@ -1,11 +1,18 @@
-/* Memory diagrams: records under a load that varies, their losses, and force control. Part of _compiled.c. */
-
-/* ---- memory diagrams -------------------------------------------------------------------- */
+/* Memory diagrams: records under a load that varies. Part of _compiled.c.
+ *
+ * The shear is held by D(eta) over separations eta >= d, piecewise constant, |D| <= 1 (memory
+ * diagrams: Aleshin and others, DOI 10.3389/fmech.2020.00030). Row k of a stack, counted from
+ * outside, is (end, D, integral of D beyond the end) and reaches inwards to the end of the next row
+ * or to the last separation; beyond row 0 D is 0. A place is the integral of all D.
+ */
 
 typedef struct {
     double end, density, beyond;
 } Row;
 
+/* What a straight step of (separation, place) makes of the diagram: returns how many rows stay, and
+ * where the last of them then begins (q), the D that fills the rest down to the separation, and 0
+ * where nothing has slipped, 1 where the front ran out to q, 2 where D was only cut off at q. */
 static inline Py_ssize_t step_front(double separation, double place, const Row *stack,
                                     Py_ssize_t depth, double last_separation, double last_place,
                                     double *q, double *density, int *kind)
@@ -54,147 +61,111 @@ static inline Py_ssize_t step_front(double separation, double place, const Row *
     return 0;
 }
 
-static PyObject *py_step_front(PyObject *self, PyObject *args)
+/* The row that a step leaves at its front, where there is a new one: returns the depth then. */
+static inline Py_ssize_t add_row(Row *stack, Py_ssize_t depth, double separation, double front,
+                                 double density, int kind, double last_place)
 {
-    Py_buffer stack;
-    Py_ssize_t depth;
-    double separation, place, last_separation, last_place, q = 0.0, density = 0.0;
-    int kind = 0;
-    if (!PyArg_ParseTuple(args, "ddy*ndd", &separation, &place, &stack, &depth, &last_separation,
-                          &last_place))
-        return NULL;
-    int right = long_enough(depth >= 0 && depth <= LENGTH(stack) / 3);
-    if (right)
-        depth = step_front(separation, place, stack.buf, depth, last_separation, last_place, &q,
-                           &density, &kind);
-    PyBuffer_Release(&stack);
-    if (!right) return NULL;
-    return Py_BuildValue("nddi", depth, q, density, kind);
+    double beyond = last_place;
+    if (!(front > separation)) return depth;
+    if (kind) {
+        const Row *row = depth ? &stack[depth - 1] : NULL;
+        beyond = row ? row->density * (row->end - front) + row->beyond : 0.0;
+    }
+    stack[depth].end = front;
+    stack[depth].density = density;
+    stack[depth].beyond = beyond;
+    return depth + 1;
 }
 
-static PyObject *py_diagram(PyObject *self, PyObject *args)
+static int run_step_front(const Argument *a, Result *out)
 {
-    Py_buffer separation, place, base, width, density, parent, top, stack_buffer, code_buffer;
-    Py_ssize_t depth, count = 0;
-    double last_separation, last_place;
-    if (!PyArg_ParseTuple(args, "y*y*w*w*w*w*w*w*w*ndd", &separation, &place, &base, &width,
-                          &density, &parent, &top, &stack_buffer, &code_buffer, &depth,
-                          &last_separation, &last_place))
-        return NULL;
-    const double *ds = separation.buf, *xs = place.buf;
-    double *bases = base.buf, *widths = width.buf, *densities = density.buf;
-    long long *parents = parent.buf, *tops = top.buf, *codes = code_buffer.buf;
-    Row *stack = stack_buffer.buf;
-    Py_ssize_t n = LENGTH(separation);
-    int right = long_enough(LENGTH(place) >= n && LENGTH(base) >= 2 * n && LENGTH(width) >= 2 * n &&
-                            LENGTH(density) >= 2 * n && LENGTH(parent) >= 2 * n &&
-                            LENGTH(top) >= n && depth >= 0 &&
-                            depth <= LENGTH(stack_buffer) / 3 - n &&
-                            depth <= LENGTH(code_buffer) - n);
-    if (!right) n = 0;
-    Py_BEGIN_ALLOW_THREADS
+    int kind;
+    if (a[3].n < 0 || a[3].n > a[2].n / 3) return TOO_SHORT;
+    out[0].n = step_front(a[0].x, a[1].x, (const Row *)a[2].reals, a[3].n, a[4].x, a[5].x,
+                          &out[1].x, &out[2].x, &kind);
+    out[3].n = kind;
+    return FINE;
+}
+
+/* The diagrams of a record as a tree of rows: row i begins at base[i], is width[i] wide, has the D
+ * density[i] and lies before row parent[i]: an index, -1 for none, -2 - k for row k of the stack at
+ * the start. Sample j sees row top[j] and all before it. */
+static int run_diagram(const Argument *a, Result *out)
+{
+    const double *ds = a[0].reals, *xs = a[1].reals;
+    double *base = a[2].reals, *width = a[3].reals, *density = a[4].reals;
+    long long *parent = a[5].integers, *top = a[6].integers, *codes = a[8].integers;
+    Row *stack = (Row *)a[7].reals;
+    Py_ssize_t n = a[0].n, depth = a[9].n, count = 0;
+    double last_separation = a[10].x, last_place = a[11].x;
+    if (a[1].n < n || !all_have(a, 2, 5, 2 * n) || a[6].n < n || depth < 0 ||
+        depth > a[7].n / 3 - n || depth > a[8].n - n)
+        return TOO_SHORT;
     for (Py_ssize_t i = 0; i < n; i++) {
-        double d = ds[i], x = xs[i], q, D, outer = 0.0;
+        double d = ds[i], x = xs[i], q, D;
         int kind;
         depth = step_front(d, x, stack, depth, last_separation, last_place, &q, &D, &kind);
-        if (depth) {
-            const Row *row = &stack[depth - 1];
-            outer = row->density * (row->end - q) + row->beyond;
-            if (kind) {
-                bases[count] = q;
-                widths[count] = row->end - q;
-                densities[count] = row->density;
-                parents[count] = depth > 1 ? codes[depth - 2] : -1;
-                codes[depth - 1] = count++;
-            }
+        if (depth && kind) {
+            base[count] = q;
+            width[count] = stack[depth - 1].end - q;
+            density[count] = stack[depth - 1].density;
+            parent[count] = depth > 1 ? codes[depth - 2] : -1;
+            codes[depth - 1] = count++;
         }
         if (q > d) {
-            bases[count] = d;
-            widths[count] = q - d;
-            densities[count] = D;
-            parents[count] = depth ? codes[depth - 1] : -1;
-            stack[depth].end = q;
-            stack[depth].density = D;
-            stack[depth].beyond = kind == 0 ? last_place : outer;
-            codes[depth++] = count++;
+            base[count] = d;
+            width[count] = q - d;
+            density[count] = D;
+            parent[count] = depth ? codes[depth - 1] : -1;
+            depth = add_row(stack, depth, d, q, D, kind, last_place);
+            codes[depth - 1] = count++;
         }
-        tops[i] = depth ? codes[depth - 1] : -1;
+        top[i] = depth ? codes[depth - 1] : -1;
         last_separation = d;
         last_place = x;
     }
-    Py_END_ALLOW_THREADS
-    PyBuffer_Release(&separation);
-    PyBuffer_Release(&place);
-    PyBuffer_Release(&base);
-    PyBuffer_Release(&width);
-    PyBuffer_Release(&density);
-    PyBuffer_Release(&parent);
-    PyBuffer_Release(&top);
-    PyBuffer_Release(&stack_buffer);
-    PyBuffer_Release(&code_buffer);
-    if (!right) return NULL;
-    return Py_BuildValue("nndd", depth, count, last_separation, last_place);
+    out[0].n = depth;
+    out[1].n = count;
+    out[2].x = last_separation;
+    out[3].x = last_place;
+    return FINE;
 }
 
-/* The steps of a record from rest, each by what it ends on, see trace() of twin_diagram.py. */
-static PyObject *py_trace(PyObject *self, PyObject *args)
+/* What each step of a record from rest ends on. The parent is the sample whose row the front lies
+ * in, -1 where it is beyond all rows, the sample before where a step sticks (kind 0). */
+static int run_trace(const Argument *a, Result *out)
 {
-    Py_buffer separation, place, front, density, kind_buffer, parent, stack_buffer, code_buffer;
-    if (!PyArg_ParseTuple(args, "y*y*w*w*w*w*w*w*", &separation, &place, &front, &density,
-                          &kind_buffer, &parent, &stack_buffer, &code_buffer))
-        return NULL;
-    const double *ds = separation.buf, *xs = place.buf;
-    double *fronts = front.buf, *densities = density.buf, last_separation = 0.0, last_place = 0.0;
-    long long *kinds = kind_buffer.buf, *parents = parent.buf, *codes = code_buffer.buf;
-    Row *stack = stack_buffer.buf;
-    Py_ssize_t n = LENGTH(separation), depth = 0;
-    int right = long_enough(LENGTH(place) >= n && LENGTH(front) >= n && LENGTH(density) >= n &&
-                            LENGTH(kind_buffer) >= n && LENGTH(parent) >= n &&
-                            LENGTH(stack_buffer) / 3 >= n && LENGTH(code_buffer) >= n);
-    if (!right) n = 0;
-    Py_BEGIN_ALLOW_THREADS
+    const double *ds = a[0].reals, *xs = a[1].reals;
+    double *front = a[2].reals, *density = a[3].reals, last_separation = 0.0, last_place = 0.0;
+    long long *kinds = a[4].integers, *parent = a[5].integers, *codes = a[7].integers;
+    Row *stack = (Row *)a[6].reals;
+    Py_ssize_t n = a[0].n, depth = 0;
+    if (!all_have(a, 1, 5, n) || a[6].n / 3 < n || a[7].n < n) return TOO_SHORT;
     for (Py_ssize_t i = 0; i < n; i++) {
-        double d = ds[i], x = xs[i], outer = 0.0;
+        double d = ds[i], x = xs[i];
         int kind;
         if (i && d == last_separation && x == last_place) { /* no step: where the last one ended */
-            fronts[i] = fronts[i - 1];
-            densities[i] = densities[i - 1];
+            front[i] = front[i - 1];
+            density[i] = density[i - 1];
             kinds[i] = kinds[i - 1];
-            parents[i] = parents[i - 1];
+            parent[i] = parent[i - 1];
             continue;
         }
-        depth = step_front(d, x, stack, depth, last_separation, last_place, &fronts[i],
-                           &densities[i], &kind);
+        depth = step_front(d, x, stack, depth, last_separation, last_place, &front[i], &density[i],
+                           &kind);
         kinds[i] = kind;
-        parents[i] = kind == 0 ? i - 1 : depth ? codes[depth - 1] : -1;
-        if (depth) {
-            const Row *row = &stack[depth - 1];
-            outer = row->density * (row->end - fronts[i]) + row->beyond;
-        }
-        if (fronts[i] > d) {
-            stack[depth].end = fronts[i];
-            stack[depth].density = densities[i];
-            stack[depth].beyond = kind == 0 ? last_place : outer;
-            codes[depth++] = i;
-        }
+        parent[i] = kind == 0 ? i - 1 : depth ? codes[depth - 1] : -1;
+        depth = add_row(stack, depth, d, front[i], density[i], kind, last_place);
+        if (front[i] > d) codes[depth - 1] = i;
         last_separation = d;
         last_place = x;
     }
-    Py_END_ALLOW_THREADS
-    PyBuffer_Release(&separation);
-    PyBuffer_Release(&place);
-    PyBuffer_Release(&front);
-    PyBuffer_Release(&density);
-    PyBuffer_Release(&kind_buffer);
-    PyBuffer_Release(&parent);
-    PyBuffer_Release(&stack_buffer);
-    PyBuffer_Release(&code_buffer);
-    if (!right) return NULL;
-    return none();
+    return FINE;
 }
 
 /* ---- memory diagrams with a load curve ---------------------------------------------------- */
 
+/* values[k] is the integral of D (-N') from where row k begins. */
 typedef struct {
     Row *stack;
     double *values;
@@ -232,257 +203,78 @@ static inline void probe(const Profile *p, const Diagram *g, double separation, 
 /* The stack must have room for one row more. */
 static inline void push(Diagram *g, double separation, double place, const Step *step)
 {
-    double beyond = 0.0;
-    g->depth = step->depth;
-    if (g->depth) {
-        const Row *row = &g->stack[g->depth - 1];
-        beyond = row->density * (row->end - step->front) + row->beyond;
-        g->values[g->depth - 1] = step->outer;
-    }
-    if (step->front > separation) {
-        Row *row = &g->stack[g->depth];
-        row->end = step->front;
-        row->density = step->density;
-        row->beyond = step->kind == 0 ? g->place : beyond;
-        g->values[g->depth++] = step->value;
-    }
+    if (step->depth) g->values[step->depth - 1] = step->outer;
+    g->depth = add_row(g->stack, step->depth, separation, step->front, step->density, step->kind,
+                       g->place);
+    if (g->depth > step->depth) g->values[step->depth] = step->value;
     g->separation = separation;
     g->place = place;
     g->value = step->value;
 }
 
-static PyObject *py_coupled(PyObject *self, PyObject *args)
+/* The diagram of four arguments from the k-th on, of which `extra` rows more fit. */
+static int bind_diagram(Diagram *g, const Argument *a, int k, Py_ssize_t extra)
 {
-    Py_buffer separation, place, value, stack, values, coefficients;
-    Profile p;
-    Diagram g = {0};
-    if (!PyArg_ParseTuple(args, "y*y*w*w*w*ndd" PROFILE_FORMAT, &separation, &place, &value,
-                          &stack, &values, &g.depth, &g.separation, &g.place,
-                          PROFILE_ARGUMENTS(coefficients, p)))
-        return NULL;
-    const double *ds = separation.buf, *xs = place.buf;
-    double *out = value.buf;
-    Py_ssize_t n = LENGTH(separation);
-    int right = long_enough(bind_profile(&p, &coefficients) && LENGTH(place) >= n &&
-                            LENGTH(value) >= n && g.depth >= 0 &&
-                            g.depth <= LENGTH(stack) / 3 - n && g.depth <= LENGTH(values) - n);
-    if (!right) n = 0;
-    g.stack = stack.buf;
-    g.values = values.buf;
-    Py_BEGIN_ALLOW_THREADS
+    g->stack = (Row *)a[k].reals;
+    g->values = a[k + 1].reals;
+    g->depth = a[k + 2].n;
+    g->separation = a[k + 3].x;
+    g->place = a[k + 4].x;
+    g->value = 0.0;
+    return g->depth >= 0 && g->depth <= a[k].n / 3 - extra && g->depth <= a[k + 1].n - extra;
+}
+
+static int run_coupled(const Argument *a, Result *out)
+{
+    const double *ds = a[0].reals, *xs = a[1].reals;
+    const Profile *p = a[8].curve;
+    Py_ssize_t n = a[0].n;
+    Diagram g;
+    if (!all_have(a, 1, 2, n) || !bind_diagram(&g, a, 3, n)) return TOO_SHORT;
     for (Py_ssize_t i = 0; i < n; i++) {
         Step step;
-        probe(&p, &g, ds[i], xs[i], &step);
+        probe(p, &g, ds[i], xs[i], &step);
         push(&g, ds[i], xs[i], &step);
-        out[i] = g.value;
+        a[2].reals[i] = g.value;
     }
-    Py_END_ALLOW_THREADS
-    PyBuffer_Release(&separation);
-    PyBuffer_Release(&place);
-    PyBuffer_Release(&value);
-    PyBuffer_Release(&stack);
-    PyBuffer_Release(&values);
-    PyBuffer_Release(&coefficients);
-    if (!right) return NULL;
-    return Py_BuildValue("ndd", g.depth, g.separation, g.place);
+    out[0].n = g.depth;
+    out[1].x = g.separation;
+    out[2].x = g.place;
+    return FINE;
 }
 
-static PyObject *py_coupled_step(PyObject *self, PyObject *args)
+static int run_coupled_step(const Argument *a, Result *out)
 {
-    Py_buffer stack, values, coefficients;
-    Profile p;
-    Diagram g = {0};
-    Step step = {0};
-    double separation, place, fall = 0.0;
-    if (!PyArg_ParseTuple(args, "ddy*y*ndd" PROFILE_FORMAT, &separation, &place, &stack, &values,
-                          &g.depth, &g.separation, &g.place, PROFILE_ARGUMENTS(coefficients, p)))
-        return NULL;
-    int right = long_enough(bind_profile(&p, &coefficients) && g.depth >= 0 &&
-                            g.depth <= LENGTH(stack) / 3 && LENGTH(values) >= g.depth);
-    if (right) {
-        g.stack = stack.buf;
-        g.values = values.buf;
-        probe(&p, &g, separation, place, &step);
-        if (step.kind == 1) {
-            load_at(&p, step.front, &fall);
-        } else if (step.front > separation) {
-            fall = step.drop / (step.front - separation);
-        } else {
-            const Row *row = step.depth ? &g.stack[step.depth - 1] : NULL;
-            int slipped = step.kind == 0 && row && fabs(row->density) == 1.0;
-            load_at(&p, slipped ? row->end : separation, &fall);
-        }
+    const Profile *p = a[7].curve;
+    double separation = a[0].x, fall;
+    Diagram g;
+    Step step;
+    if (!bind_diagram(&g, a, 2, 0)) return TOO_SHORT;
+    probe(p, &g, separation, a[1].x, &step);
+    if (step.kind == 1) {
+        fall = fall_at(p, step.front);
+    } else if (step.front > separation) {
+        fall = step.drop / (step.front - separation);
+    } else { /* a move in the same direction goes on from where slip ended */
+        const Row *row = step.depth ? &g.stack[step.depth - 1] : NULL;
+        int slipped = step.kind == 0 && row && fabs(row->density) == 1.0;
+        fall = fall_at(p, slipped ? row->end : separation);
     }
-    PyBuffer_Release(&stack);
-    PyBuffer_Release(&values);
-    PyBuffer_Release(&coefficients);
-    if (!right) return NULL;
-    return Py_BuildValue("nddiddd", step.depth, step.front, step.density, step.kind, step.value,
-                         step.outer, fall);
-}
-
-/* ---- what slip dissipates ------------------------------------------------------------------ */
-
-static const double RULE_PANELS[] = {0.05, 1.0, 16.0};
-static const int RULE_NODES[] = {4, 8, 16};
-#define RULES_LENGTH 56 /* nodes and weights of all of them */
-
-/* Mean loss of a run times its length, while the gap between front and separation goes from `gap` to
- * `until`. Past the end of the curve nothing depends on the front any more. */
-static double run_piece(const Profile *p, const double *rules, int past, double ahead, double gap,
-                        double until, double first, double last)
-{
-    double rise = last - first;
-    if (!(ahead > 0.0)) return 0.0;
-    double length = past ? 0.0 : ahead, parts = 1.0, total = 0.0;
-    double turn = fmin(fabs(rise), 1e300);
-    length = fmax(length, turn) * p->inverse_width;
-    int rule = 0;
-    while (rule < 2 && length > RULE_PANELS[rule]) rules += 2 * RULE_NODES[rule++];
-    if (rule == 2) parts = fmax(ceil(length / RULE_PANELS[2]), 1.0);
-    int count = RULE_NODES[rule];
-    for (double k = 0.0; k < parts; k += 1.0) {
-        double sum = 0.0;
-        for (int i = 0; i < count; i++) {
-            double t = (k + rules[i]) / parts;
-            sum += rules[count + i] * excess_at(p, first + t * rise, gap + t * (until - gap));
-        }
-        total += sum / parts;
-    }
-    return ahead * total;
-}
-
-static double run_loss(const Profile *p, const double *rules, double ahead, double gap,
-                       double until, double first, double last)
-{
-    double top = p->anchor + (double)(p->panels - p->first) / p->inverse_width;
-    double rise = last - first;
-    /* Where the separation is past it there is no load, and however far it goes no loss. */
-    if (first > top) {
-        if (!(last < top)) return 0.0;
-        double share = fmin((top - first) / rise, 1.0);
-        gap += share * (until - gap);
-        ahead *= 1.0 - share;
-        first = top;
-    } else if (last > top) {
-        double share = fmin((top - first) / rise, 1.0);
-        until = gap + share * (until - gap);
-        ahead *= share;
-        last = top;
-    }
-    double start = first + gap, end = last + until;
-    if (start >= top) return run_piece(p, rules, 1, ahead, gap, until, first, last);
-    if (end <= top) return run_piece(p, rules, 0, ahead, gap, until, first, last);
-    double share = (top - start) / (end - start), meanwhile = first + share * (last - first);
-    double between = fmax(top - meanwhile, 0.0);
-    return run_piece(p, rules, 0, share * ahead, gap, between, first, meanwhile) +
-           run_piece(p, rules, 1, (1.0 - share) * ahead, between, until, meanwhile, last);
-}
-
-/* The runs of one step that slips, see runs() of twin_losses.py, and what they lose. */
-static double step_loss(const Profile *p, const double *rules, const Diagram *g, double last,
-                        double move)
-{
-    double first = g->separation, rise = last - first, here = first, gap = 0.0, time = 0.0;
-    double sign = 0.0, total = 0.0;
-    Py_ssize_t row = g->depth - 1; /* -1: beyond all rows */
-    while (time < 1.0) {
-        double end = row >= 0 ? g->stack[row].end : HUGE_VAL;
-        double density = row >= 0 ? g->stack[row].density : 0.0;
-        if (end <= here + gap) {
-            row--;
-            continue;
-        }
-        double drive = move + density * rise;
-        if (gap == 0.0) {
-            if (drive == 0.0) { /* what is lost takes just its share along */
-                time = rise > 0.0 ? fmin((end - first) / rise, 1.0) : 1.0;
-                here = end;
-                row--;
-                continue;
-            }
-            sign = (rise > 0.0 ? drive : move) > 0.0 ? 1.0 : -1.0;
-        }
-        double rate = 1.0 - sign * density;
-        if (rate <= 0.0) { /* slips already */
-            gap = end - here;
-            row--;
-            continue;
-        }
-        double growth = fmax(sign * drive / rate, -rise), speed = growth + rise; /* never back */
-        double until = speed > 0.0 ? time + (end - here - gap) / speed : HUGE_VAL, then = until;
-        int caught = growth < 0.0 && time - gap / growth <= fmin(until, 1.0);
-        if (caught) then = time - gap / growth;
-        then = fmin(then, 1.0);
-        double there = then < 1.0 ? first + rise * then : last;
-        double ahead = fmin(speed * (then - time), end - here - gap);
-        double wide = caught ? 0.0 : fmax(gap + growth * (then - time), 0.0);
-        if (!caught && until <= 1.0) { /* to the row's end: the pace may be rounding over rounding */
-            row--;
-            ahead = end - here - gap;
-            wide = fmax(end - there, 0.0);
-        }
-        if (ahead > 0.0) total += rate * run_loss(p, rules, ahead, gap, wide, here, there);
-        time = then;
-        gap = wide;
-        here = there;
-    }
-    return total;
-}
-
-static PyObject *py_losses(PyObject *self, PyObject *args)
-{
-    Py_buffer separation, place, loss, stack, rules, coefficients;
-    Profile p;
-    Diagram g = {0};
-    if (!PyArg_ParseTuple(args, "y*y*w*w*nddy*" PROFILE_FORMAT, &separation, &place, &loss, &stack,
-                          &g.depth, &g.separation, &g.place, &rules,
-                          PROFILE_ARGUMENTS(coefficients, p)))
-        return NULL;
-    const double *ds = separation.buf, *xs = place.buf;
-    double *out = loss.buf;
-    Py_ssize_t n = LENGTH(separation);
-    int right = long_enough(bind_profile(&p, &coefficients) && LENGTH(place) >= n &&
-                            LENGTH(loss) >= n && g.depth >= 0 && LENGTH(rules) >= RULES_LENGTH &&
-                            g.depth <= LENGTH(stack) / 3 - n);
-    if (!right) n = 0;
-    g.stack = stack.buf;
-    Py_BEGIN_ALLOW_THREADS
-    for (Py_ssize_t i = 0; i < n; i++) {
-        double d = ds[i], x = xs[i], front, density, beyond = g.place;
-        int kind;
-        Py_ssize_t depth = step_front(d, x, g.stack, g.depth, g.separation, g.place, &front,
-                                      &density, &kind);
-        out[i] = kind ? step_loss(&p, rules.buf, &g, d, x - g.place) : 0.0;
-        if (kind) {
-            beyond = 0.0;
-            if (depth) {
-                const Row *row = &g.stack[depth - 1];
-                beyond = row->density * (row->end - front) + row->beyond;
-            }
-        }
-        if (front > d) {
-            g.stack[depth].end = front;
-            g.stack[depth].density = density;
-            g.stack[depth++].beyond = beyond;
-        }
-        g.depth = depth;
-        g.separation = d;
-        g.place = x;
-    }
-    Py_END_ALLOW_THREADS
-    PyBuffer_Release(&separation);
-    PyBuffer_Release(&place);
-    PyBuffer_Release(&loss);
-    PyBuffer_Release(&stack);
-    PyBuffer_Release(&rules);
-    PyBuffer_Release(&coefficients);
-    if (!right) return NULL;
-    return none();
+    out[0].n = step.depth;
+    out[1].x = step.front;
+    out[2].x = step.density;
+    out[3].n = step.kind;
+    out[4].x = step.value;
+    out[5].x = step.outer;
+    out[6].x = fall;
+    return FINE;
 }
 
 /* ---- force control -------------------------------------------------------------------------- */
 
+/* Separation q >= `low` whose load differs by `wanted` from that at the anchor, before it, where N
+ * is higher, or after it: Newton's method on log N, which is concave for all but odd tables, in
+ * brackets. */
 static double solve_front(const Profile *p, double anchor, double wanted, double low, int before)
 {
     double slope, there = load_at(p, anchor, &slope);
@@ -550,38 +342,25 @@ static double place_of(const Profile *p, const Diagram *g, double separation, do
     return sign * (solve_front(p, separation, sign * value, begin, 0) - separation);
 }
 
-static PyObject *py_hold(PyObject *self, PyObject *args)
+/* Places that hold values T/mu along a record: the inverse of coupled. */
+static int run_hold(const Argument *a, Result *out)
 {
-    Py_buffer separation, value, place, stack, values, coefficients;
-    Profile p;
-    Diagram g = {0};
-    if (!PyArg_ParseTuple(args, "y*y*w*w*w*nddd" PROFILE_FORMAT, &separation, &value, &place,
-                          &stack, &values, &g.depth, &g.separation, &g.place, &g.value,
-                          PROFILE_ARGUMENTS(coefficients, p)))
-        return NULL;
-    const double *ds = separation.buf, *vs = value.buf;
-    double *out = place.buf;
-    Py_ssize_t n = LENGTH(separation);
-    int right = long_enough(bind_profile(&p, &coefficients) && LENGTH(value) >= n &&
-                            LENGTH(place) >= n && g.depth >= 0 &&
-                            g.depth <= LENGTH(stack) / 3 - n && g.depth <= LENGTH(values) - n);
-    if (!right) n = 0;
-    g.stack = stack.buf;
-    g.values = values.buf;
-    Py_BEGIN_ALLOW_THREADS
+    const double *ds = a[0].reals, *values = a[1].reals;
+    const Profile *p = a[9].curve;
+    double *places = a[2].reals;
+    Py_ssize_t n = a[0].n;
+    Diagram g;
+    if (!all_have(a, 1, 2, n) || !bind_diagram(&g, a, 3, n)) return TOO_SHORT;
+    g.value = a[8].x;
     for (Py_ssize_t i = 0; i < n; i++) {
         Step step;
-        out[i] = place_of(&p, &g, ds[i], vs[i]);
-        probe(&p, &g, ds[i], out[i], &step);
-        push(&g, ds[i], out[i], &step);
+        places[i] = place_of(p, &g, ds[i], values[i]);
+        probe(p, &g, ds[i], places[i], &step);
+        push(&g, ds[i], places[i], &step);
     }
-    Py_END_ALLOW_THREADS
-    PyBuffer_Release(&separation);
-    PyBuffer_Release(&value);
-    PyBuffer_Release(&place);
-    PyBuffer_Release(&stack);
-    PyBuffer_Release(&values);
-    PyBuffer_Release(&coefficients);
-    if (!right) return NULL;
-    return Py_BuildValue("nddd", g.depth, g.separation, g.place, g.value);
+    out[0].n = g.depth;
+    out[1].x = g.separation;
+    out[2].x = g.place;
+    out[3].x = g.value;
+    return FINE;
 }

@@ -1,4 +1,8 @@
-/* The memory of a record at constant load: branches, and their values. Part of _compiled.c. */
+/* The memory of a record at constant load: Masing's rules. Part of _compiled.c.
+ *
+ * A memory is the stack of open reversals, oldest first, with the last displacement and the
+ * direction (-1, 0 or 1) of the last move. Empty, it stands for the first loading curve.
+ */
 
 /* The branch that a move from `last` to x ends on. Returns the new depth; *pushed says whether
  * `last` became the newest reversal. Entries of the stack are `stride` doubles apart. */
@@ -36,38 +40,24 @@ static inline Py_ssize_t locate(const double *stack, Py_ssize_t stride, Py_ssize
     return depth;
 }
 
-static PyObject *py_locate(PyObject *self, PyObject *args)
+static int run_locate(const Argument *a, Result *out)
 {
-    Py_buffer stack;
-    Py_ssize_t depth;
-    double last, x;
-    int direction, pushed;
-    if (!PyArg_ParseTuple(args, "dy*ndi", &x, &stack, &depth, &last, &direction)) return NULL;
-    int right = long_enough(depth >= 0 && depth <= LENGTH(stack) / 2);
-    if (right) depth = locate(stack.buf, 2, depth, last, &direction, x, &pushed);
-    PyBuffer_Release(&stack);
-    if (!right) return NULL;
-    return Py_BuildValue("nii", depth, pushed, direction);
+    int direction = (int)a[4].n, pushed;
+    if (a[2].n < 0 || a[2].n > a[1].n / 2) return TOO_SHORT;
+    out[0].n = locate(a[1].reals, 2, a[2].n, a[3].x, &direction, a[0].x, &pushed);
+    out[1].n = pushed;
+    out[2].n = direction;
+    return FINE;
 }
 
-static PyObject *py_respond(PyObject *self, PyObject *args)
+static int run_respond(const Argument *a, Result *out)
 {
-    Py_buffer x_buffer, force, stack_buffer, coefficients;
-    Py_ssize_t depth;
-    double last, last_force;
-    int direction;
-    Table t;
-    if (!PyArg_ParseTuple(args, "y*w*w*nddi" TABLE_FORMAT, &x_buffer, &force, &stack_buffer, &depth,
-                          &last, &last_force, &direction, TABLE_ARGUMENTS(coefficients, t)))
-        return NULL;
-    bind_table(&t, &coefficients);
-    const double *xs = x_buffer.buf;
-    double *out = force.buf, *stack = stack_buffer.buf;
-    Py_ssize_t n = LENGTH(x_buffer);
-    int right = long_enough(LENGTH(force) >= n && depth >= 0 && t.panels > 0 &&
-                            depth <= LENGTH(stack_buffer) / 2 - n);
-    if (!right) n = 0;
-    Py_BEGIN_ALLOW_THREADS
+    const double *xs = a[0].reals;
+    double *force = a[1].reals, *stack = a[2].reals, last = a[4].x, last_force = a[5].x;
+    Py_ssize_t n = a[0].n, depth = a[3].n;
+    int direction = (int)a[6].n;
+    const Table *t = a[7].table;
+    if (a[1].n < n || depth < 0 || depth > a[2].n / 2 - n) return TOO_SHORT;
     for (Py_ssize_t i = 0; i < n; i++) {
         double x = xs[i];
         int pushed;
@@ -78,42 +68,34 @@ static PyObject *py_respond(PyObject *self, PyObject *args)
         }
         if (depth) {
             const double *top = stack + 2 * depth - 2;
-            double rise = 2.0 * evaluate_at(&t, 0.5 * fabs(x - top[0]), NULL);
+            double rise = 2.0 * evaluate_at(t, 0.5 * fabs(x - top[0]), NULL);
             last_force = direction > 0 ? top[1] + rise : top[1] - rise;
         } else {
-            last_force = copysign(evaluate_at(&t, fabs(x), NULL), x);
+            last_force = copysign(evaluate_at(t, fabs(x), NULL), x);
         }
-        out[i] = last_force;
+        force[i] = last_force;
         last = x;
     }
-    Py_END_ALLOW_THREADS
-    PyBuffer_Release(&x_buffer);
-    PyBuffer_Release(&force);
-    PyBuffer_Release(&stack_buffer);
-    PyBuffer_Release(&coefficients);
-    if (!right) return NULL;
-    return Py_BuildValue("nddi", depth, last, last_force, direction);
+    out[0].n = depth;
+    out[1].x = last;
+    out[2].x = last_force;
+    out[3].n = direction;
+    return FINE;
 }
 
-static PyObject *py_branches(PyObject *self, PyObject *args)
+/* Sample i lies half[i] along the backbone, entered with the factor sign[i] (2 or -2; 1 or -1 on
+ * the first loading curve) from the value at parent[i]: a sample, -1 for the origin, -2 - k for
+ * entry k of the memory at the start (k = depth: the last displacement before the record). */
+static int run_branches(const Argument *a, Result *out)
 {
-    Py_buffer x_buffer, half, sign, parent, stack_buffer, code_buffer;
-    Py_ssize_t depth;
-    double last;
-    int direction;
-    if (!PyArg_ParseTuple(args, "y*w*w*w*w*w*ndi", &x_buffer, &half, &sign, &parent, &stack_buffer,
-                          &code_buffer, &depth, &last, &direction))
-        return NULL;
-    const double *xs = x_buffer.buf;
-    double *halves = half.buf, *signs = sign.buf, *stack = stack_buffer.buf;
-    long long *parents = parent.buf, *codes = code_buffer.buf;
+    const double *xs = a[0].reals;
+    double *half = a[1].reals, *sign = a[2].reals, *stack = a[4].reals, last = a[7].x;
+    long long *parent = a[3].integers, *codes = a[5].integers;
+    Py_ssize_t n = a[0].n, depth = a[6].n;
+    int direction = (int)a[8].n;
     long long last_code = -2 - (long long)depth;
-    Py_ssize_t n = LENGTH(x_buffer);
-    int right = long_enough(LENGTH(half) >= n && LENGTH(sign) >= n && LENGTH(parent) >= n &&
-                            depth >= 0 && depth <= LENGTH(stack_buffer) - n &&
-                            depth <= LENGTH(code_buffer) - n);
-    if (!right) n = 0;
-    Py_BEGIN_ALLOW_THREADS
+    if (!all_have(a, 1, 3, n) || depth < 0 || depth > a[4].n - n || depth > a[5].n - n)
+        return TOO_SHORT;
     for (Py_ssize_t i = 0; i < n; i++) {
         double x = xs[i];
         int pushed;
@@ -123,44 +105,31 @@ static PyObject *py_branches(PyObject *self, PyObject *args)
             codes[depth - 1] = last_code;
         }
         if (depth) {
-            halves[i] = 0.5 * fabs(x - stack[depth - 1]);
-            signs[i] = direction > 0 ? 2.0 : -2.0;
-            parents[i] = codes[depth - 1];
+            half[i] = 0.5 * fabs(x - stack[depth - 1]);
+            sign[i] = direction > 0 ? 2.0 : -2.0;
+            parent[i] = codes[depth - 1];
         } else {
-            halves[i] = fabs(x);
-            signs[i] = x < 0.0 ? -1.0 : 1.0;
-            parents[i] = -1;
+            half[i] = fabs(x);
+            sign[i] = x < 0.0 ? -1.0 : 1.0;
+            parent[i] = -1;
         }
         last = x;
         last_code = i;
     }
-    Py_END_ALLOW_THREADS
-    PyBuffer_Release(&x_buffer);
-    PyBuffer_Release(&half);
-    PyBuffer_Release(&sign);
-    PyBuffer_Release(&parent);
-    PyBuffer_Release(&stack_buffer);
-    PyBuffer_Release(&code_buffer);
-    if (!right) return NULL;
-    return Py_BuildValue("ndi", depth, last, direction);
+    out[0].n = depth;
+    out[1].x = last;
+    out[2].n = direction;
+    return FINE;
 }
 
-static PyObject *py_closings(PyObject *self, PyObject *args)
+/* Half a loop, where first loading goes on beyond its mirror, counts as a negative amplitude. */
+static int run_closings(const Argument *a, Result *out)
 {
-    Py_buffer x_buffer, closed_buffer, stack_buffer;
-    Py_ssize_t depth, count = 0;
-    double last;
-    int direction;
-    if (!PyArg_ParseTuple(args, "y*w*w*ndi", &x_buffer, &closed_buffer, &stack_buffer, &depth, &last,
-                          &direction))
-        return NULL;
-    const double *xs = x_buffer.buf;
-    double *closed = closed_buffer.buf, *stack = stack_buffer.buf;
-    Py_ssize_t n = LENGTH(x_buffer);
-    int right = long_enough(depth >= 0 && depth <= LENGTH(stack_buffer) - n - 1 &&
-                            depth <= LENGTH(closed_buffer) - n - 1);
-    if (!right) n = 0;
-    Py_BEGIN_ALLOW_THREADS
+    const double *xs = a[0].reals;
+    double *closed = a[1].reals, *stack = a[2].reals, last = a[4].x;
+    Py_ssize_t n = a[0].n, depth = a[3].n, count = 0;
+    int direction = (int)a[5].n;
+    if (depth < 0 || depth > a[2].n - n - 1 || depth > a[1].n - n - 1) return TOO_SHORT;
     for (Py_ssize_t i = 0; i < n; i++) {
         double x = xs[i];
         int pushed, before = direction;
@@ -179,35 +148,23 @@ static PyObject *py_closings(PyObject *self, PyObject *args)
         depth = kept;
         last = x;
     }
-    Py_END_ALLOW_THREADS
-    PyBuffer_Release(&x_buffer);
-    PyBuffer_Release(&closed_buffer);
-    PyBuffer_Release(&stack_buffer);
-    if (!right) return NULL;
-    return PyLong_FromSsize_t(count);
+    out->n = count;
+    return FINE;
 }
 
-static PyObject *py_accumulate(PyObject *self, PyObject *args)
+/* Each entry comes after its parent. Rises and base may have columns, each a tree of its own. */
+static int run_accumulate(const Argument *a, Result *out)
 {
-    Py_buffer parent, rise, base;
-    if (!PyArg_ParseTuple(args, "y*w*y*", &parent, &rise, &base)) return NULL;
-    const long long *parents = parent.buf;
-    const double *bases = base.buf;
-    double *values = rise.buf;
-    Py_ssize_t n = LENGTH(parent), columns = n > 0 ? LENGTH(rise) / n : 0;
-    int right = long_enough(LENGTH(rise) == n * columns);
-    if (!right) n = 0;
-    Py_BEGIN_ALLOW_THREADS
+    const long long *parent = a[0].integers;
+    const double *base = a[2].reals;
+    double *value = a[1].reals;
+    Py_ssize_t n = a[0].n, columns = n > 0 ? a[1].n / n : 0;
+    if (a[1].n != n * columns) return TOO_SHORT;
     for (Py_ssize_t i = 0; i < n; i++) {
-        long long p = parents[i];
+        long long p = parent[i];
         if (p == -1) continue;
-        const double *above = p >= 0 ? values + p * columns : bases + (-2 - p) * columns;
-        for (Py_ssize_t k = 0; k < columns; k++) values[i * columns + k] += above[k];
+        const double *above = p >= 0 ? value + p * columns : base + (-2 - p) * columns;
+        for (Py_ssize_t k = 0; k < columns; k++) value[i * columns + k] += above[k];
     }
-    Py_END_ALLOW_THREADS
-    PyBuffer_Release(&parent);
-    PyBuffer_Release(&rise);
-    PyBuffer_Release(&base);
-    if (!right) return NULL;
-    return none();
+    return FINE;
 }

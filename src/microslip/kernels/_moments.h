@@ -36,33 +36,18 @@ static double moment(const double *c, int twice, double h)
     return half_power(-h, twice) * chebyshev(c, 2.0 * z * z - 1.0);
 }
 
-static PyObject *py_gaussian_moment(PyObject *self, PyObject *args)
+static int run_gaussian_moment(const Argument *a, Result *out)
 {
-    Py_buffer h, out, coefficients;
-    int twice;
-    if (!PyArg_ParseTuple(args, "y*w*y*i", &h, &out, &coefficients, &twice)) return NULL;
-    const double *in = h.buf, *c = coefficients.buf;
-    double *values = out.buf;
-    Py_ssize_t n = LENGTH(h);
-    int right = long_enough(LENGTH(out) >= n && LENGTH(coefficients) >= 4 * MOMENT_TERMS);
-    if (!right) n = 0;
-    Py_BEGIN_ALLOW_THREADS
-    for (Py_ssize_t i = 0; i < n; i++) values[i] = moment(c, twice, in[i]);
-    Py_END_ALLOW_THREADS
-    PyBuffer_Release(&h);
-    PyBuffer_Release(&out);
-    PyBuffer_Release(&coefficients);
-    if (!right) return NULL;
-    return none();
+    const double *h = a[0].reals;
+    double *values = a[1].reals;
+    if (a[1].n < a[0].n || a[2].n < 4 * MOMENT_TERMS) return TOO_SHORT;
+    for (Py_ssize_t i = 0; i < a[0].n; i++) values[i] = moment(a[2].reals, (int)a[3].n, h[i]);
+    return FINE;
 }
 
-static PyObject *py_gaussian_moment_at(PyObject *self, PyObject *args)
+static int run_gaussian_moment_at(const Argument *a, Result *out)
 {
-    Py_buffer coefficients;
-    double h, value;
-    int twice;
-    if (!PyArg_ParseTuple(args, "dy*i", &h, &coefficients, &twice)) return NULL;
-    value = moment(coefficients.buf, twice, h);
-    PyBuffer_Release(&coefficients);
-    return PyFloat_FromDouble(value);
+    if (a[1].n < 4 * MOMENT_TERMS) return TOO_SHORT;
+    out->x = moment(a[1].reals, (int)a[2].n, a[0].x);
+    return FINE;
 }

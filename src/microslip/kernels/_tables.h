@@ -1,11 +1,15 @@
-/* Piecewise polynomials: a backbone or an energy as a table. Part of _compiled.c. */
+/* Piecewise polynomials: a backbone or an energy as a table. Part of _compiled.c.
+ *
+ * A table is panels of equal width, each with TERMS coefficients in s, -1 <= s <= 1, of a shape S:
+ * the value at u >= 0 is u^power S(u); past the last panel it is limit + rate (u - end).
+ */
 
-typedef struct {
+struct Table {
     const double *coefficients;
     Py_ssize_t panels;
     double inverse_width, limit, rate;
     int power;
-} Table;
+};
 
 static inline double shape(const double *c, double s)
 {
@@ -23,7 +27,6 @@ static inline double shape_slope(const double *c, double s)
     return (even * q + c[1]) + odd * s;
 }
 
-/* u >= 0. Returns u^power * S(u), past the last panel limit + rate * (u - end). */
 static inline double evaluate_at(const Table *t, double u, double *slope)
 {
     double z = u * t->inverse_width;
@@ -52,60 +55,21 @@ static inline double evaluate_at(const Table *t, double u, double *slope)
     return u * (u * (u * value));
 }
 
-/* The trailing arguments that describe a table; keep in step with Table.arguments of table.py. */
-#define TABLE_FORMAT "y*didd"
-#define TABLE_ARGUMENTS(buffer, t) \
-    &(buffer), &(t).inverse_width, &(t).power, &(t).limit, &(t).rate
-
-static void bind_table(Table *t, const Py_buffer *buffer)
+static int run_evaluate(const Argument *a, Result *out)
 {
-    t->coefficients = buffer->buf;
-    t->panels = LENGTH(*buffer) / TERMS;
-}
-
-static PyObject *py_evaluate(PyObject *self, PyObject *args)
-{
-    Py_buffer u, value, slope = {0}, coefficients;
-    PyObject *slope_object;
-    Table t;
-    if (!PyArg_ParseTuple(args, "y*w*O" TABLE_FORMAT, &u, &value, &slope_object,
-                          TABLE_ARGUMENTS(coefficients, t)))
-        return NULL;
-    if (slope_object != Py_None && PyObject_GetBuffer(slope_object, &slope, PyBUF_WRITABLE) < 0) {
-        PyBuffer_Release(&u);
-        PyBuffer_Release(&value);
-        PyBuffer_Release(&coefficients);
-        return NULL;
-    }
-    bind_table(&t, &coefficients);
-    const double *in = u.buf;
-    double *out = value.buf, *ds = slope.obj ? slope.buf : NULL;
-    Py_ssize_t n = LENGTH(u);
-    int right = long_enough(LENGTH(value) >= n && (!ds || LENGTH(slope) >= n) && t.panels > 0);
-    if (!right) n = 0;
-    Py_BEGIN_ALLOW_THREADS
-    if (ds)
-        for (Py_ssize_t i = 0; i < n; i++) out[i] = evaluate_at(&t, in[i], &ds[i]);
+    const Table *t = a[3].table;
+    const double *u = a[0].reals;
+    double *value = a[1].reals, *slope = a[2].reals;
+    if (a[1].n < a[0].n || (slope && a[2].n < a[0].n)) return TOO_SHORT;
+    if (slope)
+        for (Py_ssize_t i = 0; i < a[0].n; i++) value[i] = evaluate_at(t, u[i], &slope[i]);
     else
-        for (Py_ssize_t i = 0; i < n; i++) out[i] = evaluate_at(&t, in[i], NULL);
-    Py_END_ALLOW_THREADS
-    PyBuffer_Release(&u);
-    PyBuffer_Release(&value);
-    PyBuffer_Release(&coefficients);
-    if (slope.obj) PyBuffer_Release(&slope);
-    if (!right) return NULL;
-    return none();
+        for (Py_ssize_t i = 0; i < a[0].n; i++) value[i] = evaluate_at(t, u[i], NULL);
+    return FINE;
 }
 
-static PyObject *py_evaluate_one(PyObject *self, PyObject *args)
+static int run_evaluate_one(const Argument *a, Result *out)
 {
-    Py_buffer coefficients;
-    Table t;
-    double u, slope, value;
-    if (!PyArg_ParseTuple(args, "d" TABLE_FORMAT, &u, TABLE_ARGUMENTS(coefficients, t)))
-        return NULL;
-    bind_table(&t, &coefficients);
-    value = evaluate_at(&t, u, &slope);
-    PyBuffer_Release(&coefficients);
-    return Py_BuildValue("dd", value, slope);
+    out[0].x = evaluate_at(a[1].table, a[0].x, &out[1].x);
+    return FINE;
 }

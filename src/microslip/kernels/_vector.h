@@ -1,4 +1,15 @@
-/* Sliders in two directions: see twin_vector.py for what each function means. Part of _compiled.c. */
+/* Sliders in two directions. Part of _compiled.c.
+ *
+ * A slider holds a vector g, which follows every step of the place as long as its size stays within
+ * a radius; where it would not, the slider slips along g. Radii go with the normal load: that of
+ * slider k is tops[k] less the separation, none where that is negative, and changes evenly along a
+ * step, which is a straight line. While g slips, with f its angle to the step and x the way made,
+ *
+ *     df = -sin f dx / r(x),    tan(f/2) = tan(f0/2) exp(-integral of dx/r):
+ *
+ * at a held load g runs along a tractrix, and however long the step this end is exact. The way to
+ * where it begins to slip is the root of a quadratic.
+ */
 
 /* Derivatives of where a slider ends by a, b, length, first, last, as its frame has them. */
 typedef struct {
@@ -168,32 +179,22 @@ static inline void slide_held(const double *from, const double *e, double length
     slope[1][1] = al * e[1] * e[1] + (cl + an) * e[0] * e[1] + cn * e[0] * e[0];
 }
 
-static PyObject *py_vector_try(PyObject *self, PyObject *args)
+/* Trials of nodes that share the sliders. Places are (nodes, 2), vectors held and new (nodes,
+ * sliders, 2), tangents (nodes, 2, 3) by both parts of the place and by the separation. */
+static int run_vector_try(const Argument *a, Result *out)
 {
-    enum { PLACE, LAST_PLACE, LAST_STEP, HELD, TOPS, WEIGHTS, NEW, VALUE, TANGENT, COUNT };
-    Py_buffer b[COUNT], step_buffer = {0};
-    PyObject *step_object;
-    if (!PyArg_ParseTuple(args, "y*Oy*y*y*y*y*w*w*w*", &b[PLACE], &step_object, &b[LAST_PLACE],
-                          &b[LAST_STEP], &b[HELD], &b[TOPS], &b[WEIGHTS], &b[NEW], &b[VALUE],
-                          &b[TANGENT]))
-        return NULL;
-    Py_ssize_t nodes = LENGTH(b[LAST_STEP]), sliders = LENGTH(b[TOPS]);
-    int right = step_object == Py_None ||
-                PyObject_GetBuffer(step_object, &step_buffer, PyBUF_SIMPLE) == 0;
-    int held = !step_buffer.obj;
-    if (right)
-        right = long_enough(
-            LENGTH(b[PLACE]) >= 2 * nodes && LENGTH(b[LAST_PLACE]) >= 2 * nodes &&
-            (held || LENGTH(step_buffer) >= nodes) && LENGTH(b[WEIGHTS]) >= sliders &&
-            LENGTH(b[HELD]) >= 2 * nodes * sliders && LENGTH(b[NEW]) >= 2 * nodes * sliders &&
-            LENGTH(b[VALUE]) >= 2 * nodes && LENGTH(b[TANGENT]) >= 6 * nodes);
-    if (!right) nodes = 0;
-    const double *x = b[PLACE].buf, *x0 = b[LAST_PLACE].buf, *d0 = b[LAST_STEP].buf,
-                 *d = held ? d0 : step_buffer.buf, *tops = b[TOPS].buf, *weights = b[WEIGHTS].buf;
-    Py_BEGIN_ALLOW_THREADS
+    enum { PLACE, STEP, LAST_PLACE, LAST_STEP, HELD, TOPS, WEIGHTS, NEW, VALUE, TANGENT };
+    Py_ssize_t nodes = a[LAST_STEP].n, sliders = a[TOPS].n;
+    const int held = !a[STEP].reals;
+    const double *x = a[PLACE].reals, *x0 = a[LAST_PLACE].reals, *d0 = a[LAST_STEP].reals,
+                 *d = held ? d0 : a[STEP].reals, *tops = a[TOPS].reals, *weights = a[WEIGHTS].reals;
+    if (a[PLACE].n < 2 * nodes || a[LAST_PLACE].n < 2 * nodes || (!held && a[STEP].n < nodes) ||
+        a[WEIGHTS].n < sliders || a[HELD].n < 2 * nodes * sliders || a[NEW].n < 2 * nodes * sliders ||
+        a[VALUE].n < 2 * nodes || a[TANGENT].n < 6 * nodes)
+        return TOO_SHORT;
     for (Py_ssize_t i = 0; i < nodes; i++) {
-        const double *from = (const double *)b[HELD].buf + 2 * sliders * i;
-        double *to = (double *)b[NEW].buf + 2 * sliders * i;
+        const double *from = a[HELD].reals + 2 * sliders * i;
+        double *to = a[NEW].reals + 2 * sliders * i;
         double step[2] = {x[2 * i] - x0[2 * i], x[2 * i + 1] - x0[2 * i + 1]};
         double length = hypot(step[0], step[1]), sum[2] = {0}, slope[2][3] = {{0}}, stuck = 0.0;
         double e[2] = {step[0] / length, step[1] / length}; /* not used where it is 0 */
@@ -230,51 +231,39 @@ static PyObject *py_vector_try(PyObject *self, PyObject *args)
         }
         slope[0][0] += stuck;
         slope[1][1] += stuck;
-        memcpy((double *)b[VALUE].buf + 2 * i, sum, sizeof(sum));
-        memcpy((double *)b[TANGENT].buf + 6 * i, slope, sizeof(slope));
+        memcpy(a[VALUE].reals + 2 * i, sum, sizeof(sum));
+        memcpy(a[TANGENT].reals + 6 * i, slope, sizeof(slope));
     }
-    Py_END_ALLOW_THREADS
-    for (int k = 0; k < COUNT; k++) PyBuffer_Release(&b[k]);
-    if (step_buffer.obj) PyBuffer_Release(&step_buffer);
-    if (!right) return NULL;
-    return none();
+    return FINE;
 }
 
-static PyObject *py_vector_cycle(PyObject *self, PyObject *args)
+/* Settled cycles of nodes that share the sliders, with derivatives along directions: (nodes,
+ * samples, 2, 2 places + steps) by those of each part of the place and of the separation. A cycle
+ * begins where step + |place| is largest, with a straight path from rest, and is passed until its
+ * values change by no more than `small`, or `most` times: then `passes` is negative. */
+static int run_vector_cycle(const Argument *a, Result *out)
 {
-    enum { PLACE, STEP, REST, TOPS, WEIGHTS, BY_PLACE, BY_STEP, VALUE, SLOPES, PASSES, COUNT };
-    Py_buffer b[COUNT];
-    Py_ssize_t samples, places, steps;
-    long most;
-    double small;
-    if (!PyArg_ParseTuple(args, "y*y*y*ny*y*y*ny*nldw*w*w*", &b[PLACE], &b[STEP], &b[REST],
-                          &samples, &b[TOPS], &b[WEIGHTS], &b[BY_PLACE], &places, &b[BY_STEP], &steps, &most, &small,
-                          &b[VALUE], &b[SLOPES], &b[PASSES]))
-        return NULL;
-    Py_ssize_t sliders = LENGTH(b[TOPS]), nodes = LENGTH(b[PASSES]), n = nodes * samples;
+    enum { PLACE, STEP, REST, SAMPLES, TOPS, WEIGHTS, BY_PLACE, PLACES, BY_STEP, STEPS, MOST, SMALL,
+           VALUE, SLOPES, PASSES };
+    Py_ssize_t samples = a[SAMPLES].n, places = a[PLACES].n, steps = a[STEPS].n, most = a[MOST].n;
+    Py_ssize_t sliders = a[TOPS].n, nodes = a[PASSES].n, n = nodes * samples;
     Py_ssize_t columns = 2 * places + steps;
-    int right = long_enough(samples > 0 && places >= 0 && steps >= 0 &&
-                            LENGTH(b[PLACE]) >= 2 * n && LENGTH(b[STEP]) >= n &&
-                            LENGTH(b[REST]) >= nodes && LENGTH(b[WEIGHTS]) >= sliders &&
-                            LENGTH(b[BY_PLACE]) >= samples * places &&
-                            LENGTH(b[BY_STEP]) >= samples * steps && LENGTH(b[VALUE]) >= 2 * n &&
-                            LENGTH(b[SLOPES]) >= 2 * n * columns);
+    double small = a[SMALL].x;
+    if (samples < 1 || places < 0 || steps < 0 || a[PLACE].n < 2 * n || a[STEP].n < n ||
+        a[REST].n < nodes || a[WEIGHTS].n < sliders || a[BY_PLACE].n < samples * places ||
+        a[BY_STEP].n < samples * steps || a[VALUE].n < 2 * n || a[SLOPES].n < 2 * n * columns)
+        return TOO_SHORT;
     size_t room = (size_t)(2 * sliders * (2 + columns) + 2 * columns + 1);
-    double *memory = right ? malloc(room * sizeof(double)) : NULL;
-    if (right && !memory) {
-        PyErr_NoMemory();
-        right = 0;
-    }
-    if (!right) nodes = 0;
-    const double *tops = b[TOPS].buf, *weights = b[WEIGHTS].buf, *u = b[BY_PLACE].buf,
-                 *v = b[BY_STEP].buf;
-    long long *passes = b[PASSES].buf;
-    Py_BEGIN_ALLOW_THREADS
+    double *memory = malloc(room * sizeof(double));
+    if (!memory) return NO_MEMORY;
+    const double *tops = a[TOPS].reals, *weights = a[WEIGHTS].reals, *u = a[BY_PLACE].reals,
+                 *v = a[BY_STEP].reals;
+    long long *passes = a[PASSES].integers;
     for (Py_ssize_t i = 0; i < nodes; i++) {
-        const double *x = (const double *)b[PLACE].buf + 2 * samples * i;
-        const double *d = (const double *)b[STEP].buf + samples * i;
-        double *value = (double *)b[VALUE].buf + 2 * samples * i;
-        double *slopes = (double *)b[SLOPES].buf + 2 * samples * columns * i;
+        const double *x = a[PLACE].reals + 2 * samples * i;
+        const double *d = a[STEP].reals + samples * i;
+        double *value = a[VALUE].reals + 2 * samples * i;
+        double *slopes = a[SLOPES].reals + 2 * samples * columns * i;
         double *g = memory, *before = g + 2 * sliders, *by = before + 2 * sliders;
         double *row = by + 2 * sliders * columns;
         for (size_t k = 0; k < room; k++) memory[k] = 0.0;
@@ -287,9 +276,9 @@ static PyObject *py_vector_cycle(PyObject *self, PyObject *args)
                 root = t;
             }
         }
-        double last_x[2] = {0.0, 0.0}, last_d = ((const double *)b[REST].buf)[i];
+        double last_x[2] = {0.0, 0.0}, last_d = a[REST].reals[i];
         Py_ssize_t last_t = -1;
-        long pass = 0;
+        Py_ssize_t pass = 0;
         for (; pass < most; pass++) {
             double change = 0.0;
             for (Py_ssize_t k = 0; k < samples; k++) {
@@ -342,9 +331,36 @@ static PyObject *py_vector_cycle(PyObject *self, PyObject *args)
         }
         passes[i] = pass < most ? pass + 1 : -(long long)most;
     }
-    Py_END_ALLOW_THREADS
     free(memory);
-    for (int k = 0; k < COUNT; k++) PyBuffer_Release(&b[k]);
-    if (!right) return NULL;
-    return none();
+    return FINE;
+}
+
+/* What sliders lose at held radii, over their stiffness: over the length x slip loses the integral
+ * of r cos f dx, which is r^2 ln(sin f0 / sin f1). */
+static int run_vector_losses(const Argument *a, Result *out)
+{
+    const double *steps = a[1].reals, *radii = a[2].reals;
+    double *loss = a[3].reals;
+    Py_ssize_t nodes = a[1].n / 2, sliders = nodes ? a[2].n / nodes : 0;
+    if (a[2].n != nodes * sliders || a[0].n < 2 * a[2].n || a[3].n < a[2].n) return TOO_SHORT;
+    for (Py_ssize_t i = 0; i < nodes; i++) {
+        const double *step = steps + 2 * i;
+        double length = hypot(step[0], step[1]);
+        for (Py_ssize_t k = i * sliders; k < (i + 1) * sliders; k++) {
+            const double *g = a[0].reals + 2 * k;
+            double r = radii[k];
+            loss[k] = 0.0;
+            if (!(r > 0.0 && length > 0.0)) continue;
+            double x = (g[0] * step[0] + g[1] * step[1]) / length;
+            double y = (g[1] * step[0] - g[0] * step[1]) / length;
+            if (!((x + length) * (x + length) + y * y > r * r)) continue;
+            double begin = sqrt(x * x - fmin(x * x + y * y - r * r, 0.0));
+            double way = fmax((length - (begin - x)) / r, 0.0), c = begin / r;
+            double fade = exp(-fmin(way, 700.0));
+            /* ln((1 + c + (1 - c) fade^2)/2) without a loss of digits where the way is short */
+            double closing = log1p(-0.5 * (1.0 - c) * (1.0 - fade) * (1.0 + fade));
+            loss[k] = r * r * fmax(way + closing, 0.0);
+        }
+    }
+    return FINE;
 }

@@ -131,22 +131,11 @@ class Diagram:
     def hold(self, separation: Floats, value: Floats, curve: LoadCurve) -> Floats:
         """Places at which the values T/mu are given ones, after which the diagram is updated."""
         profile = self._profile(separation, curve)
-        if profile is None:
-            from microslip.kernels.twin_hold import place_of
-
-            places = np.empty(value.size)
-            for i, (d, target) in enumerate(zip(separation.tolist(), value.tolist(), strict=True)):
-                places[i] = place_of(
-                    curve.scalar, d, target, self.stack, self.values, self.depth,
-                    self.separation, self.place, self.value,
-                )  # fmt: skip
-                self.move(self._probe(d, float(places[i]), curve))
-            return places
         result = np.empty(value.size)
         stack, values = self._reserve(value.size)
         depth, self.separation, self.place, self.value = kernels.active.hold(
             np.ascontiguousarray(separation), np.ascontiguousarray(value), result, stack, values,
-            *self._last, self.value, *profile.arguments,
+            *self._last, self.value, *(profile.arguments if profile else (curve.scalar,)),
         )  # fmt: skip
         self._store(stack, values, depth)
         return result
@@ -246,9 +235,7 @@ class Diagram:
         profile, places = self._profile(separation, curve), displacement / curve.slip
         with np.errstate(over="ignore", invalid="ignore"):  # fronts may be beyond all numbers
             if profile is None:
-                from microslip.kernels.twin_losses import slip_runs
-
-                runs = slip_runs(separation, places, self.stack, *self._last)
+                runs = kernels.slip_runs(separation, places, self.stack, *self._last)
                 lost = curve.slip_losses.of(runs, separation.size)
             else:
                 stack, lost = np.empty((self.depth + separation.size, 3)), np.empty(places.size)

@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike
 from microslip import kernels
 from microslip._core.checks import Floats, floats
 from microslip.errors import InputError
-from microslip.kernels.twin_vector import slip_losses
 from microslip.memory.nodes import Nodes, along
 from microslip.memory.resumable import Resumable, counted, one_at_a_time
 
@@ -195,9 +194,9 @@ class VectorState(Resumable):
         place, step, new, value = trial
         if self._loss is not None:
             radii = self._bank.tops - self._step[:, None]
-            self._loss += (
-                slip_losses(self._vectors, place - self._place, radii) @ self._bank.weights
-            )
+            lost = np.empty(radii.shape)
+            kernels.compiled.vector_losses(self._vectors, place - self._place, radii, lost)
+            self._loss += lost @ self._bank.weights
         self._place, self._vectors, self._value = place, new, value
         self._step = self._step if step is None else step
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+from numpy.typing import NDArray
 
 from microslip._core.checks import Floats
-from microslip.kernels import Integers
 
 # Gauss-Lobatto: with the ends among its nodes a rule sees a kink close to one of them.
 _BASIS = np.polynomial.legendre.Legendre.basis(11)
@@ -24,7 +24,7 @@ def lobatto(function: Callable[[Floats], Floats], low: Floats, high: Floats) -> 
 
 
 def adaptive(
-    function: Callable[[Floats, Integers], Floats],
+    function: Callable[[Floats, NDArray[np.int64]], Floats],
     span: Floats,
     tolerance: float,
     halvings: int,

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from microslip import kernels
 from microslip._core import netcdf
-from microslip._core.kernel_choice import kernel_name
 from microslip._core.wording import one_line
 from microslip._version import __version__
 from microslip.report.document import Document, File, Progress
@@ -38,7 +38,7 @@ def header(kind: str, schema: int, title: str) -> dict[str, Any]:
     return {
         "kind": kind,
         "schema": schema,
-        "generator": {"name": "microslip", "version": __version__, "kernel": kernel_name()},
+        "generator": {"name": "microslip", "version": __version__, "kernel": kernels.NAME},
         "title": title,
     }
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from microslip._core.kernel_choice import kernel_name
+from microslip import kernels
 from microslip._core.netcdf import Variable
 from microslip._version import __version__
 from microslip.report.netcdf import Contents
@@ -113,7 +113,7 @@ def _attributes(result: Prediction) -> dict[str, Any]:
         "title": result.study.title,
         "kind": KIND,
         "source": f"microslip {__version__}",
-        "kernel": kernel_name(),
+        "kernel": kernels.NAME,
         "study": result.study.text,
         "notes": "\n".join(result.summary["notes"]),
     }

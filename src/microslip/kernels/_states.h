@@ -1,0 +1,106 @@
+/* States of many nodes on one load curve: trials, commits and losses. Part of _compiled.c.
+ *
+ * Rows and marks of node i begin at entry begin[i] and are depth[i].
+ */
+
+static int rows_fit(const Argument *rows, const Argument *marks, const Argument *begin,
+                    const Argument *count, Py_ssize_t nodes)
+{
+    const long long *b = begin->integers, *n = count->integers;
+    if (begin->n < nodes || count->n < nodes) return 0;
+    long long most = rows->n / 3;
+    if (marks && marks->n / 2 < most) most = marks->n / 2;
+    for (Py_ssize_t i = 0; i < nodes; i++)
+        if (b[i] < 0 || n[i] < 0 || n[i] > most || b[i] > most - n[i]) return 0;
+    return 1;
+}
+
+/* Written are what a commit needs (front, density, value, and code: four times the rows that stay
+ * and the kind) and d(T/mu)/d(place); with steps N, -N' and d(T/mu)/d(step). */
+static int run_field_try(const Argument *a, Result *out)
+{
+    enum { PLACE, STEP, REST, LAST_PLACE, LAST_STEP, LAST_VALUE, ROWS, MARKS, BEGIN, DEPTH, FRONT,
+           DENSITY, VALUE, CODE, BY_PLACE, LOAD, FALL, BY_STEP, CURVE };
+    Py_ssize_t nodes = a[PLACE].n;
+    const Profile *p = a[CURVE].curve;
+    const double *x = a[PLACE].reals, *d = a[STEP].reals, *rest = a[REST].reals,
+                 *last_place = a[LAST_PLACE].reals, *last_step = a[LAST_STEP].reals,
+                 *last_value = a[LAST_VALUE].reals;
+    const Row *rows = (const Row *)a[ROWS].reals;
+    const Mark *marks = (const Mark *)a[MARKS].reals;
+    if (!all_have(a, REST, LAST_VALUE, nodes) || !all_have(a, BEGIN, BY_PLACE, nodes) ||
+        (d && (a[STEP].n < nodes || !all_have(a, LOAD, BY_STEP, nodes))) ||
+        !rows_fit(&a[ROWS], &a[MARKS], &a[BEGIN], &a[DEPTH], nodes))
+        return TOO_SHORT;
+    for (Py_ssize_t i = 0; i < nodes; i++) {
+        long long first = a[BEGIN].integers[i];
+        const Row *own = rows + first;
+        double now = d ? d[i] : last_step[i];
+        Move m;
+        make_move(p, rest[i], own, marks + first, (Py_ssize_t)a[DEPTH].integers[i], last_step[i],
+                  last_place[i], last_value[i], now, x[i], &m);
+        a[FRONT].reals[i] = m.front;
+        a[DENSITY].reals[i] = m.density;
+        a[VALUE].reals[i] = m.value;
+        a[CODE].integers[i] = 4 * (long long)m.depth + m.kind;
+        a[BY_PLACE].reals[i] = m.fall;
+        if (!d) continue;
+        double here, turn = m.density;
+        a[LOAD].reals[i] = load_at(p, rest[i] + now, &here);
+        if (!m.kind && !(m.front > now) && m.depth && fabs(own[m.depth - 1].density) == 1.0)
+            turn = own[m.depth - 1].density; /* what last slipped would go on */
+        a[FALL].reals[i] = here;
+        a[BY_STEP].reals[i] = turn * (m.fall - here);
+    }
+    return FINE;
+}
+
+/* Makes a trial the state; every node needs room for the row that it adds. */
+static int run_field_commit(const Argument *a, Result *out)
+{
+    enum { PLACE, STEP, FRONT, DENSITY, VALUE, CODE, BEGIN, ROOM, LAST_PLACE, LAST_STEP, LAST_VALUE,
+           ROWS, MARKS, DEPTH };
+    Py_ssize_t nodes = a[PLACE].n;
+    const double *d = a[STEP].reals ? a[STEP].reals : a[LAST_STEP].reals, *front = a[FRONT].reals;
+    const long long *code = a[CODE].integers, *begin = a[BEGIN].integers, *room = a[ROOM].integers;
+    long long *depth = a[DEPTH].integers;
+    if ((a[STEP].reals && a[STEP].n < nodes) || !all_have(a, FRONT, LAST_VALUE, nodes) ||
+        a[DEPTH].n < nodes || !rows_fit(&a[ROWS], &a[MARKS], &a[BEGIN], &a[ROOM], nodes))
+        return TOO_SHORT;
+    for (Py_ssize_t i = 0; i < nodes; i++)
+        if (code[i] < 0 || code[i] / 4 > depth[i] || code[i] / 4 + (front[i] > d[i]) > room[i])
+            return TOO_SHORT;
+    for (Py_ssize_t i = 0; i < nodes; i++) {
+        double now = d[i], value = a[VALUE].reals[i];
+        Move m = {(Py_ssize_t)(code[i] / 4), (int)(code[i] % 4), front[i], a[DENSITY].reals[i],
+                  value, 0.0};
+        depth[i] = take_move((Row *)a[ROWS].reals + begin[i], (Mark *)a[MARKS].reals + begin[i],
+                             a[LAST_PLACE].reals[i], now, &m);
+        a[LAST_PLACE].reals[i] = a[PLACE].reals[i];
+        a[LAST_STEP].reals[i] = now;
+        a[LAST_VALUE].reals[i] = value;
+    }
+    return FINE;
+}
+
+/* What a trial loses in every node, over mu kappa. */
+static int run_field_losses(const Argument *a, Result *out)
+{
+    enum { PLACE, STEP, REST, CODE, LAST_PLACE, LAST_STEP, BEGIN, DEPTH, RULES, ROWS, LOSS, CURVE };
+    Py_ssize_t nodes = a[PLACE].n;
+    if (!all_have(a, STEP, DEPTH, nodes) || a[LOSS].n < nodes || a[RULES].n < RULES_LENGTH ||
+        !rows_fit(&a[ROWS], NULL, &a[BEGIN], &a[DEPTH], nodes))
+        return TOO_SHORT;
+    for (Py_ssize_t i = 0; i < nodes; i++) {
+        Diagram g = {(Row *)a[ROWS].reals + a[BEGIN].integers[i], NULL,
+                     (Py_ssize_t)a[DEPTH].integers[i], a[LAST_STEP].reals[i], a[LAST_PLACE].reals[i],
+                     0.0};
+        Profile own = *a[CURVE].curve;
+        own.anchor -= a[REST].reals[i];
+        a[LOSS].reals[i] = a[CODE].integers[i] % 4
+                               ? step_loss(&own, a[RULES].reals, &g, a[STEP].reals[i],
+                                           a[PLACE].reals[i] - g.place, NULL)
+                               : 0.0;
+    }
+    return FINE;
+}

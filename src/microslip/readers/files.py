@@ -1,18 +1,28 @@
-"""Which kind of file it is, what went wrong with it, and how much it may hold."""
+"""Which kind of file it is, what went wrong with it, and how much it may hold.
+
+A stranger's file may declare more than any memory holds in a few bytes. So its readers compare what
+it declares with one limit (:func:`limited`) before they ask for memory.
+"""
 
 from __future__ import annotations
 
 import math
+import numbers
 import os
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path
 
 from microslip._core.files import reason
-from microslip._core.wording import did_you_mean, shorten
-from microslip.errors import InputError, in_python
+from microslip._core.wording import did_you_mean, shorten, show
+from microslip.errors import InputError
 
 _HEAD = 1024
+POINTS = 100_000_000
+"""Numbers that a file may hold unless more are allowed: 0.8 GB."""
+_limit: ContextVar[int] = ContextVar("limit", default=POINTS)
 
 # What else is brought, and what to do with it.
 _STRANGERS = (
@@ -78,15 +88,21 @@ def _near(path: Path) -> str:
     return did_you_mean(shorten(path.name, 200), names, cutoff=0.75)
 
 
+class Unusable(ValueError):
+    """A file that is damaged, or none of the kind that it seems to be."""
+
+
 @contextmanager
 def decoded(kind: str) -> Iterator[None]:
     """Say that a file is none of its kind, whatever its library raises on what is damaged."""
     try:
-        yield
-    except MemoryError:
+        with warnings.catch_warnings():  # what a library thinks of damaged content follows here
+            warnings.simplefilter("ignore")
+            yield
+    except (MemoryError, InputError, Unusable):
         raise
     except Exception as error:
-        raise ValueError(f"not a usable {kind}: {first_line(error)}") from None
+        raise Unusable(f"not a usable {kind}: {first_line(error)}") from None
 
 
 def first_line(error: BaseException) -> str:
@@ -95,12 +111,28 @@ def first_line(error: BaseException) -> str:
     return shorten(lines[0], 160) if lines else type(error).__name__
 
 
-def refuse_beyond(shape: tuple[int, ...], limit: int) -> None:
-    """Refuse more points than were allowed, before they are read."""
-    if (count := math.prod(shape)) > limit:
-        size = " x ".join(str(n) for n in shape)
+@contextmanager
+def limited(points: object) -> Iterator[None]:
+    """Read files of at most so many numbers."""
+    if not isinstance(points, numbers.Integral) or isinstance(points, bool) or points < 1:
+        raise InputError(f"`limit` must be a number of points above zero, got {show(points)}")
+    token = _limit.set(int(points))
+    try:
+        yield
+    finally:
+        _limit.reset(token)
+
+
+def allowed_points() -> int:
+    """Numbers that a file may hold."""
+    return _limit.get()
+
+
+def refuse_beyond(*shape: int) -> None:
+    """Refuse more points than are allowed, before they are read."""
+    if (count := math.prod(shape)) > _limit.get():
+        size = f"{' x '.join(map(str, shape))} = " if len(shape) > 1 else ""
         raise InputError(
-            f"holds {size} = {count} points, more than `limit={in_python(limit)}`; give a "
-            f"higher limit if there is memory for it ({count * 8e-09:.3g} GB and a few times "
-            "that)"
+            f"holds {size}{count} points, more than `limit={_limit.get()}`; give a higher limit if "
+            f"there is memory for it ({count * 8e-9:.3g} GB and a few times that)"
         )

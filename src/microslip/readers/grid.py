@@ -12,9 +12,7 @@ _SMALLEST_SHARE = 0.01  # share of the places that must be filled
 _BESIDE = 0.02  # neighbours along an axis, for each point: a grid that is turned has none
 
 
-def on_grid(
-    coordinates: list[Floats], heights: Floats, limit: int
-) -> tuple[Floats, tuple[float, ...]]:
+def on_grid(coordinates: list[Floats], heights: Floats) -> tuple[Floats, tuple[float, ...]]:
     """Heights as an array, NaN where the grid has no point."""
     places, counts, steps = [], [], []
     for name, values in zip("xy", coordinates, strict=False):
@@ -22,7 +20,7 @@ def on_grid(
         places.append(place)
         counts.append(count)
         steps.append(step)
-    refuse_beyond(tuple(counts[::-1]), limit)
+    refuse_beyond(*counts[::-1])
     total = int(np.prod(counts, dtype=float))
     if heights.size < _SMALLEST_SHARE * total:
         raise ValueError(

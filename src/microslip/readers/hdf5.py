@@ -1,16 +1,21 @@
-"""HDF5: data sets, tables of several fields, and netCDF-4 with them."""
+"""HDF5: data sets, tables of several fields, and netCDF-4 with them; nothing of another file."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
 from microslip._core.packages import needed_for
+from microslip._core.wording import shorten
+from microslip.errors import InputError
 from microslip.readers.arrays import Arrays, Leaf, is_number, rate_by
-from microslip.readers.files import decoded
+from microslip.readers.files import decoded, refuse_beyond
+
+_TEXT: Final = 1 << 16  # bytes of a text that says a unit or a name
 
 
 def read_arrays(path: Path) -> Arrays:
@@ -19,10 +24,48 @@ def read_arrays(path: Path) -> Arrays:
         import h5py
 
     with decoded("HDF5 file"), h5py.File(path, "r") as file:
-        return Arrays("HDF5 file", _node(path, file, set()), "/")
+        return Arrays("HDF5 file", _node(path, file, file, set()), "/")
 
 
-def _node(path: Path, item: Any, visited: set[int]) -> Any:
+def own(group: Any, skip: str = "\0") -> Iterator[tuple[str, Any]]:
+    """What a group holds, by name; a link to another file is refused, one to nowhere left out."""
+    import h5py
+
+    home = h5py.h5o.get_info(group.id).fileno
+    for name in group:
+        if name.startswith(skip):
+            continue
+        link = group.get(name, getlink=True)
+        if isinstance(link, h5py.ExternalLink):
+            raise _elsewhere(f"{group.name}/{name}", link.filename)
+        item = group.get(name)
+        if not isinstance(item, (h5py.Group, h5py.Dataset)):
+            continue
+        if h5py.h5o.get_info(item.id).fileno != home:  # by a soft link through an external one
+            raise _elsewhere(f"{group.name}/{name}", Path(item.file.filename).name)
+        if isinstance(item, h5py.Dataset):
+            _check_storage(item)
+        yield name, item
+
+
+def _check_storage(item: Any) -> None:
+    """Refuse a data set whose values stand in another file."""
+    outside = [source[0] for source in item.external or ()]
+    if item.is_virtual:
+        outside += [s.file_name for s in item.virtual_sources() if s.file_name != "."]
+    if outside:
+        raise _elsewhere(item.name, outside[0])
+
+
+def _elsewhere(name: str, file: object) -> InputError:
+    path = f"/{name.lstrip('/')}"
+    return InputError(
+        f'"{shorten(path, 60)}" stands in another file, "{shorten(str(file), 60)}"; read that '
+        "one, or copy it into this file"
+    )
+
+
+def _node(path: Path, file: Any, item: Any, visited: set[int]) -> Any:
     """A group as a tree, a data set as numbers; groups that hold themselves are met once."""
     import h5py
 
@@ -31,25 +74,30 @@ def _node(path: Path, item: Any, visited: set[int]) -> Any:
         if address in visited:
             return None
         visited.add(address)
-        tree = {name: _attribute(value) for name, value in item.attrs.items()}
-        # A link may lead nowhere, or out of the file.
-        links = {name: item.get(name) for name in item}
-        return tree | {name: _node(path, below, visited) for name, below in links.items() if below}
-    where, fields = item.name, item.dtype.names
+        below = {name: _node(path, file, child, visited) for name, child in own(item)}
+        return _attributes(item) | below
+    fields = item.dtype.names
     if fields:
         plain = [name for name in fields if item.dtype[name].kind in "iuf"]
+        where = _place(item)
         return {name: Leaf(item.shape, partial(values_at, path, where, name)) for name in plain}
     if item.dtype.kind not in "iuf" or not item.shape:
-        return _attribute(item[()]) if item.shape == () else None
-    about = {name.casefold(): _attribute(value) for name, value in item.attrs.items()}
+        small = item.shape == () and item.dtype.itemsize <= _TEXT
+        return _attribute(item[()]) if small else None
+    about = {name.casefold(): value for name, value in _attributes(item).items()}
     unit = about.get("units", about.get("unit"))
     rate = next(filter(None, (rate_by(name, value) for name, value in about.items())), None)
     return Leaf(
         item.shape,
-        partial(values_at, path, where),
+        partial(values_at, path, _place(item)),
         unit if isinstance(unit, str) else None,
         rate.value if rate else None,
     )
+
+
+def _place(item: Any) -> str:
+    """The path of a data set in its file, by which it is opened again."""
+    return str(item.name)
 
 
 def values_at(path: Path, where: str, field: str | None = None) -> Any:
@@ -57,7 +105,19 @@ def values_at(path: Path, where: str, field: str | None = None) -> Any:
     import h5py
 
     with h5py.File(path, "r") as file:
-        return file[where][()] if field is None else file[where][field]
+        item = file[where]
+        refuse_beyond(*item.shape)
+        return item[()] if field is None else item[field]
+
+
+def _attributes(item: Any) -> dict[str, Any]:
+    """Texts and numbers that are written beside a group or a data set."""
+    sizes = {name: item.attrs.get_id(name) for name in item.attrs}
+    return {
+        name: _attribute(item.attrs[name])
+        for name, entry in sizes.items()
+        if entry.get_storage_size() <= _TEXT
+    }
 
 
 def _attribute(value: Any) -> Any:

@@ -13,8 +13,16 @@ import numpy as np
 
 from microslip._core.units import LENGTH, QuantityError, engineering, to_si
 from microslip._core.wording import did_you_mean, shorten, show
-from microslip.errors import InputError, in_python
-from microslip.readers.files import first_line, refuse_beyond
+from microslip.errors import InputError
+from microslip.readers import hdf5
+from microslip.readers.files import (
+    allowed_points,
+    decoded,
+    first_line,
+    head_of,
+    kind_of,
+    refuse_beyond,
+)
 from microslip.readers.grid import on_grid
 
 INSTALL = (
@@ -46,11 +54,11 @@ class Heights(NamedTuple):
     notes: tuple[str, ...]
 
 
-def read_channel(path: Path, format_name: Any, channel: Any, limit: int) -> Heights:
+def read_channel(path: Path, format_name: Any, channel: Any) -> Heights:
     """The channel of heights that is meant, of a stated format or of the first that can read it."""
     with warnings.catch_warnings(record=True) as messages:
         warnings.simplefilter("always")
-        heights = _read(path, format_name, channel, limit)
+        heights = _read(path, format_name, channel)
     warnings_given = dict.fromkeys(
         shorten(str(w.message).strip(), 160)
         for w in messages
@@ -77,8 +85,8 @@ def _library() -> Any:
     return IO
 
 
-def _read(path: Path, format_name: Any, channel_name: Any, limit: int) -> Heights:
-    _check_size(path, limit)
+def _read(path: Path, format_name: Any, channel_name: Any) -> Heights:
+    _check_size(path)
     sums = _check_sums(path)
     reader, name = _open(path, format_name)
     try:
@@ -86,7 +94,7 @@ def _read(path: Path, format_name: Any, channel_name: Any, limit: int) -> Height
         index = _channel_index(channels, channel_name)
         channel = channels[index]
         shape = tuple(int(n) for n in np.atleast_1d(channel.nb_grid_pts))
-        refuse_beyond(shape, limit)
+        refuse_beyond(*shape)
         values, pixel, unit = _heights(reader, channel, index, shape)
     except (ValueError, MemoryError):
         raise
@@ -108,26 +116,25 @@ def _read(path: Path, format_name: Any, channel_name: Any, limit: int) -> Height
     return Heights(kind, values, unit, pixel, tuple(notes))
 
 
-def _check_size(path: Path, limit: int) -> None:
+def _check_size(path: Path) -> None:
     """Refuse what would unpack to far more than the points that are allowed."""
-    largest = limit * _BYTES_A_POINT + _BESIDE
+    if kind_of(head_of(path), path.suffix.lower()) == "hdf5":
+        hdf5.read_arrays(path)  # refuses links out of the file, which SurfaceTopography follows
+    largest = allowed_points() * _BYTES_A_POINT + _BESIDE
     size = path.stat().st_size
     if zipfile.is_zipfile(path):
-        try:
-            with zipfile.ZipFile(path) as archive:
-                entries = archive.infolist()
-            size = max(size, sum(entry.file_size for entry in entries))
-            for entry in entries:
-                if entry.filename.lower().endswith(".xml") and entry.file_size > _XML:
-                    raise ValueError(
-                        f"{shorten(entry.filename, 40)} in it unpacks to "
-                        f"{entry.file_size / 1e6:.0f} MB, wanted at most {_XML / 1e6:.0f} MB"
-                    )
-        except (zipfile.BadZipFile, OSError) as error:
-            raise ValueError(f"damaged archive: {first_line(error)}") from None
+        with decoded("archive"), zipfile.ZipFile(path) as archive:
+            entries = archive.infolist()
+        size = max(size, sum(entry.file_size for entry in entries))
+        for entry in entries:
+            if entry.filename.lower().endswith(".xml") and entry.file_size > _XML:
+                raise ValueError(
+                    f"{shorten(entry.filename, 40)} in it unpacks to "
+                    f"{entry.file_size / 1e6:.0f} MB, wanted at most {_XML / 1e6:.0f} MB"
+                )
     if size > largest:
         raise InputError(
-            f"unpacks to {size / 1000000.0:.0f} MB, more than `limit={in_python(limit)}` "
+            f"unpacks to {size / 1000000.0:.0f} MB, more than `limit={allowed_points()}` "
             "points can need; give a higher limit if there is memory for it"
         )
 
@@ -139,32 +146,29 @@ def _check_sums(path: Path) -> list[str]:
 
     if not zipfile.is_zipfile(path):
         return []
-    with zipfile.ZipFile(path) as archive:
+    with decoded("archive"), zipfile.ZipFile(path) as archive:
         names = set(archive.namelist())
         if "main.xml" not in names:
             return []
-        try:
-            main = archive.read("main.xml")
-            text = main.decode("utf-8", "replace")
-            link = re.search(r"<PointDataLink>\s*([^<]+?)\s*</PointDataLink>", text)
-            stated = re.search(r"<MD5ChecksumPointData>\s*([0-9A-Fa-f]{32})\s*<", text)
-            if link and stated and link[1] in names:
-                digest = hashlib.md5(archive.read(link[1]), usedforsecurity=False).hexdigest()
-                if digest != stated[1].lower():
-                    raise ValueError(
-                        f"damaged: the checksum of {shorten(link[1], 40)} is {digest}, and "
-                        f"{stated[1].lower()} is said in main.xml"
-                    )
-            if "md5checksum.hex" in names:
-                recorded = re.match(rb"\s*([0-9A-Fa-f]{32})", archive.read("md5checksum.hex"))
-                digest = hashlib.md5(main, usedforsecurity=False).hexdigest()
-                if recorded and recorded[1].decode().lower() != digest:
-                    return [
-                        "checksum: main.xml is not what md5checksum.hex says: units or pixel may "
-                        "have been changed after the measurement."
-                    ]
-        except (zipfile.BadZipFile, OSError, EOFError) as error:
-            raise ValueError(f"damaged archive: {first_line(error)}") from None
+        main = archive.read("main.xml")
+        text = main.decode("utf-8", "replace")
+        link = re.search(r"<PointDataLink>\s*([^<]+?)\s*</PointDataLink>", text)
+        stated = re.search(r"<MD5ChecksumPointData>\s*([0-9A-Fa-f]{32})\s*<", text)
+        if link and stated and link[1] in names:
+            digest = hashlib.md5(archive.read(link[1]), usedforsecurity=False).hexdigest()
+            if digest != stated[1].lower():
+                raise ValueError(
+                    f"damaged: the checksum of {shorten(link[1], 40)} is {digest}, and "
+                    f"{stated[1].lower()} is said in main.xml"
+                )
+        if "md5checksum.hex" in names:
+            recorded = re.match(rb"\s*([0-9A-Fa-f]{32})", archive.read("md5checksum.hex"))
+            digest = hashlib.md5(main, usedforsecurity=False).hexdigest()
+            if recorded and recorded[1].decode().lower() != digest:
+                return [
+                    "checksum: main.xml is not what md5checksum.hex says: units or pixel may "
+                    "have been changed after the measurement."
+                ]
     return []
 
 
@@ -268,9 +272,7 @@ def _heights(
         if heights.ndim != 1:
             raise ValueError("points on no regular grid; interpolate them on one first")
         grid, steps = on_grid(
-            [np.asarray(topography.positions(), dtype=float)],
-            np.asarray(heights, dtype=float),
-            10 * heights.size,
+            [np.asarray(topography.positions(), dtype=float)], np.asarray(heights, dtype=float)
         )
         return grid, (steps[0] * factor,), unit
     if sizes is None:

@@ -44,7 +44,7 @@ def _leaves(tree: Mapping[str, Any]) -> dict[str, Any]:
                 numbers = np.array(
                     [np.nan if item is None else item for item in value], dtype=float
                 )
-            except (TypeError, ValueError):
+            except (TypeError, ValueError, OverflowError):
                 continue
             leaves[name] = Leaf(numbers.shape, numbers.copy)
         else:

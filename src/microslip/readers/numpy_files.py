@@ -11,7 +11,7 @@ from typing import IO, Any
 import numpy as np
 
 from microslip.readers.arrays import Arrays, Leaf
-from microslip.readers.files import decoded, first_line
+from microslip.readers.files import decoded, refuse_beyond
 
 
 def read_npy(path: Path) -> Arrays:
@@ -19,29 +19,50 @@ def read_npy(path: Path) -> Arrays:
     with path.open("rb") as file:
         shape, kind = _header(file)
         available = path.stat().st_size - file.tell()
-    if kind.kind not in "iuf" and not kind.names:
+    tree = _leaves("array", shape, kind, available, path)
+    if not tree:
         raise ValueError(f"wanted real numbers, got an array of {kind}")
-    return Arrays("NumPy's npy file", _leaves("array", shape, kind, available, path), ".")
+    return Arrays("NumPy's npy file", tree, ".")
 
 
 def read_npz(path: Path) -> Arrays:
     """The arrays of an archive by their names, not read yet."""
     tree: dict[str, Any] = {}
+    for entry in _entries(path):
+        tree |= _leaves(*entry, path)
+    return Arrays("npz file", tree, ".")
+
+
+def archived(path: Path) -> dict[str, np.ndarray]:
+    """All arrays of an archive; nothing is unpickled."""
+    refuse_beyond(sum(_size(shape, kind) for _, shape, kind, _ in _entries(path)) // 8)
+    with decoded("npz file"), path.open("rb") as file, np.load(file, allow_pickle=False) as content:
+        return {name: np.asarray(content[name]) for name in content.files}
+
+
+def _entries(path: Path) -> list[tuple[str, tuple[int, ...], np.dtype[Any], int]]:
+    """Name, shape and type of the arrays of an archive, and the bytes that are there."""
+    entries = []
     with decoded("npz file"), zipfile.ZipFile(path) as archive:
         for entry in archive.infolist():
             if entry.filename.endswith(".npy"):
                 with archive.open(entry) as file:
                     shape, kind = _header(file)
-                    available = entry.file_size - file.tell()
-                tree |= _leaves(entry.filename[:-4], shape, kind, available, path)
-    return Arrays("npz file", tree, ".")
+                    entries.append(
+                        (entry.filename[:-4], shape, kind, entry.file_size - file.tell())
+                    )
+    return entries
+
+
+def _size(shape: tuple[int, ...], kind: np.dtype[Any]) -> int:
+    return math.prod(shape) * kind.itemsize
 
 
 def _leaves(
     name: str, shape: tuple[int, ...], kind: np.dtype[Any], available: int, path: Path
 ) -> dict[str, Any]:
     """An array of numbers; of a table its columns of numbers; of anything else nothing."""
-    size = math.prod(shape) * kind.itemsize
+    size = _size(shape, kind)
     get = partial(_load, path, name, shape, size, available)
     if kind.kind in "iuf":
         return {name: Leaf(shape, get)}
@@ -61,21 +82,18 @@ def _header(file: IO[bytes]) -> tuple[tuple[int, ...], np.dtype[Any]]:
 
 
 def _load(path: Path, name: str, shape: tuple[int, ...], size: int, available: int) -> Any:
+    refuse_beyond(size // 8)
     if size > available:
         raise ValueError(
             f"truncated: its {' x '.join(map(str, shape))} numbers take {size} bytes, "
             f"{max(available, 0)} are there"
         )
-    try:
+    with decoded("NumPy file"):
         content = np.load(path, allow_pickle=False)
         if isinstance(content, np.ndarray):
             return content
         with content as archive:
             return np.asarray(archive[name])
-    except MemoryError:
-        raise
-    except Exception as error:  # zlib.error among them
-        raise ValueError(f"cannot be read: {first_line(error)}") from None
 
 
 def _field(get: Any, field: str) -> Any:

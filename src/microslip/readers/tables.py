@@ -11,10 +11,8 @@ from microslip._core.checks import Floats
 from microslip._core.units import Kind, QuantityError, factor_of
 from microslip._core.wording import did_you_mean, quoted, shorten, show
 from microslip.errors import InputError
+from microslip.readers.files import refuse_beyond
 from microslip.readers.headings import NO_UNITS, name_and_unit, spelt
-
-MAX_SAMPLES = 500_000_000
-"""Most samples of one column; four columns of them are 16 GB."""
 
 
 class Column(NamedTuple):
@@ -56,12 +54,8 @@ class Table:
 
 
 def refuse_long(columns: Iterable[Column]) -> None:
-    """Refuse columns of more samples than any memory holds, before they are read."""
-    for column in columns:
-        if (column.size or 0) > MAX_SAMPLES:
-            raise ValueError(
-                f'"{column.heading}": wanted at most {MAX_SAMPLES} samples, got {column.size}'
-            )
+    """Refuse columns of more samples than are allowed, before they are read."""
+    refuse_beyond(sum(column.size or 0 for column in columns))
 
 
 class Named(NamedTuple):

@@ -13,9 +13,6 @@ from microslip._core.frozen import lock
 from microslip._core.units import AREA, LENGTH, Kind, QuantityError, engineering, to_si
 from microslip.errors import InputError
 
-LIMIT = 100_000_000
-"""Points that a file may hold unless more are asked for: 0.8 GB of heights."""
-
 SPIKE = 1e6
 """Distance from the median, in median distances, beyond which a point is no height."""
 

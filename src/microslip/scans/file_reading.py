@@ -13,7 +13,7 @@ import numpy as np
 from microslip._core.units import LENGTH, QuantityError, engineering, to_si
 from microslip._core.wording import shorten, show
 from microslip.errors import InputError, in_python
-from microslip.readers.files import usable
+from microslip.readers.files import POINTS, limited, usable
 from microslip.scans.checks import absurd, exact_zeros, height_array, pixel_of, repeated, spikes
 from microslip.scans.heights_in_files import RawHeights, Wishes, read_heights
 
@@ -37,13 +37,13 @@ class Understood(NamedTuple):
     notes: tuple[str, ...]
 
 
-def read(path: Path, wishes: Wishes) -> Understood:
+def read(path: Path, wishes: Wishes, limit: int = POINTS) -> Understood:
     """Heights of a file as what is stated of it says; an InputError names the file."""
     called = shorten(str(path), 200)
     try:
         _check(wishes)
         wishes = replace(wishes, format=_format(wishes.format))
-        with usable(path, "a scan"):
+        with usable(path, "a scan"), limited(limit):
             if not path.is_dir() and path.exists() and not path.is_file():
                 raise ValueError("wanted a file, got a device or a pipe")
             raw = read_heights(path, wishes)
@@ -57,9 +57,6 @@ def read(path: Path, wishes: Wishes) -> Understood:
 
 
 def _check(wishes: Wishes) -> None:
-    limit = wishes.limit
-    if not isinstance(limit, numbers.Integral) or isinstance(limit, bool) or limit < 1:
-        raise InputError(f"`limit` must be a number of points above zero, got {show(limit)}")
     for name, value in (("format", wishes.format), ("key", wishes.key)):
         if value is not None and not isinstance(value, str):
             raise InputError(f"`{name}` must be text, got {show(value)}")

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import csv
 import os
-import zipfile
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,13 +19,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from microslip._core.checks import Floats, positive, show
-from microslip._core.files import sparse_of_either_kind
 from microslip._core.frozen import assign
 from microslip._core.wording import did_you_mean, shorten
 from microslip.errors import InputError
 from microslip.heights import TabulatedHeights
 from microslip.materials import MaterialPair
 from microslip.normal import GreenwoodWilliamson
+from microslip.readers.matlab import whole_variables
+from microslip.readers.numpy_files import archived
 
 MOST_BYTES = 100_000_000
 """Size of a file, and of a table in it once unpacked, beyond which it is refused."""
@@ -162,33 +162,15 @@ def _arrays(file: Path, names: list[str]) -> dict[str, Floats]:
 
 
 def _mat(file: Path, names: list[str]) -> dict[str, Any]:
-    from scipy import io
-
-    try:
-        shapes = {name: shape for name, shape, _ in io.whosmat(file)}
-        _check(names, shapes)
-        _small({name: 8 * int(np.prod(shapes[name], dtype=float)) for name in names})
-        with sparse_of_either_kind():
-            content = io.loadmat(file, variable_names=names)
-        return {name: content[name] for name in names}
-    except NotImplementedError:
-        raise ValueError("MATLAB's version 7.3 is not read; save it with -v7") from None
-    except (ValueError, OSError):
-        raise
-    except Exception as error:  # damaged files break SciPy's reader in many ways
-        raise ValueError(f"damaged: {shorten(str(error) or type(error).__name__, 120)}") from None
+    content = whole_variables(file)
+    _check(names, content)
+    return {name: content[name] for name in names}
 
 
 def _npz(file: Path, names: list[str]) -> dict[str, Any]:
-    try:
-        with zipfile.ZipFile(file) as archive:
-            sizes = {i.filename.removesuffix(".npy"): i.file_size for i in archive.infolist()}
-        _check(names, sizes)
-        _small({name: sizes[name] for name in names})
-        with np.load(file, allow_pickle=False) as content:
-            return {name: content[name] for name in names}
-    except (zipfile.BadZipFile, EOFError) as error:
-        raise ValueError(f"damaged: {error}") from None
+    content = archived(file)
+    _check(names, content)
+    return {name: content[name] for name in names}
 
 
 def _text(file: Path, names: list[str]) -> dict[str, NDArray[np.float64]]:
@@ -222,9 +204,3 @@ def _check(names: list[str], available: Iterable[str]) -> None:
             raise ValueError(
                 f'has no "{shorten(name, 40)}"{did_you_mean(name, available)}; it has {listed}'
             )
-
-
-def _small(sizes: dict[str, int]) -> None:
-    for name, size in sizes.items():
-        if size > MOST_BYTES:
-            raise ValueError(f'"{name}" must be of at most {MOST_BYTES} bytes, got {size}')

@@ -50,7 +50,6 @@ class Wishes:
     key: Any = None
     channel: Any = None
     valid: Any = None
-    limit: Any = None
 
 
 @dataclass(frozen=True)
@@ -89,7 +88,7 @@ def read_heights(path: Path, wishes: Wishes) -> RawHeights:
         return _of_arrays(ARRAY_FILES[form](path), wishes)
     if form in TEXTS:
         return _of_text(open_text(path), form, wishes)
-    kind, values, unit, pixel, notes = read_channel(path, form, wishes.channel, wishes.limit)
+    kind, values, unit, pixel, notes = read_channel(path, form, wishes.channel)
     return RawHeights(kind, values, unit, pixel, notes=notes)
 
 
@@ -122,7 +121,7 @@ def _of_arrays(arrays: Arrays, wishes: Wishes) -> RawHeights:
     alone = arrays.kind == "NumPy's npy file"
     name = next(iter(named)) if alone else single_array(named, wishes.key, arrays.kind)
     leaf = named[name]
-    refuse_beyond(leaf.shape, wishes.limit)
+    refuse_beyond(*leaf.shape)
     values = values_of(name, leaf)
     if arrays.kind.startswith("MAT") and 1 in values.shape:  # MATLAB has no vectors
         values = values.ravel()
@@ -147,7 +146,7 @@ def _of_text(file: TextFile, form: str, wishes: Wishes) -> RawHeights:
         if count > 3 and (file.path.suffix.lower() == ".xyz" or are_points):
             form = "xyz"
     columns_read = 1 if form == "matrix" else count
-    refuse_beyond((file.most_rows, count), wishes.limit * columns_read)
+    refuse_beyond(file.most_rows, count // columns_read)
     above = [line.text.strip() for line in file.above]
     header = next((line for line in above if line and not is_comment(line)), None)
     notes = () if header is None else (f'skipped above: "{shorten(header, 60)}".',)
@@ -173,7 +172,7 @@ def _of_text(file: TextFile, form: str, wishes: Wishes) -> RawHeights:
         )
     *places, values = file.load(order)
     try:
-        heights, steps = on_grid(places, values, wishes.limit)
+        heights, steps = on_grid(places, values)
     except ValueError as error:
         if count <= 3:
             raise

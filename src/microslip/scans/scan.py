@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, show
 from microslip.errors import InputError
+from microslip.readers.files import POINTS
 from microslip.scans.areal_parameters import (
     ArealParameters,
     Autocorrelation,
@@ -19,7 +20,6 @@ from microslip.scans.areal_parameters import (
     autocorrelation,
     slope_over_distance,
 )
-from microslip.scans.checks import LIMIT
 from microslip.scans.conditioning import Steps, condition
 from microslip.scans.cutoffs import CutoffTable, over_cutoffs
 from microslip.scans.file_reading import read
@@ -68,7 +68,7 @@ class Scan(HeightMap):
         key: str | None = None,
         channel: str | int | None = None,
         valid: tuple[float | str, float | str] | None = None,
-        limit: int = LIMIT,
+        limit: int = POINTS,
     ) -> Scan:
         """Read a scan from a file.
 
@@ -109,8 +109,8 @@ class Scan(HeightMap):
         """
         if not isinstance(path, (str, os.PathLike)):
             raise InputError(f"`path` must be text or a path, got {show(path)}")
-        wishes = Wishes(format, unit, pixel, key, channel, valid, limit)
-        heights, steps, name, notes = read(Path(path), wishes)
+        wishes = Wishes(format, unit, pixel, key, channel, valid)
+        heights, steps, name, notes = read(Path(path), wishes, limit)
         return cls(heights, steps, name=name, notes=notes)
 
     def condition(

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -11,11 +12,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, floats, show
-from microslip._core.files import reason, sparse_of_either_kind, whole_file
+from microslip._core.files import whole_file
 from microslip._core.frozen import lock
 from microslip._core.packages import needed_for
 from microslip._core.wording import did_you_mean, shorten
 from microslip.errors import InputError
+from microslip.readers.child import parsed
+from microslip.readers.files import decoded, usable
+from microslip.readers.matlab import whole_variables
+from microslip.readers.numpy_files import archived
 
 _ASYMMETRY = 1e-8  # of the largest entry: what files with eight digits leave
 LARGEST_DENSE = 4000
@@ -27,9 +32,30 @@ def is_sparse(value: Any) -> bool:
     return type(value).__module__.startswith("scipy.sparse") and hasattr(value, "tocsc")
 
 
+def check_indices(name: str, matrix: Any) -> None:
+    """Refuse a sparse matrix whose indices lie outside it: SciPy would write there."""
+    try:
+        if matrix.format in ("csc", "csr", "bsr"):
+            matrix.check_format(full_check=True)
+            return
+        if matrix.format == "lil":
+            places = [np.array([column for row in matrix.rows for column in row], dtype=int)]
+            sizes = matrix.shape[1:]
+        elif matrix.format == "coo":
+            places, sizes = [matrix.row, matrix.col], matrix.shape
+        else:
+            return  # dictionaries and diagonals are converted by rules that look
+        for place, size in zip(places, sizes, strict=True):
+            if place.size and not 0 <= place.min() <= place.max() < size:
+                raise ValueError(f"indices must be from 0 to {size - 1}")
+    except (ValueError, TypeError, IndexError) as error:
+        raise InputError(f"`{name}` must be a sound sparse matrix: {error}") from None
+
+
 def symmetric_matrix(name: str, value: Any, size: int | None = None) -> Any:
     """A matrix, square and symmetric, read-only: dense, or sparse by columns; or an error."""
     if is_sparse(value):
+        check_indices(name, value)
         matrix = value.tocsc().astype(float)
         matrix.sum_duplicates()
         entries = matrix.data
@@ -218,21 +244,18 @@ def load_matrices(path: str | os.PathLike[str], names: Mapping[str, str]) -> tup
     if file.is_dir():
         content = _folder(file)
     else:
-        kinds = {".npz": _npz, ".mat": _mat, **dict.fromkeys((".pch", ".op2", ".op4"), _nastran)}
+        kinds = {
+            ".npz": _npz,
+            ".mat": whole_variables,
+            **dict.fromkeys((".pch", ".op2", ".op4"), _nastran),
+        }
         read = kinds.get(file.suffix.lower())
         if read is None:
             raise InputError(
                 f"{file.name}: wanted an .npz, .mat, .pch, .op2 or .op4 file, or a folder of "
                 f"mass.mtx, stiffness.mtx and damping.mtx, got {show(file.suffix)}"
             )
-        try:
-            content = read(file)
-        except (InputError, MemoryError):
-            raise
-        except OSError as error:
-            raise InputError(f"{file.name}: cannot be read: {reason(error)}") from None
-        except Exception as error:  # damaged files break NumPy's and SciPy's readers in many ways
-            raise _unreadable(file, error) from None
+        content = _read(file, read)
     matrices = {kind: _pick(file, content, kind, names.get(kind)) for kind in _NAMES}
     if any(hasattr(matrix, "index") for matrix in matrices.values()):
         matrices = _aligned(file, matrices)
@@ -256,12 +279,23 @@ def _missing(name: str, content: Mapping[str, Any]) -> str:
     return f'has no "{shorten(name, 40)}"{did_you_mean(name, list(content))}; it has {listed}'
 
 
+def _read(file: Path, read: Callable[[Path], dict[str, Any]]) -> dict[str, Any]:
+    """What a reader makes of a file; whatever it raises names the file."""
+    try:
+        with usable(file, "matrices"), decoded(f"{file.suffix.lower()} file"):
+            return read(file)
+    except MemoryError:
+        raise InputError(f"{file.name}: too large for the memory of this machine") from None
+    except InputError as error:
+        raise error.within(f"{file.name}: ") from None
+    except ValueError as error:
+        raise InputError(f"{file.name}: {error}") from None
+
+
 def _npz(file: Path) -> dict[str, Any]:
     """Arrays, and sparse matrices as their coordinates."""
-    # Opened here: NumPy leaves a file that is no archive open.
-    with file.open("rb") as stream, np.load(stream, allow_pickle=False) as content:
-        arrays = {name: content[name] for name in content.files}
-    result = {name: array for name, array in arrays.items() if "." not in name}
+    arrays = archived(file)
+    result: dict[str, Any] = {name: array for name, array in arrays.items() if "." not in name}
     for name in {name.partition(".")[0] for name in arrays if "." in name}:
         from scipy.sparse import csc_matrix
 
@@ -270,17 +304,9 @@ def _npz(file: Path) -> dict[str, Any]:
     return result
 
 
-def _mat(file: Path) -> dict[str, Any]:
-    from scipy.io import loadmat
-
-    with sparse_of_either_kind():
-        content = loadmat(file)
-    return {name: value for name, value in content.items() if not name.startswith("__")}
-
-
 def _nastran(file: Path) -> dict[str, Any]:
     """DMIG cards of a punch file as pandas' data frames, matrices of OUTPUT2 and OUTPUT4 files."""
-    with needed_for(f"{file.name}: Nastran's files are read by", "nastran"):
+    with needed_for("Nastran's files are read by", "nastran"):
         from pyyeti.nastran import bulk, op2, op4
     kind, path = file.suffix.lower(), str(file)
     content: dict[str, Any] = {}
@@ -312,21 +338,10 @@ def _aligned(file: Path, matrices: dict[str, Any]) -> dict[str, Any]:
 
 def _folder(folder: Path) -> dict[str, Any]:
     """Matrix Market files by their names."""
-    from scipy.io import mmread
-
-    result = {}
-    for file in sorted(folder.glob("*.mtx")):
-        try:
-            with sparse_of_either_kind():
-                result[file.stem] = mmread(file)
-        except (OSError, ValueError) as error:
-            raise _unreadable(file, error) from None
-    return result
-
-
-def _unreadable(file: Path, error: Exception) -> InputError:
-    text = shorten(str(error) or type(error).__name__, 120)
-    return InputError(f"{file.name}: cannot be read: {text}")
+    return {
+        file.stem: _read(file, partial(parsed, "Matrix Market file"))["matrix"]
+        for file in sorted(folder.glob("*.mtx"))
+    }
 
 
 def save_matrices(

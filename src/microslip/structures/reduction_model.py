@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import zipfile
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from pathlib import Path
@@ -13,12 +12,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from microslip._core.checks import Floats, floats, number, show
-from microslip._core.files import reason, whole_file
+from microslip._core.files import whole_file
 from microslip._core.frozen import LockedArrays, lock
 from microslip._core.wording import quoted
 from microslip.errors import InputError
 from microslip.friction import JointField
 from microslip.normal import NormalLaw
+from microslip.readers.files import usable
+from microslip.readers.numpy_files import archived
 from microslip.structures.bolts import each_bolt
 from microslip.structures.matrices import vector
 from microslip.structures.preload import Preload
@@ -311,12 +312,12 @@ class ReducedJoint(LockedArrays):
         """
         file = Path(path)
         try:
-            with np.load(file, allow_pickle=False) as content:
-                arrays = {name: content[name] for name in content.files}
-        except (OSError, EOFError) as error:
-            raise InputError(f"{file.name}: cannot be read: {reason(error)}") from None
-        except (ValueError, zipfile.BadZipFile, AttributeError) as error:
-            raise InputError(f"{file.name}: is no .npz file: {reason(error)}") from None
+            with usable(file, "a reduced joint"):
+                arrays = archived(file)
+        except InputError as error:
+            raise error.within(f"{file.name}: ") from None
+        except ValueError as error:
+            raise InputError(f"{file.name}: {error}") from None
         if str(arrays.get("kind", "")) != _KIND:
             raise InputError(
                 f"{file.name}: holds no reduced joint; ReducedJoint.save writes such files"

@@ -1,0 +1,267 @@
+"""Files from strangers: nothing of another file, no crash, and no more memory than was declared."""
+
+from __future__ import annotations
+
+import gzip
+import io
+import struct
+import subprocess
+import sys
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy import sparse
+from scipy.io import mmwrite, savemat
+
+import microslip as ms
+from microslip.readers import arrays, child, hdf5
+from microslip.readers.files import limited
+
+h5py = pytest.importorskip("h5py")
+TIME = np.linspace(0.0, 1.0, 400)
+MOTION = 1e-5 * np.sin(40.0 * TIME)
+FORCE = 50.0 * np.sign(np.gradient(MOTION))
+UNITS: Any = {"units": {"displacement": "m", "force": "N", "time": "s"}}
+
+
+@pytest.fixture(autouse=True)
+def elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    with h5py.File("other.h5", "w") as file:
+        file["displacement"] = np.arange(5.0) + 100.0
+        file["group/x"] = np.arange(3.0)
+
+
+def external(file: Any) -> None:
+    file["displacement"] = np.arange(5.0)
+    file["run2/displacement"] = h5py.ExternalLink("other.h5", "/displacement")
+
+
+def through(file: Any) -> None:
+    file["a/soft"] = h5py.SoftLink("/b/group/x")
+    file["b"] = h5py.ExternalLink("other.h5", "/")
+
+
+def raw(file: Any) -> None:
+    file.create_dataset("x", (5,), dtype="f8", external=[("other.h5", 0, 40)])
+
+
+def virtual(file: Any) -> None:
+    layout = h5py.VirtualLayout((5,), dtype="f8")
+    layout[:] = h5py.VirtualSource("other.h5", "displacement", (5,))
+    file.create_virtual_dataset("x", layout)
+
+
+@pytest.mark.parametrize("write", [external, through, raw, virtual])
+def test_nothing_of_another_file_is_read(write: Callable[[Any], None]) -> None:
+    with h5py.File("main.h5", "w") as file:
+        write(file)
+    for read in (ms.Record.read, ms.Scan.read):
+        with pytest.raises(ms.InputError, match=r"stands in another file, \"other.h5\""):
+            read("main.h5")
+
+
+def test_links_within_a_file_are_followed() -> None:
+    with h5py.File("main.h5", "w") as file:
+        file["a"], file["group/b"] = np.arange(5.0), np.arange(6.0)
+        file["group/link"] = h5py.SoftLink("/a")
+        file["hard"], file["group/up"] = file["a"], h5py.SoftLink("/")
+        file["nowhere"] = h5py.SoftLink("/nothing")
+        layout = h5py.VirtualLayout((5,), dtype="f8")
+        layout[:] = h5py.VirtualSource(".", "a", (5,))
+        file.create_virtual_dataset("view", layout)
+    named = arrays.leaves(hdf5.read_arrays(Path("main.h5")))
+    assert {name: leaf.shape[0] for name, leaf in named.items()} == {
+        "a": 5,
+        "group/b": 6,
+        "group/link": 5,
+        "hard": 5,
+        "view": 5,
+    }
+    for name in ("group/link", "hard", "view"):
+        np.testing.assert_array_equal(named[name].get(), np.arange(5.0))
+
+
+def unsound() -> list[Any]:
+    by_columns = sparse.csc_matrix(np.eye(6))
+    by_columns.indices[2] = 10**8
+    pointers = sparse.csr_matrix(np.eye(6))
+    pointers.indptr[3] = 10**7
+    places = sparse.coo_matrix(np.eye(6))
+    places.row[1] = -5
+    rows = sparse.lil_matrix(np.eye(6))
+    rows.rows[2] = [77]
+    return [by_columns, pointers, places, rows]
+
+
+@pytest.mark.parametrize("at", range(4))
+def test_sparse_matrices_with_indices_outside_are_refused(at: int) -> None:
+    with pytest.raises(ms.InputError, match="sound sparse matrix"):
+        ms.Structure(np.eye(6), unsound()[at])
+
+
+def test_so_are_those_of_archives() -> None:
+    matrix = sparse.csc_matrix(np.eye(6))
+    parts = {f"K.{n}": getattr(matrix, n).copy() for n in ("data", "indices", "indptr")}
+    parts["K.indices"][0] = 2**30
+    np.savez("model.npz", M=np.eye(6), **parts, **{"K.shape": np.array([6, 6])})
+    with pytest.raises(ms.InputError, match=r"sound sparse matrix|column index"):
+        ms.Structure.load("model.npz")
+
+
+def sound_mat() -> bytes:
+    file = io.BytesIO()
+    savemat(
+        file,
+        {"M": np.diag([2.0, 3.0]), "K": sparse.csc_matrix(1e6 * np.array([[2.0, -1], [-1, 2]]))},
+    )
+    return file.getvalue()
+
+
+def test_matrices_of_mat_files_are_read_in_a_child() -> None:
+    Path("model.mat").write_bytes(sound_mat())
+    frequencies = ms.Structure.load("model.mat").modes(1, [1e-3]).frequency
+    expected = ms.Structure(np.diag([2.0, 3.0]), 1e6 * np.array([[2.0, -1], [-1, 2]])).modes(
+        1, [1e-3]
+    )
+    np.testing.assert_allclose(frequencies, expected.frequency, rtol=1e-12)
+
+
+def test_mutated_mat_and_matrix_market_files_are_refused_or_read() -> None:
+    """A child's death is one line; each takes a third of a second, so few of them are here."""
+    rng = np.random.default_rng(5)
+    seed = sound_mat()
+    market = io.BytesIO()
+    mmwrite(market, sparse.coo_matrix(np.diag([2.0, 3.0])))
+    Path("folder").mkdir()
+    Path("folder/mass.mtx").write_bytes(market.getvalue())
+    for trial in range(6):
+        content = bytearray(seed if trial % 2 else market.getvalue())
+        for _ in range(3):
+            content[rng.integers(len(content))] = int(rng.choice([0, 1, 255, rng.integers(256)]))
+        target = Path("m.mat" if trial % 2 else "folder/stiffness.mtx")
+        target.write_bytes(bytes(content))
+        message = ""
+        try:
+            ms.Structure.load(target if trial % 2 else "folder")
+        except ms.InputError as error:
+            message = str(error)
+        assert "\n" not in message
+        assert len(message) < 400
+
+
+def test_the_death_of_a_reader_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    Path("x.mat").write_bytes(sound_mat())
+
+    def die(*args: Any, **kwargs: Any) -> subprocess.CompletedProcess[bytes]:
+        script = "import os, signal; os.kill(os.getpid(), signal.SIGSEGV)"
+        return run([sys.executable, "-c", script], capture_output=True, check=False)
+
+    run = subprocess.run
+    monkeypatch.setattr(child.subprocess, "run", die)
+    with pytest.raises(ms.InputError, match=r"^x.mat: not a usable MAT-file: .*SIGSEGV"):
+        ms.Structure.load("x.mat")
+
+
+def hdf5_bomb() -> str:
+    with h5py.File("bomb.h5", "w") as file:
+        for name in ("time", "displacement", "force"):
+            options = {"chunks": (1_000_000,), "compression": "gzip"}
+            file.create_dataset(name, (150_000_000,), dtype="f8", **options)
+        file.create_dataset("note", (), dtype="S1500000000")
+    return "bomb.h5"
+
+
+def npz_bomb() -> str:
+    with zipfile.ZipFile("bomb.npz", "w") as archive:
+        for name in ("time", "displacement", "force", "M", "K"):
+            header = io.BytesIO()
+            np.lib.format.write_array_header_1_0(
+                header, {"descr": "<f8", "fortran_order": False, "shape": (500_000_000,)}
+            )
+            with archive.open(f"{name}.npy", "w") as entry:
+                entry.write(header.getvalue())
+    return "bomb.npz"
+
+
+def mat_bomb() -> str:
+    """A version 5 file of one compressed matrix of 600 million zeros, cut after its first part."""
+    import zlib
+
+    count = 600_000_000
+    flags = struct.pack("<IIII", 6, 8, 6, 0)
+    size = struct.pack("<IIii", 5, 8, count, 1)
+    name = struct.pack("<II", 1, 1) + b"M" + bytes(7)
+    data = struct.pack("<II", 9, 2**32 - 1)
+    body = flags + size + name + data + bytes(10_000_000)
+    packed = zlib.compress(struct.pack("<II", 14, 2**32 - 9) + body)
+    head = b"MATLAB 5.0 MAT-file".ljust(124) + struct.pack("<HH", 0x0100, 0x4D49)
+    Path("bomb.mat").write_bytes(head + struct.pack("<II", 15, len(packed)) + packed)
+    return "bomb.mat"
+
+
+def market_bomb() -> str:
+    Path("market").mkdir()
+    for name in ("mass", "stiffness"):
+        Path(f"market/{name}.mtx").write_text(
+            "%%MatrixMarket matrix coordinate real symmetric\n1000000000 1000000000 1\n1 1 1.0\n"
+        )
+    return "market"
+
+
+BOMBS = {
+    "hdf5": (hdf5_bomb, "Record"),
+    "npz": (npz_bomb, "Record"),
+    "npz-matrices": (npz_bomb, "Structure"),
+    "mat": (mat_bomb, "Structure"),
+    "market": (market_bomb, "Structure"),
+}
+
+
+@pytest.mark.parametrize("kind", BOMBS)
+def test_what_declares_too_much_is_refused_before_it_is_read(kind: str) -> None:
+    make, reader = BOMBS[kind]
+    read = {"Record": "Record.read", "Structure": "Structure.load"}[reader]
+    options = f", **{UNITS!r}" if reader == "Record" else ""
+    # 2 GB of addresses, and 10 s: what is refused needs less of both.
+    script = (
+        "import resource, microslip as ms, h5py, scipy.sparse\n"
+        "resource.setrlimit(resource.RLIMIT_AS, (2_500_000_000,) * 2)\n"
+        "resource.setrlimit(resource.RLIMIT_CPU, (10, 10))\n"
+        f"try: ms.{read}({make()!r}{options})\n"
+        "except ms.InputError as error: print(error)\n"
+    )
+    pytest.importorskip("resource")
+    run = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=False, timeout=60
+    )
+    assert run.returncode == 0, run.stderr
+    assert "limit" in run.stdout or "not a usable" in run.stdout
+    assert run.stdout.count("\n") == 1
+
+
+def test_the_limit_is_the_users() -> None:
+    np.savez("run.npz", time=TIME, displacement=MOTION, force=FORCE)
+    with limited(1000), pytest.raises(ms.InputError, match="holds 1200 points"):
+        ms.Record.read("run.npz", **UNITS)
+    with limited(1200):
+        assert ms.Record.read("run.npz", **UNITS).force.size == TIME.size
+    with pytest.raises(ms.InputError, match="limit must be a number of points"), limited(0):
+        pass
+
+
+def test_a_text_of_many_digits_and_a_table_without_numbers() -> None:
+    Path("run.json").write_text(f'{{"displacement": [{"1" + "0" * 400}], "force": [1, 2]}}')
+    with pytest.raises(ms.InputError):
+        ms.Record.read("run.json")
+    np.save("names.npy", np.array([("a", "b")], dtype=[("x", "U3"), ("y", "U3")]))
+    for read in (ms.Record.read, ms.Scan.read):
+        with pytest.raises(ms.InputError, match="wanted real numbers"):
+            read("names.npy")
+    Path("damaged.npz.gz").write_bytes(gzip.compress(b"x"))
+    with pytest.raises(ms.InputError):
+        ms.Structure.load("damaged.npz.gz")

@@ -23,6 +23,7 @@ from scipy.io import savemat
 
 import microslip as ms
 from microslip.readers import instruments, text
+from microslip.readers.files import limited
 from microslip.readers.grid import on_grid
 from microslip.scans.heights_in_files import ARRAY_FILES, GAP_TABLE, TEXTS
 
@@ -564,7 +565,7 @@ def test_points_in_any_order_find_their_place(
     x = x * steps[0] + start[0] * min(1.0, 1e3 * steps[0])
     y = y * steps[1] + start[1] * min(1.0, 1e3 * steps[1])
     order = rng.permutation(z.size)
-    found, distance = on_grid([x.ravel()[order], y.ravel()[order]], z.ravel()[order], 1000)
+    found, distance = on_grid([x.ravel()[order], y.ravel()[order]], z.ravel()[order])
     assert np.array_equal(found, z)
     assert distance == pytest.approx(steps, rel=1e-9)
 
@@ -575,7 +576,7 @@ def test_coordinates_may_be_rounded_and_points_missing() -> None:
     kept = rng.permutation(x.size)[:5000]
     z = rng.normal(size=x.size)
     place = [np.round(v.ravel() * 0.3333, 2)[kept] for v in (x, y)]
-    found, steps = on_grid(place, z[kept], 10_000)
+    found, steps = on_grid(place, z[kept])
     assert steps == pytest.approx((0.3333, 0.3333), rel=1e-4)
     expected = np.full(x.size, np.nan)
     expected[kept] = z[kept]
@@ -586,23 +587,23 @@ def test_points_that_are_on_no_grid() -> None:
     rng = np.random.default_rng(3)
     x, y, z = rng.random((3, 200))
     with pytest.raises(ValueError, match=r"regular grid|scattered|limit"):
-        on_grid([x, y], z, 10**6)
+        on_grid([x, y], z)
     grid = [np.array([0.0, 1.0, 0.0, 1.0, 1.0]), np.array([0.0, 0.0, 1.0, 1.0, 1.0])]
     with pytest.raises(ValueError, match="1 points lie where another one is already"):
-        on_grid(grid, np.arange(5.0), 100)
+        on_grid(grid, np.arange(5.0))
     with pytest.raises(ValueError, match="all points have the same y"):
-        on_grid([np.arange(5.0), np.zeros(5)], np.arange(5.0), 100)
+        on_grid([np.arange(5.0), np.zeros(5)], np.arange(5.0))
     with pytest.raises(ValueError, match="x must be finite"):
-        on_grid([np.array([0.0, np.nan])], np.arange(2.0), 100)
+        on_grid([np.array([0.0, np.nan])], np.arange(2.0))
     line = np.arange(300.0)
     y, x = (axis.ravel() for axis in np.mgrid[:6, :7])
     turned = [0.8 * x - 0.6 * y, 0.6 * x + 0.8 * y]
     with pytest.raises(ValueError, match="points of a grid that is turned, or scattered"):
-        on_grid(turned, np.arange(42.0), 10**6)
+        on_grid(turned, np.arange(42.0))
     with pytest.raises(ValueError, match="scattered points are no scan"):
-        on_grid([line, line], line, 10**6)
-    with pytest.raises(ValueError, match="more than limit=100"):
-        on_grid([line, line], line, 100)
+        on_grid([line, line], line)
+    with limited(100), pytest.raises(ValueError, match="more than limit=100"):
+        on_grid([line, line], line)
 
 
 # -- instruments -----------------------------------------------------------------------------------

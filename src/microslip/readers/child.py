@@ -143,11 +143,13 @@ def _mat(path: str, names: list[str] | None, points: int) -> dict[str, Any]:
     else:
         large = set()
     content = loadmat(path, variable_names=names, simplify_cells=True) if names else {}
-    whole = {name: value for name, value in content.items() if not name.startswith("__")}
-    for name, value in whole.items():
+    by_name = {name: value for name, value in content.items() if not name.startswith("__")}
+    for name, value in by_name.items():
         if isinstance(value, np.ndarray) and value.dtype.kind in "iufcb":
-            whole[name] = value.reshape(sizes.get(name, value.shape))
-    return {name: whole.get(name, sizes[name]) for name in sizes if name in whole or name in large}
+            by_name[name] = value.reshape(sizes.get(name, value.shape))
+    return {
+        name: by_name.get(name, sizes[name]) for name in sizes if name in by_name or name in large
+    }
 
 
 def _matrix(path: str, names: list[str] | None, points: int) -> dict[str, Any]:

@@ -88,6 +88,9 @@ def _near(path: Path) -> str:
     return did_you_mean(shorten(path.name, 200), names, cutoff=0.75)
 
 
+_OF_THE_SYSTEM = (FileNotFoundError, IsADirectoryError, PermissionError)
+
+
 class Unusable(ValueError):
     """A file that is damaged, or none of the kind that it seems to be."""
 
@@ -99,7 +102,7 @@ def decoded(kind: str) -> Iterator[None]:
         with warnings.catch_warnings():  # what a library thinks of damaged content follows here
             warnings.simplefilter("ignore")
             yield
-    except (MemoryError, InputError, Unusable):
+    except (MemoryError, InputError, Unusable, *_OF_THE_SYSTEM):
         raise
     except Exception as error:
         raise Unusable(f"not a usable {kind}: {first_line(error)}") from None

@@ -27,7 +27,7 @@ def read_arrays(path: Path) -> Arrays:
         return Arrays("HDF5 file", _node(path, file, file, set()), "/")
 
 
-def own(group: Any, skip: str = "\0") -> Iterator[tuple[str, Any]]:
+def members(group: Any, skip: str = "\0") -> Iterator[tuple[str, Any]]:
     """What a group holds, by name; a link to another file is refused, one to nowhere left out."""
     import h5py
 
@@ -74,7 +74,7 @@ def _node(path: Path, file: Any, item: Any, visited: set[int]) -> Any:
         if address in visited:
             return None
         visited.add(address)
-        below = {name: _node(path, file, child, visited) for name, child in own(item)}
+        below = {name: _node(path, file, child, visited) for name, child in members(item)}
         return _attributes(item) | below
     fields = item.dtype.names
     if fields:

@@ -12,7 +12,7 @@ from microslip._core.packages import needed_for
 from microslip.readers.arrays import Arrays, Leaf, is_number
 from microslip.readers.child import parsed
 from microslip.readers.files import decoded, refuse_beyond
-from microslip.readers.hdf5 import own, values_at
+from microslip.readers.hdf5 import members, values_at
 
 # MATLAB keeps tables, time tables and timeseries in a form of its own, which nobody else reads.
 _ADVICE = 'save vectors, or of a table T the struct S = table2struct(T, "ToScalar", true)'
@@ -29,7 +29,7 @@ def read_arrays(path: Path) -> Arrays:
         import h5py
 
     with decoded("MAT-file"), h5py.File(path, "r") as file:
-        tree = {name: _hdf_node(path, file, item) for name, item in own(file, skip="#")}
+        tree = {name: _hdf_node(path, file, item) for name, item in members(file, skip="#")}
     return Arrays("MAT-file of version 7.3", tree, ".", _ADVICE)
 
 
@@ -65,7 +65,7 @@ def _hdf_node(path: Path, file: Any, item: Any) -> Any:
     import h5py
 
     if isinstance(item, h5py.Group):
-        fields = {name: _hdf_node(path, file, below) for name, below in own(item)}
+        fields = {name: _hdf_node(path, file, below) for name, below in members(item)}
         lists = {name: node for name, node in fields.items() if isinstance(node, list)}
         if lists and len(lists) == len(fields) and len({*map(len, lists.values())}) == 1:
             rows = zip(*lists.values(), strict=True)

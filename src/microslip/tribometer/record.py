@@ -20,6 +20,7 @@ from microslip._core.checks import Floats, exact, positive, show
 from microslip._core.checks import record as checked
 from microslip._core.frozen import Locked, lock
 from microslip.errors import InputError
+from microslip.readers.files import POINTS, limited
 from microslip.report.plot import Plot
 from microslip.report.plottable import Plottable
 from microslip.tribometer.reading import Statements, read
@@ -151,6 +152,7 @@ class Record(Locked, Plottable):
         rows: slice | None = None,
         format: str | None = None,
         name: str | None = None,
+        limit: int = POINTS,
     ) -> Record:
         """Read a record from text (CSV, TSV, TXT), MATLAB's MAT, TDMS, HDF5 or NumPy's.
 
@@ -190,6 +192,8 @@ class Record(Locked, Plottable):
             "text", "mat", "tdms", "hdf5", "npy" or "npz", where the file's beginning does not tell.
         name : str, optional
             What to call the record; without it the file's name.
+        limit : int
+            Numbers that its columns may hold; it is refused before they are read.
 
         Returns
         -------
@@ -216,9 +220,9 @@ class Record(Locked, Plottable):
             format=format,
         )
         try:
-            return cls(
-                **read(Path(path), statements), name=Path(path).stem if name is None else name
-            )
+            with limited(limit):
+                parts = read(Path(path), statements)
+            return cls(**parts, name=Path(path).stem if name is None else name)
         except MemoryError:
             raise InputError(
                 f"{path_text(path)}: too large for the memory; cut the record"

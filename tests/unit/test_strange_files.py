@@ -19,7 +19,6 @@ from scipy.io import mmwrite, savemat
 
 import microslip as ms
 from microslip.readers import arrays, child, hdf5
-from microslip.readers.files import limited
 
 h5py = pytest.importorskip("h5py")
 TIME = np.linspace(0.0, 1.0, 400)
@@ -246,12 +245,11 @@ def test_what_declares_too_much_is_refused_before_it_is_read(kind: str) -> None:
 
 def test_the_limit_is_the_users() -> None:
     np.savez("run.npz", time=TIME, displacement=MOTION, force=FORCE)
-    with limited(1000), pytest.raises(ms.InputError, match="holds 1200 points"):
-        ms.Record.read("run.npz", **UNITS)
-    with limited(1200):
-        assert ms.Record.read("run.npz", **UNITS).force.size == TIME.size
-    with pytest.raises(ms.InputError, match="limit must be a number of points"), limited(0):
-        pass
+    with pytest.raises(ms.InputError, match="holds 1200 points"):
+        ms.Record.read("run.npz", **UNITS, limit=1000)
+    assert ms.Record.read("run.npz", **UNITS, limit=1200).force.size == TIME.size
+    with pytest.raises(ms.InputError, match="limit must be a number of points"):
+        ms.Record.read("run.npz", **UNITS, limit=0)
 
 
 def test_a_text_of_many_digits_and_a_table_without_numbers() -> None:

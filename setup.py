@@ -1,9 +1,10 @@
-"""The C extension; everything else about the package is in pyproject.toml.
+"""The C extension and the schema of studies; everything else is in pyproject.toml.
 
 One abi3 wheel serves CPython 3.11 and every later version. `tools/kernel_build.py` is the build
 backend, and says what compiles where the machine has no compiler.
 """
 
+import os
 import platform
 import subprocess
 import sys
@@ -28,7 +29,21 @@ MSVC_FLAGS = ["/O2", "/fp:precise"]
 
 
 class BuildKernel(build_ext):
-    """Choose the compiler, and the flags once it is known."""
+    """Choose the compiler, and its flags; then write what the package says of its studies."""
+
+    def run(self) -> None:
+        super().run()
+        # In place the package lies in its sources, otherwise where the wheel is put together.
+        folder = Path("src" if self.inplace else self.build_lib).resolve()
+        schema = folder / "microslip" / "study" / "study.schema.json"
+        schema.write_bytes(
+            subprocess.run(
+                [sys.executable, "-m", "microslip.study.json_schema"],
+                env={**os.environ, "PYTHONPATH": str(folder), "PYTHONIOENCODING": "utf-8"},
+                stdout=subprocess.PIPE,
+                check=True,
+            ).stdout
+        )
 
     def build_extension(self, ext: Extension) -> None:
         if finds_compiler():

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from microslip._core.checks import Floats
 from microslip.identification.fit import Fit, bounds_of, covariance_of, settle
 from microslip.identification.problem import Problem
+from microslip.tribometer.estimates import dependence_of, quantile
 
 _CLOSE = 0.01  # of the threshold, within which an end of an interval is found
 _TRIES, _CREEPS = 14, 2
@@ -328,7 +329,15 @@ def cycle_ratio(problem: Problem, q: Floats, confidence: float = 0.999) -> Float
         if number < 2:  # one that was averaged has no cycles to scatter
             measured += share
             continue
-        measured += np.sum(scores**2, axis=0) * number / (number - 1)
+        # Cycles that resemble the next one tell less than so many.
+        dependences = [dependence_of(score, 0) for score in scores.T]
+        wider = np.array(
+            [
+                d.factor * (quantile(0.95, d.freedom) / quantile(0.95, number)) ** 2
+                for d in dependences
+            ]
+        )
+        measured += np.sum(scores**2, axis=0) * wider * number / (number - 1)
         away = (folded.force - folded.force.mean()) * problem.weight[span]
         grown += (0.5 * folded.growth * (inverse @ (influence @ away))) ** 2
         square += share**2 / (number - 1)

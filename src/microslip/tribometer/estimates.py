@@ -22,7 +22,7 @@ _BLOCKS = 20
 _LIKELY, _UPPER = 2.3, 0.8
 """Standard errors from which on a correlation is no chance; those that are added to it, since one
 that is found too small costs more than one that is found too large."""
-_HIGHEST, _FARTHEST = 0.999, 1.0
+_HIGHEST, _FARTHEST = 0.999, 1.25
 
 
 class Estimate(NamedTuple):
@@ -123,9 +123,10 @@ def mean_of(values: Floats, confidence: float, moving: bool = False) -> Estimate
         # Those that wander beside their trend may go farther than they went.
         place = np.arange(fine.size) - 0.5 * (fine.size - 1)
         beside = fine - value - place * (float(place @ fine) / float(place @ place))
-        wanders = dependence_of(beside, 2).factor > 1.0
-        half = _of_mean(beside, confidence, 2)[1] if wanders else 0.0
-        low, high = float(fine.min()) - half, float(fine.max()) + half
+        low, high = float(fine.min()), float(fine.max())
+        if dependence_of(beside, 2).factor > 1.0:
+            half = _of_mean(fine, confidence, 1)[1]
+            low, high = min(low, value - half), max(high, value + half)
         return Estimate(value, low, high, spread, int(fine.size))
     error, half = _of_mean(fine, confidence, 1)
     return Estimate(value, value - half, value + half, error, int(fine.size))

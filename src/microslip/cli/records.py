@@ -32,6 +32,8 @@ class Reading(NamedTuple):
     """One for all files, or one for each."""
     time: str | None
     sample_rate: float | None
+    frequency: float | None
+    cycle_number: str | None
     turn: bool
     units: tuple[str, ...]
     calibration: tuple[str, ...]
@@ -52,6 +54,8 @@ class Reading(NamedTuple):
             normal_load=_or_none(loads[index if len(loads) > 1 else 0] if loads else None),
             time=_or_none(self.time),
             sample_rate=self.sample_rate,
+            frequency=self.frequency,
+            cycle_number=_or_none(self.cycle_number),
             sign=-1 if self.turn else None,
             units=pairs("unit", self.units) or None,
             calibration=pairs("calibration", self.calibration) or None,
@@ -81,7 +85,8 @@ def reads(many_loads: bool = False) -> Decorator:
 
         decorated = offers(*options.SCALING, multiple=True)(read)
         decorated = offers(options.ROWS, options.CUTOFF, options.DRIFT)(decorated)
-        decorated = offers(options.TIME, options.SAMPLE_RATE, options.TURN)(decorated)
+        decorated = offers(options.FREQUENCY, options.CYCLE_NUMBER, options.TURN)(decorated)
+        decorated = offers(options.TIME, options.SAMPLE_RATE)(decorated)
         decorated = offers(load, **({"multiple": True} if many_loads else {}))(decorated)
         return offers(options.DISPLACEMENT, options.FORCE)(decorated)
 

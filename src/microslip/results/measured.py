@@ -79,7 +79,7 @@ def document(
         for part in _sections(measured, say, len(measurements) == 1)
     ]
     last: list[Section] = []
-    if len(measurements) > 1 or skipped:
+    if len(measurements) > 1 or skipped or campaign.worn_volumes is not None:
         first, last = together.sections(campaign, skipped, level)
         sections[:0] = first
         data["campaign"] = together.data_of(campaign, skipped, level)

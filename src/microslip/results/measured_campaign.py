@@ -64,7 +64,7 @@ def rows_of(campaign: Campaign) -> list[tuple[Any, ...]]:
                 measured.probability.get(measured.regime),
                 *(means.get(name) for name in _COLUMNS_SHOWN),
                 *(v and v / campaign.area for v in over_area if campaign.area is not None),
-                float(energies[i]),
+                plain(energies[i]),
                 "yes" if measured.is_settled else "no",
             )
         )
@@ -126,6 +126,10 @@ def sections(
     wear = campaign.wear(confidence)
     if wear is not None:
         last.append(Section("Wear", (Note(_wear_text(wear)), figures["wear"])))
+    if campaign.worn_volumes is not None and (uncounted := campaign.uncounted()):
+        texts = tuple(f"{shorten(name, 80)}: {why}" for name, why in uncounted.items())
+        words = Note("No energy wear coefficient of records whose dissipated energy is not known:")
+        last.append(Section("Wear without an energy", (words, Items(texts))))
     if campaign.comparison(confidence):
         last.append(Section("Runs compared", (_runs(campaign, confidence),)))
     return first, last

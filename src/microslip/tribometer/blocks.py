@@ -32,6 +32,8 @@ LONG = 10.0
 """Times as long as nine in ten steps of the time that a gap is, at least,"""
 OF_CYCLE = 0.05
 """and of a cycle: what is less does it no harm."""
+_JUMP = 1.5
+"""Of the counter of cycles, beyond which some were not logged."""
 _SAME_PERIOD = 0.1
 """Share by which their period may differ: what hums while the rig rests is no motion."""
 _OVER_NOISE = 10.0
@@ -71,17 +73,21 @@ class Blocks(NamedTuple):
         return self.having_cycles[0].cycles.flipped
 
 
+@once_a_record
 def gaps_of(record: Record) -> NDArray[np.intp]:
-    """Samples behind which the time of a record has a gap."""
+    """Samples behind which the time of a record, or its counter of cycles, has a gap."""
+    is_jump = np.zeros(len(record) - 1, dtype=bool)
+    if record.cycle_number is not None:
+        is_jump = np.diff(record.cycle_number) > _JUMP
     if record.time is None:
-        return np.zeros(0, dtype=np.intp)
+        return np.flatnonzero(is_jump)
     steps = np.diff(record.time)
     longest = LONG * float(np.percentile(steps, 90.0))
     is_long = steps > longest
     if is_long.any():
         period = motion_of(record.displacement, record.force).period
         is_long &= steps > OF_CYCLE * period * float(steps[~is_long].mean())
-    return np.flatnonzero(is_long)
+    return np.flatnonzero(is_long | is_jump)
 
 
 @once_a_record
@@ -103,9 +109,10 @@ def blocks_of(record: Record) -> Blocks:
     if not blocks:
         raise no_cycle(motion)
     notes: tuple[str, ...] = ()
-    if gaps.size:
-        assert record.time is not None
+    if gaps.size and record.time is not None:
         notes = (_gap_note(record.time, gaps, len(pieces) - len(blocks)),)
+    elif gaps.size:
+        notes = (f"the counter of cycles jumps {gaps.size} times: cycles are cut there",)
     small = [part for block in blocks for part in _with_smaller(x, force, block, motion, kind)]
     return Blocks(tuple(small), notes)
 

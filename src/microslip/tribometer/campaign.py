@@ -13,6 +13,7 @@ from microslip._core.checks import Floats, positive, show
 from microslip._core.frozen import Locked
 from microslip._core.units import engineering
 from microslip.errors import InputError
+from microslip.tribometer.counting import dissipated
 from microslip.tribometer.estimates import Estimate, quantile
 from microslip.tribometer.measurement import Measurement
 
@@ -20,6 +21,8 @@ COMPARED = ("friction_peak", "friction_energy", "reversal_stiffness", "dissipate
 """Columns whose means are compared between runs."""
 SAME_CONDITION = 0.05
 """Share by which loads, and amplitudes, may differ to be of one condition."""
+_NEW = 0.05
+"""Share of the cycles of a contact before its first logged one that is neglected."""
 MIXED = 0.05
 """Probability of a second regime from which on a condition is mixed."""
 
@@ -71,7 +74,8 @@ class Campaign(Locked):
     measurements : sequence of Measurement
         In the order in which they were recorded, at least one.
     runs : sequence of str, optional
-        Label of the run, the rig or the laboratory of each; without it all are of one.
+        Label of the run, the rig or the laboratory of each; without it each is a specimen of its
+        own.
     worn_volumes : sequence of float or None, optional
         Worn volume [m^3] that goes with each record, above zero; None where none was measured.
     area : float, optional
@@ -106,18 +110,79 @@ class Campaign(Locked):
             positive("area", self.area, "m^2", 2e-4)
 
     def energies(self) -> Floats:
-        """Energy [J] dissipated in all cycles of each record."""
-        return np.array([np.nansum(m.cycles["dissipated_energy"]) for m in self.measurements])
+        """Energy [J] dissipated in all cycles of each record, those not logged included.
+
+        Not a number where these are not known.
+        """
+        totals = [measured.dissipated() for measured in self.measurements]
+        return np.array([math.nan if up_to is None else up_to.energy[-1] for up_to in totals])
+
+    def uncounted(self) -> dict[str, str]:
+        """Records whose energy is not known, and why."""
+        reasons = {}
+        energies = self._worn_by()
+        for measured, energy in zip(self.measurements, energies, strict=True):
+            if math.isfinite(energy) or measured.count is None:
+                continue
+            reasons[measured.name] = measured.count.source
+            if measured.count.numbers is not None:
+                reasons[measured.name] = (
+                    f"it begins at cycle {measured.count.numbers[0]:.12g}, and what was before is "
+                    "not among the records of its run"
+                )
+        return reasons
 
     def cumulative(self) -> list[Floats]:
-        """Energy [J] dissipated up to each cycle of each record, on from the last of its run."""
-        before: dict[str, float] = {}
-        energies = []
-        labels = self.runs or [""] * len(self.measurements)
-        for measured, run in zip(self.measurements, labels, strict=True):
-            energy = np.nan_to_num(measured.cycles["dissipated_energy"])
-            energies.append(before.get(run, 0.0) + np.cumsum(energy))
-            before[run] = float(energies[-1][-1])
+        """Energy [J] dissipated up to each cycle of each record, on from the last of its run.
+
+        Records without the label of a run are specimens of their own.
+        """
+        labels = self.runs or [str(i) for i in range(len(self.measurements))]
+        by_run: dict[str, list[int]] = {}
+        for i, label in enumerate(labels):
+            by_run.setdefault(label, []).append(i)
+        cumulated = {
+            i: energy
+            for members in by_run.values()
+            for i, energy in zip(members, self._of_run(members), strict=True)
+        }
+        return [cumulated[i] for i in range(len(self.measurements))]
+
+    def _of_run(self, members: Sequence[int]) -> list[Floats]:
+        """Energy [J] up to each cycle of the records of one run."""
+        measurements = [self.measurements[i] for i in members]
+        counts = [measured.count for measured in measurements]
+        numbers = [c.numbers for c in counts if c is not None and c.is_of_contact]
+        if len(members) > 1 and len(numbers) == len(members):
+            joined = np.concatenate([values for values in numbers if values is not None])
+            if np.all(np.diff(joined) > 0.0):
+                energy_of_each = np.concatenate(
+                    [m.cycles["dissipated_energy"] for m in measurements]
+                )
+                edges = np.cumsum([len(measured) for measured in measurements])[:-1]
+                return list(np.split(dissipated(joined, energy_of_each).energy, edges))
+        before, energies = 0.0, []
+        for measured in measurements:
+            up_to = measured.dissipated()
+            energy_of_each = np.full(len(measured), np.nan) if up_to is None else up_to.energy
+            energies.append(before + energy_of_each)
+            before = float(energies[-1][-1])
+        return energies
+
+    def _worn_by(self) -> Floats:
+        """Energy [J] that the contact of each record has dissipated since it was new."""
+        energies = self.energies()
+        for i, (measured, cumulated) in enumerate(
+            zip(self.measurements, self.cumulative(), strict=True)
+        ):
+            count = measured.count
+            if count is None or count.numbers is None or not count.is_of_contact:
+                continue
+            energy_of_each, first = float(energies[i]), float(count.numbers[0])
+            # Of a run that the rig's counter numbers through, all that was before.
+            energies[i] = cumulated[-1]
+            if energy_of_each == cumulated[-1] and first > 1.0 + _NEW * float(count.numbers[-1]):
+                energies[i] = math.nan
         return energies
 
     def fretting_map(self) -> list[Point]:
@@ -139,12 +204,14 @@ class Campaign(Locked):
         return points
 
     def wear(self, confidence: float = 0.95) -> Wear | None:
-        """Energy wear coefficient of the records that have a worn volume; None without any."""
+        """Energy wear coefficient of the worn records whose energy is known; None without any."""
         volumes = self.worn_volumes or [None] * len(self.measurements)
+        energies = self._worn_by()
         rows = [i for i, volume in enumerate(volumes) if volume is not None]
+        rows = [i for i in rows if math.isfinite(energies[i])]
         if not rows:
             return None
-        energy = self.energies()[rows]
+        energy = energies[rows]
         volume = np.array([volumes[i] for i in rows], dtype=float)
         if not np.all(energy > 0.0):
             raise InputError(

@@ -61,7 +61,7 @@ def condition(
     _check(record)
     channels = {
         key: values
-        for key in ("displacement", "force", "normal_load", "commanded")
+        for key in ("displacement", "force", "normal_load", "commanded", "cycle_number")
         if isinstance(values := getattr(record, key), np.ndarray)
     }
     notes, rate = list(record.notes), record.sample_rate
@@ -104,7 +104,7 @@ def condition(
                 f"{low:.6g} Hz, to below half the sample rate, {0.5 * sampled:.6g} Hz, got "
                 f"{exact(cutoff)} Hz"
             )
-        for key in channels.keys() - {"commanded"}:
+        for key in channels.keys() - {"commanded", "cycle_number"}:
             channels[key] = _low_pass(channels[key], cutoff / sampled)
         notes.append(f"low-pass at {cutoff:g} Hz, forth and back")
     if rig_stiffness is not None:

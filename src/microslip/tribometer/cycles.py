@@ -20,6 +20,7 @@ from microslip._core.units import engineering, significant
 from microslip._core.wording import plural
 from microslip.errors import InputError
 from microslip.tribometer.blocks import Block, Blocks, blocks_of
+from microslip.tribometer.counting import Count, count_of
 from microslip.tribometer.cycle_columns import columns_of
 from microslip.tribometer.estimates import trend
 from microslip.tribometer.record import Record, once_a_record
@@ -78,6 +79,11 @@ class Cycles:
     is_open: NDArray[np.bool_]
     """Cycles whose ends differ by over a quarter of their force."""
 
+    @cached_property
+    def count(self) -> Count:
+        """Which cycle of its life each is."""
+        return count_of(self.record, self.blocks.having_cycles)
+
     @property
     def counted(self) -> NDArray[np.bool_]:
         """Cycles without a spike that close; where none closes all without a spike."""
@@ -133,6 +139,7 @@ class Cycles:
         """What is to be said of the record, where these cycles count."""
         return [
             *self.blocks.notes,
+            *self.count.notes,
             *self._left_out(),
             *counting.notes,
             *self.excess_loss,

@@ -108,7 +108,9 @@ def evolution(campaign: Any) -> Plot:
     measurements = campaign.measurements
     drawn_rows = evenly(len(measurements), MOST_COLORS)
     totals = campaign.cumulative()
-    largest = max(float(np.abs(totals[i]).max()) for i in drawn_rows)
+    energies_known = np.concatenate([totals[i] for i in drawn_rows])
+    energies_known = np.abs(energies_known[np.isfinite(energies_known)])
+    largest = float(energies_known.max(initial=0.0)) or 1.0
     unit, letter = prefix(largest)
     loaded = all("friction_peak" in measurements[i].cycles for i in drawn_rows)
     rows = [
@@ -138,8 +140,13 @@ def evolution(campaign: Any) -> Plot:
             )
             for at, i in enumerate(drawn_rows):
                 color, dash = COLORS[at % MOST_COLORS], DASHES[at % len(DASHES)]
-                x = np.arange(1.0, values[at].size + 1.0) if column == 0 else totals[i] / unit
+                numbers = measurements[i].count and measurements[i].count.numbers
+                if numbers is None:
+                    numbers = np.arange(1.0, values[at].size + 1.0)
+                x = np.maximum(numbers, 1.0) if column == 0 else totals[i] / unit
                 y = values[at] / scale
+                if not np.isfinite(x).all():
+                    continue  # what was dissipated between is not known
                 if x.size < 4:
                     panel.marks(x, y, color, marker=MARKERS[at % len(MARKERS)])
                 panel.line(x, y, color, dash=dash)

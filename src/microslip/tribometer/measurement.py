@@ -21,6 +21,7 @@ from microslip.report.files import plain
 from microslip.report.plot import Plot
 from microslip.report.plottable import Plottable
 from microslip.tribometer.blocks import Block, Blocks
+from microslip.tribometer.counting import Count, Dissipated, dissipated
 from microslip.tribometer.cuts import Cuts
 from microslip.tribometer.cycle_columns import UNITS, columns_of
 from microslip.tribometer.cycles import cycles_of
@@ -87,6 +88,9 @@ class Measurement(Plottable):
         Whether the cycles of the means are alike; else their intervals are the range of the cycles.
     levels : tuple of AmplitudeLevel
         Where the amplitude steps, the settled cycles at each amplitude and their means; else empty.
+    count : Count
+        ``numbers`` of the cycles in the life of the contact, None where gaps hide them, and the
+        ``source`` of these.
 
     Notes
     -----
@@ -115,6 +119,7 @@ class Measurement(Plottable):
 
     probability: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
     levels: tuple[AmplitudeLevel, ...] = ()
+    count: Count | None = None
 
     def __len__(self) -> int:
         return len(self.regimes)
@@ -123,6 +128,15 @@ class Measurement(Plottable):
     def regime(self) -> str:
         """The regime of most cycles."""
         return max(REGIMES, key=self.regimes.count)
+
+    def dissipated(self) -> Dissipated | None:
+        """Energy [J] up to each cycle, those that were not logged included; None if unknown."""
+        energy = self.cycles["dissipated_energy"]
+        if self.count is None:
+            return dissipated(np.arange(1.0, energy.size + 1.0, dtype=np.float64), energy)
+        if self.count.numbers is None:
+            return None
+        return dissipated(self.count.numbers, energy)
 
     def drift(self, column: str) -> Estimate:
         """How much a column changes from one cycle to the next: its trend by least squares.
@@ -294,6 +308,7 @@ def measure(
         loop=_mean_loop(x, force, columns, np.flatnonzero(counting.selection)),
         notes=tuple(notes),
         is_settled=not counting.is_moving,
+        count=judged.count,
         levels=tuple(
             AmplitudeLevel(
                 lock(stretch.selection),

@@ -22,6 +22,15 @@ SAMPLE_RATE = option(
     above=0.0,
     metavar="HZ",
 )
+FREQUENCY = option(
+    "frequency",
+    "Cycles a second of the excitation, with which cycles between blocks are counted.",
+    units.FREQUENCY,
+    example="10 Hz",
+)
+CYCLE_NUMBER = option(
+    "cycle_number", "Column of the rig's counter of cycles, or none.", metavar="COLUMN"
+)
 TURN = option("turn", "Turn the sign of the force.", bool, default=False, answers_for=("sign",))
 UNITS = option("units", f"Unit of {_ROLES}; may be repeated.", flag="unit", metavar="WHAT=UNIT")
 CALIBRATION = option(

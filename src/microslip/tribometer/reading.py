@@ -21,7 +21,7 @@ from microslip.numerics.runs import runs_of
 from microslip.readers import arrays, hdf5, json_files, laboratory, matlab, numpy_files, text
 from microslip.readers.files import foreign_kind, head_of, kind_of, usable
 from microslip.readers.tables import Named, Table, find, listed, scale, understood
-from microslip.tribometer.roles import KINDS, NEEDED, guess
+from microslip.tribometer.roles import CYCLE_NUMBER, KINDS, NEEDED, ROLES, guess
 from microslip.tribometer.scaling import Scale, by_role, scale_of, sign_of, zero_of
 
 READERS: Mapping[str, Callable[[Path], Table]] = {
@@ -77,16 +77,20 @@ def read(path: Path, statements: Statements) -> dict[str, Any]:
     scales = {
         role: scale_of(column, role, stated["units"].get(role), stated["calibration"].get(role))
         for role, column in by_part.items()
+        if role != CYCLE_NUMBER
     }
     signs = {role: sign_of(stated["sign"].get(role, 1), role) for role in by_part}
     arrays, first, notes = _arrays(table, by_part, statements.rows)
     notes = [f"{shorten(path.name, 100)}: {table.kind}.", *notes]
+    counter = by_part.pop(CYCLE_NUMBER, None)
     for role, column in by_part.items():
         note = _to_si(arrays[role], role, scales[role], stated["zero"].get(role), signs[role])
         notes.append(f'{role}: column "{shorten(column.heading, 60)}" {how[role]}, {note}.')
+    if counter is not None:
+        notes.append(_counted(arrays, counter, how[CYCLE_NUMBER]))
     if "time" in by_part:
         _check_time(table, arrays["time"], first)
-    parts: dict[str, Any] = dict.fromkeys(KINDS) | {k: lock(v) for k, v in arrays.items()}
+    parts: dict[str, Any] = dict.fromkeys(ROLES) | {k: lock(v) for k, v in arrays.items()}
     parts["sample_rate"], parts["frequency"] = statements.sample_rate, statements.frequency
     if load is not None:
         parts["normal_load"] = load
@@ -94,12 +98,24 @@ def read(path: Path, statements: Statements) -> dict[str, Any]:
     _add_stated(parts, table, by_part, statements, notes)
     if "time" not in by_part and parts["sample_rate"] is None:
         notes.append("time: none; the record says nothing of frequencies.")
-    unread = [column.heading for column in columns if column not in by_part.values()]
+    unread = [c.heading for c in columns if c not in by_part.values() and c != counter]
     if unread:
         remainder = f" and {len(unread) - 20} more" if len(unread) > 20 else ""
         headings = ", ".join(f'"{shorten(text, 40)}"' for text in unread[:20])
         notes.append(f"not read: {headings}{remainder}.")
     return parts | {"notes": tuple(notes)}
+
+
+def _counted(arrays: dict[str, Floats], counter: Named, how: str) -> str:
+    """What to say of the rig's counter of cycles; one that falls is none."""
+    values = arrays[CYCLE_NUMBER]
+    text = f'cycle_number: column "{shorten(counter.heading, 60)}" {how}'
+    if float(np.diff(values).min()) < 0.0 or float(values[0]) < 0.0:
+        if how == "as stated":
+            raise InputError(f"`cycle_number` must not fall, nor be negative; {text}")
+        del arrays[CYCLE_NUMBER]
+        return f"{text}, not used, for it falls."
+    return f"{text}: from {values[0]:.12g} to {values[-1]:.12g}."
 
 
 def _open(path: Path, file_format: Any) -> Table:
@@ -159,7 +175,7 @@ def _columns_by_part(
                     f'`{role}`: column "{shorten(column.heading, 40)}" is the {same_column} already'
                 )
             by_part[role], how[role] = column, "as stated"
-    for role in KINDS:
+    for role in ROLES:
         if role in by_part or role in skipped:
             continue
         try:
@@ -170,7 +186,7 @@ def _columns_by_part(
                     f'`{role}`: no column tells; {listed(columns)}; write `{role}="NAME"`, or "#2" '
                     "for the second"
                 ) from None
-    return {role: by_part[role] for role in KINDS if role in by_part}, how
+    return {role: by_part[role] for role in ROLES if role in by_part}, how
 
 
 def _arrays(

@@ -27,7 +27,14 @@ from microslip.tribometer.reading import Statements, read
 
 Answer = TypeVar("Answer")
 
-_UNITS = {"time": "s", "displacement": "m", "force": "N", "normal_load": "N", "commanded": "m"}
+_UNITS = {
+    "time": "s",
+    "displacement": "m",
+    "force": "N",
+    "normal_load": "N",
+    "commanded": "m",
+    "cycle_number": "-",
+}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -53,6 +60,9 @@ class Record(Locked, Plottable):
         Frequency [Hz] of the excitation.
     commanded : array_like, optional
         Displacement [m] that the rig was asked for, one for each sample.
+    cycle_number : array_like, optional
+        The rig's counter of cycles, one for each sample, never falling: where only some cycles were
+        logged, it says which.
     name : str
         What messages and pictures call the record.
     notes : tuple of str
@@ -66,6 +76,7 @@ class Record(Locked, Plottable):
     sample_rate: float | None
     frequency: float | None
     commanded: NDArray[np.float64] | None
+    cycle_number: NDArray[np.float64] | None
     name: str
     notes: tuple[str, ...]
 
@@ -79,6 +90,7 @@ class Record(Locked, Plottable):
         *,
         frequency: float | None = None,
         commanded: ArrayLike | None = None,
+        cycle_number: ArrayLike | None = None,
         name: str = "record",
         notes: tuple[str, ...] = (),
     ) -> None:
@@ -92,7 +104,12 @@ class Record(Locked, Plottable):
             load = positive("normal_load", normal_load, "N", 100.0)
         elif normal_load is not None:
             arrays["normal_load"] = load = _locked_series("normal_load", normal_load)
-        for key, raw_values in (("force", force), ("time", time), ("commanded", commanded)):
+        for key, raw_values in (
+            ("force", force),
+            ("time", time),
+            ("commanded", commanded),
+            ("cycle_number", cycle_number),
+        ):
             if raw_values is not None or key == "force":
                 arrays[key] = _locked_series(key, raw_values)
         for key, values in arrays.items():
@@ -108,6 +125,11 @@ class Record(Locked, Plottable):
             )
         if time is not None:
             _check_time(arrays["time"], sample_rate)
+        counter = arrays.get("cycle_number")
+        if counter is not None and (counter[0] < 0.0 or float(np.diff(counter).min()) < 0.0):
+            raise InputError(
+                "`cycle_number` must not fall, nor be negative; give the rig's counter"
+            )
         if not isinstance(name, str):
             raise InputError(f"`name` must be text, got {show(name)}")
         if isinstance(notes, str) or not all(isinstance(note, str) for note in notes):
@@ -143,6 +165,7 @@ class Record(Locked, Plottable):
         normal_load: str | float | None = None,
         time: str | bool | None = None,
         commanded: str | bool | None = None,
+        cycle_number: str | bool | None = None,
         sample_rate: float | None = None,
         frequency: float | None = None,
         units: Mapping[str, str] | None = None,
@@ -166,6 +189,8 @@ class Record(Locked, Plottable):
         displacement, force, commanded : str, optional
             Names of the columns, with or without their unit, or "#2" for the second one;
             ``commanded=False`` for none.
+        cycle_number : str or False, optional
+            Column of the rig's counter of cycles; False for none.
         normal_load : str or float, optional
             Name of the column, or one load [N] for all samples, as number or text ("500 N"); False
             for none.
@@ -209,6 +234,7 @@ class Record(Locked, Plottable):
                 "normal_load": normal_load,
                 "time": time,
                 "commanded": commanded,
+                "cycle_number": cycle_number,
             },
             sample_rate=_frequency("sample_rate", sample_rate),
             frequency=_frequency("frequency", frequency),

@@ -19,6 +19,9 @@ KINDS = {
     "commanded": LENGTH,
 }
 """What a record holds, in the order of messages."""
+CYCLE_NUMBER = "cycle_number"
+ROLES = (*KINDS, CYCLE_NUMBER)
+"""Those, and the rig's counter of cycles, which has no unit."""
 
 _RAW = (
     Kind("voltage", "V", ("mV", "V")),
@@ -52,6 +55,14 @@ _NEITHER = {
     "height", "raw", "counter", "number", "cycle", "cycles",
 }  # fmt: skip
 
+_CYCLES = {
+    "cycle", "cycles", "zyklus", "zyklen", "lastwechsel", "schwingspiel", "schwingspiele",
+}  # fmt: skip
+_COUNTED = {
+    "number", "no", "nr", "num", "nummer", "zahl", "count", "counter", "index", "id", "zykluszahl",
+    "zyklenzahl", "zyklusnummer", "lastwechselzahl", "lastspielzahl",
+}  # fmt: skip
+
 _TELLING = _TIME | _COMMANDED | _MOVED | _ALONG | _ACROSS | _FORCES | _LOADS | _NEITHER
 
 # Symbols that are whole names; those of the second line say it only with a fitting unit.
@@ -77,7 +88,7 @@ def guess(columns: Sequence[Named], role: str, by_part: Mapping[str, Named]) -> 
         by_name = [c for c in free if role_of(c) is None and fits(c.unit, KINDS[role])]
         by_name = [c for c in by_name if not _words(c.short) & _TELLING]
         how = f"by its unit, the only {KINDS[role].name} that no name tells"
-    if not by_name:
+    if not by_name or (role == CYCLE_NUMBER and len(by_name) > 1):
         raise LookupError(role)
     if len(by_name) > 1:
         or_false = "" if role in NEEDED else f", or `{role}=False`"
@@ -91,6 +102,8 @@ def guess(columns: Sequence[Named], role: str, by_part: Mapping[str, Named]) -> 
 def role_of(column: Named) -> str | None:
     """What a column is by its name, if its unit does not speak against it."""
     role = _by_words(column.short) or _by_symbol(column)
+    if role == CYCLE_NUMBER:
+        return role if column.unit is None or not is_unit(column.unit) else None
     if role is None or column.unit is None or fits(column.unit, KINDS[role]):
         return role
     if KINDS[role] is FORCE and fits(column.unit, MASS):
@@ -111,6 +124,8 @@ def _words(name: str) -> set[str]:
 
 def _by_words(name: str) -> str | None:
     words = _words(name)
+    if words & (_CYCLES | {word for word in _COUNTED if len(word) > 8}):
+        return CYCLE_NUMBER if words <= _CYCLES | _COUNTED else None
     if words & _NEITHER:
         return None
     across, along, moved = words & _ACROSS, words & _ALONG, words & _MOVED

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import gzip
 import io
+import json
+import os
 import struct
 import subprocess
 import sys
@@ -14,6 +16,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from command import STUDY, run
 from scipy import sparse
 from scipy.io import mmwrite, savemat
 
@@ -263,3 +266,25 @@ def test_a_text_of_many_digits_and_a_table_without_numbers() -> None:
     Path("damaged.npz.gz").write_bytes(gzip.compress(b"x"))
     with pytest.raises(ms.InputError):
         ms.Structure.load("damaged.npz.gz")
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="names of files are bytes on Linux alone")
+def test_names_that_are_no_text_and_lists_of_other_encodings(tmp_path: Path) -> None:
+    rows = "\n".join(f"{t},{1e6 * x},{f}" for t, x, f in zip(TIME, MOTION, FORCE, strict=True))
+    record = os.fsdecode(b"run\xe9.csv")
+    Path(record).write_text(f"time [s],displacement [um],force [N]\n{rows}\n")
+    np.save("scan.npy", np.random.default_rng(0).normal(size=(48, 48)) * 1e-6)
+    scan = os.fsdecode(b"scan\xe9.npy")
+    Path("scan.npy").rename(scan)
+    options = ["--unit", "m", "--pixel", "1 um", "--cutoff", "none"]
+    for number, command in enumerate((["measure", record], ["surface", scan, *options])):
+        result = run(*command, "-o", f"out{number}")
+        assert result.exit_code == 0, result.output
+        json.loads(Path(f"out{number}/summary.json").read_text(encoding="utf-8"))
+    Path("study.toml").write_text(STUDY)
+    for encoding in ("latin-1", "utf-16"):
+        Path("list.csv").write_text("name,joint.normal_load\nµ,500 N\n", encoding=encoding)
+        arguments = ["batch", "list.csv", "--study", "study.toml", "-o", encoding]
+        result = run(*arguments)
+        assert result.exit_code == 0, result.output
+        assert "µ" in Path(f"{encoding}/items.csv").read_text(encoding="utf-8")

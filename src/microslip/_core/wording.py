@@ -5,6 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable
 from datetime import date, time
 from difflib import get_close_matches
+from typing import Final
+
+ESCAPED: Final = "backslashreplace"
+"""How UTF-8 writes what it has no letter for, such as the bytes of a name of a file."""
 
 
 def one_line(text: str) -> str:

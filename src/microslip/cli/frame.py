@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import click
 
 from microslip._core.packages import needed_for
+from microslip._core.wording import shorten
 from microslip.errors import InputError
 
 if TYPE_CHECKING:
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 else:  # which takes no type before click 8.2
     _Choice = click.Choice
 
+_LONGEST = 1000  # letters of a message
 EXIT_OK, EXIT_INTERNAL, EXIT_USER, EXIT_INTERRUPTED = 0, 1, 2, 130
 
 
@@ -135,7 +137,7 @@ def echo_json(values: Any) -> None:
 def fail(message: str, code: int) -> NoReturn:
     """Say in one line what went wrong, and exit."""
     with suppress(OSError):
-        click.echo(f"error: {' '.join(message.split())}", err=True)
+        click.echo(f"error: {shorten(' '.join(message.split()), _LONGEST)}", err=True)
     sys.exit(code)
 
 

@@ -170,6 +170,13 @@ def table(path: Path) -> Table:
     )
 
 
+def whole_text(path: Path) -> str:
+    """A short text in whatever encoding it is."""
+    content = path.read_bytes()
+    encoding = _encoding(content[:_HEAD])
+    return content.decode("utf-8-sig" if encoding == "utf-8" else encoding, "replace")
+
+
 def _encoding(head: bytes) -> str:
     for mark, encoding in _ENCODINGS:
         if head.startswith(mark):

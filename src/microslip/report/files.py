@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from microslip import kernels
 from microslip._core import netcdf
-from microslip._core.wording import one_line
+from microslip._core.wording import ESCAPED, one_line
 from microslip._version import __version__
 from microslip.report.document import Document, File, Progress
 from microslip.report.folder import staged
@@ -79,7 +79,7 @@ def standard_files(document: Document) -> tuple[File, ...]:
 def _page(document: Document, cache: PictureCache, path: Path, progress: Progress) -> None:
     from microslip.report.html import page
 
-    path.write_text(page(document, cache, progress), encoding="utf-8", newline="\n")
+    path.write_text(page(document, cache, progress), encoding="utf-8", errors=ESCAPED, newline="\n")
 
 
 def _bytes(path: Path, content: bytes) -> None:
@@ -88,7 +88,7 @@ def _bytes(path: Path, content: bytes) -> None:
 
 def text_file(name: str, text: Callable[[], str]) -> File:
     """A file of text."""
-    return File(name, lambda path, _: _bytes(path, text().encode("utf-8")))
+    return File(name, lambda path, _: _bytes(path, text().encode("utf-8", ESCAPED)))
 
 
 def csv_file(
@@ -190,7 +190,7 @@ def plain(value: Any) -> Any:
 def write_json(path: Path, data: Mapping[str, Any]) -> None:
     """Write plain values as JSON with all their digits."""
     text = json.dumps(data, indent=1, ensure_ascii=False, allow_nan=False)
-    path.write_text(text + "\n", encoding="utf-8", newline="\n")
+    path.write_text(text + "\n", encoding="utf-8", errors=ESCAPED, newline="\n")
 
 
 def write_csv(
@@ -205,7 +205,7 @@ def write_csv(
     ``rows`` is how many there will be, for the share that ``progress`` is told.
     """
     written = 0
-    with path.open("w", encoding="utf-8", newline="") as file:
+    with path.open("w", encoding="utf-8", errors=ESCAPED, newline="") as file:
         for number, part in enumerate(parts):
             if number == 0:
                 file.write(",".join(f"{name} [{units[name]}]" for name in part) + "\n")

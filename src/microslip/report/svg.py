@@ -14,6 +14,7 @@ from html import escape
 import numpy as np
 from numpy.typing import NDArray
 
+from microslip._core.wording import ESCAPED
 from microslip.report import plot as shapes
 from microslip.report.layout import SMALL, TEXT, TITLE, Frame, Page, Scale, lay_out
 from microslip.report.plot import Floats, Marker, Plot
@@ -44,7 +45,7 @@ def svg(plot: Plot) -> bytes:
         parts += _panel(frame, f"p{number}")
     parts += _legend(page)
     parts.append("</svg>\n")
-    return "".join(parts).encode("utf-8")
+    return "".join(parts).encode("utf-8", ESCAPED)
 
 
 def _escaped(text: str) -> str:

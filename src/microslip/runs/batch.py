@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import csv
 import hashlib
+import io
 import json
+import os
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
@@ -20,6 +22,7 @@ from microslip._core.packages import needed_for
 from microslip._core.wording import one_line
 from microslip._version import __version__
 from microslip.errors import InputError
+from microslip.readers.text import whole_text
 from microslip.report.document import Progress
 from microslip.report.files import plain
 
@@ -49,7 +52,7 @@ class Item:
     def file_name(self) -> str:
         """Name of its small file, which no other item has."""
         plain = "".join(c if c.isalnum() or c in "-_." else "_" for c in self.name)[:80]
-        return f"{plain}-{hashlib.sha256(self.name.encode()).hexdigest()[:8]}.json"
+        return f"{plain}-{hashlib.sha256(os.fsencode(self.name)).hexdigest()[:8]}.json"
 
     @property
     def mark(self) -> str:
@@ -77,7 +80,7 @@ def items_of(source: Path, study: Path | None) -> list[Item]:
     elif source.suffix.lower() == ".csv":
         items = list(_of_table(source, base))
     else:
-        lines = source.read_text(encoding="utf-8").splitlines()
+        lines = whole_text(source).splitlines()
         named = [line.strip() for line in lines if line.strip() and not line.startswith("#")]
         items = [_of_file(source.parent / line, base, line) for line in named]
     if not items:
@@ -110,20 +113,19 @@ def _has_scan(study: str) -> bool:
 def _of_table(source: Path, study: str) -> Iterator[Item]:
     if not study:
         raise InputError(f"`study` must be given: {source} is a table of changes to it")
-    with source.open(newline="", encoding="utf-8-sig") as file:
-        rows = csv.reader(file)
-        keys = [key.strip() for key in next(rows, [])]
-        for number, row in enumerate(rows, start=1):
-            if not any(cell.strip() for cell in row):
-                continue
-            if len(row) != len(keys):
-                raise InputError(
-                    f"{source}: wanted {len(keys)} columns, got {len(row)} in row {number}"
-                )
-            cells = [(key, cell.strip()) for key, cell in zip(keys, row, strict=True)]
-            name = dict(cells).get("name") or f"{number:06d}"
-            changes = tuple(f"{key}={cell}" for key, cell in cells if key != "name")
-            yield Item(name, "predict", "", study, changes)
+    rows = csv.reader(io.StringIO(whole_text(source), newline=""))
+    keys = [key.strip() for key in next(rows, [])]
+    for number, row in enumerate(rows, start=1):
+        if not any(cell.strip() for cell in row):
+            continue
+        if len(row) != len(keys):
+            raise InputError(
+                f"{source}: wanted {len(keys)} columns, got {len(row)} in row {number}"
+            )
+        cells = [(key, cell.strip()) for key, cell in zip(keys, row, strict=True)]
+        name = dict(cells).get("name") or f"{number:06d}"
+        changes = tuple(f"{key}={cell}" for key, cell in cells if key != "name")
+        yield Item(name, "predict", "", study, changes)
 
 
 # -- one item --------------------------------------------------------------------------------------

@@ -14,9 +14,9 @@ import pytest
 from command import fails, run
 
 import microslip as ms
-from microslip.results.scanned.findings import Request, analyse
 from microslip.results.scanned.surface_block import block
 from microslip.scans import random_surface
+from microslip.scans.findings import Request, analyse
 
 SHARED = Path(__file__).parents[3] / "shared" / "data" / "scans"
 AS_IS = ("--unit", "um", "--pixel", "1 um")

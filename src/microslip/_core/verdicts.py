@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Literal, NamedTuple, get_args
+from typing import Literal, NamedTuple, Self, get_args
 
 Word = Literal["ok", "not judged", "watch", "outside"]
 WORDS: tuple[str, ...] = get_args(Word)
@@ -32,6 +32,27 @@ class Verdict(NamedTuple):
     """Where the limits come from or, not judged, what is missing."""
     remedy: str = ""
     """What to do about it."""
+
+
+class Remark(str):
+    """A note that is to be read with a result: a text that knows its kind and the words after it.
+
+    So whoever shows notes picks them by their kind and need not read the text.
+    """
+
+    def __new__(cls, kind: str, words: str) -> Self:
+        """Make ``"kind: words"``."""
+        self = super().__new__(cls, f"{kind}: {words}")
+        self.kind, self.words = kind, words
+        return self
+
+    kind: str
+    """What it is, such as "suspect"."""
+    words: str
+    """What it says, in a sentence."""
+
+    def __getnewargs__(self) -> tuple[str, str]:  # type: ignore[override]
+        return self.kind, self.words
 
 
 @dataclass(frozen=True)

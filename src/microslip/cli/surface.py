@@ -61,8 +61,8 @@ def surface(
         from microslip.errors import said
         from microslip.report.files import write
         from microslip.results.scanned.document import document
-        from microslip.results.scanned.findings import Request, analyse
         from microslip.results.scanned.numbers import FACES_KIND, KIND
+        from microslip.scans.findings import Request, analyse
 
         context = click.get_current_context()
         cutoff_given = (

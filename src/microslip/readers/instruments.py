@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from microslip._core.units import LENGTH, QuantityError, engineering, to_si
+from microslip._core.verdicts import Remark
 from microslip._core.wording import did_you_mean, shorten, show
 from microslip.errors import InputError
 from microslip.readers import hdf5
@@ -165,10 +166,11 @@ def _check_sums(path: Path) -> list[str]:
             recorded = re.match(rb"\s*([0-9A-Fa-f]{32})", archive.read("md5checksum.hex"))
             digest = hashlib.md5(main, usedforsecurity=False).hexdigest()
             if recorded and recorded[1].decode().lower() != digest:
-                return [
-                    "checksum: main.xml is not what md5checksum.hex says: units or pixel may "
-                    "have been changed after the measurement."
-                ]
+                words = (
+                    "main.xml is not what md5checksum.hex says: units or pixel may have been "
+                    "changed after the measurement."
+                )
+                return [Remark("checksum", words)]
     return []
 
 

@@ -11,7 +11,8 @@ from microslip._core.units import FORCE, LENGTH, engineering
 from microslip.report import cells
 from microslip.report.document import Column, Document, Facts, Note, Picture, Section, Table
 from microslip.report.files import header
-from microslip.report.plot import COLORS, DASHES, Axis, Entry, Panel, Plot, Rule, stacked
+from microslip.report.kit import look_of
+from microslip.report.plot import Axis, Entry, Panel, Plot, Rule, stacked
 from microslip.runs.design import KEYS, UNITS, DesignPoint, Search
 
 KIND = "microslip-design"
@@ -127,7 +128,7 @@ def plot(search: Search, curve: Sequence[DesignPoint]) -> Plot:
     probability = Panel(Axis(along, log=True), Axis("Samples that meet it [%]", 0.0, 104.0))
     entries = []
     for index, (r, name) in enumerate(zip(search.ranges, search.names, strict=True)):
-        color, dash = COLORS[index % len(COLORS)], DASHES[index % len(DASHES)]
+        color, dash, _ = look_of(index)
         y = np.array([f.values[r.key] for f in curve]) / float(search.middle[name])
         values.line(levels, y, color, dash=dash)
         values.marks(levels[feasible], y[feasible], color, filled=True)

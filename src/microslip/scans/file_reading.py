@@ -11,17 +11,18 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from microslip._core.units import LENGTH, QuantityError, engineering, to_si
+from microslip._core.verdicts import Remark
 from microslip._core.wording import shorten, show
 from microslip.errors import InputError, in_python
 from microslip.readers.files import POINTS, limited, usable
 from microslip.scans.checks import absurd, exact_zeros, height_array, pixel_of, repeated, spikes
 from microslip.scans.heights_in_files import RawHeights, Wishes, read_heights
 
-SUSPECT = "suspect: "
-"""How a note begins that tells of points which may stand for "nothing measured"."""
+SUSPECT = "suspect"
+"""Kind of a remark that tells of points which may stand for "nothing measured"."""
 
-UNIT_QUESTION = "asked back: "
-"""How a note begins that asks whether units are right."""
+UNIT_QUESTION = "asked back"
+"""Kind of one that asks whether units are right."""
 
 _TEXTS = ("csv", "txt", "tsv", "dat", "prn")  # endings that say no more than that it is text
 
@@ -101,19 +102,20 @@ def _understood(raw: RawHeights, path: Path, wishes: Wishes) -> Understood:
     elif atom := repeated(heights):
         value, count, *limits = atom
         lowest, highest = (engineering(limit, "m", 6, trim=True) for limit in limits)
-        origin = (
-            f"{SUSPECT}{count} points are all {_length(value)}, far from all others; if that "
+        words = (
+            f"{count} points are all {_length(value)}, far from all others; if that "
             'stands for "nothing measured", leave them out by '
             f"`valid={in_python((lowest, highest))}`."
         )
-        notes.append(origin)
+        notes.append(Remark(SUSPECT, words))
     if (zeros := exact_zeros(heights)) is not None:
-        notes.append(
-            f"{SUSPECT}{zeros} points are exactly 0, and no other height is there nearly as "
+        words = (
+            f"{zeros} points are exactly 0, and no other height is there nearly as "
             'often; if that stands for "nothing measured", make them missing before, or '
             "leave them out by `outliers=6`."
         )
-    notes += [f"{UNIT_QUESTION}{question}" for question in absurd(heights, pixel)]
+        notes.append(Remark(SUSPECT, words))
+    notes += [Remark(UNIT_QUESTION, question) for question in absurd(heights, pixel)]
     return Understood(heights, pixel, name, (first, *raw.notes, *notes))
 
 

@@ -9,20 +9,15 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from microslip._core.units import engineering
+from microslip.report.kit import LOOKS, Look, between, drawable, pale, visible_values
 from microslip.report.plot import (
-    COLORS,
     DASHED,
-    DASHES,
     DOTTED,
-    MARKERS,
     THIN,
     WIDTH,
-    Area,
     Axis,
-    Entry,
     Floats,
     LineName,
-    Marker,
     Panel,
     Plot,
     Rule,
@@ -39,18 +34,9 @@ MOST_MARKS = 12
 Quantity = Callable[[AmplitudeCurve], Floats]
 
 
-class Look(NamedTuple):
-    """How the curves of a load look; either dashes or markers tell them apart in grey."""
-
-    color: str
-    marker: Marker
-    dash: tuple[float, ...]
-
-
 def drawn_loads(result: Prediction) -> list[tuple[int, Look]]:
     """Loads that are drawn: their index and look."""
-    looks = map(Look, COLORS, MARKERS, DASHES)
-    return list(zip(evenly(len(result.joints), MOST_LOADS), looks, strict=False))
+    return list(zip(evenly(len(result.joints), MOST_LOADS), LOOKS, strict=False))
 
 
 def add_legend(plot: Plot, result: Prediction, *, dashed: bool = False, title: str = "") -> Plot:
@@ -64,12 +50,7 @@ def add_legend(plot: Plot, result: Prediction, *, dashed: bool = False, title: s
     left_out = len(result.joints) - len(loads)
     plot.legend_title = title + (f" ({left_out} more in the tables)" if left_out else "")
     plot.legend = tuple(
-        Entry(
-            _label(result.joints[index]),
-            look.color,
-            look.dash if dashed else (),
-            None if dashed else look.marker,
-        )
+        look.entry(_label(result.joints[index]), line=dashed, marked=not dashed)
         for index, look in loads
     )
     plot.title = result.study.title
@@ -129,10 +110,9 @@ def force_axis(result: Prediction) -> AmplitudeAxis:
     )
 
 
-def drawable_values(values: Floats) -> Floats:
+def some_drawn(values: Floats) -> Floats:
     """The values that can be drawn; one NaN if there is none."""
-    values_drawn = values[np.isfinite(values)]
-    return values_drawn if values_drawn.size else np.array([np.nan])
+    return finite if (finite := visible_values(values, False)).size else np.array([np.nan])
 
 
 def draw_curves(
@@ -144,7 +124,7 @@ def draw_curves(
     """
     loads = drawn_loads(result)
     lines = [
-        np.stack([axis.of(result.curves[i]), _drawable(quantity(result.curves[i]), panel.y.log)])
+        np.stack([axis.of(result.curves[i]), drawable(quantity(result.curves[i]), panel.y.log)])
         for i, _ in loads
     ]
     bands = [_band(panel, result, axis, quantity, number) for number in range(len(loads))]
@@ -158,12 +138,12 @@ def draw_curves(
         marked = np.flatnonzero(inside)
         if marked.size:
             marked = marked[evenly(marked.size, MOST_MARKS)]
-            x, y = axis.of(row)[marked], _drawable(quantity(row), panel.y.log)[marked]
+            x, y = axis.of(row)[marked], drawable(quantity(row), panel.y.log)[marked]
         else:  # markers also tell the loads apart in grey
             places = evenly(x.size, 7)
             x, y = x[places], y[places]
         panel.marks(x, y, look.color, marker=look.marker)
-    return drawable_values(np.concatenate([*(line[1] for line in lines), *bands]))
+    return some_drawn(np.concatenate([*(line[1] for line in lines), *bands]))
 
 
 def _band(
@@ -176,26 +156,12 @@ def _band(
         return np.zeros(0)
     curve = result.curves[index]
     edges = [
-        _drawable(quantity(scatter.curve(end, index, curve.amplitude)), panel.y.log)
+        drawable(quantity(scatter.curve(end, index, curve.amplitude)), panel.y.log)
         for end in (0, scatter.quantiles.size - 1)
     ]
-    x = axis.of(curve)
-    finite_points = np.isfinite(edges[0]) & np.isfinite(edges[1]) & np.isfinite(x)
-    low, high = (edge[finite_points] for edge in edges)
-    outline = np.concatenate([x[finite_points], x[finite_points][::-1]])
-    panel.items.insert(0, Area(outline, np.concatenate([low, high[::-1]]), pale(look.color)))
-    return np.concatenate([low, high])
-
-
-def pale(color: str) -> str:
-    """A colour thinned with white, as areas behind lines have it."""
-    parts = (int(color[i : i + 2], 16) for i in (1, 3, 5))
-    return "#" + "".join(f"{round(255 - 0.3 * (255 - part)):02x}" for part in parts)
-
-
-def _drawable(values: Floats, log: bool) -> Floats:
-    fine = np.isfinite(values) & (values > 0.0) if log else np.isfinite(values)
-    return np.where(fine, values, np.nan)
+    area = between(axis.of(curve), edges[0], edges[1], pale(look.color))
+    panel.items.insert(0, area)
+    return area.y
 
 
 def _coincide(line: Floats, cover: Floats) -> bool:
@@ -258,7 +224,7 @@ def _draw_varying(
         inside = np.isfinite(y) & (y > 0.0) & (x >= axis.low) & (x <= axis.high)
         panel.marks(x[inside], y[inside], look.color, marker=look.marker, filled=True)
         ordinates.append(y[inside])
-    return drawable_values(np.concatenate(ordinates))
+    return some_drawn(np.concatenate(ordinates))
 
 
 # -- energy --------------------------------------------------------------------------------------

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 
 import numpy as np
@@ -11,6 +10,7 @@ from microslip._core.units import engineering, prefix
 from microslip.errors import InputError
 from microslip.friction import PressedJoint
 from microslip.report.document import Picture
+from microslip.report.kit import in_rows, marked_line, visible_values
 from microslip.report.plot import (
     DASHED,
     GREY,
@@ -26,7 +26,6 @@ from microslip.report.plot import (
 from microslip.report.scales import common_prefix, evenly, far_apart
 from microslip.results.predicted.curves import (
     AmplitudeAxis,
-    Look,
     add_legend,
     displacement_axis,
     draw_curves,
@@ -51,7 +50,6 @@ def loops(result: Prediction) -> Plot:
     """Hysteresis loops, one panel for each amplitude, one loop for each load."""
     indices = evenly(len(result.rows[0].amplitude), MOST_PANELS)
     columns = 1 if len(indices) == 1 else 2 if len(indices) <= 4 else 3
-    lines = math.ceil(len(indices) / columns)
     largest_x = max(float(row.amplitude[indices].max()) for row in result.rows)
     rows = result.varying or result.rows
     largest_y = max(float(row.force_amplitude[indices].max()) for row in rows)
@@ -61,13 +59,11 @@ def loops(result: Prediction) -> Plot:
         far_apart([float(result.rows[i].amplitude[index]) for i, _ in loads]) for index in indices
     )
     panels = [_loops_at(result, i, (largest_x, largest_y), over_amplitude) for i in indices]
-    for number, panel in enumerate(panels):
-        row, column = divmod(number, columns)
-        panel.cell = (row, row, column, column)
+    heights = in_rows(panels, columns)
     plot = Plot(
         panels,
-        0.9 + (3.6 if columns == 1 else 2.5) * lines,
-        heights=(1.0,) * lines,
+        0.9 + (3.6 if columns == 1 else 2.5) * len(heights),
+        heights=heights,
         widths=(1.0,) * columns,
     )
     variation = result.study.excitation.load_variation
@@ -330,15 +326,9 @@ def oscillator(result: Prediction) -> Plot:
         x = curve.amplitude / axis.unit
         shift = 100.0 * (curve.frequency / curve.frequency[0] - 1.0)
         for panel, values in ((above, curve.frequency / unit), (middle, shift)):
-            _marked_line(panel, x, values, look)
+            marked_line(panel, x, values, look, evenly(x.size, _MARKS))
     plot = stacked([above, middle, _modal_damping(result, axis)], 7.4, (2.0, 2.0, 3.0))
     return add_legend(plot, result)
-
-
-def _marked_line(panel: Panel, x: Floats, values: Floats, look: Look) -> None:
-    panel.line(x, values, look.color)
-    places = evenly(x.size, _MARKS)
-    panel.marks(x[places], values[places], look.color, marker=look.marker)
 
 
 def _modal_damping(result: Prediction, axis: AmplitudeAxis) -> Panel:
@@ -351,10 +341,9 @@ def _modal_damping(result: Prediction, axis: AmplitudeAxis) -> Panel:
         curve = result.oscillators[index]
         x = curve.amplitude / axis.unit
         panel.line(x, curve.interface_damping_ratio, look.color, width=THIN, dash=DASHED)
-        _marked_line(panel, x, curve.damping_ratio, look)
+        marked_line(panel, x, curve.damping_ratio, look, evenly(x.size, _MARKS))
         ordinates += [curve.damping_ratio, curve.interface_damping_ratio]
-    values = np.concatenate(ordinates)
-    values = values[np.isfinite(values) & (values > 0.0)]
+    values = visible_values(np.concatenate(ordinates))
     if values.size:
         largest = float(values.max())
         panel.y.low, panel.y.high = max(0.5 * float(values.min()), 1e-8 * largest), 3.0 * largest

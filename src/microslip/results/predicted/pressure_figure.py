@@ -8,7 +8,8 @@ import numpy as np
 
 from microslip._core.units import engineering, prefix
 from microslip.friction import PressedJoint
-from microslip.report.plot import COLORS, DASHES, Axis, Entry, Floats, Panel, Plot
+from microslip.report.kit import look_of
+from microslip.report.plot import Axis, Entry, Floats, Panel, Plot
 from microslip.report.scales import common_prefix, evenly
 from microslip.results.predicted.curves import drawn_loads
 from microslip.runs.prediction import Prediction
@@ -42,7 +43,7 @@ def pressure(result: Prediction) -> Plot:
     indices = evenly(amplitudes.size, MOST_AMPLITUDES)
     entries = []
     for number, index in enumerate(indices):
-        color, dash = COLORS[number % len(COLORS)], DASHES[number % len(DASHES)]
+        color, dash, _ = look_of(number)
         shares = first.slip_shares(float(amplitudes[index]))
         slip.line(*_stepped(places, shares), color, dash=dash)
         if shares.size <= 1:

@@ -15,6 +15,10 @@ from microslip.results.predicted.arrays import contents
 from microslip.results.predicted.document import document
 from microslip.results.predicted.files import files
 from microslip.results.predicted.numbers import KIND, summarise
+from microslip.runs.columns import AmplitudeCurve as AmplitudeCurve
+from microslip.runs.columns import HistoryResponse as HistoryResponse
+from microslip.runs.columns import Limits as Limits
+from microslip.runs.columns import OscillatorCurve as OscillatorCurve
 from microslip.runs.predict import run
 from microslip.runs.prediction import Prediction
 from microslip.study.description import StudyDescription

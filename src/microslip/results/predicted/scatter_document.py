@@ -12,7 +12,8 @@ from microslip._core.units import engineering
 from microslip.report import cells
 from microslip.report.document import Block, Column, Facts, Note, Picture, Section, Table
 from microslip.report.files import plain
-from microslip.report.plot import Area, Axis, Panel, Plot
+from microslip.report.kit import box
+from microslip.report.plot import Axis, Panel, Plot
 from microslip.runs.prediction import Prediction
 from microslip.runs.scatter import RANKED, Decision, Scatter
 
@@ -139,8 +140,7 @@ def tornado(result: Prediction, scatter: Scatter) -> Plot:
     )
     for place, k in enumerate(order.tolist()):
         for value, color in ((decision.low[k], "#9ecae1"), (decision.high[k], "#2b7bba")):
-            x = np.array([middle, value, value, middle])
-            panel.add(Area(x, place + np.array([-0.32, -0.32, 0.32, 0.32]), color))
+            panel.add(box(middle, float(value), place - 0.32, place + 0.32, color))
     panel.line([middle, middle], [-0.6, len(ticks) - 0.4], "#333333", width=0.8)
     return Plot([panel], 1.2 + 0.42 * len(ticks), title=result.study.title)
 

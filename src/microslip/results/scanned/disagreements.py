@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from microslip._core.units import engineering, significant
-from microslip.results.scanned.findings import Findings
+from microslip.scans.findings import Findings
 from microslip.scans.scan_rules import LOST_TO_PIXEL
 
 

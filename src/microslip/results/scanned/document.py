@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from microslip._core.units import engineering, significant
+from microslip._core.verdicts import Remark
 from microslip.errors import in_python
 from microslip.report.document import (
     Block,
@@ -29,13 +30,13 @@ from microslip.report.files import csv_text, text_file
 from microslip.report.scales import evenly
 from microslip.results.scanned import joint_section, texture
 from microslip.results.scanned.disagreements import disagreements
-from microslip.results.scanned.findings import ESTIMATES, Findings
 from microslip.results.scanned.height_pictures import density_plot, height_plot
 from microslip.results.scanned.numbers import KIND, summarise
-from microslip.results.scanned.patch_scatter import HEIGHTS, MOMENTS, SUMMITS
 from microslip.results.scanned.surface_block import block
 from microslip.results.scanned.wave_pictures import cutoff_plot, spectrum_plot, texture_plot
-from microslip.scans.file_reading import SUSPECT, UNIT_QUESTION
+from microslip.scans.file_reading import SUSPECT
+from microslip.scans.findings import ESTIMATES, Findings
+from microslip.scans.patch_scatter import HEIGHTS, MOMENTS, SUMMITS
 from microslip.scans.summits import Summits
 
 NO_CUTOFF = "none: the pixel decides"
@@ -125,28 +126,17 @@ def _number(data: dict[str, Any]) -> Number:
 
 def _remarks(findings: Findings) -> list[str]:
     """What the reader has to know first; nothing if all is well."""
-    suspects = [note for note in findings.raw.notes if note.startswith(SUSPECT)]
-    if findings.request.outliers is not None:
-        suspects = []  # what was left out is no more to be suspected
-    remarks = (
-        [] if findings.request.cutoff_given else [NOT_GIVEN if findings.has_cutoffs else TOO_SMALL]
-    )
-    remarks += [_without_prefix(note, SUSPECT) for note in suspects]
-    remarks += [
-        _capital(note.removeprefix(begin))
-        for note in findings.raw.notes
-        for begin in (UNIT_QUESTION, "checksum: ")
-        if note.startswith(begin)
-    ]
-    laws = findings.laws
-    if laws is not None and findings.request.heights not in (None, laws.recommended):
+    request, laws = findings.request, findings.laws
+    remarks = []
+    if not request.cutoff_given:
+        remarks.append(NOT_GIVEN if findings.has_cutoffs else TOO_SMALL)
+    doubts = [note for note in findings.raw.notes if isinstance(note, Remark)]
+    # What was left out is no more to be suspected.
+    remarks += [d.words for d in doubts if d.kind == SUSPECT and request.outliers is None]
+    remarks += [_capital(doubt.words) for doubt in doubts if doubt.kind != SUSPECT]
+    if laws is not None and request.heights not in (None, laws.recommended):
         remarks.append(f"{_capital(laws.reason)}. Take `heights={in_python(laws.recommended)}`.")
     return [*remarks, *findings.missing, *disagreements(findings)]
-
-
-def _without_prefix(note: str, begin: str) -> str:
-    """A note without its first word, its arguments still to be spelt."""
-    return note.removeprefix(begin)
 
 
 def _capital(text: str) -> str:

@@ -30,10 +30,10 @@ from microslip.report.document import (
 from microslip.report.files import header, plain, text_file
 from microslip.report.plot import COLORS, Axis, Panel, Plot, beside
 from microslip.report.scales import length_prefix
-from microslip.results.scanned.findings import Request
 from microslip.results.scanned.numbers import FACES_KIND
 from microslip.results.scanned.surface_block import faces_block
 from microslip.scans import SummitStatistics, combine
+from microslip.scans.findings import Request
 from microslip.study.build import build_surface
 from microslip.study.description import StudyDescription
 from microslip.study.faces import RoughFace

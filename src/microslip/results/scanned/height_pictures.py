@@ -8,14 +8,13 @@ import numpy as np
 
 from microslip._core.checks import Floats
 from microslip._core.units import prefix, significant
+from microslip.report.kit import edge_of, scale_of_colours, sideways_histogram, with_scale
 from microslip.report.plot import (
     COLORS,
     DASHED,
     DOTTED,
-    Area,
     Axis,
     Entry,
-    Line,
     Panel,
     Pixels,
     Plot,
@@ -23,9 +22,9 @@ from microslip.report.plot import (
     beside,
 )
 from microslip.report.scales import length_prefix
-from microslip.results.scanned.findings import Findings
 from microslip.scans.distribution_fits import Fit
 from microslip.scans.figures import SHARE, coarse, coloured, trace_figure
+from microslip.scans.findings import Findings
 from microslip.scans.height_map import HeightMap
 from microslip.scans.summits import Summits
 
@@ -62,7 +61,7 @@ def height_plot(findings: Findings) -> Plot:
         ends = x, x + part.shape[1] * dx, y, y + part.shape[0] * dy
         panel.x.low, panel.x.high, panel.y.low, panel.y.high = ends
         panel.add(Pixels(coloured(coarse(part)[::-1], low, high), *ends))
-    frame = _frame(right)
+    frame = edge_of(*ends, _FRAME, 1.6)
     map_panel.add(frame)
     right.add(frame)
     map_panel.note = _mark_highest(map_panel, summits, unit)
@@ -73,37 +72,18 @@ def height_plot(findings: Findings) -> Plot:
     right.y.bare = False
     right.y.label = ""
     tall = scan.size[1] / scan.size[0]
-    height = min(max(3.3 * tall, 1.6), 7.0) + 1.3
-    bar = _bar(low - middle, high - middle)
-    return Plot(
-        [map_panel, right, bar],
-        height,
-        findings.title("Heights"),
-        heights=(1.0, 0.14 / (height - 1.3)),
-        widths=(1.0, 1.0),
+    low, high = low - middle, high - middle
+    h_unit, h_letter = prefix(max(high, -low))
+    bar = scale_of_colours(
+        f"Height above the mean [{h_letter}m]",
+        low / h_unit,
+        high / h_unit,
+        coloured(np.linspace(0.0, 1.0, 256)[None], 0.0, 1.0),
+        (1, 1, 0, 1),
     )
-
-
-def _frame(panel: Panel) -> Line:
-    """A line around what a panel shows."""
-    x, y = panel.x, panel.y
-    corners = [(x.low, y.low), (x.high, y.low), (x.high, y.high), (x.low, y.high), (x.low, y.low)]
-    places = np.array(corners, dtype=float)
-    return Line(places[:, 0], places[:, 1], _FRAME, 1.6)
-
-
-def _bar(low: float, high: float) -> Panel:
-    """The scale of colours below the maps."""
-    unit, letter = prefix(max(high, -low))
-    ends = low / unit, high / unit
-    ramp = coloured(np.linspace(0.0, 1.0, 256)[None], 0.0, 1.0)
-    return Panel(
-        Axis(f"Height above the mean [{letter}m]", *ends),
-        Axis(low=0.0, high=1.0, ticks=()),
-        grid=False,
-        cell=(1, 1, 0, 1),
-        items=[Pixels(ramp, *ends, 0.0, 1.0)],
-    )
+    plot = with_scale([map_panel, right], bar, min(max(3.3 * tall, 1.6), 7.0), 1.3, (1.0, 1.0))
+    plot.title = findings.title("Heights")
+    return plot
 
 
 def _mark_highest(panel: Panel, summits: Summits | None, unit: float) -> str:
@@ -191,14 +171,7 @@ def density_plot(findings: Findings) -> Plot:
         )
         # On a logarithmic axis nothing is zero: far below its end will do.
         foot = 1e-6 * largest if log else 0.0
-        outline = np.maximum(np.repeat(density, 2), foot)
-        panel.add(
-            Area(
-                np.concatenate([[foot], outline, [foot]]),
-                np.concatenate([steps[:1], np.repeat(steps, 2)[1:-1], steps[-1:]]),
-                _SOFT,
-            )
-        )
+        panel.add(sideways_histogram(steps, density, foot, _SOFT))
         height = np.linspace(bottom, top, _FINE)
         for law, color, dash in looks:
             values = np.asarray(law.density(height)) * percent

@@ -8,28 +8,24 @@ from typing import Any
 import numpy as np
 
 from microslip._core.units import engineering, prefix, significant
-from microslip.friction import Interface
 from microslip.heights import Gaussian
 from microslip.report.document import Block, Column, Note, Picture, Section, Table
 from microslip.report.files import csv_text, plain
+from microslip.report.kit import EDGE, SHORT_DASH, Family, families, look_of
 from microslip.report.plot import (
     COLORS,
     DASHED,
-    DASHES,
-    MARKERS,
+    DOTTED,
     Axis,
     Band,
     Entry,
-    Floats,
-    Marker,
     Panel,
     Plot,
     Rule,
     beside,
 )
 from microslip.report.scales import length_prefix
-from microslip.results.scanned.findings import Findings
-from microslip.scans.ellipses import elliptic_surface
+from microslip.scans.findings import Findings
 from microslip.scans.height_laws import HeightLaws
 from microslip.scans.joint_over_cutoffs import JOINT_UNITS, JointOverCutoffs
 
@@ -74,7 +70,7 @@ def summary(findings: Findings) -> dict[str, Any] | None:
         "recommended": laws.recommended,
         "reason": laws.reason,
         "laws": {name: vars(law) for name, law in laws.laws.items()},
-        "elliptic": _elliptic(findings),
+        "elliptic": findings.elliptic(),
         "heights": table.heights,
         "over_both_cutoffs": rows(table),
         "slopes": {name: {key: table.slope(name, key) for key in slopes} for name in JOINT_UNITS},
@@ -86,24 +82,8 @@ def summary(findings: Findings) -> dict[str, Any] | None:
     return {key: plain(value) for key, value in data.items()}
 
 
-def _elliptic(findings: Findings) -> dict[str, float] | None:
-    """The joint of elliptic summits in the direction of motion; None where none is given."""
-    pair, laws, request = findings.request.pair(), findings.laws, findings.request
-    if request.direction is None or pair is None or laws is None or findings.summits is None:
-        return None
-    surface = elliptic_surface(findings.summits, pair, laws.area, direction=request.direction)
-    joint = Interface(surface, request.friction_coefficient, laws.normal_load)
-    return {
-        "direction": request.direction,
-        "curvature_ratio": surface.curvature_ratio,
-        "angle_to_lay": surface.direction,
-        "tangential_stiffness": joint.tangential_stiffness,
-        "round_stiffness": joint.normal_stiffness / pair.stiffness_ratio,
-    }
-
-
 def _elliptic_note(findings: Findings) -> tuple[Note, ...]:
-    numbers = _elliptic(findings)
+    numbers = findings.elliptic()
     if numbers is None:
         return ()
     share = numbers["tangential_stiffness"] / numbers["round_stiffness"]
@@ -231,73 +211,46 @@ def _length(cutoff: float) -> str:
 
 def _plot(findings: Findings, table: JointOverCutoffs) -> Plot:
     """A panel for each quantity, a line for each long-wave cut-off."""
-    names = [name for name, values in table.values.items() if np.isfinite(values).any()]
     places = table.cutoff.copy()
-    pixel = min(findings.scan.pixel)
-    places[places == 0.0] = pixel
+    places[places == 0.0] = min(findings.scan.pixel)
     unit, letter = length_prefix(float(places[-1]), float(places[0]))
     ticks = [
         (float(at) / unit, "none" if label == 0.0 else f"{at / unit:.3g}")
         for at, label in zip(places, table.cutoff, strict=True)
     ]
-    panels = []
-    rows_of_panels = 1 if len(names) <= 3 else 2
-    for number, name in enumerate(names):
-        row, column = divmod(number, 3)
-        values = table.values[name]
-        scale, label = _scale(values, JOINT_UNITS[name])
-        good = _above_zero(values)
-        below = number + 3 < len(names)
-        panel = Panel(
-            Axis(
-                "" if below else f"Short-wave cut-off [{letter}m]",
-                0.75 * float(places[0]) / unit,
-                1.33 * float(places[-1]) / unit,
-                log=True,
-                ticks=ticks,
-                bare=below,
-            ),
-            Axis(log=bool(good.size and good.max() > 3.0 * good.min())),
-            note=f"{_LABELS[name].capitalize()} [{label}]",
-            cell=(row, row, column, column),
+
+    def axis(below: bool) -> Axis:
+        label = "" if below else f"Short-wave cut-off [{letter}m]"
+        ends = 0.75 * float(places[0]) / unit, 1.33 * float(places[-1]) / unit
+        return Axis(label, *ends, log=True, ticks=ticks, bare=below)
+
+    contents = [
+        Family(
+            _LABELS[name].capitalize(),
+            JOINT_UNITS[name],
+            [(look_of(i), line) for i, line in enumerate(values)],
         )
-        panel.add(Rule(float(places[table.chosen[1]]) / unit, "x", "#444444", 0.9, (1.0, 1.0)))
-        for index, line in enumerate(values):
-            color, dash, marker = _look(index)
-            panel.line(places / unit, line / scale, color, dash=dash)
-            panel.marks(places / unit, line / scale, color, marker=marker)
-        panels.append(panel)
-    legend = []
-    for index, long in enumerate(table.long_cutoff):
-        text = "no long-wave cut-off" if math.isinf(long) else engineering(float(long), "m")
-        legend.append(Entry(text, *_look(index)))
+        for name, values in table.values.items()
+        if np.isfinite(values).any()
+    ]
+    panels = families(contents, places / unit, axis)
+    for panel in panels:
+        asked_cutoff = float(places[table.chosen[1]]) / unit
+        panel.items.insert(0, Rule(asked_cutoff, "x", EDGE, 0.9, SHORT_DASH))
+    texts = (
+        "no long-wave cut-off" if math.isinf(long) else engineering(float(long), "m")
+        for long in table.long_cutoff
+    )
+    rows = 1 if len(panels) <= 3 else 2
     return Plot(
         panels,
-        2.9 * rows_of_panels + 0.6,
+        2.9 * rows + 0.6,
         findings.title("The joint against both cut-offs"),
-        heights=(1.0,) * rows_of_panels,
-        widths=(1.0, 1.0, 1.0)[: max(1, min(3, len(names)))],
-        legend=tuple(legend),
+        heights=(1.0,) * rows,
+        widths=(1.0, 1.0, 1.0)[: max(1, min(3, len(panels)))],
+        legend=tuple(look_of(index).entry(text) for index, text in enumerate(texts)),
         legend_title="Long-wave cut-off",
     )
-
-
-def _look(index: int) -> tuple[str, tuple[float, ...], Marker]:
-    return (
-        COLORS[index % len(COLORS)], DASHES[index % len(DASHES)], MARKERS[index % len(MARKERS)]
-    )  # fmt: skip
-
-
-def _above_zero(values: Floats) -> Floats:
-    return values[np.isfinite(values) & (values > 0.0)]
-
-
-def _scale(values: Floats, unit: str) -> tuple[float, str]:
-    if unit == "-":
-        return 1.0, "–"
-    good = _above_zero(values)
-    factor, letter = prefix(float(np.sqrt(good.min() * good.max())) if good.size else 1.0)
-    return factor, f"{letter}{unit}"
 
 
 # -- the heights of the summits -------------------------------------------------------------------
@@ -347,11 +300,11 @@ def _tail_plot(findings: Findings) -> Plot:
     first.line(steps, np.repeat(np.arange(ordered.size + 1.0), 2)[1:-1], COLORS[1])
     above = count * np.asarray(gaussian.probability_above(places))
     first.line(places / unit, above, COLORS[2], dash=DASHED)
-    first.add(Rule(high / unit, "x", "#444444", 0.9, (1.0, 2.0)))
+    first.add(Rule(high / unit, "x", EDGE, 0.9, DOTTED))
     legend = [
         Entry("counted", COLORS[1]),
         Entry("Gaussian", COLORS[2], DASHED),
-        Entry("highest measured summit", "#444444", (1.0, 2.0)),
+        Entry("highest measured summit", EDGE, DOTTED),
     ]
     if laws is not None:
         second = Panel(
@@ -369,7 +322,7 @@ def _tail_plot(findings: Findings) -> Plot:
             at = laws.laws["gaussian"].separation
             load_shares = [surface.load_share_above(float(z), at) for z in places]
             second.line(places / unit, np.array(load_shares), COLORS[2], dash=DASHED)
-        second.add(Rule(high / unit, "x", "#444444", 0.9, (1.0, 2.0)))
+        second.add(Rule(high / unit, "x", EDGE, 0.9, DOTTED))
         panels.append(second)
         legend.append(Entry("in contact, by the counted", "#e8e8e8"))
     return beside(panels, 3.7, findings.title("Summit heights"), legend)

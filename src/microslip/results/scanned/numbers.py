@@ -6,11 +6,11 @@ from typing import Any
 
 from microslip._version import __version__
 from microslip.report.files import header, plain
-from microslip.results.scanned import joint_section, texture
-from microslip.results.scanned.findings import Findings
-from microslip.results.scanned.patch_scatter import HEIGHTS, MOMENTS, SUMMITS
+from microslip.results.scanned import joint_section
 from microslip.scans.cutoffs import CutoffTable
+from microslip.scans.findings import Findings
 from microslip.scans.height_fit import HeightFit
+from microslip.scans.patch_scatter import HEIGHTS, MOMENTS, SUMMITS
 
 KIND = "microslip-surface"
 """What summary.json says of a folder of a measured scan."""
@@ -58,7 +58,7 @@ def summarise(findings: Findings, remarks: tuple[str, ...]) -> dict[str, Any]:
         "prominence": None if findings.summits is None else findings.summits.threshold,
         "heights": _height_fit(findings.fit),
         "over_cutoffs": _over_cutoffs(findings.table),
-        "texture": texture.measure(findings),
+        "texture": plain(findings.texture()),
         "joint": joint_section.summary(findings),
         "validity": [plain(verdict._asdict()) for verdict in findings.verdicts],
         "notes": list(scan.notes if findings.summits is None else findings.summits.notes),

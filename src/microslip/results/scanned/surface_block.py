@@ -11,7 +11,7 @@ from typing import Any
 from microslip._core.files import seen_from
 from microslip._core.units import engineering
 from microslip.errors import InputError
-from microslip.results.scanned.findings import Findings, Request
+from microslip.scans.findings import Findings, Request
 from microslip.scans.options import LAWS_OF_HEIGHTS
 
 _HEAD = """\

@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
-from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 
 from microslip._core.units import SMALLEST, engineering, significant
-from microslip.errors import InputError
 from microslip.report.document import Column, Note, Section, Table
-from microslip.report.files import csv_text, plain
-from microslip.results.scanned.findings import Findings
-from microslip.scans.areal_parameters import areal_parameters, slope_over_distance
-from microslip.scans.spectrum import SelfAffineFit
+from microslip.report.files import csv_text
+from microslip.scans.findings import Findings
 
 _LABELS = {
     "core_height": ("Sk, core height", "m"),
@@ -29,28 +24,6 @@ _LABELS = {
     "peak_density": ("Spd, density of hills", "1/m^2"),
     "peak_curvature": ("Spc, curvature of hills", "1/m"),
 }
-
-
-def measure(findings: Findings) -> dict[str, Any]:
-    """Parameters, fit and slopes as plain values; None for what there is not."""
-    texture: dict[str, Any] = {"areal": None, "self_affine": None}
-    if not findings.scan.is_profile:
-        texture["areal"] = plain(asdict(areal_parameters(findings.scan)))
-    if (fit := self_affine(findings)) is not None:
-        texture["self_affine"] = asdict(fit)
-    distances, slopes = slope_over_distance(findings.scan)
-    texture["slopes"] = [
-        {"distance": distance, "rms_slope": slope}
-        for distance, slope in zip(distances.tolist(), slopes.tolist(), strict=True)
-    ]
-    return texture
-
-
-def self_affine(findings: Findings) -> SelfAffineFit | None:
-    """The fit to the spectrum before any cut-off; None where there is no room for one."""
-    with suppress(InputError):
-        return findings.whole_spectrum.self_affine_fit()
-    return None
 
 
 def section(findings: Findings, texture: dict[str, Any]) -> Section:

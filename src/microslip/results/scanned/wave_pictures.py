@@ -4,21 +4,28 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import NamedTuple
 
 import numpy as np
 
 from microslip._core.checks import Floats
-from microslip._core.units import engineering, prefix
+from microslip._core.units import engineering
+from microslip.report.kit import (
+    EDGE,
+    SHORT_DASH,
+    Family,
+    Look,
+    between,
+    drawable,
+    families,
+    marked_line,
+)
 from microslip.report.plot import (
     COLORS,
     DASHED,
-    Area,
     Axis,
     Band,
     Entry,
     Line,
-    Marker,
     Panel,
     Plot,
     Rule,
@@ -26,19 +33,17 @@ from microslip.report.plot import (
 )
 from microslip.report.scales import length_prefix
 from microslip.report.ticks import logarithmic
-from microslip.results.scanned.findings import Findings
-from microslip.results.scanned.texture import self_affine
 from microslip.scans.areal_parameters import autocorrelation, slope_over_distance
-from microslip.scans.cutoffs import CutoffTable
+from microslip.scans.findings import Findings
 
 _MICRO = 1e-6
 _REMOVED = "#e4e4e4"
-_EDGE = "#444444"
 _UNDER = "#8a8a8a"
 _SCATTER = "#c6dbef"
 _BELOW = 1e-3
 """How far below the lowest density before the cut-off the axis goes."""
-_AXIS_LOOKS: tuple[tuple[str, tuple[float, ...]], ...] = ((COLORS[1], ()), (COLORS[2], DASHED))
+_ALONG = (Look(COLORS[1]), Look(COLORS[2], DASHED))
+"""Along x and along y."""
 
 
 def spectrum_plot(findings: Findings) -> Plot:
@@ -53,47 +58,32 @@ def spectrum_plot(findings: Findings) -> Plot:
     panels: list[Panel] = []
     legend: list[Entry] = []
     if not profile:
-        before = [
-            _line(
-                unfiltered_spectrum.wavelength / unit,
-                unfiltered_spectrum.density / _MICRO**4,
-                *under,
-            )
-        ]
+        x = unfiltered_spectrum.wavelength / unit
+        density = unfiltered_spectrum.density / _MICRO**4
+        before, after = [_line(x, density, *under)], []
         legend.append(Entry("levelled", under[0]))
-        after = []
         if cut:
-            after = [
-                _line(
-                    filtered_spectrum.wavelength / unit,
-                    filtered_spectrum.density / _MICRO**4,
-                    COLORS[0],
-                )
-            ]
+            after.append(
+                _line(filtered_spectrum.wavelength / unit, filtered_spectrum.density / _MICRO**4)
+            )
             legend.append(Entry("cut off", COLORS[0]))
         panel = Panel(_wavelength(letter), Axis("Density C [µm⁴]", log=True))
         panel.note = "Mean of all directions"
-        part = 1.0 + np.minimum(unfiltered_spectrum.relative_error, 0.9) * np.array([[1.0], [-1.0]])
-        x = unfiltered_spectrum.wavelength / unit
-        edges = unfiltered_spectrum.density / _MICRO**4 * part
-        panel.add(
-            Area(np.concatenate([x, x[::-1]]), np.concatenate([edges[0], edges[1][::-1]]), _SCATTER)
-        )
+        error = np.minimum(unfiltered_spectrum.relative_error, 0.9)
+        panel.add(between(x, density * (1.0 + error), density * (1.0 - error), _SCATTER))
         legend.append(Entry("± its uncertainty", _SCATTER))
-        if (fit := self_affine(findings)) is not None:
-            at = np.array([fit.shortest, fit.longest])
-            after_law = _line(at / unit, fit.density(at) / _MICRO**4, COLORS[3], 1.6, DASHED)
-            legend.append(Entry(f"H = {fit.hurst:.2f}", COLORS[3], DASHED))
         _fill(panel, findings, unit, before, after)
-        if fit is not None:
-            panel.add(after_law)
+        if (fit := findings.self_affine) is not None:
+            at = np.array([fit.shortest, fit.longest])
+            panel.add(_line(at / unit, fit.density(at) / _MICRO**4, COLORS[3], 1.6, DASHED))
+            legend.append(Entry(f"H = {fit.hurst:.2f}", COLORS[3], DASHED))
         panels.append(panel)
     before = [
         _line(p.wavelength / unit, p.density / _MICRO**3, *under) for p in unfiltered_spectrum.axes
     ]
     after = []
     names = ("along the profile",) if profile else ("along x", "along y")
-    for name, part, (color, dash) in zip(names, filtered_spectrum.axes, _AXIS_LOOKS, strict=False):
+    for name, part, (color, dash, _) in zip(names, filtered_spectrum.axes, _ALONG, strict=False):
         after.append(_line(part.wavelength / unit, part.density / _MICRO**3, color, 1.4, dash))
         legend.append(Entry(name, color, dash))
     panel = Panel(_wavelength(letter), Axis("Density of profiles [µm³]", log=True))
@@ -107,7 +97,7 @@ def spectrum_plot(findings: Findings) -> Plot:
         f"{name}-wave {engineering(length, 'm', 4, trim=True)}" for name, length in ends if length
     ]
     if bounds:
-        legend.append(Entry(f"cut-off{'s' * (len(bounds) > 1)}: {', '.join(bounds)}", _EDGE))
+        legend.append(Entry(f"cut-off{'s' * (len(bounds) > 1)}: {', '.join(bounds)}", EDGE))
     return beside(panels, 4.1, findings.title("Power spectrum"), legend)
 
 
@@ -116,9 +106,13 @@ def _wavelength(letter: str) -> Axis:
 
 
 def _line(
-    x: Floats, y: Floats, color: str, width: float = 1.4, dash: tuple[float, ...] = ()
+    x: Floats,
+    y: Floats,
+    color: str = COLORS[0],
+    width: float = 1.4,
+    dash: tuple[float, ...] = (),
 ) -> Line:
-    return Line(x, np.where(y > 0.0, y, np.nan), color, width, dash)
+    return Line(x, drawable(y), color, width, dash)
 
 
 def _fill(
@@ -143,7 +137,7 @@ def _fill(
     ):
         if cutoff is not None:
             panel.items[:0] = [Band(*ends, "x", _REMOVED)]
-            panel.add(Rule(cutoff / unit, "x", _EDGE, 0.9, ()))
+            panel.add(Rule(cutoff / unit, "x", EDGE, 0.9, ()))
     panel.add(*before, *after)
 
 
@@ -168,62 +162,30 @@ def texture_plot(findings: Findings) -> Plot:
         correlation = autocorrelation(findings.scan)
         values = correlation.values
         rows, columns = values.shape
-        along = ((values[rows // 2], COLORS[1], ()), (values[:, columns // 2], COLORS[2], DASHED))
+        along = values[rows // 2], values[:, columns // 2]
         panel = Panel(Axis(f"Lag [{letter}m]"), Axis("Autocorrelation [–]"), note="Heights")
-        for lags, (line, color, dash), name in zip(correlation.lags, along, "xy", strict=True):
+        for lags, line, how, name in zip(correlation.lags, along, _ALONG, "xy", strict=True):
             ahead = lags >= 0.0
-            panel.line(lags[ahead] / unit, line[ahead], color, dash=dash)
-            legend.append(Entry(f"along {name}", color, dash))
-        panel.add(Rule(_DECAY, "y", "#444444", 0.9, (1.0, 1.0)))
+            panel.line(lags[ahead] / unit, line[ahead], how.color, dash=how.dash)
+            legend.append(how.entry(f"along {name}", marked=False))
+        panel.add(Rule(_DECAY, "y", EDGE, 0.9, SHORT_DASH))
         panel.x.low = 0.0
-        legend.append(Entry(f"{_DECAY:g}, where Sal is read off", "#444444", (1.0, 1.0)))
+        legend.append(Entry(f"{_DECAY:g}, where Sal is read off", EDGE, SHORT_DASH))
         panels.append(panel)
     distances, slopes = slope_over_distance(findings.scan)
-    drawable = np.isfinite(slopes) & (slopes > 0.0)
-    if drawable.any():
+    positive = np.isfinite(slopes) & (slopes > 0.0)
+    if positive.any():
         panel = Panel(
             Axis(f"Distance [{letter}m]", log=True),
             Axis("Rms slope between points [–]", log=True),
             note="Slopes",
         )
-        panel.line(distances[drawable] / unit, slopes[drawable], COLORS[0])
-        panel.marks(distances[drawable] / unit, slopes[drawable], COLORS[0])
+        marked_line(panel, distances[positive] / unit, slopes[positive], Look())
         panels.append(panel)
     return beside(panels, 3.6, findings.title("Texture"), legend)
 
 
-_SHORT_DASH = (1.0, 1.0)
-
-
-class _EstimateLook(NamedTuple):
-    color: str
-    marker: Marker
-    dash: tuple[float, ...] = ()
-
-
-_ESTIMATE_LOOKS = {
-    "mccool": _EstimateLook(COLORS[1], "o"),
-    "counted": _EstimateLook(COLORS[2], "s", DASHED),
-    "": _EstimateLook(COLORS[0], "o"),
-}
-
-
-class _Content(NamedTuple):
-    """What a panel shows: columns of the table by their look, and the unit."""
-
-    quantity: str
-    columns: dict[str, str]
-    unit: str
-
-
-_CONTENTS = (
-    _Content("Summit density", {k: f"{k}_density" for k in ("mccool", "counted")}, "1/mm²"),
-    _Content("Summit radius", {k: f"{k}_radius" for k in ("mccool", "counted")}, "m"),
-    _Content("Std of summit heights", {k: f"{k}_std" for k in ("mccool", "counted")}, "m"),
-    _Content("Rms height Sq", {"": "rms"}, "m"),
-    _Content("Rms slope", {"": "m2"}, "–"),
-    _Content("Nayak's α", {"": "nayak"}, "–"),
-)
+_ESTIMATES = {"mccool": Look(COLORS[1]), "counted": Look(COLORS[2], DASHED, "s")}
 
 
 def cutoff_plot(findings: Findings) -> Plot:
@@ -233,42 +195,47 @@ def cutoff_plot(findings: Findings) -> Plot:
     # No cut-off has its place at the left, where a pixel is.
     place_of_none = min(scan.pixel) / unit
     cutoffs = table.cutoff / unit
-    x = np.where(table.cutoff > 0.0, cutoffs, place_of_none)
     high = max(1.3 * float(cutoffs[-1]), 4.0 * place_of_none)
     first = float(cutoffs[1]) if cutoffs.size > 1 else math.inf
     ticks = logarithmic(min(0.8 * first, high), high, 4)
     places = [(at, text) for at, text in (*ticks.major, *ticks.minor) if text and at >= 0.8 * first]
     place = place_of_none if findings.request.cutoff is None else findings.request.cutoff / unit
-    panels = []
-    for number, content in enumerate(_CONTENTS):
-        row, column = divmod(number, 3)
-        lines = {look: _column(table, name) for look, name in content.columns.items()}
-        scale, label = _scale(list(lines.values()), content.unit)
-        panel = Panel(
-            Axis(
-                f"Cut-off [{letter}m]",
-                0.75 * place_of_none,
-                high,
-                log=True,
-                ticks=[(place_of_none, "none"), *places],
-                bare=row == 0,
-            ),
-            Axis(log=True),
-            note=f"{content.quantity} [{label}]",
-            cell=(row, row, column, column),
+
+    def axis(bare: bool) -> Axis:
+        return Axis(
+            f"Cut-off [{letter}m]",
+            0.75 * place_of_none,
+            high,
+            log=True,
+            ticks=[(place_of_none, "none"), *places],
+            bare=bare,
         )
-        panel.add(Rule(place, "x", _EDGE, 0.9, _SHORT_DASH))
-        for name, values in lines.items():
-            look = _ESTIMATE_LOOKS[name]
-            y = np.where(values > 0.0, values / scale, np.nan)
-            # The step from none to the first cut-off is not to scale: no line there.
-            panel.line(x[1:], y[1:], look.color, dash=look.dash)
-            panel.marks(x, y, look.color, marker=look.marker)
-        panels.append(panel)
-    legend = [Entry("McCool's moments", COLORS[1], (), "o")]
-    if not scan.is_profile:
-        legend.append(Entry("counted", COLORS[2], DASHED, "s"))
-    legend.append(Entry(findings.cutoff_text(), _EDGE, _SHORT_DASH))
+
+    summits = [
+        Family(
+            name,
+            of,
+            [(how, getattr(table, f"{by}_{key}")) for by, how in _ESTIMATES.items()],
+        )
+        for name, key, of in (
+            ("Summit density", "density", "1/m^2"),
+            ("Summit radius", "radius", "m"),
+            ("Std of summit heights", "std", "m"),
+        )
+    ]
+    moments = [
+        Family("Rms height Sq", "m", [(Look(), table.rms)]),
+        Family("Rms slope", "–", [(Look(), np.sqrt(table.m2))]),
+        Family("Nayak's α", "–", [(Look(), table.nayak)]),
+    ]
+    # The step from none to the first cut-off is not to scale: no line there.
+    x = np.where(table.cutoff > 0.0, cutoffs, place_of_none)
+    panels = families([*summits, *moments], x, axis, first=1, always_log=True)
+    for panel in panels:
+        panel.items.insert(0, Rule(place, "x", EDGE, 0.9, SHORT_DASH))
+    names = ("McCool's moments", "counted")[: 1 if scan.is_profile else 2]
+    legend = [how.entry(name) for how, name in zip(_ESTIMATES.values(), names, strict=False)]
+    legend.append(Entry(findings.cutoff_text(), EDGE, SHORT_DASH))
     return Plot(
         panels,
         5.4,
@@ -277,20 +244,3 @@ def cutoff_plot(findings: Findings) -> Plot:
         widths=(1.0, 1.0, 1.0),
         legend=tuple(legend),
     )
-
-
-def _column(table: CutoffTable, name: str) -> Floats:
-    values: Floats = getattr(table, name)
-    return np.sqrt(values) if name == "m2" else values
-
-
-def _scale(lines: list[Floats], unit: str) -> tuple[float, str]:
-    """What values are divided by, and the unit that is left."""
-    if unit != "m":
-        return (1e6 if unit == "1/mm²" else 1.0), unit
-    values = np.concatenate(lines)
-    values = values[np.isfinite(values) & (values > 0.0)]
-    if not values.size:
-        return 1.0, unit
-    factor, letter = prefix(math.sqrt(float(values.min()) * float(values.max())))
-    return factor, f"{letter}m"

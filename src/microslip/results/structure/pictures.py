@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from microslip._core.checks import Floats
 from microslip._core.units import prefix
+from microslip.report.kit import between, box, look_of, scale_of_colours, with_scale
 from microslip.report.plot import (
     COLORS,
     DASHED,
@@ -15,7 +16,6 @@ from microslip.report.plot import (
     Axis,
     Entry,
     Panel,
-    Pixels,
     Plot,
     stacked,
 )
@@ -27,55 +27,44 @@ _PALE = ("#dddddd", "#cfe3f1", "#f6dccb", "#cfe9df", "#f0dce8", "#f8ebcc")
 
 def curve_plot(prediction: StructurePrediction) -> Plot:
     """Frequency over its value at rest, and damping ratio, against amplitude."""
-    letter_scale, letter = prefix(float(prediction.modes[0].curve.amplitude[-1]))
+    unit, letter = prefix(float(prediction.modes[0].curve.amplitude[-1]))
     upper, lower = (
         Panel(Axis(f"Amplitude at the sensor [{letter}m]", log=True, margin=0.0), axis)
         for axis in (Axis("Frequency change [%]"), Axis("Damping ratio ζ [–]", log=True))
     )
-    legend = []
-    panels = ((upper, "frequency", True), (lower, "damping_ratio", False))
+    panels = ((upper, "frequency"), (lower, "damping_ratio"))
+
+    def values(mode: Mode, curve: object, name: str, place: int | None = None) -> Floats:
+        y = getattr(curve, name) if place is None else getattr(curve, name)[place]
+        at_rest = mode.curve.linear_frequency
+        return 100.0 * (y / at_rest - 1.0) if name == "frequency" else np.asarray(y)
+
     # All bands lie below all lines, and keep their edges where they overlap.
     for index, mode in enumerate(prediction.modes):
-        for panel, name, change in panels:
-            _band(panel, mode, name, change, index, letter_scale)
+        for panel, name in panels if mode.bands is not None else ():
+            low, high = (values(mode, mode.bands, name, end) for end in (0, -1))
+            x = mode.curve.amplitude / unit
+            panel.add(between(x, low, high, _PALE[index % len(_PALE)]))
+            for edge in (low, high):
+                panel.line(x, edge, look_of(index).color, width=0.6, dash=DOTTED)
+    legend = []
     for index, mode in enumerate(prediction.modes):
-        color = COLORS[index % len(COLORS)]
-        x, frequency_at_rest = mode.curve.amplitude / letter_scale, mode.curve.linear_frequency
-        for panel, name, change in panels:
-            for curve, dash in ((mode.quick, DASHED), (mode.curve, ())):
-                y = getattr(curve, name)
-                panel.line(
-                    x, 100.0 * (y / frequency_at_rest - 1.0) if change else y, color, dash=dash
-                )
-        legend.append(Entry(f"mode {mode.number}, {frequency_at_rest:.5g} Hz at rest", color))
+        color, x = look_of(index).color, mode.curve.amplitude / unit
+        for panel, name in panels:
+            panel.line(x, values(mode, mode.quick, name), color, dash=DASHED)
+            panel.line(x, values(mode, mode.curve, name), color)
+        text = f"mode {mode.number}, {mode.curve.linear_frequency:.5g} Hz at rest"
+        legend.append(Entry(text, color))
     for test in prediction.tests:
-        number = [mode.number for mode in prediction.modes].index(test.mode + 1)
-        frequency_at_rest, color = (
-            prediction.modes[number].curve.linear_frequency,
-            COLORS[number % len(COLORS)],
-        )
-        x = test.amplitude / letter_scale
-        upper.marks(x, 100.0 * (test.frequency / frequency_at_rest - 1.0), color)
-        lower.marks(x, test.damping_ratio, color)
+        index = [mode.number for mode in prediction.modes].index(test.mode + 1)
+        color = look_of(index).color
+        for panel, name in panels:
+            panel.marks(test.amplitude / unit, values(prediction.modes[index], test, name), color)
         legend.append(Entry(f"test of mode {test.mode + 1}", color, marker="o", line=False))
     legend.append(Entry("quasi-static", COLORS[0], DASHED))
     plot = stacked([upper, lower], 6.2, (1.0, 1.3))
     plot.legend = tuple(legend)
     return plot
-
-
-def _band(panel: Panel, mode: Mode, name: str, change: bool, index: int, scale: float) -> None:
-    """The 5 to 95 % of a mode, where something is not known exactly."""
-    if mode.bands is None:
-        return
-    x = mode.curve.amplitude / scale
-    edges = [getattr(mode.bands, name)[k] for k in (0, -1)]
-    if change:
-        edges = [100.0 * (edge / mode.curve.linear_frequency - 1.0) for edge in edges]
-    outline = np.concatenate([edges[0], edges[1][::-1]])
-    panel.add(Area(np.concatenate([x, x[::-1]]), outline, _PALE[index % len(_PALE)]))
-    for edge in edges:
-        panel.line(x, edge, COLORS[index % len(COLORS)], width=0.6, dash=DOTTED)
 
 
 def pressure_plot(prediction: StructurePrediction) -> Plot:
@@ -124,11 +113,7 @@ def _maps(prediction: StructurePrediction, maps: list[tuple[str, Floats]], label
             cell=(row, row, 0, 0),
         )
         for (x0, x1, y0, y1), value in zip(boxes[here], values[here], strict=True):
-            panel.add(
-                Area(
-                    np.array([x0, x1, x1, x0]), np.array([y0, y0, y1, y1]), _color(value / largest)
-                )
-            )
+            panel.add(box(x0, x1, y0, y1, _color(value / largest)))
         for x, y, diameter, number in prediction.part.holes:
             if number == contact:
                 circle = 500.0 * diameter * np.array([np.cos(turn), np.sin(turn)])
@@ -136,15 +121,8 @@ def _maps(prediction: StructurePrediction, maps: list[tuple[str, Floats]], label
         panels.append(panel)
     wide = np.ptp(boxes[:, 2:]) / np.ptp(boxes[:, :2])
     high = min(max(6.0 * float(wide), 1.2), 3.5)
-    bar = Panel(
-        Axis(label, 0.0, largest),
-        Axis(low=0.0, high=1.0, ticks=()),
-        grid=False,
-        cell=(len(rows), len(rows), 0, 0),
-        items=[Pixels(_ramp(), 0.0, largest, 0.0, 1.0)],
-    )
-    heights = (*([1.0] * len(rows)), 0.14 / high)
-    return Plot([*panels, bar], high * len(rows) + 1.4, heights=heights)
+    bar = scale_of_colours(label, 0.0, largest, _ramp(), (len(rows), len(rows), 0, 0))
+    return with_scale(panels, bar, high, 1.4)
 
 
 def _ramp() -> NDArray[np.uint8]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -14,12 +14,14 @@ from microslip._core.units import engineering
 from microslip._core.verdicts import Verdict
 from microslip._core.wording import shorten
 from microslip.errors import InputError
+from microslip.friction import Interface
 from microslip.materials import Material, MaterialPair
 from microslip.report.document import Progress
-from microslip.results.scanned.patch_scatter import standard_errors
 from microslip.scans import Scan
+from microslip.scans.areal_parameters import areal_parameters, slope_over_distance
 from microslip.scans.conditioning import Steps, condition
 from microslip.scans.cutoffs import CutoffTable, default_cutoffs, over_cutoffs
+from microslip.scans.ellipses import elliptic_surface
 from microslip.scans.height_fit import HeightFit, height_distribution
 from microslip.scans.height_laws import HeightLaws
 from microslip.scans.height_map import HeightMap
@@ -27,8 +29,9 @@ from microslip.scans.joint_over_cutoffs import JointOverCutoffs, joint_over_cuto
 from microslip.scans.measured_surface import MeasuredSurface
 from microslip.scans.moments import Moments
 from microslip.scans.options import DRAWING, READING
+from microslip.scans.patch_scatter import standard_errors
 from microslip.scans.scan_rules import judged, radius_in_pixels, verdicts
-from microslip.scans.spectrum import Spectrum, spectrum
+from microslip.scans.spectrum import SelfAffineFit, Spectrum, spectrum
 from microslip.scans.statistics import Statistics
 from microslip.scans.summit_statistics import SummitStatistics
 from microslip.scans.summits import Summits, find_summits
@@ -168,6 +171,41 @@ class Findings:
     def has_cutoffs(self) -> bool:
         """Whether there are cut-offs to choose from."""
         return self.table.cutoff.size > 1
+
+    @property
+    def self_affine(self) -> SelfAffineFit | None:
+        """The fit to the spectrum before any cut-off; None where there is no room for one."""
+        with suppress(InputError):
+            return self.whole_spectrum.self_affine_fit()
+        return None
+
+    def texture(self) -> dict[str, Any]:
+        """Parameters of ISO 25178, self-affine fit and slopes; None for what there is not."""
+        distances, slopes = slope_over_distance(self.scan)
+        fit = self.self_affine
+        return {
+            "areal": None if self.scan.is_profile else asdict(areal_parameters(self.scan)),
+            "self_affine": None if fit is None else asdict(fit),
+            "slopes": [
+                {"distance": distance, "rms_slope": slope}
+                for distance, slope in zip(distances.tolist(), slopes.tolist(), strict=True)
+            ],
+        }
+
+    def elliptic(self) -> dict[str, float] | None:
+        """The joint of elliptic summits in the direction of motion; None where none is given."""
+        pair, laws, request = self.request.pair(), self.laws, self.request
+        if request.direction is None or pair is None or laws is None or self.summits is None:
+            return None
+        surface = elliptic_surface(self.summits, pair, laws.area, direction=request.direction)
+        joint = Interface(surface, request.friction_coefficient, laws.normal_load)
+        return {
+            "direction": request.direction,
+            "curvature_ratio": surface.curvature_ratio,
+            "angle_to_lay": surface.direction,
+            "tangential_stiffness": joint.tangential_stiffness,
+            "round_stiffness": joint.normal_stiffness / pair.stiffness_ratio,
+        }
 
     def cutoff_text(self) -> str:
         """The cut-offs in words; there is always something to say."""

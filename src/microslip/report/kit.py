@@ -1,0 +1,207 @@
+"""A small kit of figures: families of lines, bands, histograms, maps and their scales of colour."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from microslip._core.units import prefix
+from microslip.report.plot import (
+    COLORS,
+    DASHES,
+    MARKERS,
+    WIDTH,
+    Area,
+    Axis,
+    Entry,
+    Floats,
+    Line,
+    Marker,
+    Panel,
+    Pixels,
+    Plot,
+)
+
+EDGE = "#444444"
+"""Of a line that marks a place on an axis."""
+SHORT_DASH = (1.0, 1.0)
+
+
+class Look(NamedTuple):
+    """How a line looks; either dashes or markers tell lines apart in grey."""
+
+    color: str = COLORS[0]
+    dash: tuple[float, ...] = ()
+    marker: Marker = "o"
+
+    def entry(self, label: str, *, line: bool = True, marked: bool = True) -> Entry:
+        """Its line in a legend."""
+        return Entry(label, self.color, self.dash if line else (), self.marker if marked else None)
+
+
+LOOKS = tuple(map(Look, COLORS, DASHES, MARKERS))
+
+
+def look_of(index: int) -> Look:
+    """One of the looks of the house; they begin again after the last one."""
+    return LOOKS[index % len(LOOKS)]
+
+
+def pale(color: str) -> str:
+    """A colour thinned with white, as areas behind lines have it."""
+    parts = (int(color[i : i + 2], 16) for i in (1, 3, 5))
+    return "#" + "".join(f"{round(255 - 0.3 * (255 - part)):02x}" for part in parts)
+
+
+# -- numbers on an axis ----------------------------------------------------------------------------
+
+
+def drawable(values: Floats, log: bool = True) -> Floats:
+    """Values with NaN for those that an axis cannot show."""
+    return np.where(np.isfinite(values) & ((values > 0.0) | (not log)), values, np.nan)
+
+
+def visible_values(values: Floats, log: bool = True) -> Floats:
+    """Only the values that an axis can show."""
+    values = drawable(values, log)
+    return values[np.isfinite(values)]
+
+
+def in_unit(values: Floats, unit: str) -> tuple[float, str]:
+    """What values are divided by, and the unit that is then left: of the middle one of them."""
+    if unit in ("", "-", "–"):
+        return 1.0, "–"
+    if unit.startswith("1/"):  # counts per area are read per square millimetre
+        return 1e6, "1/mm²"
+    values = visible_values(values)
+    if not values.size:
+        return 1.0, unit
+    factor, letter = prefix(math.sqrt(float(values.min()) * float(values.max())))
+    return factor, f"{letter}{unit}"
+
+
+# -- items of a panel ------------------------------------------------------------------------------
+
+
+def between(x: Floats, low: Floats, high: Floats, color: str) -> Area:
+    """The area between two lines over the same places, such as quantiles."""
+    fine = np.isfinite(x) & np.isfinite(low) & np.isfinite(high)
+    x, low, high = x[fine], low[fine], high[fine]
+    return Area(np.concatenate([x, x[::-1]]), np.concatenate([low, high[::-1]]), color)
+
+
+def box(left: float, right: float, bottom: float, top: float, color: str) -> Area:
+    """A filled rectangle."""
+    return Area(np.array([left, right, right, left]), np.array([bottom, bottom, top, top]), color)
+
+
+def edge_of(left: float, right: float, bottom: float, top: float, color: str, width: float) -> Line:
+    """The edge of a rectangle."""
+    x = np.array([left, right, right, left, left], dtype=float)
+    return Line(x, np.array([bottom, bottom, top, top, bottom], dtype=float), color, width)
+
+
+def sideways_histogram(edges: Floats, density: Floats, foot: float, color: str) -> Area:
+    """A histogram whose classes go up and whose densities go to the right, from a foot on."""
+    shape = np.maximum(np.repeat(density, 2), foot)
+    x = np.concatenate([[foot], shape, [foot]])
+    return Area(x, np.concatenate([edges[:1], np.repeat(edges, 2)[1:-1], edges[-1:]]), color)
+
+
+def marked_line(
+    panel: Panel,
+    x: Floats,
+    y: Floats,
+    how: Look,
+    places: Sequence[int] | NDArray[np.intp] | slice = slice(None),
+    *,
+    dashed: bool = False,
+    width: float = WIDTH,
+) -> None:
+    """A line with markers at some of its points."""
+    panel.line(x, y, how.color, width=width, dash=how.dash if dashed else ())
+    panel.marks(x[places], y[places], how.color, marker=how.marker)
+
+
+# -- panels ----------------------------------------------------------------------------------------
+
+
+def in_rows(panels: Sequence[Panel], columns: int) -> tuple[float, ...]:
+    """Put panels into rows of so many, and give the heights of the rows."""
+    for number, panel in enumerate(panels):
+        row, column = divmod(number, columns)
+        panel.cell = (row, row, column, column)
+    return (1.0,) * math.ceil(len(panels) / columns)
+
+
+class Family(NamedTuple):
+    """What one panel of many shows over the same axis: its name, its unit, and its lines."""
+
+    name: str
+    unit: str
+    lines: Sequence[tuple[Look, Floats]]
+
+
+def families(
+    contents: Sequence[Family],
+    x: Floats,
+    axis: Callable[[bool], Axis],
+    *,
+    columns: int = 3,
+    first: int = 0,
+    always_log: bool = False,
+) -> list[Panel]:
+    """A panel for each family of lines; ``axis`` is told whether another panel stands below.
+
+    Lines begin at the point ``first``, markers are at all.
+    """
+    panels = []
+    for number, (name, unit, lines) in enumerate(contents):
+        values = np.concatenate([line for _, line in lines])
+        scale, label = in_unit(values, unit)
+        positive = visible_values(values)
+        log = always_log or bool(positive.size and positive.max() > 3.0 * positive.min())
+        panel = Panel(
+            axis(number + columns < len(contents)), Axis(log=log), note=f"{name} [{label}]"
+        )
+        for how, line in lines:
+            y = drawable(line / scale, log)
+            panel.line(x[first:], y[first:], how.color, dash=how.dash)
+            panel.marks(x, y, how.color, marker=how.marker)
+        panels.append(panel)
+    in_rows(panels, columns)
+    return panels
+
+
+def scale_of_colours(
+    label: str, low: float, high: float, ramp: NDArray[np.uint8], cell: tuple[int, int, int, int]
+) -> Panel:
+    """The scale of colours below maps."""
+    return Panel(
+        Axis(label, low, high),
+        Axis(low=0.0, high=1.0, ticks=()),
+        grid=False,
+        cell=cell,
+        items=[Pixels(ramp, low, high, 0.0, 1.0)],
+    )
+
+
+def with_scale(
+    panels: Sequence[Panel],
+    scale: Panel,
+    room: float,
+    rest: float,
+    widths: tuple[float, ...] = (1.0,),
+) -> Plot:
+    """Maps of which each row has so much room [in], and their scale of colours below them."""
+    rows = 1 + max(panel.cell[1] for panel in panels)
+    return Plot(
+        [*panels, scale],
+        room * rows + rest,
+        heights=(*(1.0,) * rows, 0.14 / room),
+        widths=widths,
+    )

@@ -123,6 +123,34 @@ def test_bands_hold_what_was_drawn_and_inputs_are_ranked(result: ms.Result) -> N
     assert list(shares) == sorted(shares, reverse=True)
 
 
+@pytest.mark.slow
+def test_bands_are_those_of_a_monte_carlo_of_balances(
+    result: ms.Result, folder: Path, drawn: ms.ReducedJoint
+) -> None:
+    """200 draws in layers, each balanced, against 64 samples: joint damping within 10 %."""
+    form = np.loadtxt(folder / "form.csv", delimiter=",", skiprows=1) * [1e-3, 1e-3, 1e-6]
+    width = math.sqrt(math.log1p(0.15**2))
+    tension = stats.lognorm(width, scale=5e3 * math.exp(-0.5 * width**2))
+    lost = []
+    for shares in stats.qmc.LatinHypercube(3, rng=np.random.default_rng(4)).random(200):
+        joint = drawn.with_form(form, shares[0]).with_tension(tension.ppf(shares[1]))
+        state = joint.tightened(result.joints[0].surface, 0.1 + 0.5 * shares[2])
+        lost.append(state.modes(0, [1e-7, 1e-6, 1e-5], at=joint.sensor("sensor")).damping_ratio)
+    text = STUDY.replace("samples = 16", "samples = 64")
+    predicted = ms.Study.from_toml(text, folder=folder).run().structure
+    assert predicted is not None
+    (mode,) = predicted.modes
+    assert mode.bands is not None
+    wanted = np.quantile(lost, (0.05, 0.5, 0.95), axis=0)
+    np.testing.assert_allclose(mode.bands.damping_ratio - 5e-4, wanted, rtol=0.1)
+    assert mode.bands.unsolved == 0
+    assert 0.0 < mode.bands.damping_error < 0.1
+    assert result.structure is not None
+    assert result.structure.modes[0].bands is not None
+    assert result.structure.modes[0].bands.damping_error > mode.bands.damping_error
+    assert mode.bands.model_error is None
+
+
 def test_the_joint_beside_it_bears_the_mean_pressure(result: ms.Result) -> None:
     face = 0.03 * 0.02 - 0.25 * math.pi * 0.0066**2
     np.testing.assert_allclose(result.joints[0].normal_load, 5e3 / face * 2e-4)
@@ -270,6 +298,7 @@ def test_a_study_tells_how_good_its_model_is(folder: Path) -> None:
     assert {row[0] for row in table.rows} >= {"kept modes", "harmonics"}
     assert note.text == f"{found.message}."
     told = result.summary["structure"]["convergence"]
+    assert mode.bands is None
     assert json.dumps(told, allow_nan=False)
 
 
@@ -315,6 +344,7 @@ def test_spreads_are_the_distributions_that_they_are_called() -> None:
         ('file = "test.csv"', 'file = "test.csv", mode = 3', "structure.measured.mode: wanted one of structure.modes, got 3"),
         ('file = "test.csv"', 'file = "test.csv", fit = ["frction_coefficient"]', "structure.measured.fit, item 1: wanted "),
         ("patches = [3, 2]", "patches = [3]", "structure.patches: wanted 2 items such as [15, 2], got 1"),
+        ("samples = 16", "harmonics = [0, 2]", "structure: `harmonics` must have 1 among them"),
         ("samples = 16", "samples = 0", "structure.samples: wanted a whole number from 8"),
     ],
 )  # fmt: skip

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -26,6 +27,7 @@ from microslip.study.description import StudyDescription
 from microslip.study.draws import Design, at_middle, is_uncertain
 from microslip.study.modal_tests import MeasuredPart
 from microslip.study.structure import StructurePart
+from microslip.sweeps.quantiles import quantiles
 from microslip.sweeps.ranking import ranking
 
 _NAMES = {
@@ -37,6 +39,7 @@ _NAMES = {
 _OF_LAWS = ("bolts.tension", "bolts.torque", "bolts.nut_factor", "bolts.thread_friction",
             "bolts.bearing_friction", "form.factor", "base_damping_ratio")  # fmt: skip
 """Keys of a structure that leave its reduced model as it is."""
+_DENSE = 4096  # points at which bands interpolate between the samples
 
 
 def run(study: StudyDescription, progress: Progress | None = None) -> StructurePrediction:
@@ -59,7 +62,7 @@ def run(study: StudyDescription, progress: Progress | None = None) -> StructureP
     with blame(study, "structure.sensor"):
         _check_sensor(part.modes, moving_modes(joint.sensor("sensor"), state.model.shapes))
     with blame(study, "structure"):
-        pairs = [_pair(part, joint, state, number) for number in part.modes]
+        curves = [_solved(part, joint, state, number) for number in part.modes]
     tell(0.5)
     samples: list[Sampled | None] = [None] * len(part.modes)
     inputs: tuple[tuple[str, str], ...] = ()
@@ -68,8 +71,8 @@ def run(study: StudyDescription, progress: Progress | None = None) -> StructureP
         samples = _samples(design, joint, lambda s: tell(0.5 + 0.5 * s))
     names = tuple(name for name, _ in inputs)
     modes = tuple(
-        Mode(number, curve, quick, _bands(curve, quick, samples[index], names))
-        for index, (number, (curve, quick)) in enumerate(zip(part.modes, pairs, strict=True))
+        Mode(number, curve, curve.other_method, _bands(samples[index], part, names, convergence))
+        for index, (number, curve) in enumerate(zip(part.modes, curves, strict=True))
     )
     identified = None
     tests = _tests(part.measured, modes)
@@ -92,10 +95,8 @@ def _converged(study: StudyDescription, joint: ReducedJoint, state: Preload) -> 
     """The model refined for the first mode, from the least to the largest amplitude."""
     part = study.structure
     assert part is not None  # who calls has looked
-    quick = _quick(part, joint, state, part.modes[0], part.amplitudes)
-    reached = quick.modal_amplitude[quick.converged]
-    if not reached.size:
-        raise InputError(f"mode {part.modes[0]} has no solution: {quick.message}")
+    curve = _solved(part, joint, state, part.modes[0])
+    reached = curve.modal_amplitude[curve.converged]
     return part.convergence(
         study.material[study.surface.materials[0]].build(),
         build_surface(study),
@@ -169,34 +170,39 @@ def _tightened(study: StudyDescription, joint: ReducedJoint) -> tuple[ReducedJoi
     return joint, joint.tightened(build_surface(study), study.joint.friction_coefficient)
 
 
-def _quick(
-    part: StructurePart, joint: ReducedJoint, state: Preload, number: int, amplitudes: Floats
-) -> ModalCurve:
+def _curve(part: StructurePart, joint: ReducedJoint, state: Preload, number: int) -> ModalCurve:
+    """A mode along the amplitudes of a study."""
     return state.modes(
         number - 1,
-        amplitudes,
+        part.amplitudes,
         at=joint.sensor("sensor"),
         damping_ratio=part.base_damping_ratio,
-        method="quasi-static",
+        harmonics=part.harmonics,
     )
 
 
-def _pair(
-    part: StructurePart, joint: ReducedJoint, state: Preload, number: int
-) -> tuple[ModalCurve, ModalCurve]:
-    quick = _quick(part, joint, state, number, part.amplitudes)
-    curve = quick.other_method
+def _solved(part: StructurePart, joint: ReducedJoint, state: Preload, number: int) -> ModalCurve:
+    curve = _curve(part, joint, state, number)
     if not curve.converged.any():
         raise InputError(f"mode {number} has no solution: {curve.message}")
-    return curve, quick
+    return curve
 
 
-Sampled = tuple[Floats, Floats, Floats]
-"""Inputs as normal scores (samples, inputs); frequencies and damping (samples, amplitudes)."""
+class Sampled(NamedTuple):
+    """A mode over the samples of what is not known exactly."""
+
+    scores: Floats
+    """Inputs as normal scores, (samples, inputs)."""
+    dense: Floats
+    """The same at many more points."""
+    frequency: Floats
+    """(samples, amplitudes) [Hz]; NaN where the balance was not reached."""
+    damping_ratio: Floats
+    """The same [-]."""
 
 
 def _samples(design: Design, joint: ReducedJoint, progress: Progress) -> list[Sampled | None]:
-    """Quasi-static curves of each mode over Sobol' points; the model where its drawing scatters."""
+    """The curves of each mode over Sobol' points; the model anew where its drawing scatters."""
     study = design.study
     part = study.structure
     assert part is not None  # who calls has looked
@@ -217,25 +223,51 @@ def _samples(design: Design, joint: ReducedJoint, progress: Progress) -> list[Sa
             model = _reduced(sample) if anew else joint
             _, state = _tightened(sample, model)
             for index, number in enumerate(sample_part.modes):
-                curve = _quick(sample_part, model, state, number, part.amplitudes)
+                curve = _curve(sample_part, model, state, number)
                 curves[index, :, row] = curve.frequency, curve.damping_ratio
         progress((row + 1) / len(scores))
-    return [(scores, frequency, damping) for frequency, damping in curves]
+    dense = design.scores(design.points(_DENSE, 1)[0])
+    return [Sampled(scores, dense, frequency, damping) for frequency, damping in curves]
 
 
 def _bands(
-    curve: ModalCurve, quick: ModalCurve, sampled: Sampled | None, names: tuple[str, ...]
+    sampled: Sampled | None,
+    part: StructurePart,
+    names: tuple[str, ...],
+    convergence: Convergence | None,
 ) -> Bands | None:
-    """Quantiles, moved to where the balance of harmonics has the middle, and the ranking."""
+    """Quantiles, their ends moved out by what a finer model would change, and the ranking."""
     if sampled is None:
         return None
-    scores, frequency, damping = sampled
-    middle = len(curve.amplitude) // 2
-    return Bands(
-        np.nanquantile(frequency * (curve.frequency / quick.frequency), SHARES, axis=0),
-        np.nanquantile(damping * (curve.damping_ratio / quick.damping_ratio), SHARES, axis=0),
-        _ranking(scores, damping[:, middle], names),
+    scores, dense = sampled.scores, sampled.dense
+    joints = sampled.damping_ratio - part.base_damping_ratio
+    with np.errstate(invalid="ignore", divide="ignore"):
+        logs = np.log(sampled.frequency), np.log(joints)
+    (frequency, frequency_error), (damping, damping_error) = (
+        quantiles(scores, log, dense, SHARES) for log in logs
     )
+    model = _model_error(convergence)
+    if model is not None:
+        outwards = np.array([-1.0, 0.0, 1.0])[:, None]
+        frequency, damping = frequency + model[0] * outwards, damping + model[1] * outwards
+    return Bands(
+        np.exp(frequency),
+        np.exp(damping) + part.base_damping_ratio,
+        _ranking(scores, joints[:, len(part.amplitudes) // 2], names),
+        float(np.nanmax(frequency_error, initial=0.0)),
+        float(np.nanmax(damping_error, initial=0.0)),
+        int((~np.isfinite(sampled.frequency)).any(axis=1).sum()),
+        model,
+    )
+
+
+def _model_error(convergence: Convergence | None) -> tuple[float, float] | None:
+    """Of frequency and damping ratio [-]: the changes that were tried, as independent errors."""
+    if convergence is None:
+        return None
+    changes = np.array([(c.frequency, c.damping_ratio) for c in convergence.changes])
+    frequency, damping = np.sqrt((changes**2).sum(axis=0))
+    return float(frequency), float(damping)
 
 
 def _ranking(

@@ -19,6 +19,7 @@ LARGEST_DIRECT = 900
 """Unknowns up to which the equations are solved by elimination, beyond by GMRES."""
 _ITERATIONS = 40
 _STEP = 1e-10  # relative size of the last step of Newton's method
+_BALANCED = 1e-13  # residual at which a step more changes nothing but rounding
 _STALLED = 1e-7  # residual with which a stalled line search counts as rounding
 
 
@@ -65,7 +66,7 @@ class ModeEquations:
                 converged = current.merit < _STALLED
                 break
             point, current = trial, after
-            if share == 1.0 and size < _STEP:
+            if share == 1.0 and (size < _STEP or (size < 1e-6 and after.merit < _BALANCED)):
                 converged = True
                 break
         return Solution(point, converged, iterations, current.merit, current.answers)

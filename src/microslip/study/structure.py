@@ -204,6 +204,11 @@ class StructurePart(Part):
         "0.0005",
         default=0.0,
     )
+    harmonics: tuple[int, ...] = key(
+        Items(whole_number(0, 16, "1"), "[0, 1, 2, 3]", (1, 17), distinct=True),
+        "Harmonics of the motion; the report says what those beyond them would change.",
+        default=(0, 1, 2, 3),
+    )
     samples: int = key(
         whole_number(8, MOST_SAMPLES, "64"),
         "Samples for the bands, where something is given as a range.",
@@ -247,6 +252,9 @@ class StructurePart(Part):
             raise KeyedError(
                 ".measured.fit", 'wanted "form" only with a table structure.form, got none'
             )
+        from microslip.structures.periodic_motion import harmonic_basis
+
+        harmonic_basis(self.harmonics, 64)
         _ = self.tension if self.mesh is not None else self.build()
 
     @property

@@ -86,6 +86,7 @@ KEYS = {
     "element_size": ("Elements in the lap", "m"),
     "modes": ("Modes", ""),
     "base_damping_ratio": ("Base damping ratio", ""),
+    "harmonics": ("Harmonics", ""),
     "samples": ("Samples for bands", ""),
     "converge": ("Patches refined", ""),
     "positions": ("Bolts along the lap", "m"),

@@ -38,11 +38,6 @@ _PATCH = ("x", "y", "area", "gap", "normal_load")
 FIGURES = ("modal_curves", "pressure_map", "slip_map", "loss_map", "mode_shapes")
 """Names of the figures."""
 
-_BANDS = (
-    "Bands are the 5, 50 and 95 % of quasi-static curves over Sobol' points, on one reduced model, "
-    "moved to where the balance of harmonics has the middle."
-)
-
 
 def answer(prediction: StructurePrediction) -> str:
     """The result in a sentence."""
@@ -198,6 +193,14 @@ def _mode_numbers(mode: Mode) -> dict[str, Any]:
     if bands is not None:
         result["modal_frequency_bands"] = plain(bands.frequency)
         result["modal_damping_ratio_bands"] = plain(bands.damping_ratio)
+        result["sampling_error"] = {
+            "modal_frequency": bands.frequency_error, "joint_damping_ratio": bands.damping_error
+        }  # fmt: skip
+        if bands.model_error is not None:
+            result["model_error"] = dict(
+                zip(result["sampling_error"], bands.model_error, strict=True)
+            )
+        result["unsolved_samples"] = bands.unsolved
         result["ranking"] = dict(bands.ranking)
     return result
 
@@ -243,8 +246,34 @@ def _remark(prediction: StructurePrediction) -> str:
     worst = max(
         (float(np.nanmax(abs(m.curve.damping_difference))) for m in prediction.modes), default=0.0
     )
-    text = f"The quasi-static damping differs from the balance of harmonics by up to {worst:.0%}."
-    return f"{text} {_BANDS}" if prediction.inputs else text
+    text = f"The quasi-static damping differs from the balance of harmonics by up to {worst:.1%}."
+    missed = max(float(np.nanmax(abs(m.curve.harmonic_error))) for m in prediction.modes)
+    harmonics = ", ".join(map(str, prediction.part.harmonics))
+    text += f" Harmonics beyond {harmonics} would change the joint's damping by {missed:.1%}."
+    return " ".join([text, *(_bands_remark(m) for m in prediction.modes)])
+
+
+def _bands_remark(mode: Mode) -> str:
+    """How the bands of a mode were found, and how sure they are."""
+    if mode.bands is None:
+        return ""
+    text = (
+        f"Bands of mode {mode.number} are the 5, 50 and 95 % over a balance of harmonics at each "
+        "of Sobol' points, interpolated between them; so few points leave the quantiles of the "
+        f"joint's damping a standard error of up to {mode.bands.damping_error:.1%}."
+    )
+    if mode.bands.unsolved:
+        text += (
+            f" {mode.bands.unsolved} samples do not reach all amplitudes and are left out there."
+        )
+    if mode.bands.model_error is None:
+        return (
+            f"{text} The error of patches, mesh and reduction is no part of them: converge = true."
+        )
+    return (
+        f"{text} Their ends lie {mode.bands.model_error[1]:.1%} further out for the error of "
+        "patches, mesh and reduction."
+    )
 
 
 _FITTED = {

@@ -344,7 +344,7 @@ def test_spreads_are_the_distributions_that_they_are_called() -> None:
         ('file = "test.csv"', 'file = "test.csv", mode = 3', "structure.measured.mode: wanted one of structure.modes, got 3"),
         ('file = "test.csv"', 'file = "test.csv", fit = ["frction_coefficient"]', "structure.measured.fit, item 1: wanted "),
         ("patches = [3, 2]", "patches = [3]", "structure.patches: wanted 2 items such as [15, 2], got 1"),
-        ("samples = 16", "harmonics = [0, 2]", "structure: `harmonics` must have 1 among them"),
+        ("samples = 16", "harmonics = [0, 2]", "structure: harmonics must have 1 among them"),
         ("samples = 16", "samples = 0", "structure.samples: wanted a whole number from 8"),
     ],
 )  # fmt: skip

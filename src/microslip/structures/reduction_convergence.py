@@ -155,8 +155,8 @@ def converge(
     else:
         sizes = (f"{coarse.joint.full_size} degrees of freedom", str(current.joint.full_size))
         changes.append(Change("finite elements", *sizes, *_change(coarse.curve, current.curve)))
-    missed = current.curve.harmonic_changes
-    changes.append(Change("harmonics", "0, 1, 2, 3", "0 … 5", *_largest(*missed.T)))
+    by_harmonics = _largest(*current.curve.harmonic_changes.T)
+    changes.append(Change("harmonics", "0, 1, 2, 3", "0 … 5", *by_harmonics))
     return Convergence(
         current.joint, current.curve, tuple(changes), tuple(steps), tolerance, tuple(untried)
     )

@@ -9,7 +9,7 @@ import numpy as np
 from microslip._core.checks import Floats
 
 _GROUPS = 8
-_TELLING = 0.9  # share of the scatter that points left out must be told by the others
+_TELLING = 0.9  # share of the scatter that points left out must follow from the others
 
 
 def quantiles(
@@ -25,13 +25,13 @@ def quantiles(
     the points (Efron and Tibshirani 1993, DOI 10.1201/9780429246593).
     """
     middles, errors = np.full((2, len(shares), values.shape[1]), np.nan)
-    known = np.isfinite(values)
-    patterns = np.unique(known, axis=1).T
+    finite = np.isfinite(values)
+    patterns = np.unique(finite, axis=1).T
     for pattern in patterns:
-        columns = np.flatnonzero((known == pattern[:, None]).all(axis=0))
+        columns = np.flatnonzero((finite == pattern[:, None]).all(axis=0))
         if pattern.any():
-            told = _of_columns(scores[pattern], values[pattern][:, columns], dense, shares)
-            middles[:, columns], errors[:, columns] = told
+            estimate = _of_columns(scores[pattern], values[pattern][:, columns], dense, shares)
+            middles[:, columns], errors[:, columns] = estimate
     return middles, errors
 
 
@@ -43,17 +43,19 @@ def _of_columns(
     folds = [group != g for g in range(min(_GROUPS, count))] if count > 1 else []
     smooth = False
     if count >= 2 * (scores.shape[1] + 1) + _GROUPS:
-        missed = np.zeros_like(values)
-        for rest in folds:
-            missed[~rest] = values[~rest] - _interpolated(scores[rest], values[rest], scores[~rest])
+        residual = np.zeros_like(values)
+        for fold in folds:
+            residual[~fold] = values[~fold] - _interpolated(
+                scores[fold], values[fold], scores[~fold]
+            )
         scatter = ((values - values.mean(axis=0)) ** 2).sum()
-        smooth = bool((missed**2).sum() <= (1.0 - _TELLING) * scatter)
+        smooth = bool((residual**2).sum() <= (1.0 - _TELLING) * scatter)
 
-    def of(rest: Floats | slice) -> Floats:
-        points = _interpolated(scores[rest], values[rest], dense) if smooth else values[rest]
+    def of(fold: Floats | slice) -> Floats:
+        points = _interpolated(scores[fold], values[fold], dense) if smooth else values[fold]
         return np.quantile(points, shares, axis=0)
 
-    parts = np.array([of(rest) for rest in folds])
+    parts = np.array([of(fold) for fold in folds])
     middle = of(slice(None))
     if not len(parts):
         return middle, np.full_like(middle, np.nan)

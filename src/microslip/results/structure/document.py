@@ -247,9 +247,9 @@ def _remark(prediction: StructurePrediction) -> str:
         (float(np.nanmax(abs(m.curve.damping_difference))) for m in prediction.modes), default=0.0
     )
     text = f"The quasi-static damping differs from the balance of harmonics by up to {worst:.1%}."
-    missed = max(float(np.nanmax(abs(m.curve.harmonic_error))) for m in prediction.modes)
+    error = max(float(np.nanmax(abs(m.curve.harmonic_error))) for m in prediction.modes)
     harmonics = ", ".join(map(str, prediction.part.harmonics))
-    text += f" Harmonics beyond {harmonics} would change the joint's damping by {missed:.1%}."
+    text += f" Harmonics beyond {harmonics} would change the joint's damping by {error:.1%}."
     return " ".join([text, *(_bands_remark(m) for m in prediction.modes)])
 
 

@@ -10,13 +10,17 @@ hosts=${*:-opensees fmu nastran lsdyna pyharm calculix}
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 export OPENBLAS_NUM_THREADS=1 PIP_DISABLE_PIP_VERSION_CHECK=1
+cannot() { echo "cannot be tried: $1" >&2; exit 77; }
 try() {  # NAME TESTS PACKAGES...
     name=$1
     tests=$2
     shift 2
     echo "== $name"
+    [ "$name" != calculix ] || command -v ccx >/dev/null || cannot "no ccx on the PATH; apt-get install calculix-ccx, say"
     "$python" -m venv "$scratch/$name"
-    "$scratch/$name/bin/python" -m pip install --quiet --quiet "$root" pytest hypothesis "$@"
+    "$scratch/$name/bin/python" -m pip install --quiet --quiet pytest hypothesis "$@" ||
+        cannot "its packages cannot be installed here"
+    "$scratch/$name/bin/python" -m pip install --quiet --quiet "$root"
     # -rs, and a skip is a failure: here everything is installed.
     (cd "$root" && "$scratch/$name/bin/python" -m pytest -q -rs -p no:cacheprovider -m "slow or not slow" $tests) \
         > "$scratch/out" 2>&1 || { cat "$scratch/out"; exit 1; }

@@ -75,7 +75,9 @@ def test_tree(law, x):
         if abs(x[t]) == abs(x[root]):
             assert p == root  # as far as the root: on the first loading curve again
             half = abs(x[t])
-            assert abs(force[t]) == abs(force[root])
+            # By the branch that closes there or by the first loading curve: but for rounding.
+            end = abs(abs(force[t]) - abs(force[root]))
+            assert end <= 2 * ROUNDING * law.force_limit
         else:
             half = 0.5 * abs(x[t] - x[p])
             rise = 2 * np.sign(x[t] - x[p]) * law.backbone(half)

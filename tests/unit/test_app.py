@@ -15,14 +15,19 @@ from http.client import HTTPConnection
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import click
 import numpy as np
 import pytest
 
 import microslip as ms
 from microslip.app.jobs import Workspace, check_study, safe_name
+from microslip.app.preview import record_view
+from microslip.cli import main
+from microslip.cli.forms import COMMANDS, forms
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 TOKEN = "a-token-of-the-tests"
+FORMS = forms(main.commands)
 
 
 class Bench(NamedTuple):
@@ -84,7 +89,7 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Bench]:
 
         async def begin() -> None:
             nonlocal server
-            app = build(Workspace(folder), TOKEN, port)
+            app = build(Workspace(folder, FORMS), TOKEN, port)
             server = uvicorn.Server(uvicorn.Config(app, log_level="warning"))
             await server.serve(sockets=[listening])
 
@@ -194,6 +199,8 @@ def test_a_study_that_names_a_file_is_not_run(tmp_path: Path, bench: Bench) -> N
     ("asked", "text"),
     [
         ({"kind": "rm", "uploads": ["x"]}, "kind must be one of"),
+        ({"kind": [], "uploads": ["x"]}, "kind must be one of"),
+        ({"kind": "look record", "uploads": ["x"]}, "kind must be one of"),
         ({"kind": "measure", "uploads": ["x"]}, "an upload is not there"),
         ({"kind": "measure", "uploads": []}, "uploads must be a list"),
         ([], "must hold a table"),
@@ -207,9 +214,67 @@ def test_what_it_does_not_do(bench: Bench, asked: Any, text: str) -> None:
 
 def test_options_are_those_of_the_command(bench: Bench, tmp_path: Path) -> None:
     sent = bench.json("POST", "/api/uploads?name=run.csv", record_text(tmp_path))
-    for options in ({"output": "/tmp"}, {"o": "x"}, {"confidence": ["a"]}, {"unit": "a\nb"}):
+    for options in (
+        {"output": "/tmp"}, {"o": "x"}, {"set": "a=b"}, {"unit": "a\nb"},
+        {"confidence": ["1", "2"]},
+        {"model": "/etc/passwd"},
+    ):  # fmt: skip
         asked = {"kind": "measure", "uploads": [sent["id"]], "options": options}
         assert bench.ask("POST", "/api/runs", asked)[0] == 422
+
+
+def test_forms_leave_out_nothing_but_where_results_go() -> None:
+    for name in COMMANDS:
+        offered = {field.name for field in FORMS[name]}
+        left_out = {
+            param.name
+            for param in main.commands[name].params
+            if isinstance(param, click.Option)
+            and not {text.removeprefix("--") for text in param.opts} & offered
+        }
+        assert left_out <= {"folder", "overwrite", "as_json", "overrides"}, name
+        assert all(field.label and field.help for field in FORMS[name])
+    kinds = {field.name: field.kind for name in COMMANDS for field in FORMS[name]}
+    # What names a file in the command is a file that was sent.
+    assert {name for name, kind in kinds.items() if kind == "study"} == {"model", "study"}
+    assert {name for name, kind in kinds.items() if kind == "file"} == {"against"}
+
+
+LOOKS = [
+    {"turn": True}, {"time": "none"}, {"unit": ["force=N"]}, {"zero": ["force=middle"]},
+    {"calibration": ["force=2 N/N"]}, {"rows": "1..900"}, {"normal-load": ["500 N"]},
+]  # fmt: skip
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("options", LOOKS, ids=lambda options: next(iter(options)))
+def test_a_look_reads_as_the_command_does(
+    bench: Bench, tmp_path: Path, options: dict[str, Any]
+) -> None:
+    sent = bench.json("POST", "/api/uploads?name=run.csv", record_text(tmp_path))
+    asked = {"what": "record", "options": options}
+    seen = bench.json("POST", f"/api/uploads/{sent['id']}/look", asked)
+    assert seen["samples"] > 0
+
+
+@pytest.mark.slow
+def test_what_a_look_refuses_names_no_folder(bench: Bench, tmp_path: Path) -> None:
+    sent = bench.json("POST", "/api/uploads?name=run.csv", record_text(tmp_path))
+    for options in ({"time": "clock"}, {"rows": "x"}, {"sample-rate": "-1"}):
+        asked = {"what": "record", "options": options}
+        status, _, text = bench.ask("POST", f"/api/uploads/{sent['id']}/look", asked)
+        assert status == 422
+        assert str(bench.folder) not in text.decode()
+        assert "rror:" not in text.decode()  # a line for people, no name of an exception
+
+
+def test_a_pause_is_no_line() -> None:
+    time = np.concatenate([np.arange(50.0), 1e4 + np.arange(50.0)])
+    record = ms.Record(np.sin(time), np.cos(time), time=time)
+    x, y = record_view(record)["displacement"]
+    assert [i for i, value in enumerate(x) if value is None] == [50]
+    assert y[50] is None
+    assert [value for value in x if value is not None] == time.tolist()
 
 
 # -- what it does -------------------------------------------------------------------------------
@@ -260,10 +325,12 @@ def test_a_scan_cut_out(bench: Bench) -> None:
     study = bench.json("POST", f"/api/runs/{run['id']}/study")
     text = bench.json("POST", f"/api/uploads/{study['id']}/look", {"what": "study"})["text"]
     # It holds the counted summits as numbers and names no file, so that it runs here.
-    _, _, table = bench.ask("GET", f"/runs/{run['id']}/files/surface.toml")
-    counted = table.decode().partition("# In numbers, counted:")[2].partition("\n\n")[0]
-    found = dict(line[2:].split(" = ", 1) for line in counted.splitlines() if " = " in line)
-    assert all(f"\n{key} = {found[key]}" in text for key in ("heights", "radius", "density"))
+    _, _, summary = bench.ask("GET", f"/runs/{run['id']}/files/summary.json")
+    counted = json.loads(summary)["summits"]["counted"]
+    surface = ms.Study.from_toml(text).surface
+    found = {"radius": surface.radius, "density": surface.density, "std": surface.heights.std}
+    assert found == {name: counted[name]["value"] for name in found}
+    assert surface.heights.mean == counted["mean_height"]["value"]
     predicted = {"kind": "predict", "uploads": [study["id"]]}
     assert bench.finished(bench.json("POST", "/api/runs", predicted)["id"])["state"] == "done"
 

@@ -88,6 +88,7 @@ class Parameter:
     """How few and how many values it may have; those of more than one are tuples."""
     flag: str = ""  # name on the command line without dashes, where it is another one
     metavar: str = ""  # what stands for the value in the help of a command
+    names_file: bool = False  # whether its text is the name of a file
     noun: str = ""  # what its values are called where they are wanted, "the name of a column"
     answers_for: tuple[str, ...] = ()
     """Other arguments in Python for which a command has this option, so that messages find it."""

@@ -32,16 +32,20 @@ async function safely(work) {
 
 const WHAT = { scan: "surface", record: "measure", study: "predict" };
 
-function guess(name) {
-  if (/\.toml$/i.test(name)) return "study";
-  return /\.(csv|tsv|tdms|h5|hdf5)$/i.test(name) ? "record" : "scan";
+// What a file may be, the likelier first: the first one that can be looked into is taken.
+function guesses(name) {
+  if (/\.toml$/i.test(name)) return ["study"];
+  return /\.(csv|tsv|tdms|h5|hdf5|txt|dat|json|parquet|uff|unv|nc)$/i.test(name) ? ["record", "scan"] : ["scan", "record"];
 }
 
 async function take(files) {
   await safely(async () => {
     const uploads = [];
     for (const file of files) uploads.push(await ask(`/api/uploads?name=${encodeURIComponent(file.name)}`, "POST", file));
-    if (uploads.length) await look(uploads, guess(uploads[0].name), {});
+    if (!uploads.length) return;
+    const kinds = guesses(uploads[0].name);
+    for (const kind of kinds) if (await look(uploads, kind, {})) return;
+    if (kinds.length > 1) await look(uploads, kinds[0], {});
   });
 }
 
@@ -51,28 +55,53 @@ async function look(uploads, what, options) {
   sessionStorage.setItem("picked", JSON.stringify({ uploads, what, options }));
   drawForm();
   await safely(async () => {
-    const preview = await ask(`/api/uploads/${uploads[0].id}/look`, "POST", { what, options });
+    const preview = await ask(`/api/uploads/${uploads[0].id}/look`, "POST", { what, options: given(what, options) });
     mine.preview = preview;
   });
   if (picked === mine) drawForm(); // else another file was chosen meanwhile
+  return mine.preview !== null;
 }
 
-const FIELDS = {
-  scan: [
-    ["unit", "Unit of the heights", "where the file does not say it: um"], ["pixel", "Pixel", "such as 1.66 um"],
-    ["cutoff", "Short-wave cut-off", "such as 8 um; click into the spectrum"], ["long-cutoff", "Long-wave cut-off", ""],
-    ["level", "Level", ["plane", "quadratic", "cylinder", "mean", "none"]], ["outliers", "Outliers beyond", "such as 6"], ["fill", "Fill missing points", true],
-  ],
-  record: [
-    ["command", "What to do", ["measure", "identify"]], ["normal-load", "Normal load", "column, or such as 500 N"],
-    ["displacement", "Displacement", "column, found if empty"], ["force", "Force", "column, found if empty"],
-    ["time", "Time", "column, found if empty"], ["turn", "Turn the force", true],
-    ["rig-stiffness", "Rig in series", "free, rigid or 200 N/um"], ["law", "Laws (identify)", "interface, jenkins, iwan …"],
-    ["accept-unconverged", "Accept an unconverged fit", true],
-  ],
-  study: [],
-};
-const LOOKING = ["unit", "pixel", "level", "normal-load", "displacement", "force", "time", "turn"];
+// The forms are those of the commands: what an option is called, takes and means, they say.
+let forms = {};
+const commandOf = (what, options) => (what === "record" ? options.command || "measure" : WHAT[what]);
+const fieldsOf = (what, options) => forms[commandOf(what, options)] || [];
+
+// What was chosen, as the command takes it: lists where an option may be repeated.
+function given(what, options) {
+  const values = {};
+  for (const field of fieldsOf(what, options)) {
+    const value = options[field.name];
+    if (value === undefined || value === "" || value === false || value.length === 0) continue;
+    const list = (field.several || field.values > 1) && typeof value === "string";
+    values[field.name] = list ? value.split(/\s*;\s*/).filter(Boolean) : value;
+  }
+  return values;
+}
+
+function inputOf(field, options) {
+  const { name, kind, choices } = field, value = options[name];
+  if (kind === "flag") return make("input", { type: "checkbox", name, checked: Boolean(value) });
+  if (kind === "choice" && !field.several) {
+    const input = make("select", { name }, make("option", { value: "" }, field.placeholder ? `${field.placeholder} (usual)` : ""));
+    for (const word of choices) input.append(make("option", { value: word, selected: word === value }, word));
+    return input;
+  }
+  if (kind === "file" || kind === "study") {
+    const input = make("input", { type: "file", name, multiple: field.several });
+    input.addEventListener("change", (event) => {
+      event.stopImmediatePropagation();
+      safely(async () => {
+        const sent = [];
+        for (const file of input.files) sent.push((await ask(`/api/uploads?name=${encodeURIComponent(file.name)}`, "POST", file)).id);
+        options[name] = field.several ? sent : sent[0];
+      });
+    });
+    return input;
+  }
+  const hint = [field.placeholder, field.several || field.values > 1 ? "several: ;" : "", choices.join(", ")].filter(Boolean).join("; ");
+  return make("input", { name, placeholder: hint, value: value || "", autocomplete: "off" });
+}
 
 function drawForm() {
   const form = $("new");
@@ -90,23 +119,26 @@ function drawForm() {
   if (preview?.what === "scan") drawScan(form, preview);
   if (preview?.what === "record") drawRecord(form, preview);
   if (preview?.what === "study") drawStudy(form, preview);
-  for (const [name, text, hint] of FIELDS[what]) {
-    let input;
-    if (Array.isArray(hint)) {
-      input = make("select", { name });
-      for (const value of hint) input.append(make("option", { value, selected: options[name] === value }, value));
-    } else if (hint === true) input = make("input", { type: "checkbox", name, checked: Boolean(options[name]) });
-    else input = make("input", { name, placeholder: hint, value: options[name] || "", autocomplete: "off" });
-    input.addEventListener("change", () => {
-      options[name] = input.type === "checkbox" ? input.checked : input.value.trim();
-      sessionStorage.setItem("picked", JSON.stringify({ uploads, what, options }));
-      if (LOOKING.includes(name)) look(uploads, what, options);
-      if (name === "command") $("run").textContent = `Run ${input.value}`;
-    });
-    form.append(make("label", { class: "field" }, text, input));
+  if (what === "record") {
+    const input = make("select", { name: "command" });
+    for (const value of ["measure", "identify"]) input.append(make("option", { value, selected: options.command === value }, value));
+    input.addEventListener("change", () => { options.command = input.value; keep(); drawForm(); });
+    form.append(make("label", { class: "field" }, "What to do", input));
   }
+  const keep = () => sessionStorage.setItem("picked", JSON.stringify({ uploads, what, options }));
+  const fields = fieldsOf(what, options), more = make("details", {}, make("summary", {}, "More options"));
+  for (const field of fields) {
+    const input = inputOf(field, options);
+    input.addEventListener("change", () => {
+      options[field.name] = input.type === "checkbox" ? input.checked : input.value.trim();
+      keep();
+      if (field.looks) look(uploads, what, options);
+    });
+    (field.usual ? form : more).append(make("label", { class: "field", title: field.help }, field.label, input));
+  }
+  if (fields.some((field) => !field.usual)) form.append(more);
   form.append(make("p", { class: "row" },
-    make("button", { type: "submit", class: "main", id: "run", disabled: what === "study" && !preview }, `Run ${what === "record" ? options.command || "measure" : WHAT[what]}`),
+    make("button", { type: "submit", class: "main", id: "run", disabled: what === "study" && !preview }, `Run ${commandOf(what, options)}`),
     make("button", { type: "button", onclick: () => { picked = null; sessionStorage.removeItem("picked"); drawForm(); } }, "Put away")));
 }
 
@@ -115,28 +147,21 @@ $("new").addEventListener("submit", (event) => {
   safely(async () => {
     const { what, options } = picked;
     let { uploads } = picked;
-    const given = {};
-    for (const [name] of FIELDS[what]) {
-      if (name !== "command" && options[name]) given[name] = options[name];
-    }
-    const command = what === "record" ? options.command || "measure" : WHAT[what];
-    if (command === "measure") { delete given.law; delete given["accept-unconverged"]; }
-    if (command === "measure" && !/\d/.test(given["rig-stiffness"] || "")) delete given["rig-stiffness"];
-    if (given.law) given.law = given.law.split(/[\s,]+/).filter(Boolean);
-    if (what === "scan" && !given.cutoff) given.cutoff = "none";
+    const command = commandOf(what, options), asked = given(what, options);
+    if (what === "scan" && !asked.cutoff) asked.cutoff = "none";
     if (what === "study") {
       const text = $("study-text").value;
       uploads = [await ask(`/api/uploads?name=${encodeURIComponent(uploads[0].name)}`, "POST", new Blob([text]))];
     }
     if (picked.part) {
-      const kept = await ask(`/api/uploads/${uploads[0].id}/look`, "POST", { what, options, part: picked.part });
+      const kept = await ask(`/api/uploads/${uploads[0].id}/look`, "POST", { what, options: given(what, options), part: picked.part });
       uploads = [kept.upload];
-      if (kept.unit) given.unit = kept.unit;
-      if (kept.pixel) given.pixel = kept.pixel;
-      for (const name of ["displacement", "force", "time", "turn", "key", "channel"]) delete given[name];
-      if (what === "record" && given["normal-load"] && !/\d/.test(given["normal-load"])) delete given["normal-load"];
+      // What was said of how to read the file was said of the whole one.
+      for (const field of fieldsOf(what, options)) if (field.looks && field.name !== "level") delete asked[field.name];
+      Object.assign(asked, kept.given);
+      if (what === "record" && /\d/.test(options["normal-load"] || "")) asked["normal-load"] = options["normal-load"];
     }
-    const run = await ask("/api/runs", "POST", { kind: command, uploads: uploads.map((u) => u.id), options: given });
+    const run = await ask("/api/runs", "POST", { kind: command, uploads: uploads.map((u) => u.id), options: asked });
     shown.clear();
     show(run.id, true);
     await follow();
@@ -151,7 +176,7 @@ function chart(lines, { log = false, height = 150, onclick, ondrag, marks = [], 
   const W = 880, H = 2 * height, left = 120, right = W - 14, top = 10, bottom = H - 62;
   const canvas = make("canvas", { width: W, height: H, role: "img", "aria-label": label });
   const to = log ? Math.log10 : (v) => v, pen = canvas.getContext("2d");
-  const reach = (k) => lines.flatMap((line) => line[k]).filter((v) => !log || v > 0)
+  const reach = (k) => lines.flatMap((line) => line[k]).filter((v) => v !== null && (!log || v > 0))
     .reduce(([a, b], n) => [Math.min(a, n), Math.max(b, n)], [Infinity, -Infinity]);
   const [x0, x1] = reach(0), [y0, y1] = reach(1);
   const px = (v) => left + (right - left) * (to(v) - to(x0)) / (to(x1) - to(x0) || 1);
@@ -195,7 +220,13 @@ function chart(lines, { log = false, height = 150, onclick, ondrag, marks = [], 
       pen.strokeStyle = ["#0072B2", "#D55E00", "#009E73"][k % 3];
       pen.lineWidth = 2;
       pen.beginPath();
-      x.forEach((v, i) => { if (!log || (v > 0 && y[i] > 0)) pen.lineTo(px(v), py(y[i])); });
+      let on = false; // the line breaks where nothing was recorded
+      x.forEach((v, i) => {
+        if (v === null) { on = false; return; }
+        if (log && !(v > 0 && y[i] > 0)) return;
+        if (on) pen.lineTo(px(v), py(y[i])); else pen.moveTo(px(v), py(y[i]));
+        on = true;
+      });
       pen.stroke();
       pen.lineWidth = 1;
     });
@@ -345,5 +376,8 @@ for (const event of ["dragover", "dragleave", "drop"]) {
   });
 }
 const kept = JSON.parse(sessionStorage.getItem("picked") || "null");
-if (kept) look(kept.uploads, kept.what, kept.options);
+safely(async () => {
+  forms = await ask("/api/forms");
+  if (kept) look(kept.uploads, kept.what, kept.options);
+});
 follow();

@@ -10,38 +10,42 @@ import shlex
 import shutil
 import sys
 import tomllib
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from secrets import token_hex
 from typing import Any
 
+from microslip._core.wording import show
 from microslip.errors import InputError
 from microslip.study.overrides import FILE_KEYS
 
-COMMANDS: dict[str, dict[str, type]] = {
-    "measure": {
-        "normal-load": str, "displacement": str, "force": str, "time": str, "sample-rate": str,
-        "unit": list, "turn": bool, "rig-stiffness": str, "confidence": str, "model": Path,
-    },
-    "identify": {
-        "normal-load": str, "displacement": str, "force": str, "time": str, "sample-rate": str,
-        "unit": list, "turn": bool, "rig-stiffness": str, "confidence": str, "law": list,
-        "fix": list, "bound": list, "known": list, "contact-area": str, "free-delay": bool,
-        "accept-unconverged": bool, "study": Path,
-    },
-    "surface": {
-        "cutoff": str, "long-cutoff": str, "level": str, "outliers": str, "fill": bool,
-        "method": str, "prominence": str, "area": str, "unit": list, "pixel": list, "key": str,
-        "channel": str,
-    },
-    "predict": {},
-}  # fmt: skip
-"""Commands that can be asked for, and their options; a Path is a file that was uploaded."""
-
+LOOK = "look"
+"""Begins the name of a form for a look into a file: "look record", "look scan"."""
 _LONGEST = 200
 _JOB_LIMIT = 20
 _WORKERS = max(1, (os.cpu_count() or 2) - 1)
 RESULT = "result"
+
+
+@dataclass(frozen=True)
+class Field:
+    """A field of a form: an option of a command, as the command itself says it."""
+
+    name: str  # as it is typed, without dashes
+    label: str
+    help: str
+    kind: str  # text, flag, choice, file or study: the last two are uploads
+    choices: tuple[str, ...]
+    several: bool  # whether it may be repeated
+    values: int  # how many values it takes at once
+    placeholder: str  # its default, or what to write
+    looks: bool  # whether a look into a file depends on it
+    usual: bool  # whether it is always shown
+
+
+Forms = Mapping[str, Sequence[Field]]
+"""Fields of each command that can be asked for, and of looks into files."""
 
 
 @dataclass
@@ -86,20 +90,27 @@ class Run:
     def study(self) -> str | None:
         """A study of the joint that was found: the identified one, or the summits of a scan."""
         from microslip.study.new import template
+        from microslip.study.overrides import apply, as_toml
 
         files = self.files()
         if "joint.toml" in files:
             return files["joint.toml"].read_text(encoding="utf-8")
         if "surface.toml" not in files:
             return None
-        surface_text = files["surface.toml"].read_text(encoding="utf-8")
-        counted = surface_text.partition("# In numbers, counted:")[2].partition("\n\n")[0]
-        text = template("greenwood-williamson", f"{self.kind}.toml")
-        for key, line in re.findall(r"(?m)^# ((?:heights|radius|density|area) = )(.*)$", counted):
-            text = re.sub(rf"(?m)^{key}.*$", lambda _, new=key + line: new, text)  # type: ignore[misc]
+        summary = json.loads(files["summary.json"].read_text(encoding="utf-8"))
+        counted = summary["summits"].get("counted")
+        if counted is None:
+            return None
+        std, mean, radius, density = (
+            f"{counted[name]['value']!r} {counted[name]['unit']}"
+            for name in ("std", "mean_height", "radius", "density")
+        )
+        heights = {"kind": "gaussian", "std": std, "mean": mean}
+        keys = {"heights": heights, "radius": radius, "density": density}
         # A scan tells nothing of loads that the joint has carried before.
-        text = re.sub(r"(?m)^tightening_load", "# tightening_load", text)
-        return text if counted else None
+        text = template("greenwood-williamson", f"{self.kind}.toml", tightened=False)
+        overrides = [f"surface.{key}={as_toml(value)}" for key, value in keys.items()]
+        return apply(overrides, text, tomllib.loads(text))[0]
 
     def summary(self) -> dict[str, Any]:
         """What the page knows of it."""
@@ -123,8 +134,8 @@ def safe_name(name: str) -> str:
 class Workspace:
     """All uploads and runs, in one folder that nobody else reads."""
 
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
+    def __init__(self, folder: Path, forms: Forms) -> None:
+        self.folder, self.forms = folder, forms
         self.uploads: dict[str, Upload] = {}
         self.runs: dict[str, Run] = {}
         self._free = asyncio.Semaphore(_WORKERS)
@@ -142,14 +153,15 @@ class Workspace:
     def start(self, request: dict[str, Any]) -> Run:
         """Begin a run that the page asks for, unless it names what is not there."""
         kind = request.get("kind")
-        if kind not in COMMANDS:
-            raise InputError(f"kind must be one of {', '.join(COMMANDS)}, got {kind!r}")
+        commands = [name for name in self.forms if not name.startswith(LOOK)]
+        if not isinstance(kind, str) or kind not in commands:
+            raise InputError(f"kind must be one of {', '.join(commands)}, got {show(kind)}")
         inputs = request.get("uploads")
         if not isinstance(inputs, list) or not 1 <= len(inputs) <= _JOB_LIMIT:
             raise InputError(f"uploads must be a list of 1 to {_JOB_LIMIT}")
         uploads = [self._upload(number) for number in inputs]
         arguments, studies = self._options(kind, request.get("options") or {})
-        for study in [*studies, *(uploads if kind == "predict" else [])]:
+        for study in uploads if kind == "predict" else ():
             check_study(study.path)
         run = Run(token_hex(8), kind, [], self.folder / token_hex(8))
         run.folder.mkdir(mode=0o700)
@@ -177,24 +189,49 @@ class Workspace:
     def _options(self, kind: str, options: Any) -> tuple[list[str], list[Upload]]:
         if not isinstance(options, dict):
             raise InputError("options must be a table")
+        fields = {field.name: field for field in self.forms[kind]}
         arguments: list[str] = []
-        studies = []
+        files = []
         for name, value in options.items():
-            value_type = COMMANDS[kind].get(name)
-            if value_type is None:
-                raise InputError(f"{kind} has no option {str(name)[:40]!r} here")
-            if value_type is bool:
+            field = fields.get(name)
+            if field is None:
+                raise InputError(f"{kind} has no option {show(name)} here")
+            if field.kind == "flag":
                 arguments += [f"--{name}"] * bool(value)
-            elif value_type is Path:
-                study = self._upload(value)
-                studies.append(study)
-                arguments.append(f"--{name}=\0{study.id}")
+                continue
+            values = value if isinstance(value, list) else [value]
+            if len(values) > (_JOB_LIMIT if field.several else field.values):
+                count = _JOB_LIMIT if field.several else field.values
+                raise InputError(f"{name} must hold at most {count} values")
+            if field.kind in ("file", "study"):
+                uploads = [self._upload(item) for item in values]
+                for upload in uploads if field.kind == "study" else ():
+                    check_study(upload.path)
+                files += uploads
+                arguments += [f"--{name}=\0{upload.id}" for upload in uploads]
+            elif field.values > 1:
+                if len(values) != field.values:
+                    raise InputError(f"{name} must hold {field.values} values, got {len(values)}")
+                arguments += [f"--{name}", *(_text(name, item) for item in values)]
             else:
-                values = value if value_type is list and isinstance(value, list) else [value]
-                if len(values) > _JOB_LIMIT:
-                    raise InputError(f"{name} must hold at most {_JOB_LIMIT} values")
                 arguments += [f"--{name}={_text(name, item)}" for item in values]
-        return arguments, studies
+        return arguments, files
+
+    async def look(self, kind: str, upload: Upload, options: Any, part: Any = None) -> Any:
+        """Look into a file, or keep a part of it, in a process of its own."""
+        fields = {field.name for field in self.forms[f"{LOOK} {kind}"] if not field.several}
+        known = {field.name for field in self.forms[f"{LOOK} {kind}"]}
+        options = {
+            name: value[0] if name in fields and isinstance(value, list) and value else value
+            for name, value in (options if isinstance(options, dict) else {}).items()
+            if name in known
+        }
+        arguments, _ = self._options(f"{LOOK} {kind}", options)
+        ending = ".npy" if kind == "scan" else ".csv"
+        kept = None if part is None else self.place(f"{upload.path.stem[:60]}-part{ending}")
+        question = None if kept is None else {"part": part, "save": str(kept.path)}
+        answer = await preview([kind, *arguments, "--", upload.name], upload.path.parent, question)
+        return answer if kept is None else {**answer, "upload": kept.summary()}
 
     async def _work(self, run: Run) -> None:
         """Run the command and follow what it says."""
@@ -303,17 +340,16 @@ def _text(name: str, value: Any) -> str:
     return text
 
 
-async def preview(question: dict[str, Any]) -> dict[str, Any]:
-    """Look into a file, in a process of its own that may take two minutes."""
+async def preview(arguments: list[str], folder: Path, question: Any) -> dict[str, Any]:
+    """Look into a file of a folder, in a process of its own that may take two minutes."""
     process = await asyncio.create_subprocess_exec(
-        sys.executable, "-m", "microslip.app.preview",
+        sys.executable, "-m", "microslip.cli.look", *arguments, cwd=folder,
         stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.PIPE,
         stderr=asyncio.subprocess.DEVNULL,
     )  # fmt: skip
+    asked = b"" if question is None else json.dumps(question).encode("utf-8")
     try:
-        answer, _ = await asyncio.wait_for(
-            process.communicate(json.dumps(question).encode("utf-8")), 120.0
-        )
+        answer, _ = await asyncio.wait_for(process.communicate(asked), 120.0)
     except TimeoutError:
         process.kill()
         raise InputError("looking into the file took over two minutes") from None

@@ -19,7 +19,7 @@ from typing import Any
 
 from microslip._core.packages import needed_for
 from microslip.app.guard import App, Guard
-from microslip.app.jobs import Run, Workspace, check_study, preview
+from microslip.app.jobs import Forms, Run, Workspace, check_study
 from microslip.errors import InputError
 
 _FOLDER = Path(__file__).parent
@@ -69,13 +69,8 @@ def build(workspace: Workspace, token: str, port: int) -> App:
                 text = stored.path.read_text(encoding="utf-8")
                 return JSONResponse({"what": "study", "name": stored.name, "text": text})
             kind = "scan" if table.get("what") == "scan" else "record"
-            question = {"what": kind, "path": str(stored.path), "options": table.get("options")}
-            if table.get("part") is None:
-                return JSONResponse(await preview(question))
-            stem = Path(stored.name).stem[:60]
-            part_upload = workspace.place(f"{stem}-part{'.npy' if kind == 'scan' else '.csv'}")
-            question |= {"part": table["part"], "save": str(part_upload.path)}
-            return JSONResponse({**await preview(question), "upload": part_upload.summary()})
+            part, options = table.get("part"), table.get("options")
+            return JSONResponse(await workspace.look(kind, stored, options, part))
         except InputError as error:
             return refusal(error)
 
@@ -131,6 +126,11 @@ def build(workspace: Workspace, token: str, port: int) -> App:
         place.path.write_text(text, encoding="utf-8")
         return JSONResponse(place.summary())
 
+    async def forms(request: Request) -> Response:
+        return JSONResponse({
+            name: [vars(field) for field in fields] for name, fields in workspace.forms.items()
+        })  # fmt: skip
+
     async def example(request: Request) -> Response:
         from microslip.study.new import demo_text
 
@@ -145,6 +145,7 @@ def build(workspace: Workspace, token: str, port: int) -> App:
         *(Route(path, page_file) for path in _ASSETS),
         Route("/api/uploads", upload, methods=["POST"]),
         Route("/api/uploads/{id}/look", look, methods=["POST"]),
+        Route("/api/forms", forms),
         Route("/api/example", example, methods=["POST"]),
         Route("/api/runs", runs, methods=["GET", "POST"]),
         Route("/api/runs/{id}", run_by_id, methods=["GET", "POST", "DELETE"]),
@@ -179,7 +180,7 @@ def _archive(run: Run) -> bytes:
     return file.getvalue()
 
 
-def serve(port: int = 0, open_browser: bool = True, say: Any = print) -> None:
+def serve(forms: Forms, port: int = 0, open_browser: bool = True, say: Any = print) -> None:
     """Serve the workbench to this machine until it is interrupted."""
     with needed_for("the workbench needs", "app"):
         import uvicorn
@@ -191,7 +192,7 @@ def serve(port: int = 0, open_browser: bool = True, say: Any = print) -> None:
         raise InputError(f"port {port} cannot be used: {error.strerror}") from None
     port, token = listening.getsockname()[1], token_urlsafe(32)
     with tempfile.TemporaryDirectory(prefix="microslip-app-") as folder:
-        app = build(Workspace(Path(folder)), token, port)
+        app = build(Workspace(Path(folder), forms), token, port)
         address = f"http://127.0.0.1:{port}/?token={token}"
         say(f"The workbench is at {address}\nIt ends with Ctrl-C, and its files with it.")
         if open_browser:

@@ -50,5 +50,8 @@ def app(port: int, no_browser: bool) -> None:
     It serves this machine alone, under an address that only you know, until Ctrl-C.
     """
     from microslip.app.server import serve
+    from microslip.cli.forms import forms
 
-    serve(port, not no_browser, click.echo)
+    commands = click.get_current_context().find_root().command
+    assert isinstance(commands, click.Group)  # this command is one of it
+    serve(forms(commands.commands), port, not no_browser, click.echo)

@@ -162,6 +162,7 @@ AGAINST = option(
     "against",
     "A scan of the face that lies on it, or several by as many such options, which are averaged.",
     example="other.plu",
+    names_file=True,
     items=(1, 50),
     metavar="SCAN",
 )

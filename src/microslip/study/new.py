@@ -31,11 +31,17 @@ LAWS = tuple(_NUMBERS)
 """Surfaces that there is a study to begin with for."""
 
 
-def template(law: str = "greenwood-williamson", name: str = "joint.toml", hint: str = "") -> str:
+def template(
+    law: str = "greenwood-williamson",
+    name: str = "joint.toml",
+    hint: str = "",
+    *,
+    tightened: bool = True,
+) -> str:
     """A commented study that runs as it is, for one of :data:`LAWS`.
 
     ``name`` is that of its file, for the title and the commands in its comments; ``hint`` a first
-    line for editors, such as "#:schema study.schema.json".
+    line for editors, such as "#:schema study.schema.json"; without ``tightened`` it has not been.
     """
     if law not in LAWS:
         near = did_you_mean(law, LAWS) if isinstance(law, str) else ""
@@ -45,7 +51,7 @@ def template(law: str = "greenwood-williamson", name: str = "joint.toml", hint: 
     keys = ("light", "heavy", "force", "spring", "small", "middle", "large")
     numbers = dict(zip(keys, _NUMBERS[law], strict=True))
     numbers["tightened"] = ""
-    if load := _TIGHTENED.get(law):
+    if tightened and (load := _TIGHTENED.get(law)):
         remark = "largest load it has carried: summits have yielded, by the hardness"
         numbers["tightened"] = f'tightening_load = "{load}"  # {remark}\n'
     stem = Path(name).stem

@@ -219,19 +219,20 @@ class Workspace:
 
     async def look(self, kind: str, upload: Upload, options: Any, part: Any = None) -> Any:
         """Look into a file, or keep a part of it, in a process of its own."""
-        fields = {field.name for field in self.forms[f"{LOOK} {kind}"] if not field.several}
-        known = {field.name for field in self.forms[f"{LOOK} {kind}"]}
+        fields = {field.name: field for field in self.forms[f"{LOOK} {kind}"]}
         options = {
-            name: value[0] if name in fields and isinstance(value, list) and value else value
+            name: value[: None if fields[name].several else fields[name].values]
+            if isinstance(value, list)
+            else value
             for name, value in (options if isinstance(options, dict) else {}).items()
-            if name in known
+            if name in fields
         }
         arguments, _ = self._options(f"{LOOK} {kind}", options)
         ending = ".npy" if kind == "scan" else ".csv"
-        kept = None if part is None else self.place(f"{upload.path.stem[:60]}-part{ending}")
-        question = None if kept is None else {"part": part, "save": str(kept.path)}
+        part_upload = None if part is None else self.place(f"{upload.path.stem[:60]}-part{ending}")
+        question = None if part_upload is None else {"part": part, "save": str(part_upload.path)}
         answer = await preview([kind, *arguments, "--", upload.name], upload.path.parent, question)
-        return answer if kept is None else {**answer, "upload": kept.summary()}
+        return answer if part_upload is None else {**answer, "upload": part_upload.summary()}
 
     async def _work(self, run: Run) -> None:
         """Run the command and follow what it says."""
@@ -347,9 +348,9 @@ async def preview(arguments: list[str], folder: Path, question: Any) -> dict[str
         stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.PIPE,
         stderr=asyncio.subprocess.DEVNULL,
     )  # fmt: skip
-    asked = b"" if question is None else json.dumps(question).encode("utf-8")
+    text = b"" if question is None else json.dumps(question).encode("utf-8")
     try:
-        answer, _ = await asyncio.wait_for(process.communicate(asked), 120.0)
+        answer, _ = await asyncio.wait_for(process.communicate(text), 120.0)
     except TimeoutError:
         process.kill()
         raise InputError("looking into the file took over two minutes") from None

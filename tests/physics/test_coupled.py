@@ -836,6 +836,12 @@ def test_bad_records_are_refused(bad) -> None:
             call(bad, normal_load=2000.0)
 
 
+@pytest.mark.parametrize("joint", [WORKED, SPHERE, TABLE], ids=["rough", "sphere", "table"])
+def test_displacements_beyond_all_joints_slide(joint) -> None:
+    force = joint.coupled_force([1e308, -1e308, 1e300], normal_load=joint.normal_load)
+    np.testing.assert_allclose(force, joint.force_limit * np.array([1, -1, 1]), rtol=1e-12)
+
+
 def test_contact_lost_and_found() -> None:
     x = np.array([1e-7, 1e-7, 5e-7, 5e-7, 6e-7])
     force = SPHERE.coupled_force(x, normal_load=[10.0, 0.0, 0.0, 10.0, 10.0])

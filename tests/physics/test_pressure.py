@@ -154,6 +154,9 @@ def test_a_tightened_joint_was_tightened_under_the_same_pressure() -> None:
         (lambda: ms.Pressure.patches([1.0], [-1.0]), "pressure must not be negative"),
         (lambda: ms.Pressure.patches([1.0], [0.0]), "above zero somewhere"),
         (lambda: ms.Pressure.patches([1.0, 2.0], [1.0, 1.0, 1.0]), "one for each of the 3"),
+        (lambda: ms.Pressure(1.0, 1.0, 0.5), "must be lists of one length"),  # type: ignore[arg-type]
+        (lambda: ms.Pressure([1e-4, 1e-4], [0.5, 0.4]), "must sum to 1"),  # type: ignore[arg-type]
+        (lambda: ms.Pressure([1e-4], [-1.0]), "shares must be above zero"),  # type: ignore[arg-type]
         (lambda: ms.Pressure.bolt("8", [1e-3, 1e-3]), 'size must be one of "M3"'),
         (lambda: ms.Pressure.bolt("M8", [1e-3]), "two thicknesses"),
         (lambda: ms.Pressure.bolt("M8", [1e-3, 1e-3], hole=5e-3), "must fit into its hole"),

@@ -449,3 +449,39 @@ def test_tables_scale(scale: float) -> None:
     np.testing.assert_allclose(
         law.separation(scale * N[1:5]), PARABOLA.separation(N[1:5]), rtol=1e-12
     )
+
+
+@pytest.mark.parametrize(
+    "law",
+    [law for law in EXAMPLES if law._deepest > -1.0 and math.isinf(law._heaviest)],
+    ids=lambda law: type(law).__name__,
+)
+def test_summits_are_pressed_by_their_radius_at_most(law) -> None:
+    """Hertz's contacts end far before; what lies beyond is a slip of the pen, such as -1 m."""
+    deepest = law._deepest
+    assert law.load(deepest) > 0.0
+    joint = ms.Interface(law, 0.3, normal_load=0.1 * law.load(law._span[0]))
+    for refused in (
+        lambda: law.load(-1.0),
+        lambda: law.separation(1.1 * law.load(deepest)),
+        lambda: joint.coupled_force([1e-7], separation=-1.0),
+        lambda: joint.start().try_(1e-7, separation=-1.0),
+        lambda: ms.JointField(law, 0.3, areas=1e-5, separations=-1.0, surface_area=1e-4),
+    ):
+        with pytest.raises(ms.InputError, match="radius") as caught:
+            refused()
+        assert caught.value.argument in ("separation", "load")
+
+
+@pytest.mark.parametrize("law", [laws.examples()[0] for laws in NORMAL_LAWS], ids=str)
+def test_what_cannot_be_tightened_says_so(law) -> None:
+    if type(law).__name__ in ("GreenwoodWilliamson", "AsperityPopulation"):
+        law = law.tightened(normal_load=law.load(law._span[0]), yield_stress=2e8)
+    with pytest.raises(ms.InputError, match="cannot be tightened"):
+        law.tightened(normal_load=10.0, yield_stress=2e8)
+
+
+def test_a_spectrum_is_that_of_a_scan() -> None:
+    with pytest.raises(ms.InputError, match="must be that of a scan") as caught:
+        ms.PerssonCurve.from_spectrum(1, None, 1e-4)
+    assert caught.value.argument == "spectrum"

@@ -253,6 +253,7 @@ def test_from_samples() -> None:
         ([0.0, 1e-7], [0.0, np.inf], "density must be finite"),
         ("high", [0.0, 1.0], "height must be a number"),
         ([[0.0, 1e-7]], [0.0, 1.0], "height must be one-dimensional"),
+        (np.array([-1e154, 0.0, 1e154]), np.ones(3), "at most 1e.40 m"),
         (np.arange(6000.0), np.ones(6000), "at most 5000 panels, got 6000 heights"),
     ],
 )
@@ -262,6 +263,8 @@ def test_refused(height: Any, density: Any, says: str) -> None:
 
 
 def test_refused_samples() -> None:
+    with pytest.raises(ms.InputError, match="at most 1e.40 m, got 1e.308 m"):
+        ms.TabulatedHeights.from_samples([1e308, -1e308] * 3)
     with pytest.raises(ms.InputError, match="at least two different heights"):
         ms.TabulatedHeights.from_samples([1e-7, 1e-7])
     with pytest.raises(ms.InputError, match="an integer from 1 to 4000"):

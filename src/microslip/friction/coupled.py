@@ -233,7 +233,10 @@ class CoupledLaw(_Law):
         return steps_along(self._coupling, size, normal_load, separation)
 
     def _forces_along(self, x: Floats, steps: Floats) -> Floats:
-        values = Diagram().respond(steps, x / self._coupling.slip, self._coupling)
+        with np.errstate(over="ignore"):  # beyond 1e200 slips there is no more to come
+            places = x / self._coupling.slip
+        np.clip(places, -1e200, 1e200, out=places)
+        values = Diagram().respond(steps, places, self._coupling)
         values *= self._coupling.friction
         return values
 

@@ -18,11 +18,12 @@ from microslip._core.checks import (
     floats,
     number,
     positive,
+    positives,
     record,
     show,
     whole_number,
 )
-from microslip._core.frozen import Locked, lock
+from microslip._core.frozen import Locked, assign, lock
 from microslip._core.wording import did_you_mean, quoted
 from microslip.errors import InputError
 from microslip.numerics.quadrature import gauss_legendre
@@ -93,9 +94,24 @@ class Pressure(Locked):
     kind: str = "patches"
 
     def __post_init__(self) -> None:
-        for array in (self.areas, self.shares, self.distances):
-            if array is not None:
-                lock(array)
+        arrays = {"areas": positives("areas", self.areas, "m^2")}
+        arrays["shares"] = positives("shares", self.shares)
+        if self.distances is not None:
+            arrays["distances"] = floats("distances", self.distances)
+        shapes = [array.shape for array in arrays.values()]
+        if arrays["areas"].ndim != 1 or len(set(shapes)) > 1:
+            raise InputError(
+                f"{', '.join(arrays)} must be lists of one length, got shapes "
+                f"{', '.join(map(str, shapes))}; write ms.Pressure.patches([1e-4], [1.0])"
+            )
+        if abs(math.fsum(arrays["shares"]) - 1.0) > 1e-9:
+            raise InputError(
+                f"`shares` must sum to 1, got {math.fsum(arrays['shares']):.10g}; "
+                "Pressure.patches takes pressures of any scale"
+            )
+        if not isinstance(self.kind, str):
+            raise InputError(f"`kind` must be text, got {show(self.kind)}")
+        assign(self, **{name: lock(array) for name, array in arrays.items()})
 
     @property
     def area(self) -> float:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from abc import ABC, abstractmethod
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -138,6 +139,12 @@ class NormalLaw(Parametric, ABC):
         """Separation [m] from which on nothing touches; infinite where there is no such end."""
         return math.inf if self._spheres is None else float(self._spheres.heights[0])
 
+    @cached_property
+    def _deepest(self) -> float:
+        """Separation [m] at which summits are pressed by their whole radius: no law goes beyond."""
+        radius = getattr(self, "radius", getattr(self, "radii", None))
+        return -LARGEST if radius is None else self._span[0] - float(np.max(radius))
+
     @property
     def _heaviest(self) -> float:
         """Load [N] above which the law does not hold; infinite where it always does."""
@@ -216,7 +223,20 @@ class NormalLaw(Parametric, ABC):
             raise InputError(
                 f"`load` must be between {FAINTEST:g} and {LARGEST:g} [N], got {exact(worst)}"
             )
-        return plain(self._solve(loads.reshape(-1)).reshape(loads.shape))
+        places = self._solve(loads.reshape(-1))
+        if places.min() < self._deepest:
+            raise InputError(
+                f"`load` must be one that the surface can carry, got {exact(heaviest)} N, which "
+                "would press its summits by more than their radius"
+            )
+        return plain(places.reshape(loads.shape))
+
+    def tightened(self, *load: Any, **how: Any) -> NormalLaw:
+        """The surface after summits yielded under a load [N], of a law that knows its summits."""
+        raise InputError(
+            f"a {type(self).__name__} cannot be tightened: it takes an elastic surface of known "
+            "summits, such as a GreenwoodWilliamson surface or an AsperityPopulation"
+        )
 
     # -- contacts ---------------------------------------------------------------------------
 
@@ -300,8 +320,11 @@ class NormalLaw(Parametric, ABC):
 
     def _separations(self, value: ArrayLike) -> Floats:
         d = floats("separation", value)
-        if d.min() < -LARGEST:
-            raise InputError(f"`separation` must be above {-LARGEST:g} [m], got {d.min():g}")
+        if d.min() < self._deepest:
+            raise InputError(
+                f"`separation` must be at least {self._deepest:g} [m], where summits are pressed "
+                f"by their radius, got {d.min():g}"
+            )
         return np.minimum(d, LARGEST)  # where nothing has touched for long
 
     def _solve(self, loads: Floats) -> Floats:

@@ -22,6 +22,7 @@ from microslip._core.checks import (
     positive,
     positives,
     record,
+    show,
     whole_number,
 )
 from microslip._core.frozen import Locked, assign, lock
@@ -149,6 +150,10 @@ class PerssonCurve(Locked, Parametric):
         longest, shortest : float, optional
             Wavelengths [m] between which it counts; all that are in it unless given.
         """
+        if not (hasattr(spectrum, "wavenumber") and hasattr(spectrum, "density")):
+            raise InputError(
+                f"`spectrum` must be that of a scan, scan.spectrum(), got {show(spectrum)}"
+            )
         q, c = (record(name, getattr(spectrum, name)) for name in ("wavenumber", "density"))
         if q.shape != c.shape:
             raise InputError(

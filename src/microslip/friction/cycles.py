@@ -82,7 +82,7 @@ class PeriodicResponse(_Cycle):
             rise = np.ascontiguousarray(
                 stiffness * (change - np.where(_like(parent, change) < 0, 0.0, change[parent]))
             )
-        kernels.active.accumulate(parent, rise, np.zeros(rise[0].size))
+        kernels.compiled.accumulate(parent, rise, np.zeros(rise[0].size))
         return np.roll(rise, root, axis=0)
 
 
@@ -121,7 +121,7 @@ def settled_cycle(
     tree = Memory().tree(np.roll(x, -root))
     stiffness = law._slope(tree.half)
     force = law._backbone(tree.half) * tree.sign
-    kernels.active.accumulate(tree.parent, force, np.zeros(1))
+    kernels.compiled.accumulate(tree.parent, force, np.zeros(1))
     above = np.where(tree.parent < 0, 0, tree.parent)
     cycle = PeriodicResponse(
         np.roll(force, root),

@@ -31,7 +31,7 @@ def energies_along(
         0.5 * half * backbone - 0.125 * energy,
         force[above] * (displacement - displacement[above]) + 2.0 * half * backbone,
     )
-    kernels.active.accumulate(parent, stored, np.zeros(1))
+    kernels.compiled.accumulate(parent, stored, np.zeros(1))
     return stored, _dissipated(energy, sign, parent)
 
 
@@ -50,11 +50,11 @@ def _dissipated(energy: Floats, sign: Floats, parent: Integers) -> Floats:
     branch = np.where(first, 0.25, 0.5) * energy
     # Two branches make a loop, so that it takes every other one of a chain of reversals.
     loops, above = 2.0 * branch, np.where(first, -1, parent[np.maximum(parent, 0)])
-    kernels.active.accumulate(above, loops, np.zeros(1))
+    kernels.compiled.accumulate(above, loops, np.zeros(1))
     turned = np.append(False, (sign[1:] > 0.0) != (sign[:-1] > 0.0))
     before = np.append(-1, parent[:-1])
     before = np.where(turned, np.arange(parent.size) - 1, before)
     loops = np.append(loops, 0.0)  # at index -1, the origin
     closed = loops[before] - loops[parent]
-    kernels.active.accumulate(parent, branch, np.zeros(1))
+    kernels.compiled.accumulate(parent, branch, np.zeros(1))
     return np.asarray(branch + np.cumsum(closed))

@@ -142,24 +142,31 @@ class JointField(SettledField, Locked):
             heaviest = int(np.argmax(shares))
             nearest = self._separation_of(shares, heaviest) if shares[heaviest] > 0.0 else np.inf
             curve = shared_curve(self.surface, min(nearest, LARGEST))
-        steps = np.full(shares.size, np.nan)
         carried = shares > 0.0
-        steps[~carried] = curve.parting() if not carried.all() else 0.0
-        if carried.any():
-            try:
-                steps[carried] = curve.steps_of(shares[carried], numbered=False)
-            except InputError:
-                # What refuses one refuses the lightest or the heaviest.
-                light = np.where(carried, shares, np.inf)
-                for i in (int(np.argmin(light)), int(np.argmax(shares))):
-                    self._separation_of(shares, i)
-                raise
-        assign(self, separations=lock(steps + curve.origin), normal_loads=lock(loads.copy()))
+        try:
+            if carried.all():
+                separations = curve.steps_of(shares, numbered=False)
+            else:
+                separations = np.full(shares.size, curve.parting())
+                if carried.any():
+                    separations[carried] = curve.steps_of(shares[carried], numbered=False)
+        except InputError:
+            # What refuses one refuses the lightest or the heaviest.
+            light = np.where(carried, shares, np.inf)
+            for i in (int(np.argmin(light)), int(np.argmax(shares))):
+                self._separation_of(shares, i)
+            raise
+        separations += curve.origin
+        own = loads.copy() if loads is values else loads
+        assign(self, separations=lock(separations), normal_loads=lock(own))
         # With it the limit mu N is met exactly, however coarse a number the separation is.
-        rests = self.separations - curve.origin
-        there = self._scale * curve.load(rests)[0]
-        exactly = np.divide(loads, there, out=np.ones(loads.size), where=there > 0.0)
-        self._stand_on(curve, rests, self._scale * exactly)
+        rests = separations - curve.origin
+        scale = curve.load(rests)[0]
+        carried &= scale > 0.0
+        np.divide(shares, scale, out=scale, where=carried)
+        scale[~carried] = 1.0
+        scale *= self._scale
+        self._stand_on(curve, rests, scale)
 
     def _stand_on(self, curve: LoadCurve, rests: Floats, scale: Floats) -> None:
         slips = self.friction * self.surface.stiffness_ratio

@@ -104,7 +104,7 @@ def _settle(
     small = small_enough * float(reach @ bank.weights)
     for start in range(0, nodes, _BLOCK):
         part = slice(start, start + _BLOCK)
-        kernels.active.vector_cycle(
+        kernels.compiled.vector_cycle(
             np.ascontiguousarray(places[part]), np.ascontiguousarray(steps[part]),
             np.ascontiguousarray(bank.rests[part]), samples, bank.tops, bank.weights,
             np.ascontiguousarray(by_place), by_place.shape[1],

@@ -1,5 +1,4 @@
 from .diagram import Diagram as Diagram
-from .diagram import Rows as Rows
 from .field_state import FieldResponse as FieldResponse
 from .field_state import FieldState as FieldState
 from .nodes import Nodes as Nodes

@@ -22,28 +22,13 @@ import numpy as np
 
 from microslip import kernels
 from microslip._core.checks import Floats
-from microslip.kernels import Integers
-from microslip.kernels.profile import LOSS_RULES, Profile
-from microslip.kernels.rows import push, values_along
+from microslip.kernels.profile import LOSS_RULES
+from microslip.kernels.rows import push
 
 if TYPE_CHECKING:
     from microslip.normal.load_curve import LoadCurve
 
 _MAX_PENDING = 1024  # steps, before their losses are worked out together
-
-
-class Rows(NamedTuple):
-    """The rows of the diagrams of a record, a tree: each lies before its parent.
-
-    ``parent`` is the index of a row, -1 for none, or -2 - k for row k of the diagram before the
-    record; ``top[j]`` is the row at the front of sample j, -1 where D is nowhere but 0.
-    """
-
-    base: Floats
-    width: Floats
-    density: Floats
-    parent: Integers
-    top: Integers
 
 
 class Step(NamedTuple):
@@ -93,36 +78,18 @@ class Diagram:
         """Depth, separation and place, as kernels take them."""
         return self.depth, self.separation, self.place
 
-    def _profile(self, separation: Floats, curve: LoadCurve) -> Profile | None:
-        """The load curve as a profile for a record that goes on from here; if it can be one."""
+    def _reach(self, separation: Floats) -> tuple[float, float]:
+        """Least and largest separation of a record that goes on from here."""
         low, high = float(separation.min()), float(separation.max())
-        return curve.profile(min(low, self.separation), max(high, self.separation))
+        return min(low, self.separation), max(high, self.separation)
 
     def respond(self, separation: Floats, place: Floats, curve: LoadCurve) -> Floats:
         """Values T/mu at the samples (one-dimensional), after which the diagram is updated."""
-        profile = self._profile(separation, curve)
-        if profile is not None:
-            return self._respond(separation, place, profile)
-        if separation.size == 1:  # in constant time, however many rows there are
-            self.move(self.probe(float(separation[0]), float(place[0]), curve))
-            return np.array([self.value])
-        rows, stack, codes, separation_, place_ = self._walk(separation, place)
-        drops = curve.drop(rows.base, rows.width)
-        tree = rows.base, rows.width, rows.density, rows.parent
-        result, values = values_along(
-            tree, rows.top, codes, drops, self.values[: self.depth], kernels.active.accumulate
-        )
-        self._store(stack, values, codes.size)
-        self.separation, self.place = separation_, place_
-        self.value = float(result[-1])
-        return result
-
-    def _respond(self, separation: Floats, place: Floats, profile: Profile) -> Floats:
         result = np.empty(separation.size)
         stack, values = self._reserve(separation.size)
-        depth, self.separation, self.place = kernels.active.coupled(
+        depth, self.separation, self.place = kernels.compiled.coupled(
             np.ascontiguousarray(separation), np.ascontiguousarray(place), result, stack, values,
-            *self._last, *profile.arguments,
+            *self._last, *curve.arguments(*self._reach(separation)),
         )  # fmt: skip
         self._store(stack, values, depth)
         self.value = float(result[-1])
@@ -130,10 +97,10 @@ class Diagram:
 
     def hold(self, separation: Floats, value: Floats, curve: LoadCurve) -> Floats:
         """Places at which the values T/mu are given ones, after which the diagram is updated."""
-        profile = self._profile(separation, curve)
         result = np.empty(value.size)
         stack, values = self._reserve(value.size)
-        depth, self.separation, self.place, self.value = kernels.active.hold(
+        profile = curve.profile(*self._reach(separation))
+        depth, self.separation, self.place, self.value = kernels.compiled.hold(
             np.ascontiguousarray(separation), np.ascontiguousarray(value), result, stack, values,
             *self._last, self.value, *(profile.arguments if profile else (curve.scalar,)),
         )  # fmt: skip
@@ -158,58 +125,16 @@ class Diagram:
             stack, values = rows, copies
         self.stack, self.values, self.depth = stack, values, depth
 
-    def _walk(
-        self, separation: Floats, place: Floats
-    ) -> tuple[Rows, Floats, Integers, float, float]:
-        n = separation.size
-        stack = np.empty((self.depth + n, 3))
-        stack[: self.depth] = self.stack[: self.depth]
-        codes = np.empty(self.depth + n, dtype=np.int64)
-        codes[: self.depth] = -2 - np.arange(self.depth)
-        base, width, density = np.empty(2 * n), np.empty(2 * n), np.empty(2 * n)
-        parent, top = np.empty(2 * n, dtype=np.int64), np.empty(n, dtype=np.int64)
-        depth, count, last_separation, last_place = kernels.active.diagram(
-            np.ascontiguousarray(separation), np.ascontiguousarray(place), base, width, density,
-            parent, top, stack, codes, *self._last,
-        )  # fmt: skip
-        tree = Rows(base[:count], width[:count], density[:count], parent[:count], top)
-        return tree, stack[:depth].copy(), codes[:depth].copy(), last_separation, last_place
-
     # -- one step at a time -------------------------------------------------------------------
 
     def probe(self, separation: float, place: float, curve: LoadCurve) -> Step:
         """Where a step would lead; the diagram stays as it is."""
         last = self.separation
-        profile = curve.profile(min(separation, last), max(separation, last))
-        if profile is None:
-            return self._probe(separation, place, curve)
-        outcome = kernels.active.coupled_step(
+        outcome = kernels.compiled.coupled_step(
             separation, place, self.stack, self.values, self.depth, last, self.place,
-            *profile.arguments,
+            *curve.arguments(min(separation, last), max(separation, last)),
         )  # fmt: skip
         return Step(separation, place, *outcome)
-
-    def _probe(self, separation: float, place: float, curve: LoadCurve) -> Step:
-        depth, front, density, kind = kernels.active.step_front(
-            separation, place, self.stack, self.depth, self.separation, self.place
-        )
-        drop, load = curve.scalar.drop, curve.scalar.load
-        outer = float(self.values[depth - 1]) if depth else 0.0
-        if depth and kind:  # the last row that stays is cut
-            end, old, _ = self.stack[depth - 1].tolist()
-            outer = float(self.values[depth - 2]) if depth > 1 else 0.0
-            outer += old * drop(front, end - front)
-        value, fall = outer, 0.0
-        if front > separation:
-            ahead = drop(separation, front - separation)
-            value += density * ahead
-            fall = ahead / (front - separation)  # where new contact sticks
-        if kind == 1:
-            fall = load(front)[1]
-        elif not front > separation:  # a move in the same direction goes on from where slip ended
-            slid = kind == 0 and self.slip
-            fall = load(float(self.stack[self.depth - 1, 0]) if slid else separation)[1]
-        return Step(separation, place, depth, front, density, kind, value, outer, fall)
 
     @property
     def slip(self) -> float:
@@ -232,7 +157,8 @@ class Diagram:
 
     def losses(self, separation: Floats, displacement: Floats, curve: LoadCurve) -> Floats:
         """What slip loses in each step of a record [J]; the diagram stays as it is."""
-        profile, places = self._profile(separation, curve), displacement / curve.slip
+        places = displacement / curve.slip
+        profile = curve.profile(*self._reach(separation))
         with np.errstate(over="ignore", invalid="ignore"):  # fronts may be beyond all numbers
             if profile is None:
                 runs = kernels.slip_runs(separation, places, self.stack, *self._last)
@@ -240,7 +166,7 @@ class Diagram:
             else:
                 stack, lost = np.empty((self.depth + separation.size, 3)), np.empty(places.size)
                 stack[: self.depth] = self.stack[: self.depth]
-                kernels.active.losses(
+                kernels.compiled.losses(
                     np.ascontiguousarray(separation), np.ascontiguousarray(places), lost, stack,
                     *self._last, LOSS_RULES, *profile.arguments,
                 )  # fmt: skip

@@ -130,15 +130,11 @@ class FieldState(Resumable):
         varied: tuple[Any, ...] = (None, None, None)
         if step is not None:
             varied = tuple(np.empty(size) for _ in range(3))
-        profile = nodes.profile(self._step, step)
-        if profile is None:
-            by_law(self, place, step, front, density, value, code, by_place, *varied)
-        else:
-            kernels.active.field_try(
-                place, step, nodes.rests, self._place, self._step, self._value, self._rows,
-                self._marks, self._begin, self._depth, front, density, value, code, by_place,
-                *varied, *profile.arguments,
-            )  # fmt: skip
+        kernels.compiled.field_try(
+            place, step, nodes.rests, self._place, self._step, self._value, self._rows,
+            self._marks, self._begin, self._depth, front, density, value, code, by_place,
+            *varied, *nodes.curve.arguments(*nodes.reach(self._step, step)),
+        )  # fmt: skip
         self._trial = place, step, (front, density, value, code)
         stiffness = by_place * (nodes.weights / nodes.slips)
         force = value * nodes.weights
@@ -157,15 +153,10 @@ class FieldState(Resumable):
         if self._loss is not None:
             self._loss += self._losses(place, current, code)
         self._make_room((code >> 2) + (front > current))
-        kernels.active.field_commit(
+        kernels.compiled.field_commit(
             place, step, front, density, value, code, self._begin, self._room, self._place,
             self._step, self._value, self._rows, self._marks, self._depth,
         )  # fmt: skip
-
-    def _own_rows(self, node: int) -> Floats:
-        """The rows of one node, outermost first."""
-        begin = int(self._begin[node])
-        return self._rows[begin : begin + int(self._depth[node])]
 
     def _make_room(self, rows: Integers) -> None:
         """Room for so many rows a node; who asks for more moves to the end of the pool."""
@@ -204,17 +195,17 @@ class FieldState(Resumable):
     def _losses(self, place: Floats, step: Floats, code: Integers) -> Floats:
         """What the trial loses, over mu kappa."""
         nodes, lost = self._nodes, np.zeros(place.size)
-        profile = nodes.profile(self._step, step)
+        profile = nodes.curve.profile(*nodes.reach(self._step, step))
         if profile is not None:
-            kernels.active.field_losses(
+            kernels.compiled.field_losses(
                 place, step, nodes.rests, code, self._place, self._step, self._begin, self._depth,
                 LOSS_RULES, self._rows, lost, *profile.arguments,
             )  # fmt: skip
             return lost
         for i in np.flatnonzero(code % 4).tolist():
             diagram, origin = Diagram(), nodes.rests[i]
-            diagram.stack = self._own_rows(i) + np.array([origin, 0.0, 0.0])
-            diagram.depth = len(diagram.stack)
+            begin, diagram.depth = int(self._begin[i]), int(self._depth[i])
+            diagram.stack = self._rows[begin : begin + diagram.depth] + np.array([origin, 0.0, 0.0])
             diagram.separation, diagram.place = float(origin + self._step[i]), float(self._place[i])
             # A shared curve knows of no friction and no slip.
             lost[i] = diagram.losses(origin + step[i : i + 1], place[i : i + 1], nodes.curve)[0]
@@ -222,50 +213,3 @@ class FieldState(Resumable):
 
     def __repr__(self) -> str:
         return f"FieldState({self._place.size} nodes, {int(self._depth.sum())} rows)"
-
-
-def by_law(
-    state: FieldState,
-    place: Floats,
-    step: Floats | None,
-    front: Floats,
-    density: Floats,
-    value: Floats,
-    code: Integers,
-    by_place: Floats,
-    load: Floats | None,
-    fall: Floats | None,
-    by_step: Floats | None,
-) -> None:
-    """What ``field_try`` writes, where the curve is no profile: the surface is asked at once."""
-    nodes, current = state._nodes, state._step if step is None else step
-    last = np.column_stack((current, place, state._step, state._place)).tolist()
-    depth, kind = np.empty(place.size, dtype=np.int64), np.empty(place.size, dtype=np.int64)
-    for i, (d, x, last_d, last_x) in enumerate(last):
-        rows = state._own_rows(i)
-        depth[i], front[i], density[i], kind[i] = kernels.active.step_front(
-            d, x, rows, len(rows), last_d, last_x
-        )
-    code[:] = 4 * depth + kind
-    width = np.maximum(front - current, 0.0)
-    drop = nodes.curve.drop(nodes.rests + current, width)
-    value[:] = np.where(kind == 0, state._value, 0.0) + density * drop
-    at = np.flatnonzero((kind != 0) & (depth > 0))  # the newest row that stays is cut
-    if at.size:
-        newest = state._begin[at] + depth[at] - 1
-        old, (mark, base) = state._rows[newest, 1], state._marks[newest].T
-        cut = nodes.curve.drop(nodes.rests[at] + base, front[at] - base)
-        # At a held separation one difference of N is enough, which keeps the digits of a small one.
-        cut = np.where(base == current[at], drop[at], cut)
-        value[at] += mark - old * cut
-    # Where it stays where it is, what last slipped would go on.
-    top = state._rows[state._begin + np.maximum(state._depth - 1, 0)]
-    rests = (kind == 0) & (width == 0.0)
-    slides = rests & (state._depth > 0) & (np.abs(top[:, 1]) == 1.0)
-    ends = np.where(slides, top[:, 0], np.where(rests, current, front))
-    by_place[:] = nodes.curve.fall(nodes.rests + ends)
-    sticks = (kind == 0) & ~rests
-    by_place[sticks] = drop[sticks] / width[sticks]
-    if load is not None and fall is not None and by_step is not None:
-        load[:], fall[:] = nodes.curve.load(nodes.rests + current)
-        by_step[:] = np.where(slides, top[:, 1], density) * (by_place - fall)

@@ -12,7 +12,6 @@ from microslip._core.checks import Floats, exact, floats
 from microslip.errors import InputError
 
 if TYPE_CHECKING:
-    from microslip.kernels.profile import Profile
     from microslip.normal.base import NormalLaw
     from microslip.normal.load_curve import LoadCurve
 
@@ -52,13 +51,13 @@ class Nodes:
         """Separations for which the surface has an answer, nodes along the first axis."""
         return checked_separations(self.curve.surface, separations)
 
-    def profile(self, *steps: Floats | None) -> Profile | None:
-        """The curve as a profile for steps from rest, nodes along the first axis; if it can be."""
-        moved = [self.rests]
-        moved += [s + self.rests.reshape(-1, *[1] * (s.ndim - 1)) for s in steps if s is not None]
-        return self.curve.profile(
-            min(float(s.min()) for s in moved), max(float(s.max()) for s in moved)
-        )
+    def reach(self, *steps: Floats | None) -> tuple[float, float]:
+        """Least and largest step of the curve for steps from rest, nodes along the first axis."""
+        moved = [s + self.rests.reshape(-1, *[1] * (s.ndim - 1)) for s in steps if s is not None]
+        low = min(float(s.min()) for s in [self.rests, *moved])
+        # A curve that is shared goes as far out as there is any load.
+        high = low if self.curve.shared else max(float(s.max()) for s in [self.rests, *moved])
+        return low, high
 
 
 def checked_separations(surface: NormalLaw, separations: Floats) -> Floats:

@@ -84,7 +84,7 @@ class Memory:
             return self._respond_through_tree(x, backbone)
         values = np.empty(x.size)
         stack = self._reserve(x.size + 1)
-        depth, self.last, self.value, self.direction = kernels.active.respond(
+        depth, self.last, self.value, self.direction = kernels.compiled.respond(
             x, values, stack, self.depth, self.last, self.value, self.direction, *table.arguments
         )
         self._store(stack, depth)
@@ -94,7 +94,7 @@ class Memory:
         base = np.append(self.stack[: self.depth, 1], self.value)
         tree, places, codes, last, direction = self._branches(x)
         values = backbone(tree.half) * tree.sign
-        kernels.active.accumulate(tree.parent, values, base)
+        kernels.compiled.accumulate(tree.parent, values, base)
         old = np.where(codes < 0, -2 - codes, 0)
         new = np.where(codes >= 0, values[np.maximum(codes, 0)], base[old])
         self._store(np.column_stack((places, new)), places.size)
@@ -107,7 +107,7 @@ class Memory:
         places[: self.depth] = self.stack[: self.depth, 0]
         codes[: self.depth] = -2 - np.arange(self.depth)
         tree = Tree(np.empty(x.size), np.empty(x.size), np.empty(x.size, dtype=np.int64))
-        depth, last, direction = kernels.active.branches(
+        depth, last, direction = kernels.compiled.branches(
             x, *tree, places, codes, self.depth, self.last, self.direction
         )
         return tree, places[:depth], codes[:depth], last, direction
@@ -124,7 +124,7 @@ class Memory:
         places = np.empty(self.depth + x.size + 1)
         places[: self.depth] = self.stack[: self.depth, 0]
         result = np.empty(self.depth + x.size + 1)
-        count = kernels.active.closings(x, result, places, self.depth, self.last, self.direction)
+        count = kernels.compiled.closings(x, result, places, self.depth, self.last, self.direction)
         return result[:count]
 
     def probe(self, x: float) -> tuple[float, float, float, tuple[int, int, int]]:
@@ -133,7 +133,7 @@ class Memory:
         Distance along the backbone, its factor and the value it starts from, with what
         :meth:`move` needs to make that move.
         """
-        move: tuple[int, int, int] = kernels.active.locate(
+        move: tuple[int, int, int] = kernels.compiled.locate(
             x, self.stack, self.depth, self.last, self.direction
         )
         depth, pushed, direction = move

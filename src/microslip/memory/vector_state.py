@@ -174,7 +174,7 @@ class VectorState(Resumable):
             step = bank.steps_at(along("separations", separations, nodes, "nodes"))
         new = np.empty_like(self._vectors)
         value, slope = np.empty((nodes, 2)), np.empty((nodes, 2, 3))
-        kernels.active.vector_try(
+        kernels.compiled.vector_try(
             place, step, self._place, self._step, self._vectors, bank.tops, bank.weights, new,
             value, slope,
         )  # fmt: skip

@@ -280,7 +280,7 @@ class Pointwise:
         profile, _ = self._profile
         value, fall = np.empty(d.size), np.empty(d.size)
         outside = np.flatnonzero(~((d >= profile.low) & (d <= profile.high)))
-        kernels.active.loads(np.maximum(d, profile.low), value, fall, *profile.arguments)
+        kernels.compiled.loads(np.maximum(d, profile.low), value, fall, *profile.arguments)
         if outside.size:
             value[outside] = self.law._derivative(d[outside], 0)
             fall[outside] = -self.law._derivative(d[outside], 1)
@@ -298,9 +298,9 @@ class Pointwise:
             place = d.copy()
             place[outside] = profile.low
         if kind == "drop":
-            kernels.active.drops(place, step, result, *profile.arguments)
+            kernels.compiled.drops(place, step, result, *profile.arguments)
         else:
-            kernels.active.cycle_energies(place, step, result, *extra, _RULE, *profile.arguments)
+            kernels.compiled.cycle_energies(place, step, result, *extra, _RULE, *profile.arguments)
         if outside.size:
             result[outside] = self._exact(kind, d[outside], u[outside])
         return result

@@ -57,7 +57,7 @@ class LoadCurve:
         self.load_at_origin = surface._derivative_at(origin, 0) if load is None else load
         # Of the joint that stands on it: mu [-], and displacement per step, kappa [-].
         self.friction, self.slip = friction, slip
-        self._shared = shared
+        self.shared = shared
         self._profile: Profile | None = None
         self._faint = False  # whether it ends where the load is too light to matter
         self._refused: tuple[float, float] | None = None
@@ -75,10 +75,15 @@ class LoadCurve:
 
         Where the load is less than can matter, ``high`` may lie further out.
         """
-        if self._shared:
+        if self.shared:
             low = min(low, 0.0)
             return self._covering(low, _FAR * self._length) or self._kinked_profile(low)
         return self._covering(low, high)
+
+    def arguments(self, low: float, high: float) -> tuple[Any, ...]:
+        """The curve from low to high as kernels take it, after their other arguments."""
+        profile = self.profile(low, high)
+        return kernels.curve_arguments(self) if profile is None else profile.arguments
 
     def _covering(self, low: float, high: float) -> Profile | None:
         profile = self._profile
@@ -150,23 +155,26 @@ class LoadCurve:
 
     def fall(self, step: Floats) -> Floats:
         """-N' [N/m] at steps."""
-        return self.load(step)[1] if self._shared else -self.derivative(step, 1)
+        return self.load(step)[1] if self.shared else -self.derivative(step, 1)
 
     def load(self, step: Floats) -> tuple[Floats, Floats]:
         """N [N] and -N' [N/m] at steps."""
-        profile = self.profile(float(step.min()), 0.0) if self._shared else None
+        profile = self.profile(float(step.min()), 0.0) if self.shared else None
         if profile is None:
+            if step.size == 1:  # a trial
+                one_load, one_fall = self.scalar.load(float(step[0]))
+                return np.array([one_load]), np.array([one_fall])
             return self.derivative(step, 0), -self.derivative(step, 1)
         value, fall = np.empty(step.size), np.empty(step.size)
-        kernels.active.loads(step, value, fall, *profile.arguments)
+        kernels.compiled.loads(step, value, fall, *profile.arguments)
         return value, fall
 
     def drop(self, base: Floats, width: Floats) -> Floats:
         """N(b) - N(b + w) [N] for steps b and widths w."""
-        profile = self.profile(float(base.min()), 0.0) if self._shared and base.size else None
+        profile = self.profile(float(base.min()), 0.0) if self.shared and base.size else None
         if profile is not None:
             result = np.empty(base.size)
-            kernels.active.drops(base, width, result, *profile.arguments)
+            kernels.compiled.drops(base, width, result, *profile.arguments)
             return result
         if base.size < 2:  # a trial, or nothing
             pairs = zip(base.tolist(), width.tolist(), strict=True)
@@ -175,12 +183,12 @@ class LoadCurve:
 
     def excess(self, kind: Literal["excess", "excess_slope"], step: Floats, u: Floats) -> Floats:
         """Half the integral of v (u - v) N''(d + v), or of v N''(d + v), over 0 <= v <= u."""
-        shared = self._shared and kind == "excess_slope"
+        shared = self.shared and kind == "excess_slope"
         profile = self.profile(float(step.min()), 0.0) if shared else None
         if profile is None:
             return sum_over_pairs(self.surface, kind, step + self.origin, u)
         result = np.empty(step.size)
-        kernels.active.excesses(step, u, result, *profile.arguments)
+        kernels.compiled.excesses(step, u, result, *profile.arguments)
         return 0.5 * result
 
     def parting(self) -> float:
@@ -252,9 +260,9 @@ class LoadCurve:
             low, high = (ends - self.origin).tolist()
             profile = self._covering(low, high)
         low_load, high_load = (math.inf, 0.0) if profile is None else profile.span
-        inside = (load >= low_load) & (load <= high_load)
-        if profile is not None and inside.all():
+        if profile is not None and low_load <= lightest and heaviest <= high_load:
             return profile.separations(load)
+        inside = (load >= low_load) & (load <= high_load)
         steps = np.empty_like(load)
         if profile is not None:
             steps[inside] = profile.separations(load[inside])

@@ -48,7 +48,7 @@ def test_it_is_the_first_step_of_a_record(joint) -> None:
 def test_tangents_against_high_precision() -> None:
     """One sphere in fifty digits: N = (-d)^(3/2) in units of its own."""
     sphere = ms.SphereOnFlat(WORKED.surface.pair, radius=1e-3)
-    scale, mu = float(sphere.load(-1.0)), 0.3
+    scale, mu = float(sphere.load(-1e-4)) * 1e6, 0.3
     kappa = mu * sphere.pair.stiffness_ratio
     depth = 1e-6
     rng = np.random.default_rng(4)

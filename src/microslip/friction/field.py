@@ -157,8 +157,8 @@ class JointField(SettledField, Locked):
                 self._separation_of(shares, i)
             raise
         separations += curve.origin
-        own = loads.copy() if loads is values else loads
-        assign(self, separations=lock(separations), normal_loads=lock(own))
+        normal_loads = loads.copy() if loads is values else loads
+        assign(self, separations=lock(separations), normal_loads=lock(normal_loads))
         # With it the limit mu N is met exactly, however coarse a number the separation is.
         rests = separations - curve.origin
         scale = curve.load(rests)[0]

@@ -12,8 +12,8 @@ from microslip.identification.rules import verdicts
     ("stake", "is_known", "converged", "words"),
     [
         (0.0, [True, True], True, ["ok", "ok"]),
-        (0.03, [True, True], True, ["watch", "ok"]),
-        (0.06, [True, False], True, ["outside", "watch"]),
+        (0.012, [True, True], True, ["watch", "ok"]),
+        (0.02, [True, False], True, ["outside", "watch"]),
         (0.0, [False, False], True, ["ok", "outside"]),
         (0.0, [True, True], False, ["ok", "outside"]),
         (None, [True], True, ["not judged", "ok"]),

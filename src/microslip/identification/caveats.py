@@ -138,6 +138,16 @@ TABLE: Mapping[str, Row] = {
         '`bounds={{"{parameter}": ...}}`',
         IN_DOUBT,
     ),
+    "other heights": Row(
+        "with exponential heights, which answer the loops as well, it would be {value:3 {unit}}",
+        "take other heights, or records that tell standardised_separation",
+        IN_DOUBT,
+    ),
+    "same law": Row(
+        "rig and contact stand in series, and this law behind a spring is the same law with other "
+        "values: no record tells them apart",
+        verdict=NOT,
+    ),
     "apparent": Row(
         (
             "of a law that does not answer the records: it stands for loops of {amplitudes}",

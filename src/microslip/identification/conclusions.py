@@ -23,7 +23,7 @@ from microslip.identification.caveats import (
     NOT,
     Caveat,
 )
-from microslip.identification.coordinates import AREA, DENSITY, RADIUS, SUMMIT_DATA, Coordinate
+from microslip.identification.coordinates import AREA, DENSITY, RADIUS, RIG, SUMMIT_DATA, Coordinate
 from microslip.identification.fit import at_bounds
 from microslip.identification.intervals import Profiled, is_at_stake
 from microslip.identification.labels import number_text
@@ -53,13 +53,15 @@ from microslip.identification.verdicts import (
 )
 from microslip.materials import MaterialPair
 
-FRICTION = "friction_coefficient"
+FRICTION, _SEPARATION = "friction_coefficient", "standardised_separation"
 _LIMITS = (FRICTION, "force_limit")
 """Numbers that only a contact in gross slip shows."""
 _REACHED = 0.95
 """Share of the limit that a record has to reach for it to be seen."""
 _FAR = 10.0
 """Ratio of loads from which on the one of a contact area is far from those of the records."""
+_SAME = 1e-8
+"""Part of what a rig does to loops below which it is rounding that no other parameter does it."""
 _BY_AREA = (RADIUS, DENSITY, "summit_count")
 """What follows from a contact area."""
 
@@ -328,6 +330,23 @@ def _reservations(seen: _Seen, names: Sequence[str]) -> Iterator[Reservation]:
     far = _far_area(seen)
     if far is not None:
         yield far, _BY_AREA
+    yield from _same_laws(seen)
+
+
+def _same_laws(seen: _Seen) -> Iterator[Reservation]:
+    """Rigs that change loops just as parameters of the law do, whatever the noise."""
+    _, by = seen.problem.residuals(seen.answer.best.q)
+    for row, coordinate in enumerate(seen.free):
+        own, others = by[:, row], np.delete(by, row, axis=1)
+        if coordinate.parameter != RIG or not own.any() or not others.size:
+            continue
+        size = np.linalg.norm(others, axis=0)
+        shares = np.linalg.lstsq(others / np.where(size > 0.0, size, 1.0), own, rcond=1e-12)[0]
+        left = own - others @ (shares / np.where(size > 0.0, size, 1.0))
+        if np.linalg.norm(left) < _SAME * np.linalg.norm(own):
+            alike = np.insert(np.abs(shares) > _SAME * np.linalg.norm(own), row, True)
+            names = [c.name for c, is_alike in zip(seen.free, alike, strict=True) if is_alike]
+            yield Caveat("same law", {}, seen.design.remedies(coordinate, NOT)), names
 
 
 def _far_area(seen: _Seen) -> Caveat | None:
@@ -425,25 +444,59 @@ Refit = Callable[..., Identification]
 
 
 def spread_over_laws(result: Identification, refit: Refit) -> Identification:
-    """The limit of sliding as wide as exponential heights and a sphere have it, if they answer."""
-    friction = result.parameters.get(FRICTION)
-    if friction is None or friction.verdict != BEYOND or friction.caveat is None:
-        return result
+    """What other laws that answer the loops as well make of the numbers.
+
+    The limit of sliding that no record reached is as wide as exponential heights and a sphere have
+    it. Where heights are searched without an upper end, their limit is the exponential one: what
+    that has elsewhere is in doubt.
+    """
+    parameters = result.parameters
+    is_beyond = FRICTION in parameters and parameters[FRICTION].verdict == BEYOND
+    is_open = any(n.high_open for name, n in parameters.items() if name.startswith(_SEPARATION))
     refits = {}
     for name, law, options in (
         ("exponential heights", "interface", {"heights": Exponential(1.0)}),
         ("one sphere", "sphere", {}),
     ):
-        try:
-            refits[name] = refit(law, **options)
-        except InputError:
-            continue
+        if is_beyond or (is_open and law == "interface"):
+            try:
+                refits[name] = refit(law, **options)
+            except InputError:
+                continue
     best_aic = min([result.aic, *(fit.aic for fit in refits.values() if fit.converged)])
-    found = {
-        name: fit.parameters[FRICTION]
+    as_good = {
+        name: fit
         for name, fit in refits.items()
         if fit.converged and fit.aic <= best_aic + _AS_GOOD
     }
+    if is_beyond:
+        result = _beyond(result, {name: fit.parameters[FRICTION] for name, fit in as_good.items()})
+    if is_open and (exponential := as_good.get("exponential heights")) is not None:
+        result = _elsewhere(result, {**exponential.parameters, **exponential.derived})
+    return result
+
+
+def _elsewhere(result: Identification, others: Numbers) -> Identification:
+    """Numbers that another law has outside their intervals are in doubt."""
+
+    def doubted(numbers: Numbers) -> MappingProxyType[str, Fitted]:
+        marked = dict(numbers)
+        for name, number in numbers.items():
+            other = others.get(name)
+            if other is None or other.at_bound:  # an open separation opens intervals, no values
+                continue
+            if not number.low <= other.value <= number.high:
+                data = {"value": other.value, "unit": other.unit}
+                marked |= mark({name: number}, Caveat("other heights", data))
+        return MappingProxyType(marked)
+
+    return replace(result, parameters=doubted(result.parameters), derived=doubted(result.derived))
+
+
+def _beyond(result: Identification, found: Numbers) -> Identification:
+    """The limits of sliding as wide as other laws have them."""
+    friction = result.parameters[FRICTION]
+    assert friction.caveat is not None
     low = min([friction.low, *(number.low for number in found.values())]) / friction.value
     high = max([friction.high, *(number.high for number in found.values())]) / friction.value
     laws = [f"{number_text(number.value, '')} ({name})" for name, number in found.items()]

@@ -73,10 +73,7 @@ def a_set(seed: int, kind: str | None = None) -> Set:
         "standardised_separation": h,
         "rig_stiffness": rig,
     }
-    options: dict[str, object] = {}
-    if kind == "summits":
-        options["summits"] = SUMMITS
-    return Set(kind, records, truth, options)
+    return Set(kind, records, truth, {"summits": SUMMITS if kind == "summits" else np.inf})
 
 
 def _record(

@@ -67,7 +67,7 @@ def interfaces() -> list[ms.Record]:
 
 def test_an_interface_comes_back() -> None:
     """Without noise every parameter to 1e-6, the rig's too."""
-    found = ms.identify(interfaces(), pair=JOINT.surface.pair, area=2e-4)
+    found = ms.identify(interfaces(), pair=JOINT.surface.pair, area=2e-4, summits=np.inf)
     assert found.status == "converged"
     one = {name: value.value for name, value in found.parameters.items()}
     reference = JOINT.at(normal_load=math.sqrt(300.0 * 3000.0))
@@ -308,23 +308,23 @@ def same(a: ms.Identification, b: ms.Identification, rel: float = 2e-3) -> None:
 def test_what_does_not_matter() -> None:
     """Order of the records, zeros of both channels, which way is positive, when it began."""
     records = noisy()
-    base = ms.identify(records, rig_stiffness=None, held_back=0)
-    same(base, ms.identify(records[::-1], rig_stiffness=None, held_back=0))
+    base = ms.identify(records, rig_stiffness=None, held_back=0, summits=np.inf)
+    same(base, ms.identify(records[::-1], rig_stiffness=None, held_back=0, summits=np.inf))
     moved = [
         ms.Record(r.displacement + 3e-5, r.force - 200.0, r.normal_load, sample_rate=r.sample_rate)
         for r in records
     ]
-    same(base, ms.identify(moved, rig_stiffness=None, held_back=0))
+    same(base, ms.identify(moved, rig_stiffness=None, held_back=0, summits=np.inf))
     turned = [
         ms.Record(-r.displacement, -r.force, r.normal_load, sample_rate=r.sample_rate)
         for r in records
     ]
     # Its cycles begin half a cycle later, with other samples left out: the same within the noise.
-    other = values_of(ms.identify(turned, rig_stiffness=None, held_back=0))
+    other = values_of(ms.identify(turned, rig_stiffness=None, held_back=0, summits=np.inf))
     for name, (low, value, high) in values_of(base).items():
         assert abs(other[name][1] - value) < 0.5 * (high - low), name
     no_clock = [ms.Record(r.displacement, r.force, r.normal_load) for r in records]
-    same(base, ms.identify(no_clock, rig_stiffness=None, held_back=0))
+    same(base, ms.identify(no_clock, rig_stiffness=None, held_back=0, summits=np.inf))
 
 
 def test_units_scale() -> None:
@@ -343,8 +343,8 @@ def test_units_scale() -> None:
 def test_a_stiff_rig_is_a_rigid_one() -> None:
     """The limit of a large stiffness."""
     records = noisy()
-    rigid = ms.identify(records, rig_stiffness=None, held_back=0)
-    stiff = ms.identify(records, rig_stiffness=1e15, held_back=0)
+    rigid = ms.identify(records, rig_stiffness=None, held_back=0, summits=np.inf)
+    stiff = ms.identify(records, rig_stiffness=1e15, held_back=0, summits=np.inf)
     for name, one in rigid.parameters.items():
         assert stiff.parameters[name].value == pytest.approx(one.value, rel=1e-4), name
 
@@ -359,7 +359,7 @@ def test_intervals_are_those_of_minos(monkeypatch: pytest.MonkeyPatch) -> None:
     """
     minuit = pytest.importorskip("iminuit", reason="MINOS is that of iminuit, which is not here")
     records = [*noisy(), *noisy(7)]
-    own = ms.identify(records, rig_stiffness=None, held_back=0)
+    own = ms.identify(records, rig_stiffness=None, held_back=0, summits=np.inf)
     _, problem, best = problem_behind(monkeypatch, records, "interface", rig_stiffness=None)
     residual, by = problem.residuals(best)
     least, unit = float(residual @ residual), np.linalg.norm(by, axis=0)
@@ -393,7 +393,8 @@ def test_intervals_are_those_of_minos(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_reduced_chi_squared_is_near_one() -> None:
     """The noise is that of the cycles, the displacement's counted: mean over 12 seeds."""
     found = [
-        ms.identify(noisy(100 * seed), rig_stiffness=None, held_back=0.25) for seed in range(12)
+        ms.identify(noisy(100 * seed), rig_stiffness=None, held_back=0.25, summits=np.inf)
+        for seed in range(12)
     ]
     each = [one.reduced_chi_squared for one in found]
     # 12 times 250 degrees of freedom: standard deviation 2.6 %, that of the noise 1.2 %.
@@ -421,7 +422,9 @@ def test_cycles_need_not_be_whole_samples() -> None:
     rig = ms.VirtualTribometer(
         JOINT, rig_stiffness=2e8, noise={"force": 5.0, "displacement": 2e-8}, sample_rate=517.3
     )
-    found = ms.identify(rig.record(amplitude=2e-5, frequency=1.0, cycles=60), held_back=0)
+    found = ms.identify(
+        rig.record(amplitude=2e-5, frequency=1.0, cycles=60), held_back=0, summits=np.inf
+    )
     assert found.reduced_chi_squared == pytest.approx(1.0, abs=0.2)
     for name, value in (
         ("slip_scale", JOINT.slip_per_indentation * 0.5e-6),
@@ -489,7 +492,11 @@ def test_a_wrong_value_that_is_fixed_leaves_nothing_identified() -> None:
     record = record_of(JOINT, 5e-6, load=2000.0, force=2.0, displacement=2e-9, rig=1e9)
     for rig in ("free", None):
         found = ms.identify(
-            record, fixed={"friction_coefficient": 0.3}, rig_stiffness=rig, held_back=0
+            record,
+            fixed={"friction_coefficient": 0.3},
+            rig_stiffness=rig,
+            held_back=0,
+            summits=np.inf,
         )
         assert "the law does not answer the records" in found.message
         assert any("% of the force" in note for note in found.notes)
@@ -498,7 +505,7 @@ def test_a_wrong_value_that_is_fixed_leaves_nothing_identified() -> None:
         scale = found.parameters["slip_scale"]
         assert scale.low_open or scale.low > 1e-12
         assert scale.high_open or scale.high < 1e-2
-    right = ms.identify(record, fixed={"friction_coefficient": 0.55}, held_back=0)
+    right = ms.identify(record, fixed={"friction_coefficient": 0.55}, held_back=0, summits=np.inf)
     assert "does not answer" not in right.message
 
 
@@ -509,7 +516,9 @@ def test_an_end_at_the_bound_of_another_is_open() -> None:
     scale = joint.slip_per_indentation * 4e-9
     noise = 2e-3 * joint.force_limit
     record = record_of(joint, 2.0 * scale, load=2000.0, seed=3, force=noise)
-    found = ms.identify(record, pair=JOINT.surface.pair, rig_stiffness=None, held_back=0)
+    found = ms.identify(
+        record, pair=JOINT.surface.pair, rig_stiffness=None, held_back=0, summits=np.inf
+    )
     assert found.parameters["standardised_separation"].low_open
     for one, truth in ((found.parameters["slip_scale"], scale), (found.derived["std"], 4e-9)):
         assert one.verdict == "bounded above", one.name
@@ -530,7 +539,9 @@ def test_the_rig_that_differs_is_named() -> None:
     even = [record_of(JOINT, a, load=2000.0, seed=9, force=2.0) for a in (6e-6, 7e-6)]
     said = []
     for records, rigs in ((odd + even, "aabb"), (even + odd, "bbaa")):
-        found = ms.identify(records, rigs=list(rigs), held_back=0, intervals="curvature")
+        found = ms.identify(
+            records, rigs=list(rigs), held_back=0, intervals="curvature", summits=np.inf
+        )
         assert found.status == "records differ: rigs"
         assert "'amplitude 4e-06 m" in found.message
         said.append(found.message.split("(")[0])
@@ -566,7 +577,7 @@ def test_a_robust_loss_bears_an_outlier() -> None:
 
 def test_energy_is_in_the_residuals() -> None:
     """Energy per cycle of the model and of the record agree within the error given."""
-    for one in ms.identify(noisy(), rig_stiffness=None, held_back=0).records:
+    for one in ms.identify(noisy(), rig_stiffness=None, held_back=0, summits=np.inf).records:
         assert abs(one.energy_residual) < 4.0 * one.energy_error + 1e-4
         assert one.measured_energy > 0.0
         assert one.residual == pytest.approx(one.measured - one.model)
@@ -578,7 +589,7 @@ def test_energy_is_in_the_residuals() -> None:
 @pytest.mark.skipif(not REAL.exists(), reason="the measured data are not here")
 def test_real_record() -> None:
     """Friction and the rig's stiffness come out, of a force that moves; the separation does not."""
-    found = ms.identify(ms.Record.read(REAL, sign=-1))
+    found = ms.identify(ms.Record.read(REAL, sign=-1), summits=np.inf)
     assert found.converged
     friction = found.parameters["friction_coefficient"]
     assert friction.verdict == "in doubt"

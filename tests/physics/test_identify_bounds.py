@@ -41,7 +41,9 @@ def exponential() -> list[ms.Record]:
 def gaussian(end: float | None = None) -> ms.Identification:
     """These records under Gaussian heights, which want to be searched without end."""
     bounds = None if end is None else {"standardised_separation": (-4.0, end)}
-    return ms.identify(exponential(), pair=PAIR, area=2e-4, bounds=bounds, held_back=0)
+    return ms.identify(
+        exponential(), pair=PAIR, area=2e-4, bounds=bounds, held_back=0, summits=np.inf
+    )
 
 
 # -- ends of a search ----------------------------------------------------------------------------
@@ -98,7 +100,9 @@ def test_a_separation_at_a_load_is_known_as_well_as_that_of_all() -> None:
 def test_what_an_open_end_does_not_move_stays_identified() -> None:
     """Under its own heights h is open, and sigma, which does not go with it, is right."""
     heights = ms.Exponential(STD)
-    found = ms.identify(exponential(), pair=PAIR, area=2e-4, heights=heights, held_back=0)
+    found = ms.identify(
+        exponential(), pair=PAIR, area=2e-4, heights=heights, held_back=0, summits=np.inf
+    )
     assert found.parameters["standardised_separation"].verdict == "not identified"
     for one, truth in (
         (found.parameters["friction_coefficient"], 0.4),
@@ -133,7 +137,12 @@ def test_a_separation_for_each_load_is_that_at_its_load() -> None:
     """One name, one value: the truth of each load, and the joint of that load."""
     records = [loops(JOINT, load, 6e-6, seed) for seed, load in enumerate((500.0, 2000.0))]
     found = ms.identify(
-        records, pair=PAIR, area=2e-4, per_load=["standardised_separation"], held_back=0
+        records,
+        pair=PAIR,
+        area=2e-4,
+        per_load=["standardised_separation"],
+        held_back=0,
+        summits=np.inf,
     )
     assert not any(name.startswith("standardised_separation") for name in found.derived)
     for load in (500.0, 2000.0):
@@ -144,7 +153,7 @@ def test_a_separation_for_each_load_is_that_at_its_load() -> None:
         made = found.joint(load)
         assert made.separation / made.surface.heights.std == pytest.approx(one.value, abs=1e-3)
     # Between the loads it is the nearest one's, taken to the load by the law.
-    shared = ms.identify(records, pair=PAIR, area=2e-4, held_back=0)
+    shared = ms.identify(records, pair=PAIR, area=2e-4, held_back=0, summits=np.inf)
     for load in (700.0, 990.0, 1010.0, 1500.0):
         one, other = found.joint(load), shared.joint(load)
         assert one.tangential_stiffness == pytest.approx(other.tangential_stiffness, rel=0.02)
@@ -164,6 +173,7 @@ def test_what_belongs_to_a_load_uses_the_separation_of_the_nearest() -> None:
             contact_area=(area, 0.02 * area, 2000.0),
             held_back=0,
             intervals="curvature",
+            summits=np.inf,
         )
         assert found.derived["radius"].value == pytest.approx(1e-3, rel=0.3)
 
@@ -185,14 +195,14 @@ def test_a_delay_that_would_explain_a_misfit_is_named() -> None:
     """And fitted it comes out, with all others right."""
     rate, samples = 25600.0, 8
     record = late(loops(JOINT, None, 6e-6, 1, rate), samples)
-    found = ms.identify(record, pair=PAIR, held_back=0)
+    found = ms.identify(record, pair=PAIR, held_back=0, summits=np.inf)
     assert found.parameters["slip_scale"].verdict != "identified"
     (note,) = (text for text in found.notes if "would explain" in text)
     assert "behind the displacement" in note
     assert 'write `delay="free"`' in note
     # 8 samples at 25.6 kHz are 312 us; the score is a linear estimate.
     assert float(note.split()[2]) == pytest.approx(312.5, rel=0.1)
-    right = ms.identify(record, pair=PAIR, held_back=0, delay="free")
+    right = ms.identify(record, pair=PAIR, held_back=0, delay="free", summits=np.inf)
     (one,) = right.delays.values()
     assert one.verdict == "identified"
     assert abs(one.value - samples / rate) < 4.0 * one.standard_error
@@ -255,14 +265,21 @@ def test_loops_stiffer_than_their_rig_are_told(given: Any, start: bool) -> None:
         ms.InputError, match=r"loops are stiffer \(4[456]\d MN/m after a reversal\)"
     ):
         ms.identify(
-            loops(JOINT, None, 6e-6, 1), rig_stiffness=given, start=values if start else None
+            loops(JOINT, None, 6e-6, 1),
+            rig_stiffness=given,
+            start=values if start else None,
+            summits=np.inf,
         )
 
 
 def test_a_rig_a_little_too_soft_is_told_beside_the_misfit() -> None:
     """There a fit comes out, which leaves much."""
     found = ms.identify(
-        loops(JOINT, None, 6e-6, 1), rig_stiffness=3.5e8, held_back=0, intervals="curvature"
+        loops(JOINT, None, 6e-6, 1),
+        rig_stiffness=3.5e8,
+        held_back=0,
+        intervals="curvature",
+        summits=np.inf,
     )
     assert found.reduced_chi_squared > 25.0
     assert any("the loops are stiffer" in text for text in found.notes)

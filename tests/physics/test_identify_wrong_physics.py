@@ -91,10 +91,39 @@ def test_exponential_heights_in_gross_slip(seed: int) -> None:
     force = MU * 1000.0 * -np.expm1(-u / SLIP_SCALE)
     backbone = np.append(u + force / RIG, 1e-3), np.append(force, force[-1])
     record = loops(backbone, 1000.0, 2.5, 0.01, rng)
-    fit = ms.identify(record, held_back=0)
+    fit = ms.identify(record, held_back=0, summits=np.inf)
     rig = fit.parameters["rig_stiffness"]
     assert not rig.low <= RIG <= rig.high
     assert rig.verdict == "in doubt"
     assert rig.caveat is not None
     if rig.caveat.kind == "other heights":
         assert rig.caveat.data["value"] == pytest.approx(RIG, rel=0.03)
+
+
+def test_without_their_number_summits_leave_numbers_apparent() -> None:
+    """But friction, the force at gross slip; page and terminal are of one document."""
+    from microslip.results.identified.document import Identified, document
+
+    rng = np.random.default_rng(5)
+    joint = Joint(MU, SLIP_SCALE, 0.5, 1000.0, RIG, tuple(rng.normal(size=20_000)))
+    records = [
+        loops(joint.backbone(load), load, reach, 0.02, rng)
+        for load in (400.0, 2500.0)
+        for reach in (0.4, 2.5)
+    ]
+    fit = ms.identify(records, held_back=0, intervals="curvature")
+    assert fit.parameters["friction_coefficient"].verdict == "identified"
+    for name in ("slip_scale", "rig_stiffness"):
+        number = fit.parameters[name]
+        assert number.verdict != "identified"
+        if number.verdict == "apparent":
+            assert number.caveat is not None
+            assert number.caveat.kind == "continuum"
+            assert "the number of all summits" in number.remedy
+    told = document(Identified((fit,), None, None))
+    assert told.word != "ok"
+    assert any("summits" in note for note in told.data["identification"]["notes"])
+    continuum = ms.identify(records, held_back=0, intervals="curvature", summits=np.inf)
+    assert not any(caveat.kind == "continuum" for caveat in continuum.caveats)
+    for name, number in fit.parameters.items():
+        assert continuum.parameters[name].value == number.value

@@ -47,7 +47,9 @@ area = "2 cm^2"
 friction_coefficient = 0.4
 normal_load = "1 kN"
 """
-OPTIONS: dict[str, Any] = {"fixed": {}, "bounds": {}, "contact_area": None, "held_back": 0.25}
+OPTIONS: dict[str, Any] = {
+    "fixed": {}, "bounds": {}, "contact_area": None, "held_back": 0.25, "summits": np.inf,
+}  # fmt: skip
 
 
 def record(load: float, amplitude: float, **how: Any) -> ms.Record:

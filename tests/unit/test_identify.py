@@ -48,7 +48,9 @@ def joint() -> ms.Identification:
             (load, amplitude) for load in (300.0, 3000.0) for amplitude in (1e-6, 3e-6)
         )
     ]
-    return ms.identify(records, pair=JOINT.surface.pair, area=2e-4, rig_stiffness=None)
+    return ms.identify(
+        records, pair=JOINT.surface.pair, area=2e-4, rig_stiffness=None, summits=np.inf
+    )
 
 
 # -- what is refused ------------------------------------------------------------------------------
@@ -269,16 +271,16 @@ def test_records_of_different_rigs_are_told() -> None:
         record(JOINT, 12e-6, rig_stiffness=2e8, noise=0.001),
         record(JOINT, 12e-6, rig_stiffness=1e8, noise=0.001, seed=1),
     ]
-    found = ms.identify(records, held_back=0)
+    found = ms.identify(records, held_back=0, summits=np.inf)
     assert found.status == "records differ: rigs"
     assert "name the rig of each record" in found.message
-    told = ms.identify(records, rigs=["old", "new"], held_back=0)
+    told = ms.identify(records, rigs=["old", "new"], held_back=0, summits=np.inf)
     assert told.status == "converged"
     old, new = (told.parameters[f"rig_stiffness of {label}"] for label in ("old", "new"))
     assert old.low < 2e8 < old.high
     assert new.low < 1e8 < new.high
     same = [record(JOINT, a, rig_stiffness=2e8, seed=i) for i, a in enumerate((8e-6, 12e-6))]
-    assert ms.identify(same, held_back=0).status == "converged"
+    assert ms.identify(same, held_back=0, summits=np.inf).status == "converged"
 
 
 def test_an_interface() -> None:
@@ -293,7 +295,7 @@ def test_an_interface() -> None:
     assert made.tangential_stiffness == pytest.approx(JOINT.tangential_stiffness, rel=0.05)
     study = ms.Study(**found.study())
     assert study.joint.normal_load == pytest.approx((300.0, 3000.0), rel=1e-3)
-    bare = ms.identify(record(JOINT, 3e-6), rig_stiffness=None, held_back=0)
+    bare = ms.identify(record(JOINT, 3e-6), rig_stiffness=None, held_back=0, summits=np.inf)
     assert "std" not in bare.derived
     with pytest.raises(ms.InputError, match="pair must be given"):
         bare.joint()
@@ -316,6 +318,7 @@ def test_a_contact_area_separates_radius_and_density() -> None:
         rig_stiffness=None,
         contact_area=(area, 0.05 * area, 2000.0),
         held_back=0,
+        summits=np.inf,
     )
     radius, density = found.derived["radius"], found.derived["density"]
     assert radius.low < 1e-3 < radius.high
@@ -331,9 +334,14 @@ def test_known_data_narrow() -> None:
     """A scan's sigma as a datum makes the interval of it no wider than its own."""
     records = [record(JOINT, 3e-6)]
     pair = JOINT.surface.pair
-    free = ms.identify(records, pair=pair, rig_stiffness=None, held_back=0)
+    free = ms.identify(records, pair=pair, rig_stiffness=None, held_back=0, summits=np.inf)
     told = ms.identify(
-        records, pair=pair, rig_stiffness=None, known={"std": (0.5e-6, 5e-9)}, held_back=0
+        records,
+        pair=pair,
+        rig_stiffness=None,
+        known={"std": (0.5e-6, 5e-9)},
+        held_back=0,
+        summits=np.inf,
     )
     assert told.derived["std"].standard_error < min(5e-9, free.derived["std"].standard_error)
     assert told.degrees_of_freedom == free.degrees_of_freedom + 1
@@ -383,8 +391,8 @@ def test_the_separation_names_its_load() -> None:
     assert joint().summary()["parameters"]["standardised_separation"]["normal_load"] == one.load
     # An instance at another load starts the fit, and does not name what comes out.
     start = JOINT.at(normal_load=500.0)
-    told = ms.identify(record(JOINT, 3e-6), start, rig_stiffness=None, held_back=0)
-    bare = ms.identify(record(JOINT, 3e-6), rig_stiffness=None, held_back=0)
+    told = ms.identify(record(JOINT, 3e-6), start, rig_stiffness=None, held_back=0, summits=np.inf)
+    bare = ms.identify(record(JOINT, 3e-6), rig_stiffness=None, held_back=0, summits=np.inf)
     h, free = (found.parameters["standardised_separation"] for found in (told, bare))
     assert h.load == free.load == pytest.approx(JOINT.normal_load, rel=1e-3)
     assert h.value == pytest.approx(free.value, abs=1e-3)
@@ -618,7 +626,7 @@ def test_profiles_end_in_time(monkeypatch: pytest.MonkeyPatch) -> None:
 
     whole = joint()
     monkeypatch.setattr(intervals, "_MOST_WORK", 0.0)
-    found = ms.identify(three_loads())
+    found = ms.identify(three_loads(), summits=np.inf)
     assert any("those of the curvature" in note for note in found.notes)
     assert not any("curvature" in note for note in whole.notes)
 
@@ -706,7 +714,7 @@ def test_a_study_has_the_joints_own_amplitudes() -> None:
         record(JOINT.at(normal_load=load), top, seed=i, noise=0.002, rig_stiffness=stiffness)
         for i, load in enumerate((1000.0, 1001.0, 3000.0))
     ]
-    found = ms.identify(records, pair=JOINT.surface.pair, rig_stiffness=stiffness)
+    found = ms.identify(records, pair=JOINT.surface.pair, rig_stiffness=stiffness, summits=np.inf)
     study = found.study()
     assert len(study["joint"]["normal_load"]) == 2
     units = {"um": 1e-6, "nm": 1e-9}

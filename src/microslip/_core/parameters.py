@@ -25,7 +25,18 @@ from microslip.errors import InputError
 
 JsonSchema = dict[str, Any]
 
-REQUIRED: Any = type("Required", (), {"__repr__": lambda self: "REQUIRED"})()
+
+class _Required:
+    """One thing, the same after pickling."""
+
+    def __reduce__(self) -> str:
+        return "REQUIRED"
+
+    def __repr__(self) -> str:
+        return "REQUIRED"
+
+
+REQUIRED: Any = _Required()
 """Default of what has to be given."""
 
 _KEY = "microslip"

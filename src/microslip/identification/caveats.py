@@ -190,9 +190,11 @@ TABLE: Mapping[str, Row] = {
     # -- of the whole fit -----------------------------------------------------------------------
     "own elastic part": Row("{law!r} has an elastic part of its own: the rig is part of it"),
     "continuum": Row(
-        "heights are a continuum here: the chance in those of the summits in contact moves slip "
-        "scale, separation and rig, by more than noise where there are few; it is in no interval "
-        "without their number, `summits={count}`"
+        "found as if heights were a continuum: the chance in those of the summits in contact moves "
+        "slip scale, separation and rig, by more than noise where there are few, and is in no "
+        "interval without their number, `summits={count}`",
+        "give the number of all summits, infinity for a continuum",
+        APPARENT,
     ),
     "no play": Row("no play between joint and transducer shows in the loops"),
     "play": Row("play of {play:3 m} ± {error:3 m} between joint and transducer is taken off"),

@@ -56,6 +56,8 @@ from microslip.materials import MaterialPair
 FRICTION, _SEPARATION = "friction_coefficient", "standardised_separation"
 _LIMITS = (FRICTION, "force_limit")
 """Numbers that only a contact in gross slip shows."""
+_OF_NO_SUMMIT = (*_LIMITS, *SUMMIT_DATA, "summit_count")
+"""Numbers that which summits touch says nothing of, and those that were measured apart."""
 _REACHED = 0.95
 """Share of the limit that a record has to reach for it to be seen."""
 _FAR = 10.0
@@ -144,8 +146,12 @@ def result_of(
     parameters, directions = _parameters(seen)
     derived = _derived(seen, parameters)
     parameters, derived = _leaning(seen, parameters, derived)
-    for caveat, names in _reservations(seen, [*parameters, *derived]):
+    everything = [*parameters, *derived]
+    for caveat, names in _reservations(seen, everything):
         parameters, derived = (mark(n, caveat, names) for n in (parameters, derived))
+    for caveat in (caveat for caveat in before if caveat.row.verdict):
+        hidden = [name for name in everything if name.partition(" ")[0] not in _OF_NO_SUMMIT]
+        parameters, derived = (mark(n, caveat, hidden) for n in (parameters, derived))
     status, caveats = _status(seen, parameters)
     if status == DIFFER:
         parameters, derived = (mark(n, Caveat("as one rig")) for n in (parameters, derived))

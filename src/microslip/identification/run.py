@@ -114,7 +114,8 @@ def identify(
     summits : float, optional
         Number of all summits under the apparent area [-]: as their heights are random, the tail
         that is in contact is not that of the distribution, and loops tell the heights, and with
-        them the rig, less well. Without it heights are a continuum, which a note then says.
+        them the rig, less well. Without it they are found as if heights were a continuum and are
+        apparent; infinity says that heights are one, such as those of a virtual joint.
     nuisances : sequence of str, optional
         Forces beside the law whose sizes are free in each record: "parallel" (a spring beside the
         joint), "viscous", "inertia" (a mass behind the force sensor; of a sine it is the same as
@@ -355,6 +356,8 @@ def _area_of(area: Any, model: Model, surface: Any) -> float | None:
 
 def _checked_summits(count: Any, model: Model, notes: list[Caveat]) -> float | None:
     """How many summits there are, where the law has a distribution of their heights."""
+    if isinstance(count, float) and count == math.inf:
+        return None
     template = getattr(model, "template", None)
     if template is None or not isinstance(template.law, GreenwoodWilliamson):
         if count is not None:

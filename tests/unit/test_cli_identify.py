@@ -12,7 +12,7 @@ import pytest
 from command import STUDY, fails, run
 
 import microslip as ms
-from microslip.cli.fit_values import contact_area_of, known_of, rig_stiffness_of
+from microslip.cli.fit_values import calibration_of, contact_area_of, known_of, rig_stiffness_of
 
 JOINT = ms.Interface.examples()[0]
 RIG = 5e8
@@ -182,6 +182,22 @@ def test_rig_stiffness(text: str, value: Any) -> None:
 def test_contact_area() -> None:
     assert contact_area_of("6 mm^2, 1 mm^2, 2 kN") == (6e-6, 1e-6, 2000.0)
     assert contact_area_of(None) is None
+
+
+@pytest.mark.parametrize(
+    ("text", "factors", "error"),
+    [
+        ("force=1±0.01", (), 0.01),
+        ("force=200±2 N/V", ("force=200 N/V",), 0.01),
+        ("force=12.5 N/V +- 2 %", ("force=12.5 N/V",), 0.02),
+        ("force=12.5 N/V", ("force=12.5 N/V",), None),
+    ],
+)
+def test_calibration(text: str, factors: tuple[str, ...], error: float | None) -> None:
+    """A factor of one changes no number; its deviation is a share of it."""
+    found, errors = calibration_of((text,))
+    assert found == factors
+    assert errors == ({} if error is None else {"force": pytest.approx(error)})
 
 
 def test_known() -> None:

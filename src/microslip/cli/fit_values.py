@@ -42,6 +42,25 @@ def options_of(values: dict[str, Any], laws: Sequence[str]) -> dict[str, Any]:
     }
 
 
+def calibration_of(texts: tuple[str, ...]) -> tuple[tuple[str, ...], dict[str, float]]:
+    """What --calibration says of the factors, and relative errors of those that have one."""
+    factors, errors = [], {}
+    for role, text in pairs("calibration", texts).items():
+        value, deviation = _with_deviation(text)
+        if deviation is not None:
+            number, error = value.split()[0], deviation.removesuffix("%").split()[0]
+            if not (_is_number(number) and _is_number(error) and float(number) != 0.0):
+                raise click.UsageError(
+                    f"--calibration wants {role}=FACTOR±DEVIATION, such as {role}=1±0.01, got "
+                    f'"{text}"'
+                )
+            share = 0.01 if deviation.endswith("%") else 1.0 / abs(float(number))
+            errors[role] = float(error) * share
+        if deviation is None or not (_is_number(value) and float(value) == 1.0):
+            factors.append(f"{role}={value}")
+    return tuple(factors), errors
+
+
 def values_of(texts: tuple[str, ...], laws: Sequence[str]) -> dict[str, float]:
     """What --fix says, NAME=VALUE each."""
     units = _units_of(laws)

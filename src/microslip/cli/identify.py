@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from microslip.cli.fit_values import options_of
+from microslip.cli.fit_values import calibration_of, options_of
 from microslip.cli.frame import OneOf
 from microslip.cli.options import ANY_PATH, NamedOption, option, spelling, switch
 from microslip.cli.output import FIGURES, Output, writes
@@ -182,7 +182,10 @@ def identify(
 
         remedy = "; records of one rig need none"
         rig_labels = each_of("--rig", rigs, len(records), "a label", remedy)
+        factors, gain_errors = calibration_of(reading.calibration)
+        reading = reading._replace(calibration=factors)
         options = {**options_of(values, laws), "rigs": list(rig_labels) or None}
+        options["gain_errors"] = gain_errors or None
         description = None if study is None else _study(study)
         with output.staged(KIND, "identification") as stage:
             with progress("Reading") as report:

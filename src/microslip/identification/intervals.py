@@ -81,14 +81,15 @@ def profiled(
             nothing = Interval(-math.inf, math.inf, True, True, best.q, best.q)
             return Profiled(best, [nothing] * size, np.ones(size), np.eye(size), threshold)
         covariance = covariance_of(information(problem, best.q))
+        by_noise = noise_shares(problem, best.q, covariance)
         reduced = best.cost / freedom
         hidden_shift = misfit_shift(best, freedom)
         excess = reduced if chdtrc(freedom, best.cost) < _SIGNIFICANT else 1.0
-        widen = np.maximum(cycle_ratio(problem, best.q), max(excess, 1.0))
-        errors = np.sqrt(np.diag(covariance))
+        widen = np.maximum(cycle_ratio(problem, best.q), 1.0 + (max(excess, 1.0) - 1.0) * by_noise)
+        errors = np.sqrt(np.diag(covariance) * by_noise)
         stake = stake_of(problem, best, errors * np.sqrt(threshold * widen), hidden_shift * errors)
         if not is_at_stake(stake):
-            widen = (np.sqrt(widen) + hidden_shift / math.sqrt(threshold)) ** 2
+            widen = (np.sqrt(widen) + hidden_shift * np.sqrt(by_noise / threshold)) ** 2
         task = _Task(problem, best, threshold * widen, covariance, attempt == _RESTARTS - 1)
         linear = task.run(kind, evaluation_limit, report)
         if task.better is None:
@@ -193,6 +194,17 @@ def log_change(coordinate: Coordinate, q: float, moved: float) -> float:
 
 
 # -- what may hide behind a misfit -----------------------------------------------------------------
+
+
+def noise_shares(problem: Problem, q: Floats, covariance: Floats) -> Floats:
+    """Share of the variance of each coordinate that is not of the sensors' gains."""
+    if not problem.gains:
+        return np.ones(q.size)
+    certain = problem.copy()
+    certain.gains = {}
+    certain.update(q)
+    exact = covariance_of(information(certain, q))
+    return np.minimum(np.diag(exact) / np.diag(covariance), 1.0)
 
 
 def misfit_shift(best: Fit, freedom: int) -> float:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -55,6 +55,7 @@ class Problem:
         free_delay: bool = False,
         lags: Sequence[float] | None = None,
         summits: float | None = None,
+        gains: Mapping[str, float] | None = None,
         effects: tuple[str, ...] = (),
         beside: Sequence[Floats] | None = None,
     ) -> None:
@@ -68,6 +69,9 @@ class Problem:
         """Courses of forces beside the law, their sizes free in each record (bins, effects)."""
         self.summits = summits
         """Number of summits, whose heights are random; None for a continuum."""
+        self.gains = dict(gains or {})
+        """Relative standard deviations of the sensors' gains, common to all cycles of all records,
+        by "force", "displacement" and "normal_load"."""
         self.shared: Metric | None = None
         """Of what all records have in common and is not certain."""
         self.data: list[Datum] = []
@@ -116,7 +120,9 @@ class Problem:
     def like(self, **changes: Any) -> Problem:
         """The same problem with other arguments, and the evaluations that went before."""
         names = ("folded", "model", "coordinates", "columns", "rigs", "free_delay", "lags")
-        arguments = {key: getattr(self, key) for key in (*names, "summits", "effects", "beside")}
+        arguments = {
+            key: getattr(self, key) for key in (*names, "summits", "gains", "effects", "beside")
+        }
         problem = Problem(**(arguments | changes))
         problem.data, problem.evaluations = self.data, self.evaluations
         return problem
@@ -213,7 +219,7 @@ class Problem:
     def parts(self) -> list[NDArray[np.int64]]:
         """Free coordinates in parts of which no record has two; one part beside data of all."""
         row = {int(j): r for r, j in enumerate(self.free)}
-        if self.data or self.summits is not None:
+        if self.data or self.gains or self.summits is not None:
             return [np.arange(self.free.size)]
         label = np.arange(self.free.size)
         for column, rig in zip(self.columns, self.rigs, strict=True):
@@ -325,8 +331,10 @@ class Problem:
                 effects = share * effects + (1.0 - share) * before[at]
             self.nuisance_effects.append(effects)
             self.metrics[at] = self.metric_of(at)
-        if self.summits is not None:
-            self.shared = metric_of(np.zeros((self.weight.size, 0)), self._by_summits(q).T)
+        self.shared = None
+        if self.summits is not None or self.gains:
+            common = np.vstack((self._by_summits(q), self._by_gains(q)))
+            self.shared = metric_of(np.zeros((self.weight.size, 0)), common.T)
         self._last = None
 
     def metric_of(self, at: int, *, loads: bool = True) -> Metric:
@@ -394,6 +402,25 @@ class Problem:
         for span, metric in zip(self.bins, self.metrics, strict=True):
             rows[:, span] = metric.apply(rows[:, span])
         return np.asarray(rows)
+
+    def _by_gains(self, q: Floats) -> Floats:
+        """Whitened change of the residuals by the errors of the sensors' gains (rows)."""
+        rows = np.zeros((len(self.gains), self.weight.size))
+        # Of the model: the error of a measured force would go with its noise, and draw values down.
+        force = self.to_bins(self.respond(q)[0])
+        for row, (role, error) in zip(rows, self.gains.items(), strict=True):
+            if role == "normal_load":
+                row[:] = error * self._by_load(q) if self.model.scales_with_load else 0.0
+                continue
+            for at, span in enumerate(self.bins):
+                folded = self.folded[self.order[at]]
+                size = folded.coefficients.size
+                moved = folded.coefficients @ self.nuisance_effects[at][:size]
+                row[span] = error * (force[span] if role == "force" else moved)
+        rows *= self.weight
+        for span, metric in zip(self.bins, self.metrics, strict=True):
+            rows[:, span] = metric.apply(rows[:, span])
+        return rows
 
     def _by_change(self, q: Floats, rise: Rise) -> Floats:
         """Change of forces where the backbone does (rows) [N]; behind a rig over 1 + c T0'(v)."""

@@ -312,16 +312,17 @@ def cycle_ratio(problem: Problem, q: Floats, confidence: float = 0.999) -> Float
 
     _, by = problem.residuals(q)
     inverse = covariance_of(by.T @ by)
+    felt = problem.whitened(by[: problem.weight.size].T)
     measured = np.zeros(q.size)
     expected = np.zeros(q.size)
     square = np.zeros(q.size)
     grown = np.zeros(q.size)
     for at, i in enumerate(problem.order):
-        span, folded, metric = problem.bins[at], problem.folded[i], problem.metrics[at]
+        span, folded = problem.bins[at], problem.folded[i]
         # Each cycle's part in the weighted residuals of the mean, without what all share.
         part = (folded.cycle_force - folded.cycle_count * folded.force) / folded.count
         part = part * problem.weight[span]
-        influence = metric.apply(np.ascontiguousarray(by[span].T))
+        influence = felt[:, span]
         scores = part @ influence.T @ inverse
         number = part.shape[0]
         share = np.sum((inverse @ influence) ** 2, axis=1)

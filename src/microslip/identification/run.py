@@ -11,10 +11,12 @@ import numpy as np
 
 from microslip._core.checks import exact, number, positive, show
 from microslip._core.units import engineering
+from microslip._core.wording import did_you_mean
 from microslip.errors import InputError
 from microslip.identification import fit_quality, parameter_choice
 from microslip.identification.caveats import Caveat
 from microslip.identification.conclusions import result_of, spread_over_laws
+from microslip.identification.coordinates import option_mapping
 from microslip.identification.fit import Fit, solve
 from microslip.identification.intervals import Progress, profiled
 from microslip.identification.models import model_of
@@ -38,6 +40,7 @@ _MOST_FORCES = 1 << 15
 _LEAST_CONFIDENCE = 1e-3
 _MOST_DELAYS = 10
 INTERVALS = ("profile", "curvature")
+_SENSORS = ("force", "displacement", "normal_load")
 _IN_TIME, _LATEST = 1e-5, 1.0  # rad
 _CERTAIN, _ALIKE = 5.0, 0.2  # standard deviations; correlation of force and displacement
 
@@ -66,6 +69,7 @@ def identify(
     nuisances: Sequence[str] | None = None,
     cycles: slice | None = None,
     noise: tuple[float, float] | None = None,
+    gain_errors: Mapping[str, float] | None = None,
     held_back: float = 0.25,
     confidence: float = 0.95,
     intervals: str = "profile",
@@ -127,6 +131,9 @@ def identify(
     noise : (float, float), optional
         Standard deviations of each force [N] and each displacement [m]: then every record is one
         cycle that was averaged already, of which no scatter tells the noise; none is held back.
+    gain_errors : mapping, optional
+        Relative standard deviations [-] of the gains of the sensors, as their calibration has them,
+        by "force", "displacement" and "normal_load": errors that all cycles and records share.
     held_back : float, optional
         Share of the cycles [-] that a second fit does not see and predicts; 0 for none. At least
         one cycle of each record is held back, and two are not.
@@ -211,6 +218,7 @@ def identify(
         free_delay=free_delay,
         lags=lags,
         summits=count_of_summits,
+        gains=_checked_gains(gain_errors),
         effects=effects,
         beside=[columns_of(record, effects) for record in folded] if effects else None,
     )
@@ -274,6 +282,8 @@ def identify(
             nuisances=nuisances,
             held_back=0,
             confidence=confidence,
+            gain_errors=gain_errors,
+            summits=math.inf,
             intervals="curvature",
             **law_options,
         )
@@ -372,6 +382,25 @@ def _checked_summits(count: Any, model: Model, notes: list[Caveat]) -> float | N
     number = "..." if law is None else round(law.surface.density * law.surface.area)
     notes.append(Caveat("continuum", {"count": number}))
     return None
+
+
+def _checked_gains(errors: Any) -> dict[str, float]:
+    """Relative standard deviations of the gains of the sensors, by what these measure."""
+    errors = option_mapping("gain_errors", errors)
+    for role in errors:
+        if role not in _SENSORS:
+            raise InputError(
+                f"`gain_errors` must be of {', '.join(_SENSORS)}, got {show(role)}"
+                f"{did_you_mean(role, _SENSORS) if isinstance(role, str) else ''}"
+            )
+    checked = {role: positive(f"error of the gain of {role}", e) for role, e in errors.items()}
+    for role, error in checked.items():
+        if error >= 1.0:
+            raise InputError(
+                f"`gain_errors`: that of {role} must be a share below 1, such as 0.01 for 1 %, got "
+                f"{exact(error)}"
+            )
+    return checked
 
 
 def _checked_delay(delay: Any, folded: Sequence[Folded]) -> tuple[bool, list[float]]:

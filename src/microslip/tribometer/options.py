@@ -35,7 +35,8 @@ TURN = option("turn", "Turn the sign of the force.", bool, default=False, answer
 UNITS = option("units", f"Unit of {_ROLES}; may be repeated.", flag="unit", metavar="WHAT=UNIT")
 CALIBRATION = option(
     "calibration",
-    'Factor of a sensor, such as force="12.5 N/V"; may be repeated.',
+    'Factor of a sensor, such as force="12.5 N/V", in a fit with its deviation: force=1±0.01; '
+    "may be repeated.",
     metavar="WHAT=FACTOR",
 )
 ZERO = option(

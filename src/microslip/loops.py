@@ -1,4 +1,4 @@
-"""Floor 4: closed hysteresis loops and what is read from them."""
+"""Closed hysteresis loops and what is read from them."""
 
 from __future__ import annotations
 

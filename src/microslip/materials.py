@@ -1,4 +1,4 @@
-"""Floor 1: elastic materials, a table of metals, and the pair of two (19.4), (19.11)."""
+"""Elastic materials, a table of metals, and the pair of two (19.4), (19.11)."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""What every floor stands on: checks, units, wording, frozen arrays, whole files, verdicts."""
+"""What every package stands on: checks, units, wording, frozen arrays, whole files, verdicts."""

@@ -1,4 +1,4 @@
-"""Floor 0: labelled arrays as one netCDF-4 file, the same bytes for the same numbers."""
+"""Labelled arrays as one netCDF-4 file, the same bytes for the same numbers."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Floor 11: the workbench: the commands in a browser, on this machine alone."""
+"""The workbench: the commands in a browser, on this machine alone."""

@@ -1,4 +1,4 @@
-"""Floor 8: the figures of the chapter, each drawn from this library."""
+"""The figures of the chapter, each drawn from this library."""
 
 from __future__ import annotations
 

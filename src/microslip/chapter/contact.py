@@ -1,4 +1,4 @@
-"""Floor 8: the figures of one contact, 19.2, 19.3 and 19.10, all from `Asperity`."""
+"""The figures of one contact, 19.2, 19.3 and 19.10, all from `Asperity`."""
 
 from __future__ import annotations
 

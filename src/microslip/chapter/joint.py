@@ -1,4 +1,4 @@
-"""Floor 8: the figures of the whole interface, 19.19, 19.20, 19.23, 19.24, and its damping."""
+"""The figures of the whole interface, 19.19, 19.20, 19.23, 19.24, and its damping."""
 
 from __future__ import annotations
 

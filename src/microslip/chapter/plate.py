@@ -1,4 +1,4 @@
-"""Floor 8: one figure of the chapter, drawn and written: pictures, data, what was assumed."""
+"""One figure of the chapter, drawn and written: pictures, data, what was assumed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Floor 8: the figures of section 2.1's rig, 19.7 and 19.22, from a virtual tribometer."""
+"""The figures of section 2.1's rig, 19.7 and 19.22, from a virtual tribometer."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Floor 8: the sketches of the chapter, 19.1, 19.4, 19.8 and 19.9; no scale, no data."""
+"""The sketches of the chapter, 19.1, 19.4, 19.8 and 19.9; no scale, no data."""
 
 from __future__ import annotations
 

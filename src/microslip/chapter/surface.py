@@ -1,4 +1,4 @@
-"""Floor 8: the figures of the surface: its roughness, 19.6, and its summits' heights, 19.18."""
+"""The figures of the surface: its roughness, 19.6, and its summits' heights, 19.18."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Floor 8: what a cycle costs while the normal load varies; the chapter holds it."""
+"""What a cycle costs while the normal load varies; the chapter holds it."""
 
 from __future__ import annotations
 

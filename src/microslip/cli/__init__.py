@@ -1,4 +1,4 @@
-"""Floor 9: the command line. It parses, calls and prints; NumPy loads with the first real work."""
+"""The command line. It parses, calls and prints; NumPy loads with the first real work."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Floor 12: many studies, records or scans in one command, and inverse design."""
+"""Many studies, records or scans in one command, and inverse design."""
 
 from __future__ import annotations
 

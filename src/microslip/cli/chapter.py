@@ -1,4 +1,4 @@
-"""Floor 9: the figures of the chapter."""
+"""The figures of the chapter."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Floor 12: the joint of a study as a file of another program."""
+"""The joint of a study as a file of another program."""
 
 from __future__ import annotations
 

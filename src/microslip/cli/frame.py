@@ -1,4 +1,4 @@
-"""Floor 9: what all commands share: exit codes, errors of one line, outputs that fail."""
+"""What all commands share: exit codes, errors of one line, outputs that fail."""
 
 from __future__ import annotations
 

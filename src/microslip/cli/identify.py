@@ -1,4 +1,4 @@
-"""Floor 9: the joint that made a tribometer's records."""
+"""The joint that made a tribometer's records."""
 
 from __future__ import annotations
 

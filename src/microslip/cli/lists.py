@@ -1,4 +1,4 @@
-"""Floor 9: what there is to look up."""
+"""What there is to look up."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Floor 9: what a tribometer recorded."""
+"""What a tribometer recorded."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Floor 11: the options of commands, made from the options of the house, and how they are said."""
+"""The options of commands, made from the options of the house, and how they are said."""
 
 from __future__ import annotations
 

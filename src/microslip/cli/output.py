@@ -1,4 +1,4 @@
-"""Floor 11: where a command puts its result, and how it tells it."""
+"""Where a command puts its result, and how it tells it."""
 
 from __future__ import annotations
 

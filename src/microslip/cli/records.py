@@ -1,4 +1,4 @@
-"""Floor 9: options that commands share: how records are read, and what is written."""
+"""Options that commands share: how records are read, and what is written."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Floor 9: completion of commands, options, studies, keys and metals in a shell."""
+"""Completion of commands, options, studies, keys and metals in a shell."""
 
 from __future__ import annotations
 

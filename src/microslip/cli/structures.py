@@ -1,4 +1,4 @@
-"""Floor 12: tests of the modes of a bolted structure, and the joint that made them."""
+"""Tests of the modes of a bolted structure, and the joint that made them."""
 
 from __future__ import annotations
 

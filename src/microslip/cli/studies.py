@@ -1,4 +1,4 @@
-"""Floor 9: the commands that work on a study."""
+"""The commands that work on a study."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Floor 9: work that takes a while: it can be stopped, and shows how far it is."""
+"""Work that takes a while: it can be stopped, and shows how far it is."""
 
 from __future__ import annotations
 

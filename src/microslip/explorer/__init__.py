@@ -1,1 +1,1 @@
-"""Floor 11: a page on which a joint can be explored; it computes in the browser."""
+"""A page on which a joint can be explored; it computes in the browser."""

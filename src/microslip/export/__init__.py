@@ -1,4 +1,4 @@
-"""Floor 8: the joint in files of other people's programs."""
+"""The joint in files of other people's programs."""
 
 from microslip._core.packages import names_of_stub as _names
 

@@ -1,4 +1,4 @@
-"""Floor 5: tangential laws, each fully given by its backbone, and one that is not."""
+"""Tangential laws, each fully given by its backbone, and one that is not."""
 
 from microslip._core.packages import names_of_stub as _names
 

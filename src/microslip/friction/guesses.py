@@ -1,4 +1,4 @@
-"""Floor 5: what loops and records say at first sight, for values to start a fit from."""
+"""What loops and records say at first sight, for values to start a fit from."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Floor 5: what loops say of a rough surface at first sight, and the surface that says it."""
+"""What loops say of a rough surface at first sight, and the surface that says it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Floor 1: distributions of summit heights and their partial moments."""
+"""Distributions of summit heights and their partial moments."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Floor 1: summit heights by a table of their density."""
+"""Summit heights by a table of their density."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Floor 8: the joint as an element of other people's harmonic-balance codes."""
+"""The joint as an element of other people's harmonic-balance codes."""

@@ -1,4 +1,4 @@
-"""Floor 3: the law-agnostic engines of hysteresis, at a constant and at a varying normal load."""
+"""The law-agnostic engines of hysteresis, at a constant and at a varying normal load."""
 
 from microslip._core.packages import names_of_stub as _names
 

@@ -1,4 +1,4 @@
-"""Floor 2: normal load laws, one class a law."""
+"""Normal load laws, one class a law."""
 
 from microslip._core.packages import names_of_stub as _names
 

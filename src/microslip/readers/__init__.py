@@ -1,1 +1,1 @@
-"""Floor 6: tables, arrays and instruments' files, with columns, units and limits."""
+"""Tables, arrays and instruments' files, with columns, units and limits."""

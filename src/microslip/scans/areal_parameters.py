@@ -1,4 +1,4 @@
-"""Floor 6: areal parameters after ISO 25178-2:2021 that go beyond heights and moments.
+"""Areal parameters after ISO 25178-2:2021 that go beyond heights and moments.
 
 Each is checked against closed forms on surfaces made to order: a sine, a plane with steps, a field
 of paraboloids. Nothing here is levelled or filtered: give the scan as it is to be judged.

@@ -1,4 +1,4 @@
-"""Floor 6: two rough surfaces as one against a flat one, and several scans of one face."""
+"""Two rough surfaces as one against a flat one, and several scans of one face."""
 
 from __future__ import annotations
 

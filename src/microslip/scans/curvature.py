@@ -1,4 +1,4 @@
-"""Floor 6: the shape of summits: curvatures, place and height of the top."""
+"""The shape of summits: curvatures, place and height of the top."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Floor 6: every parameter of a scan against the short-wave cut-off, which decides them."""
+"""Every parameter of a scan against the short-wave cut-off, which decides them."""
 
 from __future__ import annotations
 

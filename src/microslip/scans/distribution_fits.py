@@ -1,4 +1,4 @@
-"""Floor 6: distributions fitted to quantiles of heights, and the size of what they miss."""
+"""Distributions fitted to quantiles of heights, and the size of what they miss."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Floor 6: how long the summits of a scan are beside their width, and along what."""
+"""How long the summits of a scan are beside their width, and along what."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Floor 6: what a drawing says of a surface, as summits, with how far that can be trusted."""
+"""What a drawing says of a surface, as summits, with how far that can be trusted."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Floor 6: a joint from a table of gaps, as for the Brake-Reuss beam.
+"""A joint from a table of gaps, as for the Brake-Reuss beam.
 
 Where two rough surfaces were scanned and their summits paired, what is known is the density of the
 gaps between facing summits when the highest pair just touches. A pair with gap z is a summit of

@@ -1,4 +1,4 @@
-"""Floor 6: the density of heights, and which distributions describe it.
+"""The density of heights, and which distributions describe it.
 
 A million points reject every distribution: no surface is exactly Gaussian. So fits are judged by
 the size of what they miss, in shares of the points and in parts of the rms, and not by p-values.

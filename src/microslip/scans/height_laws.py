@@ -1,4 +1,4 @@
-"""Floor 6: what each law of the summit heights makes of a joint, and which one the tail bears."""
+"""What each law of the summit heights makes of a joint, and which one the tail bears."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Floor 6: what a user wants of a joint against both cut-offs of the scan and against its size."""
+"""What a user wants of a joint against both cut-offs of the scan and against its size."""
 
 from __future__ import annotations
 

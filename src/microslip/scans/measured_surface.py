@@ -1,4 +1,4 @@
-"""Floor 6: a rough surface fitted to summits of a scan, which knows how high those reached."""
+"""A rough surface fitted to summits of a scan, which knows how high those reached."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Floor 6: spectral moments of a measured surface, and McCool's summits.
+"""Spectral moments of a measured surface, and McCool's summits.
 
 Slopes and curvatures are finite differences of the sampled heights, along rows and along columns:
 

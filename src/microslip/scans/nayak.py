@@ -1,4 +1,4 @@
-"""Floor 6: the summits of an isotropic Gaussian surface, after Nayak (1971).
+"""The summits of an isotropic Gaussian surface, after Nayak (1971).
 
 Of an isotropic Gaussian field the height z, the mean curvature s at a summit (minus half the sum of
 the second derivatives) and the two differences of second derivatives are jointly normal, and the

@@ -1,4 +1,4 @@
-"""Floor 6: how much of a scan is noise from one point to the next."""
+"""How much of a scan is noise from one point to the next."""
 
 from __future__ import annotations
 

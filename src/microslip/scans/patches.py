@@ -1,4 +1,4 @@
-"""Floor 6: error bars of what a scan says of its surface, from patches of it."""
+"""Error bars of what a scan says of its surface, from patches of it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Floor 6: the peaks of a height map and how far each rises above the saddle to a higher one.
+"""The peaks of a height map and how far each rises above the saddle to a higher one.
 
 Every point climbs to its highest neighbour, and so belongs to the hill of one peak. Peaks meet at
 saddles: points whose higher neighbours fall into more than one connected part. Going down through

@@ -1,4 +1,4 @@
-"""Floor 6: a measured surface: heights on a regular grid, and the story of where they are from."""
+"""A measured surface: heights on a regular grid, and the story of where they are from."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Floor 6: the power spectrum of a measured surface, radial and along each axis."""
+"""The power spectrum of a measured surface, radial and along each axis."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Floor 6: height parameters of a measured surface."""
+"""Height parameters of a measured surface."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Floor 6: summits that were found on a scan, and what follows from them."""
+"""Summits that were found on a scan, and what follows from them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Floor 6: what Greenwood and Williamson's model asks of a surface, and where it is from."""
+"""What Greenwood and Williamson's model asks of a surface, and where it is from."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Floor 6: find the summits of a scan: where they are, how high, and how round."""
+"""Find the summits of a scan: where they are, how high, and how round."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Floor 6: surfaces made to order: moments prescribed, or summits known exactly.
+"""Surfaces made to order: moments prescribed, or summits known exactly.
 
 A random surface is a sum of waves of random phases, of a self-affine band: a power spectrum
 C(q) ~ q^(-2 - 2 H) between two wavenumbers and nothing beside them. The ends of the band are solved

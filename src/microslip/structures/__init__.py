@@ -1,4 +1,4 @@
-"""Floor 8: joints in a structure."""
+"""Joints in a structure."""
 
 from microslip._core.packages import names_of_stub as _names
 

@@ -1,1 +1,1 @@
-"""Floor 10: a validated description of what is to be computed."""
+"""A validated description of what is to be computed."""

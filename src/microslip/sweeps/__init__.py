@@ -1,4 +1,4 @@
-"""Floor 8: many loads, amplitudes and coefficients of friction at once, as labelled arrays."""
+"""Many loads, amplitudes and coefficients of friction at once, as labelled arrays."""
 
 from microslip.sweeps.arrays import Sweep
 from microslip.sweeps.evaluation import evaluate

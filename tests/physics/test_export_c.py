@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import shutil
 import subprocess
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -52,17 +53,52 @@ def test_laws_of_every_kind_are_held_with_their_stiffness(every, tmp_path):
         assert off.max() <= 1e-10 * law.tangential_stiffness, law
 
 
-def test_a_limited_depth_tells_a_bound_that_holds_and_heals(tmp_path):
+@pytest.mark.parametrize("depth", [4, 5, 10])
+def test_a_limited_depth_tells_a_bound_that_holds_and_heals(depth, tmp_path):
+    library = compiled([JOINT], tmp_path, depth=depth)
+    for seed in range(4):
+        x = records(_SCALE, 20_000, seed)["walk"]
+        force, _, told, limited = run(library, 0, x)
+        off = np.abs(force - JOINT.force(x))
+        assert np.all(off <= told + 1e-12 * JOINT.force_limit)
+        if depth == 4:
+            assert limited > 0
+            assert off.max() > 0.1 * told[-1] > 0.0  # a bound that means something
+        end = 3.0 * np.abs(x).max()  # beyond everything: all loops are closed
+        force = run(library, 0, np.append(x, [end, -end]))[0]
+        wanted = JOINT.force(np.append(x, [end, -end]))[-1]
+        assert force[-1] == pytest.approx(wanted, rel=1e-13)
+
+
+@pytest.mark.parametrize("depth", [4, 10, 256])
+def test_a_free_decay_goes_on_for_ever(depth, tmp_path):
+    """One reversal a half cycle opens inside the last: what is recent stays exact."""
+    library = compiled([JOINT], tmp_path, depth=depth)
+    t = np.arange(40_000)
+    x = 2e-6 * np.exp(-t / 9000.0) * np.sin(t / 7.3)
+    force, stiffness, told, limited = run(library, 0, x)
+    wanted = JOINT.force(x)
+    turns = 1800  # about as many half cycles
+    assert np.abs(force - wanted).max() <= 1e-13 * turns * JOINT.force_limit
+    assert not limited
+    assert told[-1] == 0.0
+    state = JOINT.start()
+    state.advance(x[:-1])
+    assert stiffness[-1] == pytest.approx(state.try_(x[-1])[1], rel=1e-9)
+
+
+def test_what_comes_back_out_does_not_jump(tmp_path):
+    """Between the samples of a fine path forces change by no more than the stiffness lets them."""
     library = compiled([JOINT], tmp_path, depth=4)
-    x = records(_SCALE, 20_000)["walk"]
+    rng = np.random.default_rng(4)
+    decay = 2e-6 * 0.9 ** np.arange(40) * (-1.0) ** np.arange(40)
+    corners = np.concatenate((decay, 4e-7 * rng.normal(size=60), [1.9e-6, -1.9e-6], decay))
+    x = np.concatenate([np.linspace(a, b, 400) for a, b in pairwise(corners)])
     force, _, told, limited = run(library, 0, x)
-    off = np.abs(force - JOINT.force(x))
     assert limited > 0
-    assert np.all(off <= told + 1e-12 * JOINT.force_limit)
-    assert off.max() > 0.2 * told[-1] > 0.0  # a bound that means something
-    end = 3.0 * np.abs(x).max()  # beyond everything: all loops are closed
-    force = run(library, 0, np.append(x, [end, -end]))[0]
-    assert force[-1] == pytest.approx(JOINT.force(np.append(x, [end, -end]))[-1], rel=1e-13)
+    steps = np.abs(np.diff(force)) - JOINT.tangential_stiffness * np.abs(np.diff(x))
+    assert steps.max() <= 1e-9 * JOINT.force_limit
+    assert np.all(np.abs(force - JOINT.force(x)) <= told + 1e-12 * JOINT.force_limit)
 
 
 def test_states_are_saved_restored_and_refused(tmp_path):
@@ -74,7 +110,7 @@ def test_states_are_saved_restored_and_refused(tmp_path):
     for x in (3e-7, -1e-7, 2e-7):
         assert call["try"](state, ctypes.c_double(x), None, None) == 0
         assert call["commit"](state) == 0
-    numbers = (ctypes.c_double * 21)()
+    numbers = (ctypes.c_double * 25)()
     library.joint0_save(state, numbers)
     assert library.joint0_restore(other, numbers) == 0
     for each in (state, other):
@@ -82,8 +118,17 @@ def test_states_are_saved_restored_and_refused(tmp_path):
         assert force.value == pytest.approx(JOINT.force([3e-7, -1e-7, 2e-7, -4e-7])[-1], rel=1e-13)
     assert call["try"](state, ctypes.c_double(float("nan")), None, None) == -1
     assert call["commit"](state) == -1
-    for place, value in ((3, 9.0), (3, 0.5), (4, 2.0), (5, float("inf")), (7, 9e-7), (0, -9e-7)):
-        wrong = (ctypes.c_double * 21)(*numbers)
+    for place, value in (
+        (3, 9.0),
+        (3, 0.5),
+        (4, 2.0),
+        (5, -1.0),
+        (8, 0.5),
+        (9, float("inf")),
+        (11, 9e-7),
+        (0, -9e-7),
+    ):
+        wrong = (ctypes.c_double * 25)(*numbers)
         wrong[place] = value
         assert library.joint0_restore(other, wrong) == -1, (place, value)
 

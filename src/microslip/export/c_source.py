@@ -52,8 +52,9 @@ def write(order: Order) -> tuple[dict[str, str | bytes], Accuracy]:
     """Texts by the names of their files."""
     header = order.header()
     memory = [
-        f"Up to {order.depth} open reversals are remembered; beyond them the error is bounded by",
-        f"what {order.name}_error() tells. Stiffnesses are those of the table.",
+        f"Up to {order.depth} open reversals are remembered. Where there are more, the oldest",
+        f"loops are lumped together, and {order.name}_error() bounds what that costs a motion",
+        "that comes back out to them. Stiffnesses are those of the table.",
     ]
     top = comment([*header, "", *memory])
     fortran = comment([*header, "", *memory], "! ", "", "")

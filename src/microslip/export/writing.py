@@ -70,8 +70,9 @@ def write(
     cells : int, optional
         Number of cells [-] of kinds that have them, at least 2.
     depth : int, optional
-        Open reversals [-] that exported code remembers, at least 2. Where a history has more, it
-        goes on, and tells a bound of the error.
+        Open reversals [-] that exported code remembers, four of them at least. Where a history
+        has more, the oldest loops are lumped together: a decay goes on exactly, and motion that
+        comes back out to them is told a bound of its error.
     name : str, optional
         What names in the file begin with.
     nodes : array_like of int, optional
@@ -112,7 +113,7 @@ def write(
             f'C and Fortran take, for example name="joint"; got {show(name)}'
         )
     depth, cells = (
-        whole_number("depth", depth, 2, _MOST_DEPTH),
+        max(whole_number("depth", depth, 2, _MOST_DEPTH), 4),
         whole_number("cells", cells, 2, _MOST_CELLS),
     )
     direction = whole_number("direction", direction, 1, 3)

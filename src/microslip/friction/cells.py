@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,8 +17,10 @@ if TYPE_CHECKING:
 
 _PANELS_A_CELL = 16  # panels a cell on which the law is looked at
 _STEP_ASIDE = 1e-12  # on either side of a discrete slider, of its yield displacement
-_LAST_TANGENT = 0.6  # of the largest amplitude: where tangents end
-_SAMPLES = 24  # amplitudes a cell at which errors are looked for
+_SAMPLES = 24  # amplitudes between two places where a cell yields at which errors are looked for
+_MOST_SAMPLES = 20_000
+_BETWEEN = 1.01  # what errors between those may be of the largest at them: (1/24)^2 and to spare
+_LEFT_OUT = 0.4  # of the square of the step of a ladder, whose sixth is its error
 _ROUNDING = 8.0 * float(np.finfo(float).eps)  # shares of stiffness and force below it are rounding
 
 
@@ -46,10 +49,14 @@ def discretise(law: BackboneLaw, count: int) -> Iwan:
 
 
 def discretise_over(law: BackboneLaw, count: int, smallest: float, largest: float) -> Iwan:
-    """The same with tangents at geometric places, for amplitudes of a range, with its errors.
+    """The same for amplitudes of a range, up to a tangent at the largest, with its errors.
 
-    Every cycle of the range then has as many cells that yield in it, in relation to its size. The
-    first tangents lie below the smallest amplitude, since sliders that yield there count, too.
+    Knots are geometric, so that every cycle of the range has as many cells that yield in it, in
+    relation to its size; and closer where sliders crowd, as at a sphere's slip limit: between knots
+    h apart the polygon is above the law by up to h^2 |T0''|/8, and 4 a times that is what a cycle
+    of the amplitude a has too much or too little of its energy E, so that they part the integral of
+    sqrt(a |T0''|/E). The first lie below the smallest amplitude, since sliders that yield there
+    count, too.
     """
     sliders = law.sliders()
     places = sliders.yield_displacements
@@ -61,21 +68,27 @@ def discretise_over(law: BackboneLaw, count: int, smallest: float, largest: floa
         if 2 * inside.size < count:
             alone = np.concatenate((inside * (1.0 - _STEP_ASIDE), inside * (1.0 + _STEP_ASIDE)))
         rungs = max(count - 1 - alone.size, 1)
-        # What the first cell lumps together, up to c times the smallest amplitude, costs that c^3/2
-        # of its energy; the ladder itself, of steps h in the logarithm, costs about h^2/6.
-        height = math.log(largest / smallest) / rungs
-        below = min(0.5, (height * height / 3.0) ** (1.0 / 3.0))
-        ladder = np.geomspace(below * smallest, _LAST_TANGENT * largest, rungs)
-        knots = np.union1d(np.append(0.0, ladder), alone)
+        knots = np.union1d(np.append(0.0, _range_knots(law, rungs, smallest, largest)), alone)
         slopes = np.append(law._slope(knots), 0.0)
         forces = np.append(0.25 * law._energy_slope(knots), law.force_limit)
         stiffnesses, limits = -np.diff(slopes), np.diff(forces)
         # Differences that are no more than the rounding of what they are differences of.
         real = (stiffnesses > _ROUNDING * slopes[:-1]) & (limits > _ROUNDING * forces[1:])
         cells = Iwan(stiffnesses[real], limits[real])
-    a = np.geomspace(smallest, largest, min(_SAMPLES * count, 20_000))
-    assign(cells, fit=_errors(law, cells, a))
+    assign(cells, fit=_errors(law, cells, _amplitudes(cells, smallest, largest)))
     return cells
+
+
+def _amplitudes(cells: Iwan, smallest: float, largest: float) -> Floats:
+    """Amplitudes of a range, some between any two places at which a cell yields."""
+    yields = cells.sliders().yield_displacements
+    corners = yields[(yields > smallest) & (yields < largest)]
+    corners = np.concatenate(([smallest], corners, [largest]))
+    steps = min(_SAMPLES, max(_MOST_SAMPLES // corners.size, 1))
+    corners = corners[:: max(corners.size // _MOST_SAMPLES, 1)]
+    shares = np.arange(steps) / steps
+    between = corners[:-1, None] * (corners[1:] / corners[:-1])[:, None] ** shares
+    return np.append(np.clip(between.ravel(), smallest, largest), largest)
 
 
 def _errors(law: BackboneLaw, cells: Iwan, a: Floats) -> IwanFit:
@@ -83,13 +96,38 @@ def _errors(law: BackboneLaw, cells: Iwan, a: Floats) -> IwanFit:
     lost = energy > 0.0
     off = np.abs(cells._energy(a)[lost] / energy[lost] - 1.0)
     free = float(np.max(cells._energy(a)[~lost], initial=0.0))  # where the law loses nothing
+    most = float(np.max(off, initial=0.0))
     return IwanFit(
-        backbone_error=float(np.max(np.abs(cells._backbone(a) / force - 1.0))),
-        energy_error=math.inf if free > 0.0 else float(np.max(off, initial=0.0)),
+        backbone_error=_BETWEEN * float(np.max(np.abs(cells._backbone(a) / force - 1.0))),
+        energy_error=math.inf if free > 0.0 else _BETWEEN * most,
         error_at_smallest=float(off[0]) if lost[0] else 0.0,
         smallest_amplitude=float(a[0]),
         largest_amplitude=float(a[-1]),
     )
+
+
+def _range_knots(law: BackboneLaw, rungs: int, smallest: float, largest: float) -> Floats:
+    """Knots for amplitudes of a range, the last at the largest or where hardly a slider is left."""
+    height = math.log(largest / smallest) / rungs
+    low, top = smallest, largest
+    for _ in range(60):  # sliders that yield further out bear less of the limit than is missed
+        middle = math.sqrt(low * top)
+        held = 0.25 * float(law._energy_slope(np.array([middle]))[0])
+        few = law.force_limit - held < _LEFT_OUT * height * height * law.force_limit
+        low, top = (low, middle) if few else (middle, top)
+    end = min(1.000001 * top, largest)
+
+    def mass(low: Floats, high: Floats, drop: Floats) -> Floats:
+        energy = law._energy(high)
+        rate = np.divide(drop, energy, out=np.zeros_like(drop), where=energy > 0.0)
+        crowded = np.sqrt((high - low) * high * rate / 1.5)
+        return np.maximum(np.log(high / low), crowded)
+
+    # What the first cell lumps together, up to c times the smallest amplitude, costs that c^3/2 of
+    # its energy; the ladder itself, of steps h in the logarithm, costs about h^2/6.
+    below = min(0.5, (height * height / 3.0) ** (1.0 / 3.0))
+    places, parts = _parts(law, np.geomspace(below * smallest, end, 129), mass, rungs)
+    return np.interp(np.linspace(0.0, parts[-1], rungs), parts, places)
 
 
 def _knots(law: BackboneLaw, count: int) -> Floats:
@@ -110,18 +148,28 @@ def _knots(law: BackboneLaw, count: int) -> Floats:
             break
         edge *= 2.0
         edges.append(edge)
-    places = np.array(edges)
+    places, parts = _parts(
+        law, np.array(edges), lambda low, high, drop: np.sqrt((high - low) * drop), count
+    )
+    return np.asarray(np.interp(parts[-1] / count * np.arange(count), parts, places))
+
+
+def _parts(
+    law: BackboneLaw, places: Floats, mass: Callable[[Floats, Floats, Floats], Floats], count: int
+) -> tuple[Floats, Floats]:
+    """Places from the first to the last, refined, and the mass of the panels up to each of them.
+
+    ``mass`` takes the ends of panels and how much T0' falls on them.
+    """
     slopes = law._slope(places)
     while True:
-        widths, drops = np.diff(places), np.maximum(-np.diff(slopes), 0.0)
-        masses = np.sqrt(widths * drops)
+        low, high = places[:-1], places[1:]
+        masses = mass(low, high, np.maximum(-np.diff(slopes), 0.0))
         coarse = np.flatnonzero(masses * _PANELS_A_CELL * count > masses.sum())
-        middles = places[coarse] + 0.5 * widths[coarse]
+        middles = low[coarse] + 0.5 * (high - low)[coarse]
         new = (middles > places[coarse]) & (middles < places[coarse + 1])
         if not new.any():
-            break
+            return places, np.append(0.0, np.cumsum(masses))
         coarse, middles = coarse[new], middles[new]
         places = np.insert(places, coarse + 1, middles)
         slopes = np.insert(slopes, coarse + 1, law._slope(middles))
-    parts = np.append(0.0, np.cumsum(masses))
-    return np.asarray(np.interp(parts[-1] / count * np.arange(count), parts, places))

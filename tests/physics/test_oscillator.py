@@ -63,7 +63,7 @@ def test_limits(law: ms.BackboneLaw) -> None:
     mode = oscillator(law, 0.3)
     stuck = np.sqrt((mode.stiffness + law.tangential_stiffness) / mode.mass)
     for method in ("quasi-static", "harmonic-balance"):
-        small, large = mode.angular_frequency([0.0, 1e9 * reach(law)], method=method)
+        small, large = mode.angular_frequency([0.0, 1e9 * reach(law)], method=method, harmonics=[1])
         assert small == pytest.approx(stuck, rel=1e-15)
         assert large == pytest.approx(np.sqrt(mode.stiffness / mode.mass), rel=1e-8)
         assert mode.damping_ratio(0.0, method=method) == 0.0
@@ -78,12 +78,14 @@ def test_damping_is_the_loss_over_the_energy_of_the_mode(law: ms.BackboneLaw) ->
     mode = oscillator(law, 0.3, 0.004)
     a = np.geomspace(1e-2, 1e2, 9) * (reach(law) if reach(law) > 0.0 else 1e-6)
     for method in ("quasi-static", "harmonic-balance"):
-        energy = 0.5 * mode.mass * mode.angular_frequency(a, method=method) ** 2 * a**2
+        energy = (
+            0.5 * mode.mass * mode.angular_frequency(a, method=method, harmonics=[1]) ** 2 * a**2
+        )
         joint = law.dissipated_energy(a) / (4.0 * np.pi * energy)
-        seen = mode.damping_ratio(a, method=method)
+        seen = mode.damping_ratio(a, method=method, harmonics=[1])
         dashpot = 0.004
         if method == "harmonic-balance":
-            swing = mode.angular_frequency(a, method=method)
+            swing = mode.angular_frequency(a, method=method, harmonics=[1])
             dashpot = mode.viscous_coefficient / (2.0 * mode.mass * swing)
         np.testing.assert_allclose(seen, dashpot + joint, rtol=1e-13)
 
@@ -113,7 +115,7 @@ def test_harmonic_balance_of_exponential_heights() -> None:
     scale = EXPONENTIAL.slip_per_indentation * 5e-7
     a = scale * np.geomspace(1e-6, 1e6, 25)
     mode = ms.Oscillator(1.0, 0.0, EXPONENTIAL)
-    stiffness = mode.angular_frequency(a, method="harmonic-balance") ** 2
+    stiffness = mode.angular_frequency(a, method="harmonic-balance", harmonics=[1]) ** 2
     wanted = 4.0 * EXPONENTIAL.force_limit / a * ive(1, 0.5 * a / scale)
     np.testing.assert_allclose(stiffness, wanted, rtol=3e-13)
 
@@ -125,14 +127,38 @@ def test_harmonic_balance_of_a_spring_and_a_slider() -> None:
     mode = ms.Oscillator(2.0, 0.0, cell)
     theta = np.arccos(np.maximum(1.0 - 2.0 * cell.yield_displacement / a, -1.0))
     wanted = cell.stiffness * (theta - 0.5 * np.sin(2.0 * theta)) / np.pi
-    stiffness = 2.0 * mode.angular_frequency(a, method="harmonic-balance") ** 2
+    stiffness = 2.0 * mode.angular_frequency(a, method="harmonic-balance", harmonics=[1]) ** 2
     np.testing.assert_allclose(stiffness, wanted, rtol=1e-10)
+
+
+@pytest.mark.parametrize("name", SMOOTH)
+@pytest.mark.parametrize("viscous", [0.0, 0.01])
+def test_one_balance_of_harmonics_for_an_oscillator_and_a_structure(
+    name: str, viscous: float
+) -> None:
+    """Its closed form of the fundamental is a structure's balance of it; more are that balance."""
+    law = SMOOTH[name]
+    mode, a = oscillator(law, 0.3, viscous), reach(law) * np.array([1e-2, 1.0, 30.0])
+    dashpot = [[mode.viscous_coefficient]] if viscous else None
+    single = ms.Structure([[mode.mass]], [[mode.stiffness]], dashpot).attach(law, directions=[1.0])
+    for harmonics, error in (([1], 1e-11), ([0, 1, 2, 3], 0.0)):
+        curve = single.modes(0, a * np.sqrt(mode.mass), harmonics=harmonics)
+        options = {"method": "harmonic-balance", "harmonics": harmonics}
+        np.testing.assert_allclose(mode.frequency(a, **options), curve.frequency, rtol=error)
+        np.testing.assert_allclose(
+            mode.damping_ratio(a, **options), curve.damping_ratio, rtol=1e2 * error
+        )
+    first, usual = (
+        mode.damping_ratio(a, method="harmonic-balance", harmonics=h) for h in ([1], [1, 3])
+    )
+    assert np.abs(usual / first - 1.0).max() < 0.05
+    np.testing.assert_allclose(mode.damping_ratio(a, method="harmonic-balance"), usual, rtol=1e-9)
 
 
 def test_dry_friction_balances_no_stiffness() -> None:
     mode = ms.Oscillator(2.0, 8.0, ms.Coulomb(force_limit=0.3))
     a = np.array([1e-9, 0.1, 1e3])
-    seen = mode.angular_frequency(a, method="harmonic-balance")
+    seen = mode.angular_frequency(a, method="harmonic-balance", harmonics=[1])
     np.testing.assert_allclose(seen, 2.0, rtol=1e-14)
     assert mode.angular_frequency(0.1) == pytest.approx(np.sqrt((8.0 + 3.0) / 2.0), rel=1e-15)
 
@@ -147,7 +173,9 @@ def test_both_stiffnesses_agree_to_first_order(name: str) -> None:
     mode = oscillator(law)
     a = 1e-3 * reach(law) * np.array([1.0, 0.1])
     first = mode.angular_frequency(a)
-    apart = np.abs(mode.angular_frequency(a, method="harmonic-balance") / first - 1.0)
+    apart = np.abs(
+        mode.angular_frequency(a, method="harmonic-balance", harmonics=[1]) / first - 1.0
+    )
     shift = 1.0 - first / mode.angular_frequency(0.0)
     assert np.all(apart < 0.05 * shift)
     assert apart[1] / apart[0] < 0.2 * shift[1] / shift[0]
@@ -347,7 +375,7 @@ def test_gross_slip_of_an_interface_takes_as_much_from_each_way() -> None:
     np.testing.assert_allclose(motion.frequency, slipping, rtol=1e-3)
     # The secant still counts mu N/a as a stiffness of the mode; the balance does not.
     shift = JOINT.force_limit / mode.stiffness / motion.amplitude
-    balanced = mode.frequency(motion.amplitude, method="harmonic-balance")
+    balanced = mode.frequency(motion.amplitude, method="harmonic-balance", harmonics=[1])
     np.testing.assert_allclose(balanced, slipping, rtol=0.2 * shift.max())
     secant = mode.frequency(motion.amplitude)
     np.testing.assert_allclose(secant, slipping * np.sqrt(1.0 + shift), rtol=1e-4)

@@ -43,8 +43,8 @@ def test_a_number_gives_a_float_and_an_array_its_shape(name: str) -> None:
 
 def test_harmonic_balance_in_blocks() -> None:
     a = np.geomspace(1e-7, 1e-3, 4001)
-    whole = DAMPED.frequency(a, method="harmonic-balance")
-    some = DAMPED.frequency(a[[0, 1999, 2000, 4000]], method="harmonic-balance")
+    whole = DAMPED.frequency(a, method="harmonic-balance", harmonics=[1])
+    some = DAMPED.frequency(a[[0, 1999, 2000, 4000]], method="harmonic-balance", harmonics=[1])
     np.testing.assert_array_equal(whole[[0, 1999, 2000, 4000]], some)
 
 

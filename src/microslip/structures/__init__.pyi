@@ -1,4 +1,5 @@
 from .bolts import Bolts as Bolts
+from .decay import Decay as Decay
 from .forced import ForcedResponse as ForcedResponse
 from .lap_joint import LapJoint as LapJoint
 from .mesh_files import MeshedJoint as MeshedJoint
@@ -7,7 +8,6 @@ from .modal_readings import FreeDecay as FreeDecay
 from .modal_readings import read_decay as read_decay
 from .modal_test import ModalTest as ModalTest
 from .motion import Motion as Motion
-from .oscillator import Decay as Decay
 from .oscillator import Oscillator as Oscillator
 from .preload import Preload as Preload
 from .reduction_convergence import Convergence as Convergence

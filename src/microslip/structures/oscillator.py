@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Literal, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from microslip._core.checks import (
     LARGEST,
@@ -20,44 +21,17 @@ from microslip._core.checks import (
     show,
     whole_number,
 )
-from microslip._core.frozen import LockedArrays, assign
+from microslip._core.frozen import assign
 from microslip._core.wording import quoted
 from microslip.errors import InputError
 from microslip.friction import LAWS, BackboneLaw
-from microslip.kernels import Integers
-from microslip.numerics.inversion import adaptive
+from microslip.structures.decay import MOST_CYCLES, Decay, averaged_stiffness, slow_flow
+from microslip.structures.periodic_motion import HARMONICS, MOST_SAMPLES, harmonic_basis
 from microslip.structures.ring_down import RingDown, ring_down
 
 Method = Literal["quasi-static", "harmonic-balance"]
 
 _BLOCK = 2000  # amplitudes a pass of the harmonic balance
-_MOST_CYCLES = 10_000_000
-_STEEPEST = 0.5  # share of its amplitude that a cycle may lose and still be slow
-_FAINTEST = 1e-90  # of the first amplitude: what is smaller is nothing
-
-
-@dataclass(frozen=True, eq=False)
-class Decay(LockedArrays):
-    """The envelope of a free oscillation, at its beginning and after each cycle.
-
-    Amplitudes vary slowly, as in the averaging of Caughey (1960, DOI 10.1115/1.3644075); what an
-    amplitude holds of energy is taken from the joint's turning points.
-    """
-
-    time: NDArray[np.float64]
-    """Times since the release [s]."""
-    amplitude: NDArray[np.float64]
-    """Amplitudes [m]."""
-    frequency: NDArray[np.float64]
-    """Frequencies with which the oscillation is seen to swing, 1/period [Hz]."""
-    damping_ratio: NDArray[np.float64]
-    """Damping ratios that a logarithmic decrement shows [-]."""
-
-    def __repr__(self) -> str:
-        return (
-            f"Decay({self.time.size - 1} cycles in {self.time[-1]:g} s, "
-            f"amplitude from {self.amplitude[0]:g} to {self.amplitude[-1]:g})"
-        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,11 +60,13 @@ class Oscillator:
     joint adds E_d/4 pi U to the damping ratio, where U = (k + T0(a)/a) a^2/2 is the energy of the
     *whole* mode. Nothing is integrated in time.
 
-    *Harmonic balance* weighs the loop with a cosine in place of a straight line from its middle to
-    its tip (equivalent linearisation; for hysteresis Caughey 1960, DOI 10.1115/1.3644075). The two
-    agree to first order in the microslip, for there the backbone bends like a parabola, whose
-    secant is its balanced stiffness. They part in gross slip: where the joint slides at its limit
-    mu N it resists, but stiffens the mode no longer, while the secant counts mu N/a.
+    *Harmonic balance* is that of :meth:`microslip.Structure.modes`, with as many harmonics; a is
+    then the amplitude of the fundamental. Of the fundamental alone it has a closed form, which
+    weighs the loop with a cosine in place of a straight line from its middle to its tip (equivalent
+    linearisation; for hysteresis Caughey 1960, DOI 10.1115/1.3644075). The two methods agree to
+    first order in the microslip, for there the backbone bends like a parabola, whose secant is its
+    balanced stiffness. They part in gross slip: where the joint slides at its limit mu N it
+    resists, but stiffens the mode no longer, while the secant counts mu N/a.
     """
 
     mass: float
@@ -131,7 +107,13 @@ class Oscillator:
 
     # -- the closed form --------------------------------------------------------------------------
 
-    def angular_frequency(self, amplitude: ArrayLike, *, method: Method = "quasi-static") -> Any:
+    def angular_frequency(
+        self,
+        amplitude: ArrayLike,
+        *,
+        method: Method = "quasi-static",
+        harmonics: Sequence[int] = HARMONICS,
+    ) -> Any:
         """Natural angular frequency of the mode at an amplitude.
 
         Parameters
@@ -140,22 +122,36 @@ class Oscillator:
             Displacement amplitudes a [m], not negative, any shape.
         method : {"quasi-static", "harmonic-balance"}, optional
             Whose stiffness counts, see the class.
+        harmonics : sequence of int, optional
+            Of a balance. ``[1]`` has a closed form, 100 times as quick; it is all that a joint
+            which is rigid at rest can have.
 
         Returns
         -------
         float or ndarray
             omega = sqrt((k + k_joint(a))/m) [rad/s], shape of ``amplitude``: from
-            sqrt((k + k_t)/m), the joint sticks, down to sqrt(k/m), it slides.
+            sqrt((k + k_t)/m), the joint sticks, down to sqrt(k/m), it slides. NaN where a balance
+            was not found.
         """
-        a = self.joint._amplitudes(amplitude, None)
-        joint = self._joint_stiffness(a.reshape(-1), method).reshape(a.shape)
-        return plain(np.sqrt((self.stiffness + joint) / self.mass))
+        return self._mode(amplitude, method, harmonics)[0]
 
-    def frequency(self, amplitude: ArrayLike, *, method: Method = "quasi-static") -> Any:
+    def frequency(
+        self,
+        amplitude: ArrayLike,
+        *,
+        method: Method = "quasi-static",
+        harmonics: Sequence[int] = HARMONICS,
+    ) -> Any:
         """Natural frequency omega/2 pi [Hz]; else as :meth:`angular_frequency`."""
-        return self.angular_frequency(amplitude, method=method) / (2.0 * math.pi)
+        return self._mode(amplitude, method, harmonics)[0] / (2.0 * math.pi)
 
-    def damping_ratio(self, amplitude: ArrayLike, *, method: Method = "quasi-static") -> Any:
+    def damping_ratio(
+        self,
+        amplitude: ArrayLike,
+        *,
+        method: Method = "quasi-static",
+        harmonics: Sequence[int] = HARMONICS,
+    ) -> Any:
         """Damping ratio of the mode at an amplitude; arguments as :meth:`angular_frequency`.
 
         Returns
@@ -173,31 +169,56 @@ class Oscillator:
         (k + T0(a)/a)/(k + T0'(a)), one to first order in the microslip: what an amplitude of the
         mode costs is the work of its *tangent* stiffness. :meth:`decay` counts that.
         """
-        a = self.joint._amplitudes(amplitude, None)
-        flat = a.reshape(-1)
-        stiffness = self._joint_stiffness(flat, method)
-        secant = np.asarray(self.joint.secant_stiffness(flat))
+        return self._mode(amplitude, method, harmonics)[1]
+
+    def _mode(self, amplitude: ArrayLike, method: str, harmonics: Sequence[int]) -> tuple[Any, Any]:
+        """Angular frequency and damping ratio, in the shape of the amplitude."""
+        if method not in get_args(Method):
+            raise InputError(f"`method` must be {quoted(get_args(Method))}, got {show(method)}")
+        shaped = self.joint._amplitudes(amplitude, None)
+        a = shaped.reshape(-1)
+        alone = {0, *harmonic_basis(harmonics, MOST_SAMPLES).harmonics} == {0, 1}
+        if method == "quasi-static":
+            omega, ratio = self._closed(a, np.asarray(self.joint.secant_stiffness(a)))
+            ratio = ratio + self.viscous_damping_ratio
+        elif alone or not math.isfinite(self.joint.tangential_stiffness):
+            omega, ratio = self._fundamental(a)
+        else:
+            omega, ratio = self._fundamental(np.zeros(a.size))
+            moves = a > 0.0
+            if moves.any():
+                omega[moves], ratio[moves] = self._balanced(a[moves], harmonics)
+        return plain(omega.reshape(shaped.shape)), plain(ratio.reshape(shaped.shape))
+
+    def _closed(self, a: Floats, joint: Floats) -> tuple[Floats, Floats]:
+        """Of a stiffness of the joint; what friction loses goes over the energy of the mode."""
+        stiffness = self.stiffness + joint
+        secant = np.asarray(self.joint.secant_stiffness(a))
         with np.errstate(invalid="ignore", divide="ignore"):
-            share = np.where(np.isinf(stiffness), 1.0, secant / (self.stiffness + stiffness))
-        ratio = np.asarray(self.joint.damping_ratio(flat)) * np.where(flat > 0.0, share, 0.0)
-        viscous: Any = self.viscous_damping_ratio
-        if method == "harmonic-balance" and viscous > 0.0:
-            viscous *= self._stuck / np.sqrt((self.stiffness + stiffness) / self.mass)
-        return plain((viscous + ratio).reshape(a.shape))
+            share = np.where(np.isinf(stiffness), 1.0, secant / stiffness)
+        ratio = np.asarray(self.joint.damping_ratio(a)) * np.where(a > 0.0, share, 0.0)
+        return np.sqrt(stiffness / self.mass), ratio
+
+    def _fundamental(self, a: Floats) -> tuple[Floats, Floats]:
+        """The balance of the fundamental alone."""
+        blocks = np.split(a, range(_BLOCK, a.size, _BLOCK)) if a.size else []
+        parts = [averaged_stiffness(self.joint, block) for block in blocks]
+        omega, ratio = self._closed(a, np.concatenate([np.zeros(0), *parts]))
+        return omega, ratio + 0.5 * self.viscous_coefficient / (self.mass * omega)
+
+    def _balanced(self, a: Floats, harmonics: Sequence[int]) -> tuple[Floats, Floats]:
+        """The balance of a structure of one degree of freedom."""
+        from microslip.structures.structure import Structure
+
+        dashpot = self.viscous_coefficient
+        structure = Structure([[self.mass]], [[self.stiffness]], [[dashpot]] if dashpot else None)
+        mode = structure.attach(self.joint, directions=[1.0])
+        curve = mode.modes(0, a * math.sqrt(self.mass), harmonics=harmonics)
+        return 2.0 * math.pi * curve.frequency, curve.damping_ratio
 
     def interface_damping_ratio(self, amplitude: ArrayLike) -> Any:
         """Damping ratio of the interface alone [-]; arguments as :meth:`angular_frequency`."""
         return self.joint.damping_ratio(amplitude)
-
-    def _joint_stiffness(self, a: Floats, method: str) -> Floats:
-        """The joint's stiffness in the mode [N/m]."""
-        if method not in get_args(Method):
-            methods = quoted(get_args(Method))
-            raise InputError(f"`method` must be {methods}, got {show(method)}")
-        if method == "quasi-static" or a.size == 0:
-            return np.asarray(self.joint.secant_stiffness(a))
-        blocks = np.split(a, range(_BLOCK, a.size, _BLOCK))
-        return np.concatenate([balanced_stiffness(self.joint, block) for block in blocks])
 
     # -- the free oscillation ---------------------------------------------------------------------
 
@@ -232,10 +253,12 @@ class Oscillator:
         the energies at these say *how much an amplitude holds*: along a decay that of the mode
         changes by a (k + T0'(a)) da, the tangent at the tip, not the secant. For c = 0 the error
         is of second order in what a cycle loses; for a joint that only sticks or only slides the
-        decay is exact. Times follow from the frequency of the harmonic balance.
+        decay is exact. Times follow from the balance of the fundamental.
         """
         a = positive("amplitude", amplitude, "m", 1e-6)
-        return Decay(*_slow_flow(self, a, *_length("decay", cycles, duration)))
+        length = _length("decay", cycles, duration)
+        system = self.joint, self.mass, self.stiffness, self.viscous_coefficient, self._stuck
+        return slow_flow(*system, a, *length)
 
     def ring_down(
         self,
@@ -283,103 +306,6 @@ class Oscillator:
         return ring_down(*system, a, *length, per_cycle)
 
 
-def balanced_stiffness(joint: BackboneLaw, a: Floats) -> Floats:
-    """First harmonic of the loop in phase with the displacement, over the amplitude [N/m].
-
-    (4/pi a) times the integral of [T0(a) - T0(a sin^2(phi/2))] cos(phi) over the descending
-    branch, 0 <= phi <= pi: adaptive, since a backbone may have kinks.
-    """
-    result = np.full_like(a, joint.tangential_stiffness)
-    moved = np.flatnonzero(a > 0.0)
-    if moved.size == 0:
-        return result
-    amplitude = a[moved]
-    peak = joint._backbone(amplitude)
-
-    # In gross slip all happens soon after the turning point.
-    def integrand(phi: Floats, index: Integers) -> Floats:
-        below = peak[index] - joint._backbone(amplitude[index] * np.sin(0.5 * phi) ** 2)
-        return np.asarray(below * np.cos(phi))
-
-    total = adaptive(integrand, np.full(moved.size, math.pi), 1e-13, 50)
-    result[moved] = 4.0 / math.pi * total / amplitude
-    return result
-
-
-def _slow_flow(
-    oscillator: Oscillator, amplitude: float, cycles: int | None, duration: float | None
-) -> tuple[Floats, Floats, Floats, Floats]:
-    """Times, amplitudes, frequencies and damping ratios after 0, 1, 2 ... cycles."""
-    from scipy.integrate import solve_ivp
-    from scipy.interpolate import CubicSpline
-
-    joint, dashpot = oscillator.joint, oscillator.viscous_coefficient
-    stuck = oscillator._stuck
-    periods = math.inf if duration is None else duration * stuck / (2.0 * math.pi)
-    places = np.linspace(math.log(amplitude) - 20.0, math.log(amplitude), 257)
-    balanced = oscillator.angular_frequency(np.exp(places), method="harmonic-balance")
-    omega = CubicSpline(places, balanced)
-
-    def rates(a: Floats) -> tuple[Floats, Floats, Floats]:
-        """What a cycle takes of an amplitude, its angular frequency and its damping ratio."""
-        stiffness = oscillator.stiffness + joint._slope(a)
-        natural = omega(np.maximum(np.log(a), places[0]))
-        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            friction = joint._energy(a) / a / stiffness
-            viscous = 0.5 * dashpot * natural / stiffness
-            slowed = np.sqrt(1.0 - viscous**2)
-            lost = friction + 2.0 * math.pi * a * viscous / slowed
-        # As a logarithmic decrement would show it.
-        decrement = 0.5 * friction / math.pi / a
-        return lost, natural * slowed, viscous + decrement
-
-    def flow(_: float, state: Floats) -> tuple[float, float]:
-        """Per cycle: of the amplitude over the first one, of the time in periods when stuck."""
-        lost, swing, _ratio = rates(amplitude * np.maximum(state[:1], _FAINTEST))
-        return -float(lost[0]) / amplitude, stuck / float(swing[0])
-
-    def slow(_: float, state: Floats) -> float:
-        share = max(float(state[0]), _FAINTEST)
-        return _STEEPEST + flow(0.0, np.array([share]))[0] / share
-
-    def there(_: float, state: Floats) -> float:
-        return float(state[0]) - _FAINTEST
-
-    def within(_: float, state: Floats) -> float:
-        return periods - float(state[1])
-
-    if not slow(0.0, np.ones(1)) > 0.0:
-        raise InputError(
-            f"`amplitude` must be one that decays slowly: of {exact(amplitude)} m a cycle "
-            "would lose more than half; ring_down(...) follows any motion"
-        )
-    if duration is not None and not periods <= _MOST_CYCLES:
-        raise InputError(
-            f"`duration` must be at most {_MOST_CYCLES} periods of the oscillator, got "
-            f"{exact(duration)} s, which are {periods:.3g}"
-        )
-    limit = periods + 1.0 if cycles is None else float(cycles)
-    events = [slow, there] + ([within] if cycles is None else [])
-    for event in events:
-        event.terminal = True  # type: ignore[attr-defined]  # as SciPy wants it
-    solution = solve_ivp(
-        flow,
-        (0.0, limit),
-        (1.0, 0.0),
-        method="DOP853",
-        rtol=1e-10,
-        atol=(1e-3 * _FAINTEST, 1e-10),
-        dense_output=True,
-        events=events,
-    )
-    count = math.floor(float(solution.t[-1]) * (1.0 + 1e-12))
-    share, time = solution.sol(np.arange(count + 1.0))
-    share[0], time[0] = 1.0, 0.0
-    a = amplitude * np.maximum(share, _FAINTEST)
-    _, swing, ratio = rates(a)
-    return time * (2.0 * math.pi / stuck), a, swing / (2.0 * math.pi), ratio
-
-
 def _length(name: str, cycles: Any, duration: Any) -> tuple[int | None, float | None]:
     """How long a motion is followed: by cycles or by a duration [s]."""
     if (cycles is None) == (duration is None):
@@ -387,4 +313,4 @@ def _length(name: str, cycles: Any, duration: Any) -> tuple[int | None, float | 
         raise InputError(f"{name} needs cycles=... or duration=... [s], one of them, got {came}")
     if cycles is None:
         return None, positive("duration", duration, "s")
-    return whole_number("cycles", cycles, 1, _MOST_CYCLES), None
+    return whole_number("cycles", cycles, 1, MOST_CYCLES), None

@@ -13,7 +13,8 @@ from microslip._core.checks import Floats, exact, number, positive, show
 from microslip.errors import InputError
 from microslip.tribometer.blocks import gaps_of
 from microslip.tribometer.cuts import Cuts, split
-from microslip.tribometer.estimates import Estimate, mean_of, quantile, trend
+from microslip.tribometer.delays import lag_of
+from microslip.tribometer.estimates import Estimate, quantile, trend
 from microslip.tribometer.measurement import Measurement
 from microslip.tribometer.record import Record
 
@@ -180,9 +181,10 @@ def delay_of(record: Record, *, confidence: float = 0.95) -> Estimate:
 
     Notes
     -----
-    Near a reversal the force depends on the way of the displacement, on a line before it and on a
-    parabola after it (19.20). The shift with which that fits best is the delay;
-    groups of cycles give the interval.
+    Near a reversal the force is a function of the way of the displacement, one before it and one
+    after it, both of low order (19.15, 19.20). The shift with which that fits best is the delay.
+    Groups of cycles give the interval, and how far other orders move it. A first-order filter of
+    the force's channel looks like a delay of about its time constant.
     """
     _check(record)
     rate = record.sample_rate
@@ -190,63 +192,12 @@ def delay_of(record: Record, *, confidence: float = 0.95) -> Estimate:
         _without_gaps(record)
         rate = (len(record) - 1) / float(record.time[-1] - record.time[0])
     rate = _rate(rate, "delay_of")
-    cycles = split(record.displacement, record.force)
-    count = cycles.peaks.size
-    if count < 2:
+    cuts = split(record.displacement, record.force)
+    if cuts.peaks.size < 2:
         raise InputError("delay_of needs at least two cycles, got 1")
-    force = record.force
-    reach = int(cycles.period / 5.0)
-    steps = np.arange(-reach, reach + 1)
-
-    def rows(values: Floats) -> Floats:
-        """Values around the peaks and, turned around, the troughs, in the mean of each cycle."""
-        tops, bottoms = (values[p[inside][:, None] + steps] for p in (cycles.peaks, cycles.troughs))
-        return np.asarray(0.5 * (tops - bottoms) * (-1.0 if cycles.flipped else 1.0))
-
-    inside = (cycles.peaks >= reach) & (cycles.troughs < force.size - reach)
-    force_rows = rows(force)
-    if force_rows.shape[0] < 2:
-        raise InputError("delay_of needs at least two cycles away from the ends of the record")
-    profile = force_rows.mean(axis=0)
-    # Only as far as the line holds: till a quarter of the force is gone.
-    fallen = np.flatnonzero(profile[reach:] < profile.max() - 0.25 * float(np.ptp(force)))
-    half = min(int(fallen[0]) if fallen.size else reach, (2 * reach) // 3)
-    if half < 4:
-        raise InputError(
-            f"delay_of needs at least 4 samples in the first quarter of the force after a "
-            f"reversal, got {half}; sample faster"
-        )
-    groups = np.array_split(force_rows, min(10, force_rows.shape[0]))
-    window = slice(reach - half, reach + half + 1)
-    means = np.array([group.mean(axis=0)[window] for group in groups])
-    way = rows(record.displacement).mean(axis=0)
-    # Its height at the reversal from a parabola: the highest of noisy samples is too high.
-    near = max(2, half // 2)
-    t = np.arange(-near, near + 1.0)
-    top = float(np.polyfit(t, way[reach - near : reach + near + 1], 4 if near > 3 else 2)[-1])
-    late = _kinks(means, np.arange(-half, half + 1.0), top - way, reach) / rate
-    return mean_of(late, confidence)
-
-
-def _kinks(rows: Floats, t: Floats, way: Floats, reach: int) -> Floats:
-    """Shifts with which the way, on both sides with a factor of its own, fits each row best."""
-    places = np.linspace(-0.5 * t[-1], 0.5 * t[-1], 201)
-    misfit = np.empty((rows.shape[0], places.size))
-    for i, place in enumerate(places):
-        away = t - place
-        moved = np.interp(away, np.arange(-reach, reach + 1.0), way)
-        before = np.where(away < 0.0, moved, 0.0)
-        after = moved - before
-        design = np.stack((np.ones_like(t), before, after, after**2 / way.max()), axis=1)
-        basis = np.linalg.qr(design)[0]
-        residual = rows - (rows @ basis) @ basis.T
-        misfit[:, i] = np.sum(residual**2, axis=1)
-    best = np.clip(misfit.argmin(axis=1), 1, places.size - 2)
-    row = np.arange(rows.shape[0])
-    low, middle, high = (misfit[row, best + side] for side in (-1, 0, 1))
-    curvature = low - 2.0 * middle + high
-    share = np.where(curvature > 0.0, 0.5 * (low - high) / np.where(curvature > 0, curvature, 1), 0)
-    return np.asarray(places[best] + np.clip(share, -1.0, 1.0) * (places[1] - places[0]))
+    lag = lag_of(record.displacement, record.force, cuts, confidence)
+    low, value, high = ((lag.value + way * lag.half) / rate for way in (-1.0, 0.0, 1.0))
+    return Estimate(value, low, high, lag.error / rate, lag.number)
 
 
 def rig_stiffness_of(measurements: Sequence[Measurement], *, confidence: float = 0.95) -> Estimate:

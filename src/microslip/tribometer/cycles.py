@@ -22,6 +22,7 @@ from microslip.errors import InputError
 from microslip.tribometer.blocks import Block, Blocks, blocks_of
 from microslip.tribometer.counting import Count, count_of
 from microslip.tribometer.cycle_columns import columns_of
+from microslip.tribometer.delays import lag_of, looks_late
 from microslip.tribometer.estimates import trend
 from microslip.tribometer.record import Record, once_a_record
 from microslip.tribometer.settling import (
@@ -38,6 +39,8 @@ DRIFTS = 0.005
 """Drift over the cycles that count, of the range of the channel, which is worth a word."""
 STEADY = 0.02
 """Range of the loads of the cycles, of their mean, that goes without saying."""
+_LATE, _LOOKED_AT = 0.02, 40
+"""Share of the energy of a cycle that a lag of the force must move, and cycles it is sought in."""
 _BESIDE = 0.1
 """Share of a cycle beside a chosen one that is taken with it: cuts are known to a sample."""
 _CLIPPED, _STEPPED = 0.005, 5.0
@@ -60,6 +63,29 @@ class Drift(NamedTuple):
         return (
             f"the {self.channel} drifts by {engineering(self.total, unit)} over the cycles that "
             f"count, {significant(100.0 * self.share, 2)} % of its range; {remedy}"
+        )
+
+
+class Delay(NamedTuple):
+    """How late the force is, by a delay or a filter of its channel."""
+
+    samples: float
+    seconds: float | None
+    """None without a time."""
+    share: float
+    """About how much of the energy of a cycle it costs or feigns [-]."""
+
+    def note(self) -> str:
+        """What to say of it."""
+        size = f"{significant(abs(self.samples), 2)} samples"
+        remedy = "`sample_rate` makes a time of it"
+        if self.seconds is not None:
+            size = engineering(abs(self.seconds), "s")
+            remedy = f"`condition(record, delay={self.seconds:.3g})` takes it off"
+        way = "behind" if self.samples > 0.0 else "ahead of"
+        return (
+            f"the force seems {size} {way} the displacement, by a delay or a filter of its channel, which "
+            f"moves the energy by about {significant(100.0 * self.share, 2)} %; {remedy}"
         )
 
 
@@ -198,6 +224,32 @@ class Cycles:
             f"the normal load is {low:.4g} to {high:.4g} N in the means of the cycles; what is "
             f"found is of {mean:.4g} N"
         ]
+
+    @cached_property
+    def delay(self) -> Delay | None:
+        """A lag of the force that changes energies by over 2 %; None without."""
+        block, record = self.largest_block, self.record
+        x, force = record.displacement[block.samples], record.force[block.samples]
+        # Of a force in phase with the displacement, a lag by an angle costs that share of pi T x.
+        energy, amplitude, size = (
+            abs(float(np.median(self.columns[name][self.counted])))
+            for name in ("dissipated_energy", "amplitude", "force_amplitude")
+        )
+        around = np.pi * amplitude * size
+        per_sample = 2.0 * np.pi / block.cycles.period * np.sqrt(max(around**2 - energy**2, 0.0))
+        if not per_sample > 0.0:
+            return None
+        smallest = _LATE * max(energy, _LATE * around) / per_sample
+        if not looks_late(x, force, block.cycles, smallest, _LOOKED_AT):
+            return None
+        lag = lag_of(x, force, block.cycles, 0.999, most=_LOOKED_AT)
+        if abs(lag.value) - lag.half < 0.5 * smallest or abs(lag.value) < smallest:
+            return None
+        time, share = record.time, abs(lag.value) * per_sample / energy
+        rate = record.sample_rate
+        if time is not None:
+            rate = (block.stop - block.first - 1) / float(time[block.stop - 1] - time[block.first])
+        return Delay(lag.value, None if rate is None else lag.value / rate, share)
 
     def drifts(self, selection: NDArray[np.bool_]) -> tuple[Drift, ...]:
         """Drifts over some of the cycles that are more than chance, and than a little."""

@@ -282,6 +282,8 @@ def measure(
     notes += [
         drift.note("`drift=True` takes it off") for drift in judged.drifts(counting.selection)
     ]
+    if judged.delay is not None:
+        notes.append(judged.delay.note())
     columns = {name: columns[name] for name in UNITS if name in columns}
     record_regimes = regimes_of(columns, limits, counting.selection, counting.is_moving)
     regimes = record_regimes.of_each

@@ -318,3 +318,38 @@ def test_what_hums_while_the_rig_rests_is_no_cycle() -> None:
     alone = noisy(time, x, force)
     assert abs(len(ms.measure(whole)) - len(ms.measure(alone))) <= 1
     assert ms.measure(whole).levels == ()
+
+
+@pytest.mark.parametrize("cycles", [4, 6, 10, 16, 21])
+@pytest.mark.parametrize("last", [0.5, 1.5])
+def test_a_ramp_of_few_cycles_is_not_settled(cycles: int, last: float) -> None:
+    """Its mean energy is that of no cycle; the range of the cycles is what is known."""
+    amplitude = AMPLITUDE * np.linspace(1.0, last, cycles + 1)
+    measured = ms.measure(run_of(amplitude, np.full(cycles + 1, LIMIT)))
+    assert not measured.is_settled
+    assert any(note.startswith("not settled: amplitude") for note in measured.notes)
+    own = measured.cycles["dissipated_energy"][measured.cycles["closure_error"] <= 0.25]
+    energy = measured.mean["dissipated_energy"]
+    assert (energy.low, energy.high) == pytest.approx((own.min(), own.max()))
+
+
+@pytest.mark.parametrize("jitter", [0.0, 0.003])
+def test_steps_of_few_cycles_are_levels(jitter: float) -> None:
+    rng = np.random.default_rng(5)
+    amplitude = AMPLITUDE * np.repeat([0.6, 1.0], (8, 8)) * (1.0 + jitter * rng.normal(size=16))
+    measured = ms.measure(run_of(amplitude, np.full(16, LIMIT)))
+    assert len(measured.levels) == 2
+    for share, level in zip((0.6, 1.0), measured.levels, strict=True):
+        energy = 4.0 * LIMIT * (share * AMPLITUDE - LIMIT / STIFFNESS)
+        assert level.mean["dissipated_energy"].value == pytest.approx(energy, rel=0.02)
+
+
+@pytest.mark.parametrize("cycles", [4, 8, 12])
+def test_few_cycles_that_jitter_are_alike(cycles: int) -> None:
+    """An amplitude that a rig holds to half a per cent neither steps nor ramps."""
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        amplitude = AMPLITUDE * (1.0 + 0.005 * rng.normal(size=cycles + 1))
+        measured = ms.measure(run_of(amplitude, np.full(cycles + 1, LIMIT), seed))
+        assert measured.is_settled
+        assert not measured.levels

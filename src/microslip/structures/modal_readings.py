@@ -15,6 +15,9 @@ from microslip._core.frozen import LockedArrays
 from microslip.errors import InputError, in_python
 from microslip.structures.periodic_motion import power_of
 
+_LEAST_FALL = 1e-3
+"""Of the logarithm of the amplitude, over all of a decay."""
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class FreeDecay(LockedArrays):
@@ -181,11 +184,25 @@ def ring_down(time: ArrayLike, signal: ArrayLike, points: Any, quantity: Any, ba
             part = _audible(x[: max(x.size - room, 1)], room, _noise(raw, step, width))
         t, x = t[part], x[part]
     decay = read_decay(t, x)
+    _check_decay(decay.amplitude)
     amplitude = decay.amplitude / (2.0 * math.pi * decay.frequency) ** power
     values = _means_in_time(decay.time, amplitude, decay.frequency, decay.damping_ratio, points)
     if values[0].size == 0:
         raise InputError("signal must decay, got one that nowhere does")
     return values
+
+
+def _check_decay(amplitude: Floats) -> None:
+    """Refuse what goes on as it began: the record of a rig, not of a free decay."""
+    logarithm, place = np.log(amplitude), np.linspace(-0.5, 0.5, amplitude.size)
+    fall = -float(place @ logarithm) / float(place @ place)
+    beside = logarithm - logarithm.mean() + fall * place
+    error = float(beside.std()) / math.sqrt(float(place @ place))
+    if not fall > max(_LEAST_FALL, 3.0 * error):
+        raise InputError(
+            f"the signal must decay, got {amplitude[0]:.4g} at first and {amplitude[-1]:.4g} at "
+            "last; if this is a record of loops, name its column of the force, `force=...`"
+        )
 
 
 def stepped_sine(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -23,6 +23,7 @@ from microslip.readers.tables import Named, Table, find, fits, understood
 from microslip.structures.modal_readings import Values, ring_down, stepped_sine
 from microslip.structures.periodic_motion import POWERS
 from microslip.tribometer.reading import READERS
+from microslip.tribometer.roles import is_of_loop
 
 
 @dataclass(frozen=True, eq=False)
@@ -229,7 +230,8 @@ _GRAVITY = 9.80665
 def modal_kind(path: str | os.PathLike[str]) -> str | None:
     """What a file holds: a curve, a ring-down or a stepped sine; None for all else."""
     try:
-        return _kind(_roles(understood(_table(Path(path)).columns), {}))
+        there = understood(_table(Path(path)).columns)
+        return _kind(_roles(there, {}), there)
     except (InputError, ValueError, OSError):
         return None  # whoever reads it says what is wrong with it
 
@@ -250,7 +252,7 @@ def read(
     try:
         table = _table(place)
         roles = _roles(understood(table.columns), columns)
-        kind = _kind(roles)
+        kind = _kind(roles, [] if columns else understood(table.columns))
         if kind is None:
             have = quoted(shorten(c.heading, 40) for c in understood(table.columns))
             raise InputError(
@@ -306,14 +308,16 @@ def _fits(unit: str, role: str) -> bool:
     return fits(unit, KINDS[role])
 
 
-def _kind(roles: Mapping[str, Named]) -> str | None:
+def _kind(roles: Mapping[str, Named], columns: Sequence[Named]) -> str | None:
     moved = any(role in roles for role in POWERS)
     if {"amplitude", "frequency", "damping_ratio"} <= set(roles):
         return "curve"
     if {"frequency", "phase"} <= set(roles) and (moved or "amplitude" in roles):
         return "stepped sine"
-    # A force beside a displacement is a loop of a joint; a hammer's has an accelerometer beside it.
-    if "time" in roles and moved and not {"force", "displacement"} <= set(roles):
+    # A force beside a displacement is a loop of a joint, whatever it is called; a hammer's has an
+    # accelerometer beside it.
+    of_loop = "displacement" in roles and any(map(is_of_loop, columns))
+    if "time" in roles and moved and not of_loop:
         return "ring-down"
     return None
 

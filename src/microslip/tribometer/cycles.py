@@ -84,8 +84,9 @@ class Delay(NamedTuple):
             remedy = f"`condition(record, delay={self.seconds:.3g})` takes it off"
         way = "behind" if self.samples > 0.0 else "ahead of"
         return (
-            f"the force seems {size} {way} the displacement, by a delay or a filter of its channel, which "
-            f"moves the energy by about {significant(100.0 * self.share, 2)} %; {remedy}"
+            f"the force seems {size} {way} the displacement, by a delay or a filter of its "
+            f"channel, which moves the energy by about {significant(100.0 * self.share, 2)} %; "
+            f"{remedy}"
         )
 
 

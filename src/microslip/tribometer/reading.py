@@ -7,6 +7,7 @@ import numbers
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from decimal import Decimal
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +22,14 @@ from microslip.numerics.runs import runs_of
 from microslip.readers import arrays, hdf5, json_files, laboratory, matlab, numpy_files, text
 from microslip.readers.files import foreign_kind, head_of, kind_of, usable
 from microslip.readers.tables import Named, Table, find, listed, scale, understood
-from microslip.tribometer.roles import CYCLE_NUMBER, KINDS, NEEDED, ROLES, guess
+from microslip.tribometer.roles import (
+    CYCLE_NUMBER,
+    KINDS,
+    NEEDED,
+    ROLES,
+    guess,
+    is_coefficient,
+)
 from microslip.tribometer.scaling import Scale, by_role, scale_of, sign_of, zero_of
 
 READERS: Mapping[str, Callable[[Path], Table]] = {
@@ -38,6 +46,7 @@ READERS: Mapping[str, Callable[[Path], Table]] = {
 """How the columns of a file are had, by its format."""
 
 _KNOWN_FORMATS = "wanted text, MAT, TDMS, HDF5, Parquet, JSON, UFF or NumPy's"
+_BY_COEFFICIENT = "by its name, times the normal load"
 _MOST_LONE, _LONGEST_LONE = 0.01, 3
 """Share of rows that may lack a number, and how many of them in a row."""
 
@@ -74,8 +83,16 @@ def read(path: Path, statements: Statements) -> dict[str, Any]:
         for role in mapping:
             if role not in by_part:
                 raise InputError(f"`{name}`: no column is read as {role}; write `{role}=...`")
+    is_ratio = how["force"] == _BY_COEFFICIENT
+    if is_ratio and load is None and "normal_load" not in by_part:
+        raise InputError(
+            "a coefficient of friction is a force with the normal load only; write "
+            '`normal_load="500 N"`'
+        )
     scales = {
-        role: scale_of(column, role, stated["units"].get(role), stated["calibration"].get(role))
+        role: Scale(Decimal("0.01" if column.unit else "1"), "a coefficient of friction")
+        if role == "force" and is_ratio
+        else scale_of(column, role, stated["units"].get(role), stated["calibration"].get(role))
         for role, column in by_part.items()
         if role != CYCLE_NUMBER
     }
@@ -83,9 +100,14 @@ def read(path: Path, statements: Statements) -> dict[str, Any]:
     arrays, first, notes = _arrays(table, by_part, statements.rows)
     notes = [f"{shorten(path.name, 100)}: {table.kind}.", *notes]
     counter = by_part.pop(CYCLE_NUMBER, None)
-    for role, column in by_part.items():
-        note = _to_si(arrays[role], role, scales[role], stated["zero"].get(role), signs[role])
-        notes.append(f'{role}: column "{shorten(column.heading, 60)}" {how[role]}, {note}.')
+    texts = {}
+    for role in sorted(by_part, key=lambda role: is_ratio and role == "force"):
+        if is_ratio and role == "force":
+            arrays[role] *= arrays["normal_load"] if load is None else load
+        words = _to_si(arrays[role], role, scales[role], stated["zero"].get(role), signs[role])
+        heading = shorten(by_part[role].heading, 60)
+        texts[role] = f'{role}: column "{heading}" {how[role]}, {words}.'
+    notes += [texts[role] for role in by_part]
     if counter is not None:
         notes.append(_counted(arrays, counter, how[CYCLE_NUMBER]))
     if "time" in by_part:
@@ -181,7 +203,10 @@ def _columns_by_part(
         try:
             by_part[role], how[role] = guess(columns, role, by_part)
         except LookupError:
-            if role in NEEDED:
+            ratios = [c for c in columns if is_coefficient(c) and c not in by_part.values()]
+            if role == "force" and len(ratios) == 1:
+                by_part[role], how[role] = ratios[0], _BY_COEFFICIENT
+            elif role in NEEDED:
                 raise InputError(
                     f'`{role}`: no column tells; {listed(columns)}; write `{role}="NAME"`, or "#2" '
                     "for the second"

@@ -63,6 +63,8 @@ _COUNTED = {
     "zyklenzahl", "zyklusnummer", "lastwechselzahl", "lastspielzahl",
 }  # fmt: skip
 
+_COEFFICIENTS = {"cof", "mu", "µ", "μ", "reibwert", "reibungszahl", "reibzahl", "reibkoeffizient"}
+
 _TELLING = _TIME | _COMMANDED | _MOVED | _ALONG | _ACROSS | _FORCES | _LOADS | _NEITHER
 
 # Symbols that are whole names; those of the second line say it only with a fitting unit.
@@ -97,6 +99,20 @@ def guess(columns: Sequence[Named], role: str, by_part: Mapping[str, Named]) -> 
             f"`{role}={in_python(unmistakable(by_name[0], columns))}`{or_false}"
         )
     return by_name[0], how
+
+
+def is_of_loop(column: Named) -> bool:
+    """Whether a column is of a contact, which no ring-down has beside its sensor."""
+    if role_of(column) in ("force", "normal_load", "commanded", CYCLE_NUMBER):
+        return True
+    return is_coefficient(column) or fits(column.unit, FORCE)
+
+
+def is_coefficient(column: Named) -> bool:
+    """Whether a column is a coefficient of friction, by its name."""
+    words = _words(column.short)
+    named = words & _COEFFICIENTS or (words & {"coefficient", "coeff", "ratio"} and words & _ALONG)
+    return bool(named) and column.unit in (None, "%", "percent")
 
 
 def role_of(column: Named) -> str | None:

@@ -172,33 +172,6 @@ def test_check_ends_with_a_verdict() -> None:
     assert last("2 kN") == "Fine, but see the verdicts."  # the real area alone
 
 
-def test_every_quantity_has_its_unit() -> None:
-    """The units that check shows are those that the study's models read."""
-    from microslip._core.parameters import parameters_of
-    from microslip.results.predicted import preview
-    from microslip.study.joints import LAW_TABLES
-    from microslip.study.json_schema import schema_tree
-
-    def quantities(node: Any, key: str = "") -> set[str]:
-        if not isinstance(node, dict):
-            return set()
-        found = {key} if "such as" in node.get("description", "") and "pattern" in node else set()
-        for name, child in node.get("properties", {}).items():
-            found |= quantities(child, name)
-        for word in ("anyOf", "oneOf", "allOf"):
-            for child in node.get(word, []):
-                found |= quantities(child, key)
-        for word in ("items", "additionalProperties"):
-            found |= quantities(node.get(word), key)
-        return found
-
-    found = quantities(schema_tree())
-    assert {"young_modulus", "std", "density", "mass", "force_amplitudes", "from"} <= found
-    # Those of a law by its own parameters are said by its class.
-    laws = {option.name for law in LAW_TABLES.values() for option in parameters_of(law.describes)}
-    assert found - laws == set(preview._UNITS) - laws
-
-
 # -- new, demo -------------------------------------------------------------------------------------
 
 

@@ -258,7 +258,7 @@ def test_heights_by_a_table_of_their_density(home: Path) -> None:
     assert units["surface.heights.height"] == "m"
     assert units["surface.heights.density"] == "1/m"
     assert units["surface.density"] == "1/m^2"
-    assert dict(_rows(study))["Their density"] == "0 per m, 2 per µm, 0 per m"
+    assert dict(_rows(study))["Density at these"] == "0 per m, 2 per µm, 0 per m"
 
 
 @pytest.mark.parametrize(

@@ -14,11 +14,12 @@ UNKNOWN = "–"
 
 # Powers of a length are not written with prefixes, but in the unit that suits them.
 _POWERS = {
-    "m²": ((1.0, "m²"), (1e-4, "cm²"), (1e-6, "mm²"), (1e-12, "µm²")),
+    "m^2": ((1.0, "m²"), (1e-4, "cm²"), (1e-6, "mm²"), (1e-12, "µm²")),
     "1/m": ((1e9, "per nm"), (1e6, "per µm"), (1e3, "per mm"), (1.0, "per m")),
-    "1/m²": ((1e12, "per µm²"), (1e6, "per mm²"), (1e4, "per cm²"), (1.0, "per m²")),
+    "1/m^2": ((1e12, "per µm²"), (1e6, "per mm²"), (1e4, "per cm²"), (1.0, "per m²")),
 }
 _MOST_VALUES = 8
+_PRINTED = {"^2": "²", "^3": "³", "^4": "⁴", "*": " "}
 
 
 def trimmed(unit: str, digits: int = 4) -> Callable[[float], str]:
@@ -80,7 +81,7 @@ def area(value: float | None) -> str:
         return UNKNOWN
     if value >= 1e-9:
         return f"{significant(1e6 * value)} mm²"
-    return quantity(float(f"{value:.2e}"), "m²")
+    return quantity(float(f"{value:.2e}"), "m^2")
 
 
 def quantity(value: Any, unit: str) -> str:
@@ -104,7 +105,14 @@ def quantity(value: Any, unit: str) -> str:
             ((f, u) for f, u in _POWERS[unit] if abs(value) >= 0.9999 * f), _POWERS[unit][-1]
         )
         return f"{value / factor:.6g} {unit}"
-    return engineering(value, unit, 6, trim=True) if unit else f"{value:.6g}"
+    return engineering(value, in_print(unit), 6, trim=True) if unit else f"{value:.6g}"
+
+
+def in_print(unit: str) -> str:
+    """An SI unit as it is printed, such as "kg/m³" for "kg/m^3"."""
+    for written, printed in _PRINTED.items():
+        unit = unit.replace(written, printed)
+    return unit
 
 
 def si(value: float) -> str:

@@ -138,13 +138,3 @@ def table_of(
     keys |= {declared.name: key_for(declared) for declared in parameters_of(kind)}
     body = {"__doc__": meaning, "__module__": module, "describes": kind, **keys}
     return type(f"{kind.__name__}Table", (base,), body)
-
-
-def labels_of(part: object) -> dict[str, tuple[str, str]]:
-    """What the keys of a table that stands for a class are called in a report, and their units."""
-    if not isinstance(part, Described):
-        return {}
-    return {
-        item.name: (item.heading, item.unit.replace("^2", "²"))
-        for item in parameters_of(part.describes)
-    }

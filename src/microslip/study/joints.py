@@ -34,7 +34,7 @@ class Joint(Part):
     friction_coefficient: float = key_for(parameter_of(Interface, "friction_coefficient"))
     normal_load: tuple[float, ...] = key(
         Items(Unsure(LOAD), '["500 N", "2 kN"]', single=True, distinct=True),
-        "One normal load or a list of different ones; one joint for each. Only a "
+        "Normal load, one or a list of different ones; one joint for each. Only a "
         "[structure] needs none: its bolts press.",
         default=(),
     )

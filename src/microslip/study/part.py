@@ -6,6 +6,7 @@ follow how it is read, what it says of a mistake and at which key, and its JSON 
 
 from __future__ import annotations
 
+import re
 import tomllib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -21,6 +22,7 @@ FAILED: Any = type("Failed", (), {"__repr__": lambda self: "FAILED"})()
 """Stands for a value that could not be read; why is noted."""
 
 T = TypeVar("T")
+_CLAUSE_ENDS = re.compile(r"[,;:.](?: |$)")
 
 
 class KeyedError(ValueError):
@@ -300,6 +302,25 @@ class Key:
     def required(self) -> bool:
         """Whether it has to be given."""
         return self.default is REQUIRED
+
+    @property
+    def declared(self) -> Parameter | None:
+        """What is declared of its value, or of each of many; None of a table."""
+        reader = self.reader
+        while isinstance(reader, (Items, Named)):
+            reader = reader.item
+        return getattr(reader, "declared", None)
+
+    @property
+    def unit(self) -> str:
+        """SI unit of its value, "" for none."""
+        return "" if self.declared is None else self.declared.unit
+
+    @property
+    def heading(self) -> str:
+        """What stands for it in tables: its label, or the first clause of its help."""
+        label = "" if self.declared is None else self.declared.label
+        return label or _CLAUSE_ENDS.split(self.help, maxsplit=1)[0]
 
     def schema(self, name: str) -> JsonSchema:
         """JSON Schema of its value, with what an editor shows of it."""

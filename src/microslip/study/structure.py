@@ -104,7 +104,10 @@ class SensorPart(Part):
         "Its place from the middle of the lap: along, across, upwards.",
     )
     direction: str = key(
-        one_of("x", "y", "z"), "Along (x), across (y) or upwards (z).", '"z"', default="z"
+        one_of("x", "y", "z"),
+        "Direction: along (x), across (y) or upwards (z).",
+        '"z"',
+        default="z",
     )
 
 
@@ -151,13 +154,13 @@ class FormPart(Part):
 class StructurePart(Part):
     """Two beams or plates, bolted where they overlap; the first body of the surface below."""
 
-    length: float | None = _size("From end to end.", '"720 mm"')
-    width: float | None = _size("Across.", '"25.4 mm"')
-    thickness: float | None = _size("Of each part, outside the lap.", '"25.4 mm"')
+    length: float | None = _size("Length, from end to end.", '"720 mm"')
+    width: float | None = _size("Width, across.", '"25.4 mm"')
+    thickness: float | None = _size("Thickness of each part, outside the lap.", '"25.4 mm"')
     lap: float | None = _size("Length of the overlap.", '"120 mm"')
     style: Literal["half-lap", "single-lap"] = key(
         one_of("half-lap", "single-lap"),
-        "Parts half as thick in the overlap, or whole plates on each other.",
+        "Style: parts half as thick in the overlap, or whole plates on each other.",
         default="half-lap",
     )
     mesh: MeshPart | None = key(

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from microslip._core.parameters import parameters_of
 from microslip._core.quantities import UNITS
 from microslip._version import __version__
 from microslip.report.cells import si
@@ -18,12 +17,11 @@ from microslip.results.predicted.numbers import (
     joint_entry,
     load_notes,
 )
-from microslip.results.predicted.study_facts import KEYS
 from microslip.results.predicted.tables import rest_section, validity
 from microslip.runs.predict import DEFAULT_AMPLITUDES, DEFAULT_POINTS, Defaults
 from microslip.study.build import build_joints, check_loads
 from microslip.study.description import StudyDescription
-from microslip.study.fields import Described
+from microslip.study.part import Part
 from microslip.study.plausibility import questions
 from microslip.study.uncertain import Spread
 
@@ -34,16 +32,6 @@ _WORDS = {
     "watch": "Fine, but see the verdicts.",
     "not judged": "Fine as far as it was judged: see the verdicts.",
 }
-
-_UNITS = {
-    **{key: unit.replace("²", "^2").replace("³", "^3") for key, (_, unit) in KEYS.items() if unit},
-    **dict.fromkeys(("from", "to"), "m"),
-    **dict.fromkeys(("phase", "direction"), "rad"),
-    "densities": "kg/m^3",
-    "amplitude": "N",
-    "band": "Hz",
-}
-"""Units of the keys of a study; parameters of classes say theirs, the others are plain numbers."""
 
 
 def preview(study: StudyDescription) -> Document:
@@ -131,13 +119,9 @@ def _quantities(study: StudyDescription) -> Iterator[dict[str, Any]]:
         name: {**dict.fromkeys(keys), **materials.get(name, {})}
         for name, keys in values["material"].items()
     }
-    described = dict(_parameter_units(study))
+    units = dict(_units(study))
     for key, written, value in _walk({"material": material, **source}, values):
-        unit = described.get(key) or _UNITS.get(key.rpartition(".")[2], "-")
-        if key == "structure.density":
-            unit = "kg/m^3"
-        if key == "surface.heights.density":  # of the heights, not of the summits
-            unit = "1/m"
+        unit = units.get(key) or "-"
         if key == "excitation.history" and history is not None:
             value, unit = history.values.tolist(), "N" if history.quantity == "force" else "m"
         if isinstance(written, dict) and "file" not in written:
@@ -171,14 +155,16 @@ def _written_text(written: Any) -> str:
     return f"{len(written)} values" if isinstance(written, list) else str(written)
 
 
-def _parameter_units(study: StudyDescription) -> Iterator[tuple[str, str]]:
-    """Units of the keys that stand for parameters of a law, a surface or heights."""
-    heights = getattr(study.surface, "heights", None)
-    parts = {"joint": study.joint, "surface": study.surface, "surface.heights": heights}
-    for table, part in parts.items():
-        if isinstance(part, Described):
-            for parameter in parameters_of(part.describes):
-                yield f"{table}.{parameter.name}", parameter.unit or "-"
+def _units(part: Any, path: str = "") -> Iterator[tuple[str, str]]:
+    """SI units of the keys of a part and of the parts in it, as they are declared."""
+    if isinstance(part, dict):
+        for name, inner in part.items():
+            yield from _units(inner, f"{path}.{name}".lstrip("."))
+    elif isinstance(part, Part):
+        for name, key in part.keys.items():
+            here = f"{path}.{name}".lstrip(".")
+            yield here, key.unit
+            yield from _units(getattr(part, part.attributes[name]), here)
 
 
 def _walk(source: Any, values: Any, path: str = "") -> Iterator[tuple[str, Any, Any]]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import math
-import re
 from dataclasses import dataclass
 from functools import reduce
 from pathlib import Path
@@ -13,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from microslip._core.units import engineering, significant
-from microslip.errors import InputError, StudyError
+from microslip.errors import InputError
 from microslip.friction import Interface, Verdict
 from microslip.report.document import (
     Block,
@@ -31,12 +30,12 @@ from microslip.report.files import header, plain, text_file
 from microslip.report.plot import COLORS, Axis, Panel, Plot, beside
 from microslip.report.scales import length_prefix
 from microslip.results.scanned.numbers import FACES_KIND
-from microslip.results.scanned.surface_block import faces_block
+from microslip.results.scanned.surface_block import faces_block, faces_table
 from microslip.scans import SummitStatistics, combine
 from microslip.scans.findings import Request
-from microslip.study.build import build_surface
-from microslip.study.description import StudyDescription
 from microslip.study.faces import RoughFace
+from microslip.study.part import FAILED, Place, Reading
+from microslip.study.surfaces import ANY_SURFACE
 
 _NAMES = {"": "face", ".first": "first", ".second": "second"}
 _QUANTITIES = {
@@ -45,14 +44,6 @@ _QUANTITIES = {
     "std": ("m", "Std of heights", Column("std", "std of heights")),
 }
 _NOTHING = "Nothing is judged without a scan, or materials and a load."
-_FLAGS = {"normal_load": "load", "friction_coefficient": "friction"}
-_STUDY = """\
-schema = 1
-{surface}
-[joint]
-friction_coefficient = {friction!r}
-normal_load = {load}
-"""
 
 
 @dataclass(frozen=True)
@@ -76,40 +67,24 @@ class Faces:
 def analyse(request: Request, progress: Progress | None = None) -> Faces:
     """Read the faces and put them on each other."""
     report = progress or (lambda share: None)
-    request.pair()  # what is wrong with materials and load comes first
-    load = 1.0 if request.normal_load is None else request.normal_load
-    text = _STUDY.format(
-        surface=faces_block(request, Path()),
-        friction=request.friction_coefficient,
-        load=f'"{load!r} N"',
-    )
-    try:
-        study = StudyDescription.from_toml(text, "surface", folder=Path())
-        report(0.4)
-        part: Any = study.surface
-        face_by_key, combined = part.faces, part.statistics
-        report(0.8)
-        joint, verdicts = None, part.verdicts()
-        if request.normal_load is not None:
-            joint = Interface(
-                build_surface(study), request.friction_coefficient, request.normal_load
-            )
-            verdicts = (*joint.validity, *verdicts)
-    except StudyError as error:
-        raise InputError(_as_option(str(error))) from None
+    pair = request.pair()  # what is wrong with materials and load comes first
+    reading = Reading()
+    place = Place("surface", reading)
+    table = faces_table(request, Path())
+    part = place.attempt(lambda: ANY_SURFACE.read(table, place))
+    report(0.4)
+    if part is FAILED or place.attempt(lambda: part.faces) is FAILED:
+        key, message = reading.errors[0]
+        name = key.rpartition(".")[2].partition(",")[0]  # of an item the list
+        of_all = name in ("surface", "first", "second", "scan")
+        raise InputError(message if of_all else f"`{name}`: {message}")
+    report(0.8)
+    joint, verdicts = None, part.verdicts()
+    if pair is not None:
+        joint = Interface(part.build(pair), request.friction_coefficient, request.normal_load)
+        verdicts = (*joint.validity, *verdicts)
     report(1.0)
-    return Faces(request, face_by_key, combined, joint, verdicts)
-
-
-def _as_option(message: str) -> str:
-    """An error of a study as one of the command that has made it."""
-
-    def flag(match: re.Match[str]) -> str:
-        key = match[1]
-        return "" if key == "scan" else f"--{_FLAGS.get(key, key).replace('_', '-')}: "
-
-    keys = r"^surface: (?:surface|joint)(?:\.(?:first|second))?\.(\w+)(?:, item \d+)?: "
-    return re.sub(keys, flag, message).replace(" in the folder of the study", "")
+    return Faces(request, part.faces, part.statistics, joint, verdicts)
 
 
 def document(analysis: Faces, folder: Path | None = None) -> Document:

@@ -30,18 +30,19 @@ def block(findings: Findings, folder: Path) -> str:
         "[surface]",
         'law = "scan"',
         'materials = ["steel", "steel"]  # the two bodies: put yours here',
-        f"scan = {_text(_path(request.path, folder))}",
-        f"cutoff = {_length(request.cutoff)}  # {remark}",
+        f"scan = {_toml(_path(request.path, folder))}",
+        f"cutoff = {_toml(_length(request.cutoff))}  # {remark}",
     ]
     profile = findings.scan.is_profile
-    lines += [f"{key} = {value}" for key, value in _conditioning(request, profile).items()]
+    lines += [f"{key} = {_toml(v)}" for key, v in _conditioning(request, profile).items()]
     lines.append(
         'estimate = "mccool"  # or "nayak": a profile has no summits to count'
         if profile
         else 'estimate = "counted"  # or "neighbours", "mccool", "nayak"'
     )
     if request.direction is not None:
-        lines.append(f"direction = {_angle(request.direction)}  # of the motion: elliptic summits")
+        angle = f"{_number(math.degrees(request.direction))} deg"
+        lines.append(f"direction = {_toml(angle)}  # of the motion: elliptic summits")
     elif not profile:
         law = request.heights or (
             "gaussian" if findings.laws is None else findings.laws.recommended
@@ -53,82 +54,82 @@ def block(findings: Findings, folder: Path) -> str:
         if area is None and profile
         else '# area = "2 cm^2"  # apparent area of the joint; without it that of the scan'
         if area is None
-        else f"area = {_text(f'{_number(area * 1e4)} cm^2')}"
+        else f"area = {_toml(f'{_number(area * 1e4)} cm^2')}"
     )
-    lines += [f"{key} = {value}" for key, value in _reading(request).items()]
+    lines += [f"{key} = {_toml(value)}" for key, value in _reading(request).items()]
     lines += _numbers(findings)
     return _HEAD + "\n".join(lines) + "\n"
 
 
 def faces_block(request: Request, folder: Path) -> str:
     """Two faces, several scans of one, or a drawing, as a study in this folder has them."""
+    table = faces_table(request, folder)
+    lines = [f"{key} = {_toml(value)}" for key, value in table.items()]
+    remark = "" if request.area else "  # of the joint: put yours here"
+    return "\n".join(["[surface]", *lines]) + f"{remark}\n"
+
+
+def faces_table(request: Request, folder: Path) -> dict[str, Any]:
+    """The same as keys and values, the area last."""
     for name in ("heights", "direction"):
         if getattr(request, name) is not None:
             raise InputError(f"`{name}` goes with one scan of one face, whose summits are known")
     if request.area is None and request.normal_load is not None:
         raise InputError(
-'`area="2 cm^2"` goes with `normal_load="500 N"`: faces have no size of their own'
-)  # fmt: skip
+            '`area="2 cm^2"` goes with `normal_load="500 N"`: faces have no size of their own'
+        )
     if request.scans and request.against and request.drawing:
         raise InputError("wanted two faces: scans and scans against them, or scans and a drawing")
     drawing = {
-        key: _text(value) if key == "process" else _length(value)
-        for key, value in request.drawing.items()
+        key: value if key == "process" else _length(value) for key, value in request.drawing.items()
     }
     first, second = (
         _scanned(request, paths, folder) if paths else None
         for paths in (request.scans, request.against)
     )
-    materials = (
-        '"steel", "steel"' if not request.materials else ", ".join(map(_text, request.materials))
-    )
-    lines = ["[surface]", f"materials = [{materials}]"]
+    table: dict[str, Any] = {"materials": list(request.materials or ("steel", "steel"))}
     if first is None and second is None:
-        lines += ['law = "drawing"', *(f"{key} = {value}" for key, value in drawing.items())]
+        table |= {"law": "drawing", **drawing}
     else:
-        lines.append('law = "two-faces"')
-        faces = (first or drawing, second or (drawing if first else None))
-        for name, face in zip(("first", "second"), faces, strict=True):
-            if face:
-                inner = ", ".join(f"{key} = {value}" for key, value in face.items())
-                lines.append(f"{name} = {{ {inner} }}")
-    area = f'"{_number((request.area or 1e-4) * 1e4)} cm^2"'
-    remark = "" if request.area else "  # of the joint: put yours here"
-    return "\n".join([*lines, f"area = {area}{remark}"]) + "\n"
+        faces = {"first": first or drawing, "second": second or (drawing if first else None)}
+        table |= {"law": "two-faces", **{name: face for name, face in faces.items() if face}}
+    return {**table, "area": f"{_number((request.area or 1e-4) * 1e4)} cm^2"}
 
 
-def _scanned(request: Request, paths: tuple[Path, ...], folder: Path) -> dict[str, str]:
+def _scanned(request: Request, paths: tuple[Path, ...], folder: Path) -> dict[str, Any]:
     """Keys of a face by its scans."""
     cutoff = {"cutoff": _length(request.cutoff)} if request.cutoff_given else {}
-    scans = ", ".join(_text(_path(path, folder)) for path in paths)
-    return {"scan": f"[{scans}]", **cutoff, **_conditioning(request), **_reading(request)}
+    scans = [_path(path, folder) for path in paths]
+    return {"scan": scans, **cutoff, **_conditioning(request), **_reading(request)}
 
 
-def _conditioning(request: Request, profile: bool = False) -> dict[str, str]:
+def _conditioning(request: Request, profile: bool = False) -> dict[str, Any]:
     """Keys of what is done to a scan, where it is not usual."""
-    keys = {}
+    keys: dict[str, Any] = {}
     if request.long_cutoff is not None:
         keys["long_cutoff"] = _length(request.long_cutoff)
     if request.level != "plane":
-        keys["level"] = _text(request.level or "none")
+        keys["level"] = request.level or "none"
     if request.outliers is not None:
-        keys["outliers"] = f"{request.outliers:g}"
+        keys["outliers"] = request.outliers
     if request.fill:
-        keys["fill"] = "true"
+        keys["fill"] = True
     if request.method != "watershed" and not profile:
-        keys["method"] = _text(request.method)
+        keys["method"] = request.method
     if request.prominence is not None and not profile:
         keys["prominence"] = _length(request.prominence)
     return keys
 
 
-def _reading(request: Request) -> dict[str, str]:
-    options = {key: value for key, value in request.reading.items() if value not in (None, ())}
-    return {key: _value(value) for key, value in options.items()}
+def _reading(request: Request) -> dict[str, Any]:
+    return {key: _read(value) for key, value in request.reading.items() if value not in (None, ())}
 
 
-def _angle(value: float) -> str:
-    return _text(f"{_number(math.degrees(value))} deg")
+def _read(value: Any) -> Any:
+    """An option of reading: lengths with their unit, several as a list, one by itself."""
+    if isinstance(value, tuple):
+        return _read(value[0]) if len(value) == 1 else [_read(item) for item in value]
+    return _length(value) if isinstance(value, float) else value
 
 
 def _other_laws(law: str) -> str:
@@ -152,17 +153,22 @@ def _numbers(findings: Findings) -> list[str]:
             "",
             f"# In numbers, {name}:",
             '# law = "greenwood-williamson"',
-            f'# heights = {{ kind = "gaussian", std = {_length(part.std)}, '
-            f"mean = {_length(part.mean_height)} }}",
-            f"# radius = {_length(part.radius)}",
-            f"# density = {_text(f'{_number(part.density * 1e-6)} 1/mm^2')}",
+            f'# heights = {{ kind = "gaussian", std = {_toml(_length(part.std))}, '
+            f"mean = {_toml(_length(part.mean_height))} }}",
+            f"# radius = {_toml(_length(part.radius))}",
+            f"# density = {_toml(f'{_number(part.density * 1e-6)} 1/mm^2')}",
         ]
     return lines
 
 
-def _text(text: str) -> str:
+def _toml(value: Any) -> str:
+    """A value as TOML."""
+    if isinstance(value, dict):
+        return f"{{ {', '.join(f'{key} = {_toml(inner)}' for key, inner in value.items())} }}"
+    if isinstance(value, list):
+        return f"[{', '.join(map(_toml, value))}]"
     # A basic string of TOML is written as one of JSON.
-    return json.dumps(text, ensure_ascii=False)
+    return f"{value:g}" if isinstance(value, float) else json.dumps(value, ensure_ascii=False)
 
 
 def _number(value: float) -> str:
@@ -171,13 +177,5 @@ def _number(value: float) -> str:
 
 def _length(value: float | None) -> str:
     if value is None:
-        return '"none"'
-    return _text(engineering(value, "m", 6, trim=True).replace("\N{MICRO SIGN}", "u"))
-
-
-def _value(value: Any) -> str:
-    if isinstance(value, tuple):
-        return _value(value[0]) if len(value) == 1 else f"[{', '.join(map(_value, value))}]"
-    if isinstance(value, float):
-        return _length(value)
-    return _text(value) if isinstance(value, str) else str(value)
+        return "none"
+    return engineering(value, "m", 6, trim=True).replace("\N{MICRO SIGN}", "u")

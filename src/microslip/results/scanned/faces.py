@@ -80,7 +80,7 @@ def analyse(request: Request, progress: Progress | None = None) -> Faces:
         raise InputError(message if of_all else f"`{name}`: {message}")
     report(0.8)
     joint, verdicts = None, part.verdicts()
-    if pair is not None:
+    if pair is not None and request.normal_load is not None:
         joint = Interface(part.build(pair), request.friction_coefficient, request.normal_load)
         verdicts = (*joint.validity, *verdicts)
     report(1.0)

@@ -163,10 +163,10 @@ lock:  ## write the locks again
 	@uv="$(UV)"; if [ -z "$$uv" ]; then \
 	    [ -x .venv-lock/bin/uv ] || { "$(PYTHON)" -m venv .venv-lock && .venv-lock/bin/python -m pip install --quiet uv; }; \
 	    uv=.venv-lock/bin/uv; fi; \
-	options="$(EXTRAS:%=--extra %) --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-emit-find-links --quiet"; \
-	"$$uv" pip compile pyproject.toml --group dev $$options --custom-compile-command "make lock" \
+	extras="$(EXTRAS:%=--extra %)"; options="--universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-emit-find-links --quiet"; \
+	"$$uv" pip compile pyproject.toml --group dev $$extras $$options --custom-compile-command "make lock" \
 	    $(LOCK_ARGS) --output-file requirements.lock && \
-	"$$uv" pip compile pyproject.toml --group dev --group docs $$options --custom-compile-command "make lock" \
+	"$$uv" pip compile pyproject.toml --group dev --group docs $$extras $$options --custom-compile-command "make lock" \
 	    --constraints requirements.lock --output-file requirements-docs.lock && \
 	"$$uv" pip compile --group compiler $$options --custom-compile-command "make lock" \
 	    --output-file requirements-compiler.lock

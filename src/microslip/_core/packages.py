@@ -41,9 +41,9 @@ def needed_for(purpose: str, extra: str = "", instead: str = "") -> Iterator[Non
         package = str(missing.name).partition(".")[0]
         if package == "microslip":
             raise
-        wanted = f'"microslip[{extra}]"' if extra else _DISTRIBUTIONS.get(package, package)
+        requirement = f'"microslip[{extra}]"' if extra else _DISTRIBUTIONS.get(package, package)
         raise MissingPackageError(
-            f"{purpose} {package}, which is not installed: pip install {wanted}"
+            f"{purpose} {package}, which is not installed: pip install {requirement}"
             + (f"; {instead}" if instead else "")
         ) from None
 

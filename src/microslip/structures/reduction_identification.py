@@ -143,7 +143,8 @@ def identify_modal(
 
     Notes
     -----
-    The curves in the fit are those of :meth:`Preload.modes` by the balance of harmonics.
+    The curves in the fit are those of :meth:`Preload.modes` by the balance of harmonics, along
+    nonlinear modes (Szemplinska-Stupnicka 1979, DOI 10.1016/S0022-460X(79)80003-1).
     """
     modal_tests = [tests] if isinstance(tests, ModalTest) else list(tests)
     names = _checked(fit, modal_tests)

@@ -61,8 +61,8 @@ class Record(Locked, Plottable):
     commanded : array_like, optional
         Displacement [m] that the rig was asked for, one for each sample.
     cycle_number : array_like, optional
-        The rig's counter of cycles, one for each sample, never falling: where only some cycles were
-        logged, it says which.
+        The rig's counter of cycles [-], one for each sample, never falling: where only some cycles
+        were logged, it says which.
     name : str
         What messages and pictures call the record.
     notes : tuple of str

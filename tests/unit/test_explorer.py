@@ -14,7 +14,7 @@ import pytest
 from command import run
 
 import microslip as ms
-from microslip.explorer.page import QUANTITIES, law_script, page
+from microslip.explorer.page import INPUTS, law_script, page
 
 NODE = shutil.which("node")
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
@@ -114,7 +114,7 @@ def test_the_page_needs_nothing_else() -> None:
     # Addresses of other hosts would be a network; names of XML spaces are none.
     assert not re.findall(r"https?://(?!www\.w3\.org/)", text)
     assert "@script@" not in text
-    assert {q.key for q in QUANTITIES} > {"std", "radius", "density", "area", "mu", "load"}
+    assert {item["key"] for item in INPUTS} > {"std", "radius", "density", "area", "mu", "load"}
 
 
 @pytest.mark.slow

@@ -17,7 +17,7 @@ from microslip._core.netcdf import Variable
 from microslip.cli import main
 from microslip.runs.scatter import scatter
 from microslip.study.description import StudyDescription
-from microslip.study.draws import Design
+from microslip.study.draws import Design, check_draws
 
 SPHERE = """
 schema = 1
@@ -346,6 +346,37 @@ viscous_damping_ratio = { low = 0.01, high = 0.02 }
 [uncertainty]
 samples = 64
 """
+
+
+TIGHTENED = """
+schema = 1
+[surface]
+law = "greenwood-williamson"
+materials = ["steel", "steel"]
+heights = { kind = "gaussian", std = "0.5 um" }
+radius = "0.5 mm"
+density = "200 1/mm^2"
+area = "4 cm^2"
+[joint]
+friction_coefficient = 0.5
+normal_load = { mean = "2 kN", cv = 0.15 }
+"""
+
+
+def test_check_refuses_what_some_draws_refuse(tmp_path: Path) -> None:
+    path = tmp_path / "joint.toml"
+    path.write_text(f'{TIGHTENED}tightening_load = "2.2 kN"\n', encoding="utf-8")
+    with pytest.raises(ms.StudyError, match=r"joint.normal_load: \d+ of 512 draws") as caught:
+        check_draws(StudyDescription.load(path))
+    # Lognormal of mean 2 kN: so many are above 2.2 kN.
+    width = math.log1p(0.15**2)
+    share = 1.0 - ndtr((math.log(1.1) + 0.5 * width) / math.sqrt(width))
+    count = int(str(caught.value).partition("normal_load: ")[2].partition(" of")[0])
+    assert count == pytest.approx(512 * share, abs=2)
+    assert CliRunner().invoke(main, ["check", str(path)]).exit_code == 2
+    tied = 'tightening_load = { of = "joint.normal_load", factor = 1.2 }\n'
+    path.write_text(TIGHTENED + tied, encoding="utf-8")
+    check_draws(StudyDescription.load(path))
 
 
 def test_any_number_may_scatter_and_one_may_follow_another() -> None:

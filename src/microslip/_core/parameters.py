@@ -152,10 +152,14 @@ class Parameter:
         if self.kind not in (float, int) and not isinstance(self.kind, Kind):
             return ""
         value = _USUAL.get(self.unit, value) if value == 1.0 else value
-        for factor, name in _WRITTEN.get(self.unit, ()):
-            if abs(value) >= 0.099 * factor:
-                return f"{value / factor:.6g} {name}"
-        return f"{value:g} {self.unit}".strip()
+        factor, name = self.written_unit(value)
+        return f"{value / factor:.6g} {name}".strip()
+
+    def written_unit(self, value: float) -> tuple[float, str]:
+        """The unit in which people write a value of this size: its size in SI, and its name."""
+        units = _WRITTEN.get(self.unit, ())
+        fit = (unit for unit in units if abs(value) >= 0.099 * unit[0])
+        return next(fit, (1.0, self.unit))
 
     @property
     def written(self) -> str:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from decimal import Decimal, DecimalException
 from functools import lru_cache
@@ -191,6 +192,26 @@ def units(text: str) -> float:
     if not math.isfinite(value):
         raise InputError(f"{message}{came} (beyond all measure)")
     return value
+
+
+_NUMBER_AND_UNIT = re.compile(rf"{_NUMBER.pattern}(.*)", re.IGNORECASE)
+
+
+def with_one_unit(texts: Sequence[str]) -> tuple[str, ...]:
+    """Quantities of which one may have the unit of all: "0.1 um", "1 um" for "0.1", "1 um"."""
+    matches = [_NUMBER_AND_UNIT.fullmatch(text.strip()) for text in texts]
+    units = [match[2].strip() if match else "" for match in matches]
+    unit = next(filter(None, units), "")
+    return tuple(
+        f"{text.strip()} {unit}".strip() if match and not own else text.strip()
+        for text, match, own in zip(texts, matches, units, strict=True)
+    )
+
+
+def ends_of(text: str) -> tuple[str, str] | None:
+    """The ends of LOW..HIGH, of which the unit may be written once; None for another text."""
+    low, dots, high = (part.strip() for part in text.partition(".."))
+    return None if not dots or not low or not high else with_one_unit((low, high))  # type: ignore[return-value]
 
 
 def is_unit(text: str) -> bool:

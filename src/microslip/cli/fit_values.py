@@ -7,9 +7,9 @@ from typing import Any
 
 import click
 
-from microslip._core.units import AREA, DENSITY, FORCE, LENGTH, STIFFNESS, TIME
+from microslip._core.units import AREA, DENSITY, FORCE, LENGTH, STIFFNESS, TIME, with_one_unit
 from microslip._core.wording import did_you_mean
-from microslip.cli.options import quantity
+from microslip.cli.options import ends_in, quantity
 from microslip.cli.records import pairs, slice_of, stiffness
 
 _FOLLOWING = {
@@ -74,17 +74,13 @@ def bounds_of(texts: tuple[str, ...], laws: Sequence[str]) -> dict[str, tuple[fl
     units = _units_of(laws)
     bounds = {}
     for name, text in pairs("bound", texts).items():
-        low, dots, high = (part.strip() for part in text.partition(".."))
-        if not dots or not low or not high:
-            raise click.UsageError(f'--bound wants {name}=LOW..HIGH, got "{text}"')
-        if _is_number(low) and not _is_number(high):  # the unit is written once
-            low = f"{low} {_unit(high)}"
-        ends = tuple(_quantity("--bound", name, end, units) for end in (low, high))
-        if not ends[0] < ends[1]:
-            raise click.UsageError(
-                f'--bound wants {name}=LOW..HIGH with LOW below HIGH, got "{text}"'
-            )
-        bounds[name] = (ends[0], ends[1])
+        low, high = (
+            _quantity("--bound", name, end, units)
+            for end in ends_in("--bound", text, f"{name}=LOW..HIGH")
+        )
+        if not low < high:
+            raise click.UsageError(f'--bound wants LOW below HIGH for {name}, got "{text}"')
+        bounds[name] = (low, high)
     return bounds
 
 
@@ -180,10 +176,7 @@ def _with_deviation(text: str) -> tuple[str, str | None]:
     )
     if not sign:
         return value, None
-    if _is_number(value) and not _is_number(deviation):
-        value = f"{value} {_unit(deviation)}"
-    elif _is_number(deviation) and not _is_number(value):
-        deviation = f"{deviation} {_unit(value)}"
+    value, deviation = with_one_unit((value, deviation))
     return value, deviation
 
 
@@ -193,8 +186,3 @@ def _is_number(text: str) -> bool:
     except ValueError:
         return False
     return True
-
-
-def _unit(text: str) -> str:
-    """What follows the number of a quantity."""
-    return text.lstrip("+-0123456789.eE ").strip()

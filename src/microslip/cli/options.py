@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from microslip._core.parameters import Parameter
-from microslip._core.units import Kind, QuantityError, Sign, to_si
+from microslip._core.units import Kind, QuantityError, Sign, ends_of, to_si
 from microslip.cli.frame import OneOf
 from microslip.errors import UNSAID, Argument, Spelling
 
@@ -92,6 +92,14 @@ def quantity(flag: str, text: str, kind: Kind, example: str, sign: Sign = "posit
         return to_si(text, kind, example, sign)
     except QuantityError as error:
         raise click.UsageError(f"{flag}: {error}") from None
+
+
+def ends_in(flag: str, text: str, form: str) -> tuple[str, str]:
+    """The ends of LOW..HIGH, or an error that names the option."""
+    ends = ends_of(text)
+    if ends is None:
+        raise click.UsageError(f'{flag} wants {form}, got "{text}"')
+    return ends
 
 
 JSON = switch("--json", "Print the summary as JSON, no tables.", "as_json")

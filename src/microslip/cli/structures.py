@@ -12,7 +12,7 @@ import click
 
 from microslip._core.units import FREQUENCY
 from microslip.cli.frame import echo_json
-from microslip.cli.options import option, quantity
+from microslip.cli.options import ends_in, option, quantity
 from microslip.cli.output import Output
 from microslip.cli.studies import predict_into
 from microslip.cli.work import progress, stoppable
@@ -51,20 +51,12 @@ def band_of(text: str | None) -> tuple[float, float] | None:
     """Two frequencies [Hz] of one text; the unit may be written once."""
     if text is None:
         return None
-    low, dots, high = (part.strip() for part in text.partition(".."))
-    if not dots or not low or not high:
-        raise click.UsageError(f'--band wants LOW..HIGH, such as "150..220 Hz", got "{text}"')
-    if low[-1] in "0123456789.":
-        low = f"{low} {high.lstrip('+-0123456789.eE ') or 'Hz'}"
-    if high[-1] in "0123456789.":
-        high = f"{high} Hz"
-    ends = (
-        quantity("--band", low, FREQUENCY, "150 Hz"),
-        quantity("--band", high, FREQUENCY, "220 Hz"),
-    )
-    if not ends[0] < ends[1]:
+    form = 'LOW..HIGH, such as "150..220 Hz"'
+    texts = [end if end[-1].isalpha() else f"{end} Hz" for end in ends_in("--band", text, form)]
+    low, high = (quantity("--band", end, FREQUENCY, "150 Hz") for end in texts)
+    if not low < high:
         raise click.UsageError(f'--band wants LOW below HIGH, got "{text}"')
-    return ends
+    return low, high
 
 
 def bands_of(records: Sequence[str], text: str | None) -> list[tuple[float, float] | None]:

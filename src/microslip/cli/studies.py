@@ -125,8 +125,11 @@ def check(study: Path, overrides: tuple[str, ...], as_json: bool) -> None:
     with stoppable(), progress("Checking"):
         from microslip.results.predicted.preview import next_step, preview
         from microslip.study.description import StudyDescription
+        from microslip.study.draws import check_draws
 
-        look = preview(StudyDescription.load(study, overrides))
+        description = StudyDescription.load(study, overrides)
+        look = preview(description)
+        check_draws(description)
     if as_json:
         echo_json(look.data)
     else:

@@ -4,17 +4,23 @@ from __future__ import annotations
 
 import base64
 import json
-from collections.abc import Mapping
-from dataclasses import dataclass
+import math
+from collections.abc import Iterator, Mapping
 from html import escape
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from microslip import kernels
+from microslip._core.parameters import Parameter, parameter_of
+from microslip._core.units import LARGEST, SMALLEST
 from microslip._version import __version__
+from microslip.friction import Interface
 from microslip.friction.validity import RULES
-from microslip.materials import metals
+from microslip.heights import Gaussian
+from microslip.materials import Material, metals
+from microslip.normal import GreenwoodWilliamson
 from microslip.numerics.quadrature import gauss_legendre
 from microslip.report.html import script
 
@@ -22,44 +28,49 @@ _FOLDER = Path(__file__).parent
 _NODES = 20
 
 
-@dataclass(frozen=True)
-class Quantity:
-    """A number that can be chosen: where its slider ends, and what a box takes [SI]."""
+def _input(
+    key: str, group: str, declared: Parameter, start: float, ends: tuple[float, float]
+) -> dict[str, Any]:
+    """A number that can be chosen, as its class declares it; where its slider ends [SI]."""
+    scale, unit = declared.written_unit(start)
+    low = declared.least if math.isfinite(declared.least) else declared.above
+    return {
+        "key": key,
+        "group": group,
+        "label": declared.heading,
+        "unit": unit.replace("um", "µm").replace("^2", "²"),
+        "scale": scale,
+        "start": start,
+        "range": ends,
+        # Ends that a number may not have itself lie just outside of what a box takes.
+        "valid": (
+            math.nextafter(max(low, -LARGEST), math.inf) if low else SMALLEST,
+            min(declared.most, declared.below, LARGEST),
+        ),
+        "log": bool(unit) and declared.is_positive,
+    }
 
-    key: str
-    group: str
-    label: str
-    unit: str
-    scale: float
-    start: float
-    range: tuple[float, float]
-    valid: tuple[float, float]
-    log: bool = True
 
-
-def _bodies() -> tuple[Quantity, ...]:
-    parts = []
+def _inputs() -> Iterator[dict[str, Any]]:
+    """What can be chosen; it begins as the worked example of the chapter's joint."""
+    modulus, ratio = (parameter_of(Material, name) for name in ("young_modulus", "poisson_ratio"))
     for number, group in ((1, "first"), (2, "second")):
-        parts += [
-            Quantity(f"e{number}", group, "E", "GPa", 1e9, 69e9, (1e9, 500e9), (1e3, 1e13)),
-            Quantity(
-                f"nu{number}", group, "ν", "", 1.0, 0.33, (0.0, 0.5), (-0.999, 0.5), log=False
-            ),
-        ]
-    return tuple(parts)
+        yield _input(f"e{number}", group, modulus, 69e9, (1e9, 500e9))
+        yield _input(f"nu{number}", group, ratio, 0.33, (0.0, 0.5))
+    spread = parameter_of(Gaussian, "std").but(label="Roughness σ")
+    yield _input("std", "surface", spread, 5e-7, (1e-8, 2e-5))
+    for name, start, ends in (
+        ("radius", 1e-3, (1e-6, 1e-2)), ("density", 1e8, (1e6, 1e12)), ("area", 2e-4, (1e-6, 1e-2)),
+    ):  # fmt: skip
+        yield _input(name, "surface", parameter_of(GreenwoodWilliamson, name), start, ends)
+    friction, load = (parameter_of(Interface, n) for n in ("friction_coefficient", "normal_load"))
+    yield _input("mu", "joint", friction, 0.55, (0.05, 1.5))
+    yield _input("load", "joint", load, 2000.0, (1.0, 1e5))
+    amplitude = Parameter("amplitude", "a", "m", "amplitude", above=0.0)
+    yield _input("amplitude", "joint", amplitude, 3e-7, (1e-9, 1e-4))
 
 
-QUANTITIES = (
-    *_bodies(),
-    Quantity("std", "surface", "Roughness σ", "µm", 1e-6, 5e-7, (1e-8, 2e-5), (1e-12, 1e-2)),
-    Quantity("radius", "surface", "Summit radius", "µm", 1e-6, 1e-3, (1e-6, 1e-2), (1e-9, 1.0)),
-    Quantity("density", "surface", "Summits", "1/mm²", 1e6, 1e8, (1e6, 1e12), (1.0, 1e18)),
-    Quantity("area", "surface", "Area", "cm²", 1e-4, 2e-4, (1e-6, 1e-2), (1e-12, 1e2)),
-    Quantity("mu", "joint", "Friction μ", "", 1.0, 0.55, (0.05, 1.5), (1e-6, 1e3), log=False),
-    Quantity("load", "joint", "Normal load", "N", 1.0, 2000.0, (1.0, 1e5), (1e-9, 1e9)),
-    Quantity("amplitude", "joint", "Amplitude", "µm", 1e-6, 3e-7, (1e-9, 1e-4), (1e-14, 1e-1)),
-)
-"""What can be chosen; it begins as the worked example of the chapter's joint."""
+INPUTS = tuple(_inputs())
 
 
 def law_script() -> str:
@@ -97,7 +108,7 @@ def page() -> str:
         }
         for metal in metals().values()
     }
-    constants = {"FIELDS": [vars(quantity) for quantity in QUANTITIES], "METALS": table}
+    constants = {"FIELDS": INPUTS, "METALS": table}
     parts = {
         "css": (_FOLDER / "explorer.css").read_text(encoding="utf-8"),
         "version": escape(__version__),

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from microslip._core.checks import Floats, show
-from microslip._core.units import AREA, DENSITY, FORCE, LENGTH, Kind, engineering, to_si
+from microslip._core.units import AREA, DENSITY, FORCE, LENGTH, Kind, ends_of, engineering, to_si
 from microslip.errors import InputError, StudyError
 from microslip.kernels import Integers
 from microslip.report.document import Progress
@@ -111,11 +111,11 @@ class Range(NamedTuple):
 
 def parts_of(text: str) -> tuple[str, str, str]:
     """Key and ends of a range such as "joint.normal_load=500 N..5 kN"."""
-    key, _, ends = text.partition("=")
-    low, dots, high = ends.partition("..")
-    if not dots:
+    key, _, range_text = text.partition("=")
+    ends = ends_of(range_text)
+    if ends is None:
         raise InputError(f'`vary` must read like "joint.normal_load=500 N..5 kN", got {text!r}')
-    return key.strip(), low.strip(), high.strip()
+    return key.strip(), *ends
 
 
 def range_error(key: str, text: str) -> InputError:

@@ -13,7 +13,7 @@ from microslip.materials import MaterialPair
 from microslip.normal import NormalLaw
 from microslip.study.description import StudyDescription
 from microslip.study.joints import Joint
-from microslip.study.part import KeyedError, as_key
+from microslip.study.readers import KeyedError, as_key
 from microslip.study.sense import lifting
 
 

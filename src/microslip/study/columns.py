@@ -13,7 +13,8 @@ from microslip.readers.dialect import with_hyphen
 from microslip.readers.files import usable
 from microslip.readers.tables import Named, find, understood
 from microslip.readers.text import TextFile, open_text
-from microslip.study.part import FAILED, Items, Part, Place, key
+from microslip.study.part import Part, key
+from microslip.study.readers import FAILED, Items, Place
 
 MAX_BYTES = 256_000_000
 MAX_ROWS = 1_000_000

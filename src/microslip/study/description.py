@@ -15,7 +15,8 @@ from microslip.errors import StudyError
 from microslip.normal import NormalLaw
 from microslip.study.joints import Joint
 from microslip.study.overrides import MAX_DEPTH, Override, apply, dump, is_too_deep, relocated_text
-from microslip.study.part import FAILED, Place, Reading, one_line
+from microslip.study.part import one_line
+from microslip.study.readers import FAILED, Place, Reading
 from microslip.study.schema import StudyTables
 from microslip.study.sense import check, mean_load
 

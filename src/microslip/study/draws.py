@@ -14,6 +14,8 @@ from microslip.normal import GreenwoodWilliamson
 from microslip.study.build import build_summits
 from microslip.study.description import StudyDescription
 from microslip.study.joints import Joint
+from microslip.study.readers import KeyedError
+from microslip.study.sense import check
 from microslip.study.surfaces import ScanSurface
 from microslip.study.uncertain import followers_of, spreads_of, with_values
 from microslip.study.uncertainty import GROUPS, UncertaintyPart
@@ -178,6 +180,30 @@ def is_uncertain(study: StudyDescription) -> bool:
     part = study.uncertainty
     resampled = part is not None and (part.scan_patches or part.identification)
     return bool(resampled) or next(spreads_of(study), None) is not None
+
+
+def check_draws(study: StudyDescription) -> None:
+    """Refuse what scatters so far that its draws cannot be predicted, before any is computed."""
+    if study.structure is not None or not is_uncertain(study):
+        return
+    design = Design(study)
+    from scipy.special import ndtr
+
+    refused: list[KeyedError] = []
+    points = np.concatenate(design.points())
+    for scores in design.scores(points):
+        drawn = with_values(study, design.values(ndtr(scores)))
+        try:
+            check(drawn)
+        except KeyedError as error:
+            refused.append(error)
+    if refused:
+        first = refused[0]
+        raise StudyError(
+            f"{study.name}: {first.key}: {len(refused)} of {len(points)} draws cannot be "
+            f"predicted, the first: {first}; narrow what scatters, or let one number follow the "
+            'other, such as tightening_load = { of = "joint.normal_load", factor = 1.5 }'
+        )
 
 
 def at_middle(study: StudyDescription) -> StudyDescription:

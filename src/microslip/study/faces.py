@@ -12,17 +12,8 @@ from microslip._core.wording import shorten
 from microslip.errors import InputError
 from microslip.scans.options import PERSSON, PROCESS, RA, RQ, RSM, RZ
 from microslip.study.fields import AREA, DENSITY, MATERIALS, RADIUS, ROUGHNESS, number
-from microslip.study.part import (
-    Items,
-    KeyedError,
-    Part,
-    Place,
-    SurfaceTable,
-    Table,
-    as_key,
-    key,
-    tag,
-)
+from microslip.study.part import Part, SurfaceTable, Table, key, tag
+from microslip.study.readers import Items, KeyedError, Place, as_key
 from microslip.study.scanned_surface import SCAN, Scanned, ScanSurface
 from microslip.study.uncertain import Unsure
 

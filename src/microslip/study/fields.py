@@ -22,7 +22,8 @@ from microslip._core.parameters import (
 )
 from microslip._core.units import Kind
 from microslip.study.columns import Numbers
-from microslip.study.part import Items, Part, Place, key, tag
+from microslip.study.part import Part, key, tag
+from microslip.study.readers import Items, Place
 from microslip.study.uncertain import Unsure
 
 # -- values ----------------------------------------------------------------------------------------

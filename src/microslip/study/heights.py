@@ -22,7 +22,8 @@ from microslip.study.fields import (
     table_of,
     text,
 )
-from microslip.study.part import FAILED, KeyedError, Named, Part, Place, Table, key, tag
+from microslip.study.part import Part, Table, key, tag
+from microslip.study.readers import FAILED, KeyedError, Named, Place
 
 _ALSO_CALLED = {
     "gaussian": "norm",

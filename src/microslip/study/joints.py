@@ -18,8 +18,9 @@ from microslip.study.fields import (
     one_of,
     table_of,
 )
-from microslip.study.part import Items, KeyedError, Part, Place, Table, key, tag
+from microslip.study.part import Part, Table, key, tag
 from microslip.study.pressure import ANY_PRESSURE, PressurePart
+from microslip.study.readers import Items, KeyedError, Place
 from microslip.study.uncertain import Unsure
 
 INTERFACE = key_of(Interface)

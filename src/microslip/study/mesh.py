@@ -16,7 +16,8 @@ from microslip.materials import Material
 from microslip.study.columns import COLUMN_UNIT
 from microslip.study.fields import LINE, MASS_DENSITY, number, text
 from microslip.study.metals import unknown
-from microslip.study.part import Items, KeyedError, Part, Place, key
+from microslip.study.part import Part, key
+from microslip.study.readers import Items, KeyedError, Place
 
 if TYPE_CHECKING:
     from microslip.structures import MeshedJoint

@@ -19,7 +19,8 @@ from microslip.study.fields import (
     quantity,
     whole_number,
 )
-from microslip.study.part import Items, Part, Place, Table, key
+from microslip.study.part import Part, Table, key
+from microslip.study.readers import Items, Place
 
 FITTED = ("friction_coefficient", "tension", "form", "base_damping_ratio")
 """What can be fitted to a test."""

@@ -17,7 +17,8 @@ from microslip.study.fields import (
     quantity,
     whole_number,
 )
-from microslip.study.part import Items, KeyedError, Part, Place, Table, key, tag
+from microslip.study.part import Part, Table, key, tag
+from microslip.study.readers import Items, KeyedError, Place
 from microslip.study.uncertain import Unsure
 
 _LENGTH = Unsure(quantity(LENGTH, "12 mm"))

@@ -15,15 +15,9 @@ from microslip.errors import InputError, said
 from microslip.normal import PerssonCurve
 from microslip.scans import options
 from microslip.study.fields import MATERIALS, text
-from microslip.study.part import (
-    KeyedError,
-    Place,
-    Reader,
-    SurfaceTable,
-    as_key,
-    tag,
-)
+from microslip.study.part import SurfaceTable, tag
 from microslip.study.part import key as key_of
+from microslip.study.readers import KeyedError, Place, Reader, as_key
 
 if TYPE_CHECKING:
     from microslip.friction import Verdict

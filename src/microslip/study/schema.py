@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from microslip._core.parameters import REQUIRED
 from microslip._core.units import FORCE, LENGTH, MASS, STIFFNESS, TIME, engineering
 from microslip._core.wording import shorten
-from microslip.study import part
 from microslip.study.columns import COLUMN, COLUMN_UNIT, FILE, column_values
 from microslip.study.fields import (
     AMPLITUDE,
@@ -31,7 +30,8 @@ from microslip.study.fields import (
 )
 from microslip.study.joints import ANY_JOINT
 from microslip.study.metals import with_metals
-from microslip.study.part import Items, KeyedError, Named, Part, Place, Table, key
+from microslip.study.part import HOMES, Part, Table, homes_of, key
+from microslip.study.readers import FAILED, Items, KeyedError, Named, Place
 from microslip.study.structure import StructurePart
 from microslip.study.surfaces import ANY_MATERIAL, ANY_SURFACE
 from microslip.study.uncertain import Unsure, with_followers
@@ -163,7 +163,7 @@ class History(Part):
         if self.time is not None:
             time, here = self.time, place.at("time")
             times = here.attempt(lambda: column_values(_TIMES, here, self.file, time))
-            if times is not part.FAILED and not np.all(np.diff(times) > 0.0):
+            if times is not FAILED and not np.all(np.diff(times) > 0.0):
                 raise KeyedError(".time", f"{name}: wanted times that rise")
             self._times = times
 
@@ -310,4 +310,4 @@ class StudyTables(Part):
         return with_followers(with_metals(raw, place.reading))
 
 
-part.HOMES.extend(part.homes_of(StudyTables))
+HOMES.extend(homes_of(StudyTables))

@@ -12,7 +12,7 @@ from microslip._core.units import engineering
 from microslip._core.wording import shorten
 from microslip.study.joints import Joint
 from microslip.study.metals import unknown
-from microslip.study.part import KeyedError
+from microslip.study.readers import KeyedError
 from microslip.study.schema import StudyTables
 from microslip.study.surfaces import Elastic, Rigid, TableSurface
 from microslip.study.uncertain import spreads_of

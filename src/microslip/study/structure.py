@@ -27,7 +27,8 @@ from microslip.study.fields import (
 )
 from microslip.study.mesh import MeshPart
 from microslip.study.modal_tests import MODE, MOST_MODES, TESTS, MeasuredPart
-from microslip.study.part import Items, KeyedError, Part, Place, Table, key
+from microslip.study.part import Part, Table, key
+from microslip.study.readers import Items, KeyedError, Place
 from microslip.study.uncertain import Unsure
 
 if TYPE_CHECKING:

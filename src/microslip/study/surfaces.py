@@ -34,7 +34,8 @@ from microslip.study.fields import (
     table_of,
 )
 from microslip.study.heights import ANY_HEIGHTS, HEIGHTS_TABLES, GivenHeights, ScipyHeights
-from microslip.study.part import Key, KeyedError, Part, Place, SurfaceTable, Table, key, tag
+from microslip.study.part import Key, Part, SurfaceTable, Table, key, tag
+from microslip.study.readers import KeyedError, Place
 from microslip.study.scanned_surface import ScanSurface
 
 __all__ = [

@@ -11,7 +11,8 @@ import numpy as np
 from microslip._core.checks import Floats
 from microslip._core.parameters import JsonSchema
 from microslip._core.wording import did_you_mean, quoted, show
-from microslip.study.part import KeyedError, Part, Place, Plain
+from microslip.study.part import Part
+from microslip.study.readers import KeyedError, Place, Plain
 
 _FORMS = (("low", "high"), ("mean", "cv"), ("mean", "cv", "distribution"), ("values",))
 _KINDS = ("lognormal", "normal")

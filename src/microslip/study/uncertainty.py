@@ -9,7 +9,8 @@ import numpy as np
 
 from microslip._core.checks import Floats
 from microslip.study.fields import LINE, YES_NO, number, one_of, text, whole_number
-from microslip.study.part import Items, KeyedError, Part, Place, Reading, Table, key
+from microslip.study.part import Part, Table, key
+from microslip.study.readers import Items, KeyedError, Place, Reading
 
 MOST_SAMPLES = 65_536
 GROUPS = 8

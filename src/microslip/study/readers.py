@@ -1,0 +1,248 @@
+"""How the value of a key is read at its place in a study, and what is noted where it is wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NamedTuple, TypeVar
+
+from microslip._core.parameters import REQUIRED, JsonSchema, Parameter
+from microslip._core.wording import shorten, show
+from microslip.errors import Argument, InputError, in_python, said
+
+FAILED: Any = type("Failed", (), {"__repr__": lambda self: "FAILED"})()
+"""Stands for a value that could not be read; why is noted."""
+
+T = TypeVar("T")
+
+
+class KeyedError(ValueError):
+    """Something wrong that only shows in the whole; it says at which key.
+
+    A key that begins with a point is one of the table that is being read.
+    """
+
+    def __init__(self, key: str, message: str) -> None:
+        super().__init__(message)
+        self.key = key
+
+
+@dataclass
+class Reading:
+    """Where a study is read from, what is to be told of it, and what is wrong with it."""
+
+    folder: Path | None = None
+    notes: list[str] = field(default_factory=list)
+    errors: list[tuple[str, str]] = field(default_factory=list)
+
+    def path(self, name: str) -> Path:
+        """A file that the study names."""
+        return (self.folder or Path()) / name
+
+    def message(self, error: str, name: str) -> str:
+        """What is wrong with a file, saying where it was looked for."""
+        if self.folder is None or Path(name).is_absolute():
+            return error
+        return error.replace("no such file", "no such file in the folder of the study")
+
+
+class Place(NamedTuple):
+    """A key of the study that is being read."""
+
+    key: str
+    reading: Reading
+
+    def at(self, name: object) -> Place:
+        """A key of this table."""
+        text = shorten(str(name), 40)
+        return self._replace(key=f"{self.key}.{text}" if self.key else text)
+
+    def item(self, index: int) -> Place:
+        """An item of this list, counted from 1."""
+        return self._replace(key=f"{self.key}, item {index}")
+
+    def refuse(self, message: str) -> None:
+        """Note what is wrong here."""
+        self.reading.errors.append((self.key, message))
+
+    def attempt(self, work: Callable[[], T], names: Sequence[str] = ()) -> T:
+        """What comes of some work, or FAILED; what is wrong is noted at its key.
+
+        An error of the physics stands at the key of its argument, where that is one of ``names``.
+        """
+        try:
+            return work()
+        except KeyedError as error:
+            place = self._replace(key=error.key)
+            (self._replace(key=self.key + error.key) if error.key[:1] == "." else place).refuse(
+                str(error)
+            )
+        except InputError as error:
+            key, message = as_keyed(error, self.key, names)
+            self._replace(key=key).refuse(message)
+        except ValueError as error:
+            self.refuse(str(error))
+        return FAILED  # type: ignore[no-any-return]
+
+
+class Reader:
+    """How the value of a key is read, and what an editor is told of it."""
+
+    help: str = ""
+    example: str = ""  # as TOML
+    default: Any = REQUIRED
+
+    def read(self, raw_value: object, place: Place) -> Any:
+        """The value, or a ValueError; what is wrong inside of it is noted at its place."""
+        raise NotImplementedError
+
+    def schema(self) -> JsonSchema:
+        """JSON Schema of what may stand there."""
+        raise NotImplementedError
+
+    def tables(self) -> Iterator[tuple[str, Any]]:
+        """Tables that may stand there, and by which choice."""
+        return iter(())
+
+
+class Plain(Reader):
+    """A declared value."""
+
+    def __init__(self, declared: Parameter) -> None:
+        self.declared = declared
+        self.help, self.example = declared.sentence, declared.written
+        self.default = declared.default
+
+    def read(self, raw_value: object, place: Place) -> Any:
+        """The value in SI units."""
+        return self.declared.read(raw_value)
+
+    def schema(self) -> JsonSchema:
+        """As declared."""
+        return self.declared.schema()
+
+
+class Constant(Reader):
+    """The one value that tells a table from others."""
+
+    def __init__(self, value: object) -> None:
+        self.value, self.example = value, _as_toml(value)
+
+    def read(self, raw_value: object, place: Place) -> Any:
+        """The value."""
+        if raw_value != self.value or isinstance(raw_value, bool) != isinstance(self.value, bool):
+            raise ValueError(f"wanted {self.example}, got {show(raw_value)}")
+        return raw_value
+
+    def schema(self) -> JsonSchema:
+        """It alone."""
+        return {"const": self.value}
+
+
+class Items(Reader):
+    """A list; with ``single``, one item may stand without brackets."""
+
+    def __init__(
+        self, item: Parameter | Reader, example: str, count: tuple[int, int] = (1, 1000),
+        *, single: bool = False, distinct: bool = False,
+    ) -> None:  # fmt: skip
+        self.item = item if isinstance(item, Reader) else Plain(item)
+        self.example, self.count, self.single, self.distinct = example, count, single, distinct
+        self.help = self.item.help
+
+    def read(self, raw_value: object, place: Place) -> Any:
+        """A tuple of the items."""
+        low, high = self.count
+        if self.single and type(raw_value) not in (list, tuple):
+            item = self.item.read(raw_value, place)
+            return FAILED if item is FAILED else (item,)
+        if not isinstance(raw_value, (list, tuple)) or (low and not raw_value):
+            raise ValueError(f"wanted a list such as {self.example}, got {show(raw_value)}")
+        if len(raw_value) > high > low:
+            raise ValueError(f"wanted at most {high} items, got {len(raw_value)}")
+        if not low <= len(raw_value) <= high:
+            raise ValueError(f"wanted {low} items such as {self.example}, got {len(raw_value)}")
+        values = self._values(raw_value, place)
+        if any(value is FAILED for value in values):
+            return FAILED
+        if self.distinct:
+            places: dict[Any, int] = {}
+            for index, value in enumerate(values, start=1):
+                if value in places:
+                    came = f"items {places[value]} and {index}"
+                    raise ValueError(f"wanted values that differ, got the same one as {came}")
+                places[value] = index
+        return values
+
+    def _values(self, raw_values: Sequence[object], place: Place) -> tuple[Any, ...]:
+        read, values = self.item.read, []
+        for index, raw_value in enumerate(raw_values, start=1):
+            try:  # of a million values few are wrong
+                values.append(read(raw_value, place))
+            except ValueError as error:
+                values.append(FAILED)
+                place.item(index).refuse(str(error))
+        return tuple(values)
+
+    def schema(self) -> JsonSchema:
+        """A list of the items."""
+        item = self.item.schema()
+        low, high = self.count
+        several = {"type": "array", "items": item, "minItems": low, "maxItems": high}
+        return {"anyOf": [item, several]} if self.single else several
+
+    def tables(self) -> Iterator[tuple[str, Any]]:
+        """Those of an item."""
+        return self.item.tables()
+
+
+class Named(Reader):
+    """A table of values under names of one's own."""
+
+    def __init__(self, item: Parameter | Reader, example: str) -> None:
+        self.item = item if isinstance(item, Reader) else Plain(item)
+        self.example = example
+
+    def read(self, raw_value: object, place: Place) -> Any:
+        """The values by their names."""
+        if not isinstance(raw_value, Mapping):
+            raise ValueError(f"wanted a table such as {self.example}, got {show(raw_value)}")
+        values: dict[str, Any] = {}
+        for name, value in raw_value.items():
+            if not isinstance(name, str):
+                place.at(name).refuse(f"wanted a name that is text, got {show(name)}")
+                continue
+            here = place.at(name)
+            values[name] = here.attempt(lambda: self.item.read(value, here))  # noqa: B023
+        return FAILED if FAILED in values.values() else values
+
+    def schema(self) -> JsonSchema:
+        """Any keys."""
+        return {"type": "object", "additionalProperties": self.item.schema()}
+
+    def tables(self) -> Iterator[tuple[str, Any]]:
+        """Those of an item."""
+        return self.item.tables()
+
+
+def as_keyed(error: InputError, table: str, names: Sequence[str]) -> tuple[str, str]:
+    """The key of an error of the physics, and its message as a study says it."""
+    argument = error.argument
+    if argument is not None and argument in names:
+        message = said(error.statement, as_key)
+        return f"{table}.{argument}" if table else argument, " ".join(message.split())
+    return table, " ".join(error.said(as_key).split())
+
+
+def as_key(argument: Argument) -> str:
+    """An argument in a message as a study writes it."""
+    if not argument.has_value:
+        return argument.name
+    return f"{argument.name} = {_as_toml(argument.value)}"
+
+
+def _as_toml(value: object) -> str:
+    if isinstance(value, (list, tuple)):
+        return f"[{', '.join(map(_as_toml, value))}]"
+    return str(value).lower() if isinstance(value, bool) else in_python(value)

@@ -16,7 +16,17 @@ from microslip._core.parameters import REQUIRED, JsonSchema, Parameter
 from microslip._core.verdicts import Verdict
 from microslip._core.wording import did_you_mean, nearest, quoted, show
 from microslip.errors import StudyError
-from microslip.study.readers import (Constant, FAILED, Items, KeyedError, Named, Place, Plain, Reader, Reading)
+from microslip.study.readers import (
+    FAILED,
+    Constant,
+    Items,
+    KeyedError,
+    Named,
+    Place,
+    Plain,
+    Reader,
+    Reading,
+)
 
 _CLAUSE_ENDS = re.compile(r"[,;:.](?: |$)")
 

@@ -34,7 +34,7 @@ from microslip.results.scanned.surface_block import faces_block, faces_table
 from microslip.scans import SummitStatistics, combine
 from microslip.scans.findings import Request
 from microslip.study.faces import RoughFace
-from microslip.study.part import FAILED, Place, Reading
+from microslip.study.readers import FAILED, Place, Reading
 from microslip.study.surfaces import ANY_SURFACE
 
 _NAMES = {"": "face", ".first": "first", ".second": "second"}

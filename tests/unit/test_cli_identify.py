@@ -49,7 +49,8 @@ def summary(*words: str) -> dict[str, Any]:
 
 
 def test_command(folder: Path) -> None:
-    outcome = run("identify", "light.csv", "heavy.csv", "--study", "study.toml", "-o", "out")
+    words = ("identify", "light.csv", "heavy.csv", "--study", "study.toml", "-o", "out")
+    outcome = run(*words, "--summits", "inf")
     assert outcome.exit_code == 0, outcome.output
     assert outcome.stdout.splitlines()[1] == "interface: 4 of 4 parameters identified (converged)"
     for text in ("friction coefficient μ", "spread of the heights σ", "Reduced χ²", "Correlations"):

@@ -209,10 +209,10 @@ TABLE: Mapping[str, Row] = {
     ),
     "play explains": Row(
         "play of {play:3 m} between joint and transducer would explain {share:2%} of what the law "
-        'leaves; write `nuisances=["play"]`'
+        "leaves; write `nuisances=['play']`"
     ),
     "effect explains": Row(
-        '{effect} would explain {share:2%} of what the law leaves; write `nuisances=["{name}"]`'
+        "{effect} would explain {share:2%} of what the law leaves; write `nuisances=['{name}']`"
     ),
     "delay explains": Row(
         "a force{another} {delay:2 {unit}} {way} the displacement would explain {share:2%} of what "

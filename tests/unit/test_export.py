@@ -85,13 +85,31 @@ def test_a_field_is_sets_of_elements_between_the_nodes_of_a_mesh(kind):
     text = done.files[0].read_text()
     assert "2 patch(es)" in text
     for pair, there in zip(ends, (True, False, True), strict=True):
-        assert all(bool(re.search(rf"\b{node}\b", text)) == there for node in pair), pair
+        whole = [rf"(?<![\d.]){node}(?![\d.])" for node in pair]
+        assert all(bool(re.search(number, text)) == there for number in whole), pair
     worst = max(
         ms.JointField(JOINT.surface, 0.55, areas=[area], loads=[load]).rigid()
         .to_iwan(6, **_RANGE).fit.energy_error
         for area, load in ((5e-5, 900.0), (1e-4, 300.0))
     )  # fmt: skip
     assert done.accuracy.energy_error == pytest.approx(worst, rel=1e-9)
+
+
+@pytest.mark.parametrize("kind", ELEMENTS)
+def test_numbers_begin_after_the_nodes_that_are_joined(kind):
+    free = export.write(kind, JOINT, "free", nodes=[[3, 41]], cells=6, **_RANGE)
+    said = export.write(kind, JOINT, "said", nodes=[[3, 41]], cells=6, first_number=42, **_RANGE)
+    assert free.files[0].read_text() == said.files[0].read_text()
+
+
+@pytest.mark.parametrize(("kind", "first"), [("calculix", 1), ("calculix", 40), ("nastran", 2)])
+def test_nodes_of_the_mesh_are_not_made_anew(kind, first):
+    given = {"nodes": [[3, 41]], "cells": 6, "first_number": first}
+    with pytest.raises(
+        ms.InputError, match=r"first_number.* between \d.*first_number=42"
+    ) as caught:
+        export.write(kind, JOINT, "taken", **given, **_RANGE)
+    assert f"adds nodes {first} to" in str(caught.value)
 
 
 def test_tables_are_read_back():

@@ -39,7 +39,11 @@ _OPTIONS = (
         metavar="FILE",
     ),
     option("direction", "Direction in the mesh, 1, 2 or 3 for x, y or z.", int, default=1),
-    option("first_number", "First number of what is added to the mesh.", int, default=1),
+    option(
+        "first_number",
+        "First number of what is added to the mesh; that after the largest of its nodes.",
+        int,
+    ),
 )
 
 

@@ -47,6 +47,19 @@ def numbered_cells(
         yield index, cells
 
 
+def _own_nodes(order: Order, count: int) -> None:
+    """Refuse so many nodes from the first number on where they are nodes that a patch joins."""
+    first, end = order.first_number, order.first_number + count
+    joined = {node for patch in order.patches for node in patch.nodes}
+    taken = sorted(node for node in joined if first <= node < end)
+    if taken:
+        raise InputError(
+            f"`first_number` must leave the nodes of the mesh alone: {order.kind} adds nodes "
+            f"{first} to {end - 1}, and the joint lies between {', '.join(map(str, taken))}; "
+            f"for example first_number={max(joined) + 1}"
+        )
+
+
 def _deck(order: Order, mark: str, lines: list[str]) -> Deck:
     """One file of lines, below what it says of itself in comments."""
     text = "\n".join([*(f"{mark} {line}" for line in order.header()), *lines]) + "\n"
@@ -107,6 +120,7 @@ def calculix(order: Order) -> Deck:
     """
     # Numbers have 19 characters: CalculiX reads 20 of one and no more.
     name, first = order.name.upper(), order.first_number
+    _own_nodes(order, 8 * sum(model.cell_count for model in order.cell_models))
     lines = [
         "** To use: *INCLUDE, INPUT=this file, after the mesh and before the first *STEP; small",
         f"** displacements (no NLGEOM). Its nodes and elements begin at {first}.",
@@ -189,6 +203,7 @@ def nastran(order: Order) -> Deck:
     apart, which move along the rod as the points of the mesh do in the direction of the joint.
     """
     first = order.first_number
+    _own_nodes(order, 2 * len(order.patches))
     lines = [f"$ Case control needs MPC = {first}; its points, too, begin at {first}."]
     for index, patch in numbered_cells(order):
         ends = first + 2 * index - 2, first + 2 * index - 1

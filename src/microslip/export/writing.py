@@ -51,7 +51,7 @@ def write(
     name: str = "joint",
     nodes: ArrayLike | None = None,
     direction: int = 1,
-    first_number: int = 1,
+    first_number: int | None = None,
     overwrite: bool = False,
 ) -> Exported:
     """Write a law as a file of another program; each says in its header how exact it is.
@@ -81,7 +81,8 @@ def write(
     direction : int, optional
         Direction of the joint in the mesh: 1, 2 or 3 for x, y or z.
     first_number : int, optional
-        First number of the elements, materials and nodes that are added.
+        First number of the elements, materials and nodes that are added; without it that after
+        the largest of ``nodes``. Nodes that are added never are those that a patch lies between.
     overwrite : bool, optional
         Whether files that exist are replaced.
 
@@ -117,8 +118,10 @@ def write(
         whole_number("cells", cells, 2, _MOST_CELLS),
     )
     direction = whole_number("direction", direction, 1, 3)
-    first_number = whole_number("first_number", first_number, 1, 90_000_000)
     patches = patches_of(kind, law, nodes)
+    if first_number is None:
+        first_number = 1 + max((node for patch in patches for node in patch.nodes), default=0)
+    first_number = whole_number("first_number", first_number, 1, 90_000_000)
     order = Order(
         kind, file_format.run, patches,
         amplitude_range(sum_of(patches), smallest_amplitude, largest_amplitude),

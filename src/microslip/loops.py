@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from microslip._core.checks import Floats, floats, record, show, whole_number
+from microslip._core.checks import Floats, record, show, sized, whole_number
 from microslip._core.frozen import Locked, assign, lock
 from microslip.errors import InputError
 
@@ -184,7 +184,7 @@ def halves_of(samples: int) -> Floats:
 def checked_cycle(amplitude: float, samples: int) -> tuple[float, Floats, int]:
     """An amplitude, the samples of a cycle of amplitude one, and the index of -1 among them."""
     count = whole_number("samples", samples, 5, MOST_SAMPLES)
-    a = floats("amplitude", amplitude)
+    a = sized("amplitude", amplitude)
     if a.ndim > 0 or a <= 0.0:
         raise InputError(f"`amplitude` must be one number above zero [m], got {show(amplitude)}")
     return (float(a), *unit_cycle(count))

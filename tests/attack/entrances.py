@@ -207,6 +207,8 @@ def _add_fields(add: Add, surface: Any, joint: Any) -> None:
     add("field.try_, it opens", field.start().try_, displacement=moves, separations=apart)
     add("field.two_directions", field.two_directions, sliders=16, nearest=1e-9)
     plane = field.two_directions(16)
+    add("field.start", field.start, arrays=field.start(energies=True).to_arrays())
+    add("plane.start", plane.start, arrays=plane.start().to_arrays())
     add("plane.try_", plane.start().try_, displacement=np.full((3, 2), 1e-8), separations=apart)
     add("plane.periodic", plane.periodic, displacements=np.stack([cycle, cycle], axis=-1),
         separations=gaps)  # fmt: skip
@@ -220,6 +222,7 @@ def _add_fields(add: Add, surface: Any, joint: Any) -> None:
     add("turning.harmonics", turning.harmonics, coefficients=np.full((2, 3), 1e-8), samples=16,
         tolerance=1e-6)  # fmt: skip
     add("turning.start", turning.start, nodes=2)
+    add("turning.start, saved", turning.start, arrays=turning.start().to_arrays())
     add("VectorCycle.derivative", turning.periodic(path).derivative, directions=path)
     add("FieldCycle.derivative", field.periodic(cycle, gaps).derivative, displacements=cycle,
         separations=gaps)  # fmt: skip

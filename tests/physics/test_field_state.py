@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import io
 import tracemalloc
 from typing import Any
 
@@ -27,6 +28,9 @@ FIELD = ms.JointField(
 # Eighths, so that records turn and close where they were before, and rest.
 X = 1e-7 * RNG.integers(-12, 13, (SAMPLES, NODES)) / 4.0
 D = FIELD.separations + 1e-7 * RNG.integers(-6, 7, (SAMPLES, NODES)) / 2.0
+
+
+SURFACES_WITHOUT_PROFILE = [s for law in NORMAL_LAWS[1:] for s in law.examples()]
 
 
 def joint(node: int) -> ms.Interface:
@@ -96,7 +100,7 @@ def test_tangents_are_differences() -> None:
         np.testing.assert_allclose(slope / scale, stiffness / scale, rtol=0, atol=3e-8)
 
 
-@pytest.mark.parametrize("surface", [s for law in NORMAL_LAWS[1:] for s in law.examples()], ids=str)
+@pytest.mark.parametrize("surface", SURFACES_WITHOUT_PROFILE, ids=str)
 def test_laws_without_a_profile(surface: ms.NormalLaw) -> None:
     own = ms.Interface(surface, 0.4, normal_load=0.2 * surface.load(surface._span[0]))
     length = own.normal_load / own.normal_stiffness
@@ -180,3 +184,50 @@ def test_states_are_small_and_grow_with_open_reversals_alone() -> None:
         state.commit()
     assert state.open_reversals[7] > 20
     assert len(state._rows) <= before
+
+
+@pytest.mark.parametrize("counts", [False, True])
+@pytest.mark.parametrize("surface", [SURFACE, SURFACES_WITHOUT_PROFILE[0]], ids=["rough", "given"])
+def test_states_go_through_plain_arrays(surface: ms.NormalLaw, counts: bool) -> None:
+    own = ms.Interface(surface, 0.4, normal_load=0.1 * surface.load(surface._span[0]))
+    length = own.normal_load / own.normal_stiffness
+    loads = own.normal_load * np.array([1.0, 0.0, 0.3])
+    field = ms.JointField(surface, 0.4, areas=1e-4, loads=loads, surface_area=1e-4)
+    x = X[:, :3] * own.slip_per_indentation * length / 2e-7
+    d = field.separations + (D[:, :3] - FIELD.separations[:3] - 2e-7) * length / 6e-7
+    state = field.start(energies=counts)
+    advanced(state, x[:30], d[:30])
+    file = io.BytesIO()
+    np.savez(file, **state.to_arrays())
+    file.seek(0)
+    other = field.start(np.load(file))
+    np.testing.assert_array_equal(other.force, state.force)
+    same = advanced(state, x[30:], d[30:])
+    scale = np.abs(same).max()
+    np.testing.assert_allclose(advanced(other, x[30:], d[30:]), same, rtol=0, atol=1e-13 * scale)
+    if counts:
+        np.testing.assert_allclose(other.dissipated_energy, state.dissipated_energy, rtol=1e-9)
+
+
+DAMAGE: list[tuple[str, Any, float, str]] = [
+    ("now", (0, 0), 1e-3, "rows do not lead"),
+    ("now", (0, 2), 1e300, "forces are not those of its rows"),
+    ("rows", (0, 0), 99.0, "belong to no node"),
+    ("rows", (0, 2), 1.5, "no memory diagram"),
+    ("rows", (0, 3), 1e-3, "rows do not lead"),
+    ("rows", (0, 4), 1e300, "rows"),
+    ("joint", 0, 2.0, "must be of format 1"),
+    ("joint", 1, 1.0, "another one"),
+    ("dissipated", 0, -1.0, "no memory diagram"),
+]
+
+
+@pytest.mark.parametrize(("key", "index", "value", "message"), DAMAGE)
+def test_damaged_arrays_are_refused(key: str, index: Any, value: float, message: str) -> None:
+    state = FIELD.start(energies=True)
+    advanced(state, X[:12], D[:12])
+    arrays = state.to_arrays()
+    FIELD.start(arrays)
+    arrays[key][index] = value
+    with pytest.raises(ms.InputError, match=message):
+        FIELD.start(arrays)

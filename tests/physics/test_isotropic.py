@@ -304,3 +304,32 @@ CALLS: list[tuple[Any, str]] = [
 def test_bad_input(call: Any, message: str) -> None:
     with pytest.raises(ms.InputError, match=message):
         call()
+
+
+def test_states_in_two_directions_go_through_plain_arrays() -> None:
+    joint = ms.IsotropicJoint(ms.Jenkins(5e7, 10.0), sliders=8)
+    two = FIELD.two_directions(20, nearest=NEAREST)
+    path = 3e-7 * np.random.default_rng(2).normal(size=(6, 2))
+    for start in (
+        joint.start,
+        lambda **given: joint.start(3, **given),
+        two.start,
+    ):
+        state = start(energies=True)
+        for row in path:
+            state.try_(row)
+            state.commit()
+        arrays = state.to_arrays()
+        other = start(arrays=arrays)
+        np.testing.assert_allclose(other.force, state.force, rtol=1e-13)
+        np.testing.assert_allclose(other.dissipated_energy, state.dissipated_energy, rtol=1e-14)
+        for one, same in zip(other.try_([1e-7, 2e-7]), state.try_([1e-7, 2e-7]), strict=True):
+            np.testing.assert_allclose(one, same, rtol=1e-12)
+        for key, value, message in (
+            ("vectors", 1.0, "hold more than they can"),
+            ("joint", 7.0, "format|another one"),
+        ):
+            damaged = {name: array.copy() for name, array in arrays.items()}
+            damaged[key].flat[0] = value
+            with pytest.raises(ms.InputError, match=message):
+                start(arrays=damaged)

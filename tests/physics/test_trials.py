@@ -162,6 +162,73 @@ def test_arrays_that_are_no_state_are_refused(change, message) -> None:
         WORKED.start(arrays)
 
 
+DAMAGE = [
+    ("reversals", (0, 1), 1e300, "forces are not those of its displacements"),
+    ("reversals", (0, 0), 1e-9, "do not nest|forces are not"),
+    ("now", 1, 237.0, "forces are not those of its displacements"),
+    ("joint", 0, 2.0, "must be of format 1, got 2"),
+    ("joint", 2, 1.0, "got those of another one"),
+]
+
+
+@pytest.mark.parametrize(("key", "index", "value", "message"), DAMAGE)
+def test_damaged_arrays_are_refused(key, index, value, message) -> None:
+    state = WORKED.start()
+    state.advance([3e-7, -2e-7, 1e-7])
+    arrays = state.to_arrays()
+    arrays[key][index] = value
+    with pytest.raises(ms.InputError, match=message):
+        WORKED.start(arrays)
+
+
+def test_arrays_of_a_varying_load_are_whole() -> None:
+    state = WORKED.start()
+    separation = WORKED.separation + 1e-7 * np.array([0.0, -1.0, 0.5, 0.2])
+    state.advance([3e-7, -2e-7, 1e-7, 1.5e-7], separation=separation)
+    arrays = state.to_arrays()
+    assert len(arrays["rows"]) > 1
+    WORKED.start(arrays)
+    for column in range(4):
+        rows = arrays["rows"].copy()
+        rows[0, column] += 1e-3 * rows[0, column] + (1e-9 if column == 2 else 0.0)
+        with pytest.raises(ms.InputError, match="rows"):
+            WORKED.start({**arrays, "rows": rows})
+
+
+def test_arrays_of_another_joint_are_refused_and_those_of_before_read() -> None:
+    state = WORKED.start()
+    state.advance([3e-7, -2e-7, 1e-7])
+    arrays = state.to_arrays()
+    other = WORKED.at(normal_load=200.0)
+    with pytest.raises(ms.InputError, match="another one"):
+        other.start(arrays)
+    del arrays["joint"]  # as versions before wrote them
+    assert WORKED.start(arrays).force == state.force
+    with pytest.raises(ms.InputError, match="forces are not those"):
+        other.start(arrays)
+
+
+def test_a_turn_costs_the_same_whatever_is_open() -> None:
+    """It looks at the reversals that it closes, and at no others."""
+    state = WORKED.start()
+    count = 2000
+    state.advance(1e-6 * (1.0 - np.arange(count) / count / 2) * (-1.0) ** np.arange(count))
+    looked = []
+    closed = type(state._memory).closed
+
+    def watched(memory, x, first=0):
+        looked.append(memory.depth - first)
+        return closed(memory, x, first)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(type(state._memory), "closed", watched)
+        for k in range(20):  # ever larger: each closes the loop of those before it
+            state.try_(1e-9 * 1.3**k * (-1.0) ** k)
+            state.commit()
+    assert looked
+    assert max(looked) < 10
+
+
 def test_other_refusals() -> None:
     state = WORKED.start()
     with pytest.raises(ms.InputError, match="normal_load or separation must be given, not both"):

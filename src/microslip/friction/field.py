@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -304,8 +305,21 @@ class JointField(SettledField, Locked):
 
     # -- with memory ----------------------------------------------------------------------------
 
-    def start(self, *, energies: bool = False) -> FieldState:
-        """A state of all nodes at rest; with ``energies`` it counts what each dissipates."""
+    def start(
+        self, arrays: Mapping[str, ArrayLike] | None = None, *, energies: bool = False
+    ) -> FieldState:
+        """A state of all nodes at rest, which may count what each dissipates.
+
+        Parameters
+        ----------
+        arrays : mapping of str to array_like, optional
+            What :meth:`microslip.friction.FieldState.to_arrays` gave [m, N, J], shapes there; or
+            what ``numpy.load`` reads of it. The state goes on from there, and counts if it did.
+        energies : bool, optional
+            Whether a state at rest counts.
+        """
+        if arrays is not None:
+            return FieldState._from_arrays(self._nodes, arrays)
         return FieldState(self._nodes, bool(energies))
 
     # -- two directions -------------------------------------------------------------------------

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -210,15 +211,24 @@ class IsotropicJoint(Locked):
         tops, weights = np.array(sliders.yield_displacements), np.array(sliders.stiffnesses)
         return SliderBank(lock(tops), lock(weights), None, 1)
 
-    def start(self, nodes: int | None = None, *, energies: bool = False) -> VectorState:
+    def start(
+        self,
+        nodes: int | None = None,
+        *,
+        energies: bool = False,
+        arrays: Mapping[str, ArrayLike] | None = None,
+    ) -> VectorState:
         """A state at rest, of this joint or of many that move each by itself.
 
         Without a number of ``nodes`` [-] there is one, without an axis of its own. With
-        ``energies`` it counts what is dissipated, which takes its time.
+        ``energies`` it counts what is dissipated, which takes its time. With the ``arrays`` that
+        ``to_arrays`` of a state gave [m, J] it goes on as that would.
         """
         if nodes is not None:
             whole_number("nodes", nodes, 1, _MOST_IN_STATE // self._bank.tops.size)
         bank = replace(self._bank, size=int(nodes or 1))
+        if arrays is not None:
+            return VectorState._from_arrays(bank, nodes is None, arrays)
         return VectorState(bank, nodes is None, bool(energies))
 
     def force(self, displacement: ArrayLike) -> Floats:
@@ -379,8 +389,15 @@ class IsotropicField(Locked):
         bends = slopes - np.append(slopes[1:], 0.0)
         return SliderBank(lock(steps[1:].copy()), lock(bends), nodes, nodes.size, float(steps[0]))
 
-    def start(self, *, energies: bool = False) -> VectorState:
-        """A state of all nodes at rest, which may count ``energies`` at held separations."""
+    def start(
+        self, *, energies: bool = False, arrays: Mapping[str, ArrayLike] | None = None
+    ) -> VectorState:
+        """A state of all nodes at rest, which may count ``energies`` at held separations.
+
+        With the ``arrays`` that ``to_arrays`` of a state gave [m, J], shapes there, it goes on.
+        """
+        if arrays is not None:
+            return VectorState._from_arrays(self._bank, False, arrays)
         return VectorState(self._bank, False, bool(energies))
 
     def periodic(

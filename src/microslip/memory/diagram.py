@@ -22,8 +22,10 @@ import numpy as np
 
 from microslip import kernels
 from microslip._core.checks import Floats
+from microslip.errors import InputError
 from microslip.kernels.profile import LOSS_RULES
 from microslip.kernels.rows import push
+from microslip.memory.saved import check_whole
 
 if TYPE_CHECKING:
     from microslip.normal.load_curve import LoadCurve
@@ -152,6 +154,30 @@ class Diagram:
         self._store(stack, values, depth)
         self.value = step.value
         self.separation, self.place = step.separation, step.place
+
+    def restore(
+        self, rows: Floats, separation: float, place: float, value: float, curve: LoadCurve
+    ) -> None:
+        """Take the rows of a saved diagram with their values, (rows, 4), if they are whole."""
+        end, density, beyond, _ = rows.T
+        begin = np.append(end, separation)[1:]
+        if np.any(np.abs(density) > 1.0) or np.any(begin > end) or np.any(np.diff(end) >= 0.0):
+            raise InputError("arrays must be those of a state: its rows are no memory diagram")
+        ahead = np.append(0.0, np.cumsum(density * (end - begin)))
+        length = float(np.abs(np.append(end - separation, place)).max())
+        check_whole(ahead, np.append(beyond, place), length, "rows do not lead to its displacement")
+        load = float(curve.derivative_at(min(separation, float(end.min(initial=separation))), 0))
+        values = np.cumsum(density * curve.drop(begin, end - begin)) if len(rows) else np.zeros(0)
+        last = values[-1:] if len(rows) else np.zeros(1)
+        check_whole(
+            np.append(values, last),
+            np.append(rows[:, 3], value),
+            load,
+            "forces are not of its rows",
+        )
+        self.stack, self.depth = np.vstack((rows[:, :3], np.empty((8, 3)))), len(rows)
+        self.values = np.append(rows[:, 3], np.empty(8))
+        self.separation, self.place, self.value = separation, place, value
 
     # -- slip -----------------------------------------------------------------------------------
 

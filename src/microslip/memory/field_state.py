@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -9,11 +10,13 @@ from numpy.typing import ArrayLike
 
 from microslip import kernels
 from microslip._core.checks import Floats, beyond
+from microslip.errors import InputError
 from microslip.kernels import Integers
 from microslip.kernels.profile import LOSS_RULES
 from microslip.memory.diagram import Diagram
 from microslip.memory.nodes import Nodes
 from microslip.memory.resumable import Resumable, counted, one_at_a_time
+from microslip.memory.saved import check_joint, check_whole, joint_array, saved_array
 
 _ROWS = 2  # rows of a node at the start; a move to and fro needs no more
 
@@ -157,6 +160,87 @@ class FieldState(Resumable):
             place, step, front, density, value, code, self._begin, self._room, self._place,
             self._step, self._value, self._rows, self._marks, self._depth,
         )  # fmt: skip
+
+    # -- plain arrays -----------------------------------------------------------------------------
+
+    @one_at_a_time
+    def to_arrays(self) -> dict[str, Floats]:
+        """All that the state is, as plain arrays: what ``numpy.savez`` takes.
+
+        Returns
+        -------
+        dict of str to ndarray
+            ``now``: displacement [m], separation from that at rest [m] and force over mu of the
+            whole surface [N], a row a node. ``rows``: those of all memory diagrams, node by node,
+            outermost first: node, its end [m from rest], D [-], integral of D beyond the end [m];
+            force over mu of the step that made it [N] and that step [m]. ``dissipated``: energies
+            [J], empty where they are not counted. ``joint``: the format, 1, and of all nodes force
+            limit [N], stiffness [N/m] and kappa [-], by which a field is known again. An open trial
+            is not among them. ``field.start(arrays)`` goes on from them.
+        """
+        places = [
+            np.arange(begin, begin + depth)
+            for begin, depth in zip(self._begin.tolist(), self._depth.tolist(), strict=True)
+        ]
+        index = np.concatenate(places)
+        owner = np.repeat(np.arange(self._depth.size), self._depth)
+        lost = np.zeros(0) if self._loss is None else self.dissipated_energy
+        return {
+            "now": np.column_stack((self.displacement, self._step, self._value)),
+            "rows": np.column_stack((owner, self._rows[index], self._marks[index])),
+            "dissipated": lost,
+            "joint": self._identity(),
+        }
+
+    def _identity(self) -> Floats:
+        nodes = self._nodes
+        load, fall = nodes.curve.load(nodes.rests)
+        return joint_array(nodes.weights * load, nodes.weights / nodes.slips * fall, nodes.slips)
+
+    @classmethod
+    def _from_arrays(cls, nodes: Nodes, arrays: Mapping[str, ArrayLike]) -> FieldState:
+        """The state of nodes that goes on as the saved one would; ``field.start(arrays)``."""
+        lost = saved_array(arrays, "dissipated", -1)
+        state = cls(nodes, bool(lost.size))
+        check_joint(arrays, state._identity())
+        last, rows = saved_array(arrays, "now", nodes.size, 3), saved_array(arrays, "rows", -1, 6)
+        displacement, state._step, state._value = (column.copy() for column in last.T)
+        state._place = displacement / nodes.slips
+        if lost.size:
+            lost = saved_array(arrays, "dissipated", nodes.size)
+            state._loss = lost / (nodes.weights * nodes.slips)
+        owner, (end, density, beyond, value, base) = rows[:, 0].astype(np.int64), rows[:, 1:].T
+        inner = np.diff(owner) == 0  # of one node
+        wrong = (rows[:, 0] != owner).any() or (np.diff(owner) < 0).any()
+        if wrong or (len(owner) and not 0 <= owner[0] <= owner[-1] < nodes.size):
+            raise InputError("arrays must be those of a state: its rows belong to no node")
+        begin = state._step[owner]
+        begin[:-1][inner] = end[1:][inner]
+        if (np.abs(density) > 1.0).any() or (begin > end).any() or (lost < 0.0).any():
+            raise InputError("arrays must be those of a state: its rows are no memory diagram")
+        # Where the row of a node ends the next begins; after its last one the place is reached.
+        ahead = beyond + density * (end - begin)
+        reached = state._place[owner]
+        reached[:-1][inner] = beyond[1:][inner]
+        length = float(np.abs(np.concatenate((end - state._step[owner], state._place))).max())
+        check_whole(ahead, reached, length, "rows do not lead to its displacement")
+        newest = np.append(~inner, True)[: len(owner)]
+        value_now = np.zeros(nodes.size)
+        at = owner[newest]
+        width = state._step[at] - base[newest]
+        cut = nodes.curve.drop(nodes.rests[at] + base[newest], np.maximum(width, 0.0))
+        value_now[at] = value[newest] - density[newest] * cut
+        load = nodes.curve.load(nodes.rests + state._step)[0]
+        check_whole(value_now, state._value, float(load.max()), "forces are not those of its rows")
+        load_there = nodes.curve.load(nodes.rests[owner] + base)[0]
+        if (np.abs(value) > (1.0 + 1e-9) * load_there).any():
+            raise InputError("arrays must be those of a state: its rows bear more than mu N")
+        depth = np.bincount(owner, minlength=nodes.size)
+        state._repack(depth)
+        index = np.repeat(state._begin - (np.cumsum(depth) - depth), depth) + np.arange(len(owner))
+        state._rows[index], state._marks[index] = rows[:, 1:4], rows[:, 4:]
+        state._depth = depth
+        return state
 
     def _make_room(self, rows: Integers) -> None:
         """Room for so many rows a node; who asks for more moves to the end of the pool."""

@@ -116,15 +116,16 @@ class Memory:
         """The branches of a record from here on; the memory stays as it is."""
         return self._branches(x)[0]
 
-    def closed(self, x: Floats) -> Floats:
+    def closed(self, x: Floats, first: int = 0) -> Floats:
         """Amplitudes of the loops that a record from here on closes; the memory stays as it is.
 
         Negative where it is half a loop: first loading that turned and went on beyond its mirror.
+        Reversals before number ``first`` are not looked at: two that stay open, or none.
         """
-        places = np.empty(self.depth + x.size + 1)
-        places[: self.depth] = self.stack[: self.depth, 0]
-        result = np.empty(self.depth + x.size + 1)
-        count = kernels.compiled.closings(x, result, places, self.depth, self.last, self.direction)
+        depth = self.depth - first
+        places, result = (np.empty(depth + x.size + 1) for _ in range(2))
+        places[:depth] = self.stack[first : self.depth, 0]
+        count = kernels.compiled.closings(x, result, places, depth, self.last, self.direction)
         return result[:count]
 
     def probe(self, x: float) -> tuple[float, float, float, tuple[int, int, int]]:

@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import copy
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import wraps
 from typing import Any, ClassVar, Self, TypeVar
-
-import numpy as np
-from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats
 from microslip.errors import InputError
@@ -88,18 +85,3 @@ def counted(losses: Floats | None) -> Floats:
             "dissipated_energy is not counted: start the state with start(energies=True)"
         )
     return losses
-
-
-def saved_array(arrays: Mapping[str, ArrayLike], key: str, width: int | None) -> Floats:
-    """One of the arrays that a state was saved in, checked for its shape."""
-    try:
-        array = np.array(arrays[key], dtype=float)
-    except (KeyError, TypeError, ValueError, IndexError):
-        raise InputError(f"arrays must hold {key!r}, as to_arrays() of a state gives it") from None
-    right = array.shape == (7,) if width is None else array.ndim == 2 and array.shape[1] == width
-    if not right or not np.all(np.isfinite(array)):
-        shape = "(7,)" if width is None else f"(n, {width})"
-        raise InputError(
-            f"arrays must hold finite {key!r} of shape {shape}, got shape {array.shape}"
-        )
-    return array

@@ -14,13 +14,14 @@ from microslip.kernels.table import Table
 from microslip.memory.diagram import Diagram, Ledger, Step
 from microslip.memory.nodes import steps_along
 from microslip.memory.record import Memory
-from microslip.memory.resumable import Resumable, one_at_a_time, saved_array
+from microslip.memory.resumable import Resumable, one_at_a_time
+from microslip.memory.saved import check_joint, check_whole, joint_array, saved_array
 from microslip.memory.trial import Trial
 
 if TYPE_CHECKING:
     from microslip.normal.load_curve import LoadCurve
 
-_SAVED = (("now", None), ("reversals", 2), ("rows", 4))
+_MARKS = np.array([1e-9, 1e-7, 1e-5, 1e-3])  # displacements [m] at which a law is known again
 
 
 class Law(Protocol):
@@ -170,7 +171,7 @@ class State(Resumable):
             return
         memory, (depth, pushed, direction) = self._memory, trial[2]
         if not pushed and (depth, direction) != (memory.depth, memory.direction):
-            self._close(np.array([trial[0]]))
+            self._close(np.array([trial[0]]), max(depth - 2, 0))
         memory.move(*trial)
 
     @one_at_a_time
@@ -224,7 +225,9 @@ class State(Resumable):
             of the open ones, oldest first, shape (reversals, 2). ``rows``: those of the memory
             diagram, outermost first: its end [m from the joint's own separation], D [-], integral
             of D beyond the end [m], integral of D (-N') from where the row begins [N], shape
-            (rows, 4). An open trial is not among them. ``joint.start(arrays)`` goes on from them.
+            (rows, 4). ``joint``: the format, 1, and the backbone [N] at 1 nm, 100 nm, 10 um and 1
+            mm, by which a joint is known again. An open trial is not among them.
+            ``joint.start(arrays)`` goes on from them.
         """
         memory, diagram = self._memory, self._diagram
         varied = (0.0, 0.0, 0.0) if diagram is None else (1.0, diagram.separation, diagram.value)
@@ -243,6 +246,7 @@ class State(Resumable):
             "now": np.array(ends),
             "reversals": memory.stack[: memory.depth].copy(),
             "rows": rows,
+            "joint": joint_array(self._law._backbone(_MARKS)),
         }
 
     @classmethod
@@ -253,35 +257,36 @@ class State(Resumable):
         ``joint.start(arrays)`` makes it.
         """
         state = cls(law)
-        ends, reversals, rows = (saved_array(arrays, key, width) for key, width in _SAVED)
+        marks = law._backbone(_MARKS)
+        check_joint(arrays, joint_array(marks))
+        ends = saved_array(arrays, "now", 7)
+        reversals, rows = (
+            saved_array(arrays, "reversals", -1, 2),
+            saved_array(arrays, "rows", -1, 4),
+        )
         memory = state._memory
         memory.stack, memory.depth = np.vstack((reversals, np.empty((8, 2)))), len(reversals)
-        memory.last, memory.value, memory.direction = (
-            float(ends[0]),
-            float(ends[1]),
-            int(ends[2]),
-        )
+        memory.last, memory.value, memory.direction = float(ends[0]), float(ends[1]), int(ends[2])
         inside = np.abs(np.diff(reversals[:, 0], append=memory.last))
         if ends[2] not in (-1.0, 0.0, 1.0) or np.any(np.diff(inside) > 0.0) or ends[3] < 0.0:
             raise InputError("arrays must be those of a state: its reversals do not nest")
         state._lost = float(ends[3])
         if ends[4] != 0.0:
-            if np.any(np.abs(rows[:, 1]) > 1.0) or np.any(np.diff(rows[:, 0]) >= 0.0):
-                raise InputError("arrays must be those of a state: its rows are no memory diagram")
-            diagram, curve = Diagram(), state._curve("rows")
-            diagram.stack, diagram.depth = np.vstack((rows[:, :3], np.empty((8, 3)))), len(rows)
-            diagram.values = np.append(rows[:, 3], np.empty(8))
-            diagram.separation, diagram.value = float(ends[5]), float(ends[6])
-            diagram.place = memory.last / curve.slip
+            curve, diagram = state._curve("rows"), Diagram()
+            diagram.restore(rows, float(ends[5]), memory.last / curve.slip, float(ends[6]), curve)
             state._diagram, state._ledger = diagram, Ledger(diagram, state._lost)
             return state
+        places, forces = np.append(reversals, [ends[:2]], axis=0).T.copy()
+        replayed = Memory().respond(places, law._backbone, None)
+        scale = float(max(marks[-1], np.abs(replayed).max()))
+        check_whole(replayed, forces, scale, "forces are not those of its displacements")
         state._lost = 0.0
         state._lost = max(float(ends[3]) - state.dissipated_energy, 0.0)
         return state
 
-    def _close(self, x: Floats) -> None:
-        """Count what the loops lose that a record from here on closes."""
-        closed = self._memory.closed(x)
+    def _close(self, x: Floats, first: int = 0) -> None:
+        """Count what the loops lose that a record from here on closes, ``first`` as there."""
+        closed = self._memory.closed(x, first)
         if closed.size:
             # Moves beyond all joints must not lose beyond all floats.
             energy = self._law._energy(np.minimum(np.abs(closed), LARGEST))

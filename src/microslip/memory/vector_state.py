@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -14,6 +15,7 @@ from microslip._core.checks import Floats, floats
 from microslip.errors import InputError
 from microslip.memory.nodes import Nodes, along
 from microslip.memory.resumable import Resumable, counted, one_at_a_time
+from microslip.memory.saved import check_joint, joint_array, saved_array
 
 
 class VectorResponse(NamedTuple):
@@ -59,6 +61,11 @@ class SliderBank:
     def rests(self) -> Floats:
         """Step of each node at rest, as the sliders count it."""
         return np.zeros(self.size) if self.nodes is None else self.nodes.rests
+
+    def identity(self) -> Floats:
+        """What a saved state is known by."""
+        sums = np.array([self.tops.size, self.tops.sum(), self.weights.sum()])
+        return joint_array(sums, self.scales, self.slips, self.rests)
 
     def loads(self, step: Floats) -> tuple[Floats, Floats]:
         """Normal loads [N] and their derivatives [N/m] at steps, nodes along the first axis."""
@@ -199,6 +206,50 @@ class VectorState(Resumable):
             self._loss += lost @ self._bank.weights
         self._place, self._vectors, self._value = place, new, value
         self._step = self._step if step is None else step
+
+    @one_at_a_time
+    def to_arrays(self) -> dict[str, Floats]:
+        """All that the state is, as plain arrays: what ``numpy.savez`` takes.
+
+        Returns
+        -------
+        dict of str to ndarray
+            ``now``: both displacements [m] and the separation as the sliders count it [m], a row a
+            node. ``vectors``: what each slider holds [m], shape (nodes, sliders, 2).
+            ``dissipated``: energies [J], empty where they are not counted. ``joint``: the format,
+            1, and sums and factors of the sliders, by which they are known again. An open trial is
+            not among them. ``start(arrays=...)`` goes on from them.
+        """
+        places = self._place * self._bank.slips[:, None]
+        lost = np.zeros(0) if self._loss is None else np.atleast_1d(self.dissipated_energy)
+        return {
+            "now": np.column_stack((places, self._step)),
+            "vectors": self._vectors.copy(),
+            "dissipated": lost,
+            "joint": self._bank.identity(),
+        }
+
+    @classmethod
+    def _from_arrays(
+        cls, bank: SliderBank, single: bool, arrays: Mapping[str, ArrayLike]
+    ) -> VectorState:
+        """The state of sliders that goes on as the saved one would; ``start(arrays=...)``."""
+        lost = saved_array(arrays, "dissipated", -1)
+        check_joint(arrays, bank.identity())
+        state = cls(bank, single, bool(lost.size))
+        last = saved_array(arrays, "now", bank.size, 3)
+        vectors = saved_array(arrays, "vectors", bank.size, bank.tops.size, 2)
+        if lost.size:
+            lost = saved_array(arrays, "dissipated", bank.size)
+            state._loss = lost / (bank.scales * bank.slips)
+        state._place, state._step = last[:, :2] / bank.slips[:, None], last[:, 2].copy()
+        radii = np.maximum(bank.tops - state._step[:, None], 0.0)
+        sizes = np.sqrt((vectors**2).sum(axis=2))
+        if (sizes > radii + 1e-9 * bank.tops.max()).any() or (lost < 0.0).any():
+            raise InputError("arrays must be those of a state: its sliders hold more than they can")
+        state._vectors = vectors
+        state._value = np.einsum("nsi,s->ni", vectors, bank.weights)
+        return state
 
     def __repr__(self) -> str:
         nodes, sliders = self._vectors.shape[:2]

@@ -265,15 +265,21 @@ def test_a_resonance_follows_from_the_modal_curve_in_closed_form() -> None:
         curve.forced_response([1.0])
 
 
-def test_a_response_is_followed_around_turning_points() -> None:
-    """A mass that bounces on its rough contact: pressure falls with opening, so the peak leans."""
+@functools.cache
+def bouncing_response() -> tuple[ms.ForcedResponse, ms.Structure]:
+    """Of a mass that bounces on its rough contact, down through its resonance."""
     field = ms.JointField(SURFACE, 0.3, areas=[2e-4], loads=[500.0])
     stuck = SURFACE.stiffness(field.separations[0])
     omega = np.sqrt(stuck)
     structure = ms.Structure(np.eye(3), 1e-3 * stuck * np.eye(3), 0.02 * omega * np.eye(3))
     bouncing = structure.attach(field, directions=np.eye(3).reshape(3, 1, 3))
     frequencies = np.linspace(1.2, 0.6, 31) * omega / (2.0 * np.pi)
-    path = bouncing.forced_response([0.0, 0.0, 25.0], frequencies, harmonics=[1, 2, 3])
+    return bouncing.forced_response([0.0, 0.0, 25.0], frequencies), bouncing
+
+
+def test_a_response_is_followed_around_turning_points() -> None:
+    """A mass that bounces on its rough contact: pressure falls with opening, so the peak leans."""
+    path, _ = bouncing_response()
     assert path.status == "solved"
     turns = path.turning_points
     assert turns.size == 2
@@ -281,6 +287,40 @@ def test_a_response_is_followed_around_turning_points() -> None:
     assert np.count_nonzero(np.diff(path.frequency > middle)) == 3  # three motions there
     # The mean opens with the motion, as a softening contact's does.
     assert path.displacement[:, 2, 0].real.max() > 0.0
+    # What lies between the turning points does not last.
+    places = np.arange(path.frequency.size)
+    away = np.abs(places[:, None] - turns).min(axis=1) > 1  # folds lie beside points, not on them
+    outside = (places < turns[0]) | (places > turns[1])
+    np.testing.assert_array_equal(path.stable[away], outside[away])
+    dashed, drawn = path._figure([0.0, 0.0, 1.0]).panels[0].items[:2]
+    assert dashed.dash
+    assert np.isnan(drawn.y[(turns[0] + turns[1]) // 2])
+
+
+@pytest.mark.slow
+def test_a_motion_in_time_leaves_what_is_not_stable() -> None:
+    """From each kind of point, pushed off it by a hundredth, through 120 periods."""
+    path, structure = bouncing_response()
+    turns = path.turning_points
+    middle = (turns[0] + turns[1]) // 2
+    for place, stays in ((turns[0] - 2, True), (middle, False), (turns[1] + 2, True)):
+        assert path.stable[place] == stays
+        frequency = path.frequency[place]
+        omega = 2.0 * np.pi * frequency
+        orders = np.array(path.harmonics)
+        coefficients = path.displacement[place]
+        time = np.arange(0.0, 120.0 / frequency, 1.0 / frequency / 128)
+        force = np.zeros((time.size, 3))
+        force[:, 2] = 25.0 * np.cos(omega * time)
+        motion = structure.integrate(
+            force,
+            time,
+            displacement=1.01 * coefficients.sum(axis=1).real,
+            velocity=(1j * orders * omega * coefficients).sum(axis=1).real,
+        )
+        late = motion.displacement[-128:, 2] @ np.exp(-2j * np.pi * np.arange(128) / 128) / 64
+        left = abs(abs(late) / path.amplitude([0.0, 0.0, 1.0])[place] - 1.0)
+        assert (left < 0.02) == stays, (place, left)
 
 
 def test_a_nonlinear_mode_is_a_motion_in_time() -> None:

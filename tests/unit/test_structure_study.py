@@ -17,6 +17,7 @@ from microslip.report.plot import Area, Marks
 from microslip.results.predicted.document import document
 from microslip.results.predicted.preview import preview
 from microslip.results.structure.pictures import curve_plot, shape_plot
+from microslip.study.plausibility import questions
 from microslip.study.uncertain import Spread
 
 STUDY = """
@@ -490,6 +491,22 @@ def test_the_drawing_and_the_surface_of_a_structure_scatter(folder: Path) -> Non
     # Quantiles of eight points, 5 % to 95 %: 2.6 standard deviations or so.
     assert math.log(high / low) == pytest.approx(2.6 * 0.05, rel=0.3)
     assert middle == pytest.approx(mode.curve.frequency[0], rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "question"),
+    [
+        ('density = "7800 kg/m^3"', 'density = "7.8 kg/m^3"', "structure.density: is it really 7.80 kg/m^3?"),
+        ('length = "200 mm"', 'length = "200 m"', "structure.length: is it really 200 m? Usual is 1 mm to 20 m"),
+        ('to = "10 um"', 'to = "10 mm"', "structure.amplitude.to: is it really 10 mm? Usual is 20 pm to 2 mm"),
+        ('mean = "5 kN"', 'mean = "5 N"', "structure.bolts tension over the section of a shank: is it really 176.8 kPa?"),
+        ('mean = "5 kN"', 'mean = "50 kN"', "structure.bolts tension over the section of a shank: is it really 1.768 GPa?"),
+    ],
+)  # fmt: skip
+def test_slips_of_units_are_asked_back(old: str, new: str, question: str, folder: Path) -> None:
+    assert questions(ms.Study.from_toml(STUDY, folder=folder)) == []
+    asked = questions(ms.Study.from_toml(STUDY.replace(old, new), folder=folder))
+    assert any(text.startswith(question) for text in asked), asked
 
 
 def test_a_structure_needs_no_law_of_its_own(folder: Path) -> None:

@@ -54,7 +54,13 @@ def response_figure(response: Any, sensor: Floats | None) -> Plot:
         Axis(f"Amplitude of the fundamental [{letter}m]", unit=unit),
         note=f"Forced response, {note}",
     )
-    panel.line(response.frequency, amplitude / unit)
+    if not response.stable.all():
+        panel.line(response.frequency, amplitude / unit, width=0.9, dash=DASHED)
+        panel.note += "; dashed: not stable"
+    # Each stable stretch with the points that end it.
+    ends = response.stable | np.append(response.stable[1:], False)
+    ends |= np.append(False, response.stable[:-1])
+    panel.line(response.frequency, np.where(ends, amplitude / unit, np.nan))
     turns = response.turning_points
     if turns.size:
         panel.marks(response.frequency[turns], amplitude[turns] / unit, COLORS[2])

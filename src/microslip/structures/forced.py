@@ -43,6 +43,13 @@ class ForcedResponse(LockedArrays, PlottableAtSensor):
     """Which harmonics; 0 is the mean."""
     asked: NDArray[np.bool_]
     """Which points are at frequencies that were asked for."""
+    stable: NDArray[np.bool_]
+    """Which motions last: those between turning points do not.
+
+    The sign of the determinant of the balance's Jacobian, which holds what settled cycles remember:
+    right for growth that is slow beside the motion, not for motion at half its frequency or at a
+    second one (Krack and Gross 2019, DOI 10.1007/978-3-030-14023-6).
+    """
     iterations: int
     """Iterations of Newton's method in all."""
     message: str
@@ -95,6 +102,7 @@ class _Solved(NamedTuple):
     tangent: Floats
     """Unit tangent of the path in scaled unknowns."""
     iterations: int
+    stable: bool
 
 
 class _Path:
@@ -144,7 +152,8 @@ class _Path:
             relative = length / max(1e-3, float(np.abs(point.coefficients).max()) / self._unit)
             if relative < _STEP or (relative < 1e-8 and relative >= last):
                 along = np.linalg.solve(system, last_unknown)
-                return _Solved(point, along / np.linalg.norm(along), iterations)
+                stable = bool(np.linalg.slogdet(matrix[:, :-1])[0] > 0.0)
+                return _Solved(point, along / np.linalg.norm(along), iterations, stable)
             last = relative
         return None
 
@@ -199,7 +208,8 @@ def forced_response(
         raise InputError("force must push some elastic mode, not only move the structure")
     balance = Balance(model, model.joints(line), basis)
     omegas = 2.0 * math.pi * targets
-    points, marks, iterations, stopped = _follow(balance, modal, omegas)
+    path, marks, iterations, stopped = _follow(balance, modal, omegas)
+    points = [solved.point for solved in path]
     message = f"solved at {len(points)} points in {iterations} iterations"
     if stopped:
         where = points[-1].omega / (2.0 * math.pi) if points else targets[0]
@@ -215,13 +225,19 @@ def forced_response(
         motion[i, :, 1] -= rigid / omega**2
     frequency = np.array([point.omega / (2.0 * math.pi) for point in points])
     return ForcedResponse(
-        frequency, motion, basis.harmonics, np.array(marks, dtype=bool), iterations, message
+        frequency,
+        motion,
+        basis.harmonics,
+        np.array(marks, dtype=bool),
+        np.array([solved.stable for solved in path], dtype=bool),
+        iterations,
+        message,
     )
 
 
 def _follow(
     balance: Balance, force: Floats, omegas: Floats
-) -> tuple[list[_Point], list[bool], int, str]:
+) -> tuple[list[_Solved], list[bool], int, str]:
     """Points along the path from the first to the last frequency."""
     direction = 1.0 if omegas[-1] > omegas[0] else -1.0
     span = abs(float(omegas[-1] - omegas[0]))
@@ -235,7 +251,7 @@ def _follow(
         return [], [], 0, "the first frequency was not solved"
     # Near a resonance the motion is many times that off it: the arc is measured by the largest.
     iterations = here.iterations
-    points, marks = [here.point], [True]
+    points, marks = [here], [True]
     if here.tangent[-1] * direction < 0.0:
         here = here._replace(tangent=-here.tangent)
     step = 0.25 * abs(float(omegas[1] - omegas[0])) / span
@@ -267,13 +283,13 @@ def _follow(
             at = path.solve(_Point(guess, float(omega)), None)
             if at is not None:
                 iterations += at.iterations
-                points.append(at.point)
+                points.append(at)
                 marks.append(True)
         if (ahead.point.omega - omegas[-1]) * direction >= 0.0:
             return points, marks, iterations, ""
         if (omegas[0] - ahead.point.omega) * direction > 0.05 * span:
             return points, marks, iterations, "the response turned back beyond the first frequency"
-        points.append(ahead.point)
+        points.append(ahead)
         marks.append(False)
         step *= min(2.0, max(0.5, _ENOUGH / 2.0 / ahead.iterations))
         here = ahead

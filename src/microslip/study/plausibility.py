@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
@@ -29,6 +30,9 @@ _SURFACE = {
     "density": Usual(1e3, 1e15, "1/m^2", "summits that a scan finds"),
     "area": Usual(1e-12, 10.0, "m^2", "joints"),
 }
+_SIZE = Usual(1e-3, 20.0, "m", "beams and plates that are bolted")
+_BODY = Usual(500.0, 2.3e4, "kg/m^3", "light polymers to tungsten")
+_BOLT = Usual(1e7, 1.1e9, "Pa", "finger-tight to the yield of grade 12.9")
 _PRESSURE = Usual(1e1, 5e9, "Pa", "joints")
 
 
@@ -66,6 +70,23 @@ def _values(study: Any) -> Iterator[tuple[str, float, Usual]]:
         yield "joint.normal_load over surface.area", load / area, _PRESSURE
     for amplitude in study.excitation.amplitudes or ():
         yield "excitation.amplitudes", amplitude, _AMPLITUDE
+    if study.structure is not None:
+        yield from _of_structure(study.structure)
+
+
+def _of_structure(part: Any) -> Iterator[tuple[str, float, Usual]]:
+    sizes = ("length", "width", "thickness", "lap") if part.mesh is None else ()
+    for name in sizes:
+        yield f"structure.{name}", getattr(part, name), _SIZE
+    if part.density is not None:
+        yield "structure.density", part.density, _BODY
+    extent = part.extent
+    usual = Usual(1e-10 * extent, 1e-2 * extent, "m", "vibration of something so long")
+    yield "structure.amplitude.to", float(part.amplitudes[-1]), usual
+    if part.bolts.shank is not None:
+        section = 0.25 * math.pi * float(part.bolts.shank) ** 2
+        for tension in sorted({float(tension) for tension in part.tension}):
+            yield "structure.bolts tension over the section of a shank", tension / section, _BOLT
 
 
 def _question(key: str, value: float, usual: Usual) -> str | None:
@@ -73,7 +94,7 @@ def _question(key: str, value: float, usual: Usual) -> str | None:
         return None
 
     def written(number: float) -> str:
-        if usual.unit in ("", "1/m^2", "m^2"):
+        if usual.unit in ("", "1/m^2", "m^2", "kg/m^3"):
             return f"{significant(number)} {usual.unit}".rstrip()
         return engineering(number, usual.unit, 4, trim=True)
 

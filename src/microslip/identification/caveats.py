@@ -37,7 +37,7 @@ class Row(NamedTuple):
     """What would settle it."""
     verdict: str = ""
     """What it makes of the numbers that it reaches."""
-    told: bool = False
+    in_message: bool = False
     """Whether the message of the fit says it."""
     noted: bool = True
     """Whether it is a note."""
@@ -53,17 +53,17 @@ TABLE: Mapping[str, Row] = {
     "used up": Row(
         "the fit did not end at a minimum: its evaluations were used up while the sum of squares "
         "still fell",
-        told=True,
+        in_message=True,
         noted=False,
     ),
     "unsettled": Row(
         "the fit did not end at a minimum: the weights of the displacement's errors, which follow "
         "the law's own tangents, do not settle: the law does not suit these records",
-        told=True,
+        in_message=True,
         noted=False,
     ),
     "broken off": Row(
-        "the fit did not end at a minimum: it broke off: {why}", told=True, noted=False
+        "the fit did not end at a minimum: it broke off: {why}", in_message=True, noted=False
     ),
     "at a bound": Row(
         (
@@ -72,7 +72,7 @@ TABLE: Mapping[str, Row] = {
             "; identified all the same: {names:s}",
             "; nothing{none} is identified",
         ),
-        told=True,
+        in_message=True,
         noted=False,
     ),
     "a bound": Row("the best value of {name!n} lies at a bound of the search, {value:3 {unit}}"),
@@ -84,7 +84,7 @@ TABLE: Mapping[str, Row] = {
             " (most: {record!r}); if they are of different rigs, name the rig of each record: "
             "`rigs=...`",
         ),
-        told=True,
+        in_message=True,
         noted=False,
     ),
     "several rigs": Row(
@@ -94,15 +94,15 @@ TABLE: Mapping[str, Row] = {
             ", would take most of what the law leaves, though not all (most: {record!r}); if the "
             "records are of different rigs, name the rig of each record: `rigs=...`",
         ),
-        told=True,
+        in_message=True,
         noted=False,
     ),
     "misfit": Row(
         "the law does not answer the records: it leaves {over_noise:2} times their noise, "
         "{share:2%} of the force",
-        told=True,
+        in_message=True,
     ),
-    "contradiction": Row("what was given and the loops disagree: {data:s}", told=True),
+    "contradiction": Row("what was given and the loops disagree: {data:s}", in_message=True),
     "datum": Row(
         "{name!n} was given as {value:3 {unit}} ± {error:3 {unit}}, without that "
         "{without:3 {unit}} is found, {deviations:2} standard deviations apart"
@@ -303,7 +303,7 @@ class _Writer(string.Formatter):
 
     def format_field(self, value: Any, spec: str) -> str:
         if spec == "s":  # several things, caveats among them
-            return joined([self._one(part) for part in value])
+            return joined([self._part_text(part) for part in value])
         if spec == "%":
             return f"{100.0 * value:g} %"
         if spec.endswith("%"):
@@ -313,7 +313,7 @@ class _Writer(string.Formatter):
             return number_text(value, unit, int(digits))
         return str(super().format_field(value, spec))
 
-    def _one(self, part: Any) -> str:
+    def _part_text(self, part: Any) -> str:
         return part.words(self._call) if isinstance(part, Caveat) else self._call(str(part))
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from types import MappingProxyType
@@ -13,11 +13,9 @@ import numpy as np
 
 from microslip._core.frozen import lock
 from microslip.errors import InputError
-from microslip.heights import Exponential
 from microslip.identification import fit_quality, nuisances
 from microslip.identification.caveats import (
     ABOVE,
-    BEYOND,
     FIXED,
     IDENTIFIED,
     NOT,
@@ -53,16 +51,15 @@ from microslip.identification.verdicts import (
 )
 from microslip.materials import MaterialPair
 
-FRICTION, _SEPARATION = "friction_coefficient", "standardised_separation"
-_LIMITS = (FRICTION, "force_limit")
+_LIMITS = ("friction_coefficient", "force_limit")
 """Numbers that only a contact in gross slip shows."""
 _OF_NO_SUMMIT = (*_LIMITS, *SUMMIT_DATA, "summit_count")
 """Numbers that which summits touch says nothing of, and those that were measured apart."""
 _REACHED = 0.95
-"""Share of the limit that a record has to reach for it to be seen."""
+"""Share of the limit that a record has to reach for it to be evidence."""
 _FAR = 10.0
 """Ratio of loads from which on the one of a contact area is far from those of the records."""
-_SAME = 1e-8
+_ROUNDING_SHARE = 1e-8
 """Part of what a rig does to loops below which it is rounding that no other parameter does it."""
 _BY_AREA = (RADIUS, DENSITY, "summit_count")
 """What follows from a contact area."""
@@ -73,7 +70,7 @@ Reservation = tuple[Caveat, Sequence[str] | None]
 
 
 @dataclass
-class _Seen:
+class _Evidence:
     """A fit with its intervals, and what its caveats are made of."""
 
     problem: Problem
@@ -142,24 +139,24 @@ def result_of(
             f"the law {problem.model.name!r} has no finite answer near the first guess "
             f"({best.cause}); give another `start=...` or narrower `bounds=...`"
         )
-    seen = _Seen(problem, answer, quantities, level, freedom, loss, data_names)
-    parameters, directions = _parameters(seen)
-    derived = _derived(seen, parameters)
-    parameters, derived = _leaning(seen, parameters, derived)
+    evidence = _Evidence(problem, answer, quantities, level, freedom, loss, data_names)
+    parameters, directions = _parameters(evidence)
+    derived = _derived(evidence, parameters)
+    parameters, derived = _leaning(evidence, parameters, derived)
     everything = [*parameters, *derived]
-    for caveat, names in _reservations(seen, everything):
+    for caveat, names in _reservations(evidence, everything):
         parameters, derived = (mark(n, caveat, names) for n in (parameters, derived))
     for caveat in (caveat for caveat in before if caveat.row.verdict):
         hidden = [name for name in everything if name.partition(" ")[0] not in _OF_NO_SUMMIT]
         parameters, derived = (mark(n, caveat, hidden) for n in (parameters, derived))
-    status, caveats = _status(seen, parameters)
+    status, caveats = _status(evidence, parameters)
     if status == DIFFER:
         parameters, derived = (mark(n, Caveat("as one rig")) for n in (parameters, derived))
     lost = any(fitted.verdict == NOT for fitted in parameters.values())
     errors = np.sqrt(np.diag(answer.covariance))
     # Each law makes its own covariance of the noise of the displacement: its determinant counts.
     deviance, fitted_count = best.cost + problem.log_determinant, problem.free.size + problem.flat
-    names = [coordinate.name for coordinate in seen.free]
+    names = [coordinate.name for coordinate in evidence.free]
     return Identification(
         law=problem.model.name,
         status=status,
@@ -175,7 +172,7 @@ def result_of(
         widened=MappingProxyType(
             {name: math.sqrt(float(w)) for name, w in zip(names, answer.widen, strict=True)}
         ),
-        records=seen.records,
+        records=evidence.records,
         aic=deviance + 2.0 * fitted_count,
         bic=deviance + fitted_count * math.log(count),
         held_back=predicted,
@@ -188,11 +185,11 @@ def result_of(
             )
             for column in problem.columns
         ),
-        caveats=(*caveats, *before, *_remarks(seen, lost)),
+        caveats=(*caveats, *before, *_remarks(evidence, lost)),
         _model=problem.model,
         _pair=pair,
         _area=area,
-        given=seen.data[0],
+        given=evidence.data[0],
         stake=answer.stake,
         delays=MappingProxyType(nuisances.delays_of(problem, answer)),
     )
@@ -205,8 +202,8 @@ def _fixed(source: Coordinate | Quantity, value: float) -> Fitted:
     return Fitted(*(source.name, source.unit, value, value, value, 0.0, FIXED), load=source.load)
 
 
-def _parameters(seen: _Seen) -> tuple[dict[str, Fitted], list[Direction]]:
-    problem, answer = seen.problem, seen.answer
+def _parameters(evidence: _Evidence) -> tuple[dict[str, Fitted], list[Direction]]:
+    problem, answer = evidence.problem, evidence.answer
     outer = problem.physical(answer.best.q)
     natural = {p.name for p in problem.model.parameters if p.natural}
     parameters: dict[str, Fitted] = {}
@@ -224,7 +221,7 @@ def _parameters(seen: _Seen) -> tuple[dict[str, Fitted], list[Direction]]:
             error = value * (value * error) if math.isfinite(value) else math.inf
         points = ((coordinate.outer(q), rise / widened) for q, rise in interval.points)
         profile = tuple(sorted(point for point in points if math.isfinite(point[0])))
-        number = judge(coordinate, value, error, interval, seen.level, seen.design, profile)
+        number = judge(coordinate, value, error, interval, evidence.level, evidence.design, profile)
         if number.verdict == ABOVE and number.at_bound and coordinate.parameter in natural:
             # A cell that is none leaves nothing to settle.
             assert number.caveat is not None
@@ -232,26 +229,26 @@ def _parameters(seen: _Seen) -> tuple[dict[str, Fitted], list[Direction]]:
         elif number.verdict != IDENTIFIED and coordinate.parameter not in SUMMIT_DATA:
             remedies = () if number.caveat is None else number.caveat.remedies
             ends = interval.at_low, interval.at_high
-            way = direction_of(coordinate, seen.free, *ends, remedies)
+            way = direction_of(coordinate, evidence.free, *ends, remedies)
             if way is not None and not any(is_parallel(way, other) for other in directions):
                 directions.append(way)
         parameters[coordinate.name] = number
     return parameters, directions
 
 
-def _derived(seen: _Seen, parameters: Numbers) -> dict[str, Fitted]:
+def _derived(evidence: _Evidence, parameters: Numbers) -> dict[str, Fitted]:
     """What follows: along the way that moves it most, and wherever the profiles have been."""
-    answer = seen.answer
+    answer = evidence.answer
     widest = float(answer.widen.max(initial=1.0))
     derived = {}
-    for quantity in seen.quantities:
+    for quantity in evidence.quantities:
         value, gradient = quantity.function(answer.best.q)
         if not gradient.any():
             derived[quantity.name] = _fixed(quantity, value)
             continue
         is_shape = value <= 0.0 or quantity.shape
         ends = derived_interval(
-            *(seen.problem, answer.best, quantity.function, answer.threshold * widest),
+            *(evidence.problem, answer.best, quantity.function, answer.threshold * widest),
             *(answer.covariance, answer.intervals, answer.open_ends, is_shape),
         )
         coordinate = Coordinate(
@@ -260,26 +257,30 @@ def _derived(seen: _Seen, parameters: Numbers) -> dict[str, Fitted]:
             shape=is_shape,
         )
         variance = float(gradient @ answer.covariance @ gradient) * widest
-        number = judge(coordinate, value, math.sqrt(max(variance, 0.0)), ends, seen.level)
+        number = judge(coordinate, value, math.sqrt(max(variance, 0.0)), ends, evidence.level)
         parent = parameters.get(quantity.parent or "")
         if parent is not None and number.verdict != parent.verdict:  # the same at another load
             number = replace(number, verdict=parent.verdict, caveat=parent.caveat)
         if number.verdict == NOT and number.caveat is not None:
-            others = (p.caveat.remedies for p in parameters.values() if p.caveat is not None)
-            remedies = next(filter(None, others), ())
+            parameter_remedies = (
+                p.caveat.remedies for p in parameters.values() if p.caveat is not None
+            )
+            remedies = next(filter(None, parameter_remedies), ())
             number = replace(number, caveat=replace(number.caveat, remedies=remedies))
         derived[quantity.name] = number
     return derived
 
 
 def _leaning(
-    seen: _Seen, parameters: Numbers, derived: Numbers
+    evidence: _Evidence, parameters: Numbers, derived: Numbers
 ) -> tuple[dict[str, Fitted], dict[str, Fitted]]:
     """The numbers; "in doubt" those which an end of a search, where the fit rests, would move."""
     first = {**parameters, **derived}
-    numbers, best = dict(first), seen.answer.best.q
-    shapes = {c.name for c in seen.free if c.shape} | {q.name for q in seen.quantities if q.shape}
-    for end in (end for end in seen.answer.open_ends if end.rests):
+    numbers, best = dict(first), evidence.answer.best.q
+    shapes = {c.name for c in evidence.free if c.shape} | {
+        q.name for q in evidence.quantities if q.shape
+    }
+    for end in (end for end in evidence.answer.open_ends if end.rests):
         at = numbers[end.name]
         if at.caveat is not None:
             remedies = ("take other heights", *at.caveat.remedies)
@@ -287,10 +288,10 @@ def _leaning(
         there = best + end.ahead(best)
         moves = {
             coordinate.name: coordinate.outer(float(q)) - first[coordinate.name].value
-            for coordinate, q in zip(seen.free, there, strict=True)
+            for coordinate, q in zip(evidence.free, there, strict=True)
         } | {
             quantity.name: end.shift(quantity.function, best)
-            for quantity in seen.quantities
+            for quantity in evidence.quantities
             if first[quantity.name].verdict == IDENTIFIED
         }
         for name, moved in moves.items():
@@ -298,7 +299,7 @@ def _leaning(
             if number.verdict == IDENTIFIED and abs(moved) > 0.5 * (number.high - number.low):
                 data = {
                     "end": end.name,
-                    "parameter": seen.free[end.row].parameter,
+                    "parameter": evidence.free[end.row].parameter,
                     "way": "higher" if moved > 0.0 else "lower",
                     "share": None if name in shapes else abs(moved / number.value),
                     "size": abs(moved) if name in shapes else None,
@@ -310,55 +311,59 @@ def _leaning(
 # -- what they rest on ----------------------------------------------------------------------------
 
 
-def _reservations(seen: _Seen, names: Sequence[str]) -> Iterator[Reservation]:
+def _reservations(evidence: _Evidence, names: Sequence[str]) -> Iterator[Reservation]:
     """What numbers rest on that does not hold, and which of them do."""
-    records = seen.problem.folded
-    if seen.is_misfit:
+    records = evidence.problem.folded
+    if evidence.is_misfit:
         data = {
             "amplitudes": range_of([record.amplitude for record in records], "m"),
-            "loads": range_of(seen.loads, "N"),
-            "stake": seen.answer.stake,
+            "loads": range_of(evidence.loads, "N"),
+            "stake": evidence.answer.stake,
         }
         yield Caveat("apparent", data), None
-    reached = max(record.slip_share for record in seen.records)
+    reached = max(record.slip_share for record in evidence.records)
     if reached < _REACHED:
         limits = [name for name in names if name.partition(" ")[0] in _LIMITS]
         yield Caveat("beyond", {"reached": reached, "laws": None, "none": None}), limits
     for doubt in dict.fromkeys(record.doubt for record in records if record.doubt):
         yield Caveat("doubted record", {"doubt": doubt}), None
-    contradicted = seen.data[1]
+    contradicted = evidence.data[1]
     if contradicted is not None:
-        functions = {quantity.name: quantity.function for quantity in seen.quantities}
-        for j, coordinate in zip(seen.problem.free, seen.free, strict=True):
-            functions[coordinate.name] = of_coordinate(seen.problem, int(j))
+        functions = {quantity.name: quantity.function for quantity in evidence.quantities}
+        for j, coordinate in zip(evidence.problem.free, evidence.free, strict=True):
+            functions[coordinate.name] = of_coordinate(evidence.problem, int(j))
         reached_names = [name for name, f in functions.items() if contradicted.reaches(f)]
         yield Caveat("contradicted", {"names": contradicted.names}), reached_names
-    far = _far_area(seen)
+    far = _far_area(evidence)
     if far is not None:
         yield far, _BY_AREA
-    yield from _same_laws(seen)
+    yield from _same_laws(evidence)
 
 
-def _same_laws(seen: _Seen) -> Iterator[Reservation]:
+def _same_laws(evidence: _Evidence) -> Iterator[Reservation]:
     """Rigs that change loops just as parameters of the law do, whatever the noise."""
-    _, by = seen.problem.residuals(seen.answer.best.q)
-    for row, coordinate in enumerate(seen.free):
-        own, others = by[:, row], np.delete(by, row, axis=1)
-        if coordinate.parameter != RIG or not own.any() or not others.size:
+    _, by = evidence.problem.residuals(evidence.answer.best.q)
+    for row, coordinate in enumerate(evidence.free):
+        own_column, other_columns = by[:, row], np.delete(by, row, axis=1)
+        if coordinate.parameter != RIG or not own_column.any() or not other_columns.size:
             continue
-        size = np.linalg.norm(others, axis=0)
-        shares = np.linalg.lstsq(others / np.where(size > 0.0, size, 1.0), own, rcond=1e-12)[0]
-        left = own - others @ (shares / np.where(size > 0.0, size, 1.0))
-        if np.linalg.norm(left) < _SAME * np.linalg.norm(own):
-            alike = np.insert(np.abs(shares) > _SAME * np.linalg.norm(own), row, True)
-            names = [c.name for c, is_alike in zip(seen.free, alike, strict=True) if is_alike]
-            yield Caveat("same law", {}, seen.design.remedies(coordinate, NOT)), names
+        size = np.linalg.norm(other_columns, axis=0)
+        shares = np.linalg.lstsq(
+            other_columns / np.where(size > 0.0, size, 1.0), own_column, rcond=1e-12
+        )[0]
+        left = own_column - other_columns @ (shares / np.where(size > 0.0, size, 1.0))
+        if np.linalg.norm(left) < _ROUNDING_SHARE * np.linalg.norm(own_column):
+            alike = np.insert(
+                np.abs(shares) > _ROUNDING_SHARE * np.linalg.norm(own_column), row, True
+            )
+            names = [c.name for c, is_alike in zip(evidence.free, alike, strict=True) if is_alike]
+            yield Caveat("same law", {}, evidence.design.remedies(coordinate, NOT)), names
 
 
-def _far_area(seen: _Seen) -> Caveat | None:
+def _far_area(evidence: _Evidence) -> Caveat | None:
     """What says that a contact area was measured at a load that no record is near."""
-    measured = next((c.load for c in seen.problem.coordinates if c.parameter == AREA), None)
-    loads = [load for load in seen.loads if load]
+    measured = next((c.load for c in evidence.problem.coordinates if c.parameter == AREA), None)
+    loads = [load for load in evidence.loads if load]
     if measured is None or not loads:
         return None
     if min(loads) / _FAR <= measured <= _FAR * max(loads):
@@ -376,22 +381,24 @@ def range_of(values: Sequence[float | None], unit: str) -> str | None:
 # -- the fit as a whole ---------------------------------------------------------------------------
 
 
-def _status(seen: _Seen, parameters: Numbers) -> tuple[str, list[Caveat]]:
+def _status(evidence: _Evidence, parameters: Numbers) -> tuple[str, list[Caveat]]:
     """How the fit ended, and what its message says."""
-    best, rigs = seen.answer.best, None
+    best, rigs = evidence.answer.best, None
     if not best.converged:
-        status, told = NOT_CONVERGED, [Caveat(best.cause, {"why": best.why})]
-    elif (rigs := seen.rigs) is not None and rigs.kind == "one rig":
-        status, told = DIFFER, [rigs]
+        status, message_caveats = NOT_CONVERGED, [Caveat(best.cause, {"why": best.why})]
+    elif (rigs := evidence.rigs) is not None and rigs.kind == "one rig":
+        status, message_caveats = DIFFER, [rigs]
     else:
-        at = [seen.free[i].name for i in at_bounds(seen.problem, best.q)]
-        status, told = (AT_BOUND, [_at_bounds(at, parameters)]) if at else (CONVERGED, [])
-        told += [] if rigs is None else [rigs]
-    if seen.is_misfit:
-        told.append(fit_quality.misfit(seen.records, seen.reduced))
-    if (contradicted := seen.data[1]) is not None:
-        told.append(contradicted.caveat)
-    return status, told
+        at = [evidence.free[i].name for i in at_bounds(evidence.problem, best.q)]
+        status, message_caveats = (
+            (AT_BOUND, [_at_bounds(at, parameters)]) if at else (CONVERGED, [])
+        )
+        message_caveats += [] if rigs is None else [rigs]
+    if evidence.is_misfit:
+        message_caveats.append(fit_quality.misfit(evidence.records, evidence.reduced))
+    if (contradicted := evidence.data[1]) is not None:
+        message_caveats.append(contradicted.caveat)
+    return status, message_caveats
 
 
 def _at_bounds(at: Sequence[str], parameters: Numbers) -> Caveat:
@@ -407,21 +414,21 @@ def _at_bounds(at: Sequence[str], parameters: Numbers) -> Caveat:
     )
 
 
-def _remarks(seen: _Seen, lost: bool) -> Iterator[Caveat]:
+def _remarks(evidence: _Evidence, lost: bool) -> Iterator[Caveat]:
     """What is to be said of the fit besides; ``lost`` is whether a parameter is not identified."""
-    problem, answer, design = seen.problem, seen.answer, seen.design
-    yield from nuisances.noise_remarks(problem, answer.best, seen.freedom, seen.loss)
-    yield from nuisances.causes(problem, answer.best, seen.freedom)
-    if answer.best.cost > WRONG_FROM * seen.freedom:
+    problem, answer, design = evidence.problem, evidence.answer, evidence.design
+    yield from nuisances.noise_remarks(problem, answer.best, evidence.freedom, evidence.loss)
+    yield from nuisances.causes(problem, answer.best, evidence.freedom)
+    if answer.best.cost > WRONG_FROM * evidence.freedom:
         loops = [record.loop for record in problem.folded]
         soft = rig_contradiction(problem.coordinates, problem.rigs, loops)
         yield from () if soft is None else (soft,)
-    far = _far_area(seen)
+    far = _far_area(evidence)
     yield from () if far is None else (far,)
     times = math.sqrt(float(answer.widen.max(initial=1.0)))
     if times > 1.0:
-        by_law = seen.reduced >= 0.999 * times**2
-        reduced, cycles = (seen.reduced, None) if by_law else (None, "")
+        by_law = evidence.reduced >= 0.999 * times**2
+        reduced, cycles = (evidence.reduced, None) if by_law else (None, "")
         yield Caveat("widened", {"times": times, "reduced": reduced, "cycles": cycles})
     if design.scales_with_load and design.rig_is_free and lost:
         yield Caveat("in series")
@@ -434,94 +441,10 @@ def _remarks(seen: _Seen, lost: bool) -> Iterator[Caveat]:
         )
     if answer.lower_still:
         yield Caveat("many minima")
-    if names := [seen.free[i].name for i in answer.linear]:
-        whole = len(names) == len(seen.free)
-        data: dict[str, Any] = {"every": "" if whole else None, "names": None if whole else names}
+    if names := [evidence.free[i].name for i in answer.linear]:
+        is_whole = len(names) == len(evidence.free)
+        data: dict[str, Any] = {
+            "every": "" if is_whole else None,
+            "names": None if is_whole else names,
+        }
         yield Caveat("straight", data)
-
-
-# -- other laws -----------------------------------------------------------------------------------
-
-_AS_GOOD = 10.0
-"""Akaike's criterion over that of the best law up to which another law answers the loops, too."""
-
-Refit = Callable[..., Identification]
-"""Identifies another law, by its name and options, from the same records."""
-
-
-def spread_over_laws(result: Identification, refit: Refit) -> Identification:
-    """What other laws that answer the loops as well make of the numbers.
-
-    The limit of sliding that no record reached is as wide as exponential heights and a sphere have
-    it. Where heights are searched without an upper end, their limit is the exponential one: what
-    that has elsewhere is in doubt.
-    """
-    parameters = result.parameters
-    is_beyond = FRICTION in parameters and parameters[FRICTION].verdict == BEYOND
-    is_open = any(n.high_open for name, n in parameters.items() if name.startswith(_SEPARATION))
-    refits = {}
-    for name, law, options in (
-        ("exponential heights", "interface", {"heights": Exponential(1.0)}),
-        ("one sphere", "sphere", {}),
-    ):
-        if is_beyond or (is_open and law == "interface"):
-            try:
-                refits[name] = refit(law, **options)
-            except InputError:
-                continue
-    best_aic = min([result.aic, *(fit.aic for fit in refits.values() if fit.converged)])
-    as_good = {
-        name: fit
-        for name, fit in refits.items()
-        if fit.converged and fit.aic <= best_aic + _AS_GOOD
-    }
-    if is_beyond:
-        result = _beyond(result, {name: fit.parameters[FRICTION] for name, fit in as_good.items()})
-    if is_open and (exponential := as_good.get("exponential heights")) is not None:
-        result = _elsewhere(result, {**exponential.parameters, **exponential.derived})
-    return result
-
-
-def _elsewhere(result: Identification, others: Numbers) -> Identification:
-    """Numbers that another law has outside their intervals are in doubt."""
-
-    def doubted(numbers: Numbers) -> MappingProxyType[str, Fitted]:
-        marked = dict(numbers)
-        for name, number in numbers.items():
-            other = others.get(name)
-            if other is None or other.at_bound:  # an open separation opens intervals, no values
-                continue
-            if not number.low <= other.value <= number.high:
-                data = {"value": other.value, "unit": other.unit}
-                marked |= mark({name: number}, Caveat("other heights", data))
-        return MappingProxyType(marked)
-
-    return replace(result, parameters=doubted(result.parameters), derived=doubted(result.derived))
-
-
-def _beyond(result: Identification, found: Numbers) -> Identification:
-    """The limits of sliding as wide as other laws have them."""
-    friction = result.parameters[FRICTION]
-    assert friction.caveat is not None
-    low = min([friction.low, *(number.low for number in found.values())]) / friction.value
-    high = max([friction.high, *(number.high for number in found.values())]) / friction.value
-    laws = [f"{number_text(number.value, '')} ({name})" for name, number in found.items()]
-    spread = {"laws": laws or None, "none": None if laws else ""}
-    caveat = replace(friction.caveat, data={**friction.caveat.data, **spread})
-
-    def widened(numbers: Numbers) -> MappingProxyType[str, Fitted]:
-        return MappingProxyType(
-            {
-                name: replace(
-                    number,
-                    low=min(number.low, low * number.value),
-                    high=max(number.high, high * number.value),
-                    caveat=caveat,
-                )
-                if number.verdict == BEYOND
-                else number
-                for name, number in numbers.items()
-            }
-        )
-
-    return replace(result, parameters=widened(result.parameters), derived=widened(result.derived))

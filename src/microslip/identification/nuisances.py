@@ -18,7 +18,7 @@ from microslip.identification.options import NUISANCES
 from microslip.identification.problem import Problem
 from microslip.identification.rules import CAUSES_FROM, WRONG_FROM
 from microslip.identification.verdicts import Fitted
-from microslip.tribometer.folding import Folded
+from microslip.tribometer.folding import CLIPPED, Folded
 
 _EXPLAINED, _SIGNIFICANT = 0.5, 1e-3
 """Share of the sum of squares that an effect or a delay has to explain, and not by chance."""
@@ -171,7 +171,7 @@ def causes(problem: Problem, best: Fit, freedom: int) -> Iterator[Caveat]:
     if beside is not None:
         yield beside
     # A force that is cut off, or that another one stands beside, is no late one.
-    is_other = beside is not None or any("clipped" in record.doubt for record in problem.folded)
+    is_other = beside is not None or any(f.doubt == CLIPPED for f in problem.folded)
     if any(problem.lags) or not is_other:
         yield from _late(problem, best, freedom)
 

@@ -61,8 +61,8 @@ class GivenDatum:
         """That it is wrong, with what is found without it."""
         data = {"name": self.name, "value": self.value, "error": self.uncertainty}
         deviations = max(abs(self.residual), abs(self.disagreement))
-        more = {"unit": self.unit, "without": without, "deviations": deviations}
-        return Caveat("datum", data | more)
+        disagreement = {"unit": self.unit, "without": without, "deviations": deviations}
+        return Caveat("datum", data | disagreement)
 
 
 class _Source(NamedTuple):

@@ -312,7 +312,7 @@ def cycle_ratio(problem: Problem, q: Floats, confidence: float = 0.999) -> Float
 
     _, by = problem.residuals(q)
     inverse = covariance_of(by.T @ by)
-    felt = problem.whitened(by[: problem.weight.size].T)
+    influences = problem.whitened(by[: problem.weight.size].T)
     measured = np.zeros(q.size)
     expected = np.zeros(q.size)
     square = np.zeros(q.size)
@@ -322,7 +322,7 @@ def cycle_ratio(problem: Problem, q: Floats, confidence: float = 0.999) -> Float
         # Each cycle's part in the weighted residuals of the mean, without what all share.
         part = (folded.cycle_force - folded.cycle_count * folded.force) / folded.count
         part = part * problem.weight[span]
-        influence = felt[:, span]
+        influence = influences[:, span]
         scores = part @ influence.T @ inverse
         number = part.shape[0]
         share = np.sum((inverse @ influence) ** 2, axis=1)

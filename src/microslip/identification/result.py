@@ -248,13 +248,13 @@ class Identification(Locked, Plottable):
     @property
     def is_plain(self) -> bool:
         """Whether the fit ended at a minimum and nothing speaks against it."""
-        return self.converged and not any(caveat.row.told for caveat in self.caveats)
+        return self.converged and not any(caveat.row.in_message for caveat in self.caveats)
 
     def _message(self, call: Call = str) -> str:
-        told = [caveat.words(call) for caveat in self.caveats if caveat.row.told]
+        sentences = [caveat.words(call) for caveat in self.caveats if caveat.row.in_message]
         if self.status == CONVERGED:
-            told.insert(0, "the fit ended at a minimum within the bounds")
-        return "; ".join(told)
+            sentences.insert(0, "the fit ended at a minimum within the bounds")
+        return "; ".join(sentences)
 
     def _notes(self, call: Call = str) -> tuple[str, ...]:
         return tuple(caveat.words(call) for caveat in self.caveats if caveat.row.noted)

@@ -15,7 +15,7 @@ from microslip._core.wording import did_you_mean
 from microslip.errors import InputError
 from microslip.identification import fit_quality, parameter_choice
 from microslip.identification.caveats import Caveat
-from microslip.identification.conclusions import result_of, spread_over_laws
+from microslip.identification.conclusions import result_of
 from microslip.identification.coordinates import option_mapping
 from microslip.identification.fit import Fit, solve
 from microslip.identification.intervals import Progress, profiled
@@ -24,6 +24,7 @@ from microslip.identification.models.base import CycleModel, Model
 from microslip.identification.models.interface import InterfaceModel
 from microslip.identification.nuisances import PLAY, checked_effects, columns_of, play_of
 from microslip.identification.options import LOSSES
+from microslip.identification.other_laws import spread_over_laws
 from microslip.identification.problem import Problem
 from microslip.identification.quantities import known_data, quantities_of, summit_prior, summits_of
 from microslip.identification.result import Identification

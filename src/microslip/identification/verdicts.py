@@ -115,15 +115,15 @@ class Direction:
     """A way through parameter space along which the loops stay the same within their noise."""
 
     change: dict[str, float]
-    """Change of each parameter: of a plain number itself, of others the logarithm."""
+    """Change of each parameter: of a plain number itself, of other_steps the logarithm."""
     steps: tuple[tuple[str, str], ...]
     """The parameters that change, the first being the one that is open, and how much."""
     remedies: tuple[str, ...]
 
     def words(self, call: Call = str) -> str:
         """The direction in words, parameters as an edge calls them."""
-        first, *others = (f"{call(name)} {change}" for name, change in self.steps)
-        along = f" with {joined(others)}" if others else ""
+        first, *other_steps = (f"{call(name)} {change}" for name, change in self.steps)
+        along = f" with {joined(other_steps)}" if other_steps else ""
         return f"{first}{along} changes the loops by less than the noise"
 
     @property
@@ -248,20 +248,22 @@ def direction_of(
                 change[free.name] = float(np.log(a) - np.log(b)) if min(a, b) > 0.0 else math.inf
         else:
             change[free.name] = float(b - a) * (free.scale if free.kind == "linear" else 1.0)
-    whole = change[coordinate.name]
-    if not math.isfinite(whole) or whole == 0.0:
+    full_change = change[coordinate.name]
+    if not math.isfinite(full_change) or full_change == 0.0:
         return None
     unit = 1.0 if coordinate.shape else math.log(2.0)
     if coordinate.kind == "linear" and not coordinate.shape:
         unit = math.inf
-    factor = min(1.0, unit / abs(whole)) * math.copysign(1.0, whole)
+    factor = min(1.0, unit / abs(full_change)) * math.copysign(1.0, full_change)
     change = {name: factor * value for name, value in change.items()}
-    others = [
+    other_coordinates = [
         free
         for free in sorted(coordinates, key=lambda c: -abs(change[c.name]) / _mention_limit(c))
         if free is not coordinate and abs(change[free.name]) >= _mention_limit(free)
     ]
-    steps = tuple((c.name, _change_text(c, change[c.name])) for c in (coordinate, *others[:4]))
+    steps = tuple(
+        (c.name, _change_text(c, change[c.name])) for c in (coordinate, *other_coordinates[:4])
+    )
     return Direction(change, steps, remedies)
 
 

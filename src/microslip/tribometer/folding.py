@@ -32,6 +32,10 @@ _REPEATED = 0.3
 """Of a usual step: a last sample as near to the first one is that one again."""
 
 
+CLIPPED = "found from a record that looks clipped"
+"""The doubt on a record whose sensors reached the ends of their range."""
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Folded(Locked):
     """The settled cycles of a record on one cycle of phase.
@@ -264,7 +268,7 @@ def _fold(
     if counting.is_moving:
         doubt = "found as a mean over cycles that move, so of no state of the joint"
     elif judgement.clipped:
-        doubt = "found from a record that looks clipped"
+        doubt = CLIPPED
     timed = record.time is not None or record.sample_rate is not None
     folded = Folded(
         name=record.name,

@@ -250,8 +250,8 @@ def document(outcome: Identified, say: Say = str, files: bool = False) -> Docume
     fit = summarise(outcome, say, labelled=True)["identification"]
     comparison = summary["comparison"]
     if why and files:
-        for told in (fit, summary["identification"]):
-            told["notes"].append(why)
+        for fit_summary in (fit, summary["identification"]):
+            fit_summary["notes"].append(why)
     level = f"{100.0 * fit['confidence']:g} %"
     sections = [
         Section("Parameters", tuple(_parameters(fit, summary["study"], level))),

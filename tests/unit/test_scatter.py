@@ -17,7 +17,7 @@ from microslip._core.netcdf import Variable
 from microslip.cli import main
 from microslip.runs.scatter import scatter
 from microslip.study.description import StudyDescription
-from microslip.study.draws import Design, check_draws
+from microslip.study.draws import Design, at_middle, check_draws
 
 SPHERE = """
 schema = 1
@@ -487,3 +487,25 @@ def test_a_sample_without_an_answer_is_told() -> None:
     text = SPHERE.replace('amplitudes = ["0.1 um"]', 'force_amplitudes = ["9 N"]')
     with pytest.raises(ms.StudyError, match=r"sample \d+ of 140 has no answer: .*force"):
         ms.Study.from_toml(text).run()
+
+
+@pytest.mark.parametrize(
+    ("written", "deviation"),
+    [
+        # Of ln(friction), which is the result: by its moments, in closed form.
+        ("{ low = 0.4, high = 0.6 }", 0.2 / math.sqrt(12.0) / 0.5),
+        ("{ mean = 0.5, cv = 0.1 }", math.sqrt(width(0.1))),
+        ('{ mean = 0.5, cv = 0.1, distribution = "normal" }', 0.1),
+        ("{ values = [0.45, 0.5, 0.55] }", 0.05 * math.sqrt(2.0 / 3.0) / 0.5),
+        ("{ values = [0.48, 0.48, 0.48, 0.48, 0.53] }", 0.02 / 0.5),
+    ],
+)
+def test_the_delta_method_takes_slopes_in_the_measure_of_each_input(
+    written: str, deviation: float
+) -> None:
+    """Beside the samples and beside the first order of the logarithm, whose second is below 2 %."""
+    study = of_product(MU=written, LOAD='"2 N"')
+    found = scatter(study, product(at_middle(study)), product)
+    decision = found.decision("loss_factor", 0, 0)
+    assert decision.delta == pytest.approx(deviation, rel=0.02)
+    assert decision.delta == pytest.approx(decision.scatter, rel=0.04)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Callable, Iterator, Sequence
 from itertools import count, repeat
 from typing import Any
@@ -30,6 +29,7 @@ from microslip.tribometer import Measurement
 from microslip.tribometer.campaign import Campaign
 from microslip.tribometer.cycle_columns import LABELS, UNITS
 from microslip.tribometer.figures import measured_loops
+from microslip.tribometer.reading import ChannelNote
 from microslip.tribometer.settling import CERTAIN
 
 KIND = "microslip-measurement"
@@ -48,7 +48,6 @@ _FIRST = (
     "reversal_stiffness",
 )
 """What a terminal shows of a single record; the page and summary.json have all."""
-_CHANNEL = re.compile(r'(\w+): column ("[^"]*").*')
 Say = Callable[[str], str]
 
 
@@ -198,27 +197,26 @@ def _sections(measured: Measurement, say: Say, is_alone: bool) -> tuple[Section,
         f"Regimes: stick up to A = {ends.stick:.3g}, gross slip from B = {ends.gross:.3g} "
         f"({ends.source})."
     )
-    channels = Items(tuple(note for note in measured.notes if _CHANNEL.match(note)))
+    channels = [note for note in measured.notes if isinstance(note, ChannelNote)]
     blocks: tuple[Block, ...] = (
         Note(f"{shorten(measured.name, 200)}: {', '.join(facts)}."),
         _means(measured),
         *((_levels(measured),) if measured.levels else ()),
-        *((Note(_channels_text(channels.texts)),) if channels.texts else ()),
-        Items(tuple(say(note) for note in measured.notes if note not in channels.texts)),
+        *((Note(_channels_text(channels)),) if channels else ()),
+        Items(tuple(say(note) for note in measured.notes if note not in channels)),
     )
     title = shorten(measured.name, 100)
     return (
         Section(title, blocks, brief=is_alone),
-        Section(f"{title}, as read", (Note(regimes), channels), brief=False),
+        Section(f"{title}, as read", (Note(regimes), Items(tuple(channels))), brief=False),
     )
 
 
-def _channels_text(notes: Sequence[str]) -> str:
+def _channels_text(notes: Sequence[ChannelNote]) -> str:
     """Which columns were read, in a line."""
-    matches = [match for note in notes if (match := _CHANNEL.match(note))]
     words = [
-        f"{match[1].replace('_', ' ')} {match[2]}{', sign turned' * ('sign turned' in match[0])}"
-        for match in matches
+        f'{note.kind.replace("_", " ")} "{note.heading}"{", sign turned" * note.is_turned}'
+        for note in notes
     ]
     return f"Read: {'; '.join(words)}."
 

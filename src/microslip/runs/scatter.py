@@ -26,7 +26,6 @@ RANKED = ("loss_factor", "dissipated_energy", "secant_stiffness")
 """Results at the amplitudes of the loops that are ranked by what decides them."""
 
 _FAR = 1.6448536269514722  # score of the 95 % quantile
-_NEAR = 0.25  # scores to either side, for slopes
 _LARGEST = 60_000_000  # numbers of one variable over all samples
 
 
@@ -149,7 +148,9 @@ def scatter(
     groups, size, inputs = points.shape
     scores = design.scores(points.reshape(-1, inputs))
     # Beside the samples, each input by itself: far out for the tornado, near for slopes.
-    alone = np.concatenate([reach * np.eye(inputs) for reach in (-_FAR, _FAR, -_NEAR, _NEAR)])
+    far = np.full(inputs, _FAR)
+    near, _ = design.near()
+    alone = np.concatenate([np.diag(reach) for reach in (-far, far, -near, near)])
     all_scores = np.concatenate([scores, alone])
     count = groups * size
     names, left_out = _with_bands(nominal, count)
@@ -194,6 +195,7 @@ def _decisions(
     design: Design, stacks: Mapping[str, Floats], scores: Floats, count: int
 ) -> tuple[Decision, ...]:
     inputs = len(design.inputs)
+    _, ratios = design.near()
     decisions = []
     for name in RANKED:
         stack = stacks[name]
@@ -203,7 +205,7 @@ def _decisions(
                 with np.errstate(divide="ignore", invalid="ignore"):
                     logs = np.log(values)
                 low, high, before, after = logs[count:].reshape(4, inputs)
-                slopes = (after - before) / (2.0 * _NEAR)
+                slopes = (after - before) * ratios
                 delta = math.sqrt(max(float(slopes @ design.correlation @ slopes), 0.0))
                 shares, explained = ranking(scores, logs[:count])
                 decisions.append(

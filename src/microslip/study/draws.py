@@ -20,6 +20,8 @@ from microslip.study.surfaces import ScanSurface
 from microslip.study.uncertain import followers_of, spreads_of, with_values
 from microslip.study.uncertainty import GROUPS, UncertaintyPart
 
+_NEAR = 0.25  # scores to either side of the middle, for slopes
+_QUARTILE, _FURTHEST = 0.6744897501960817, 6.0  # scores of given values, for slopes
 _REPLICATES = 4096  # of a scan's patches
 
 
@@ -110,6 +112,27 @@ class Design:
             key: float(spread.quantiles(shares[i : i + 1])[0])
             for i, (key, spread) in enumerate(self.spreads.items())
         }
+
+    def near(self) -> tuple[Floats, Floats]:
+        """Scores a little below and above each middle, for slopes: what a difference is worth.
+
+        Gives scores, of an input a column, and what the difference of a result between them is
+        multiplied with for that of one standard deviation of the input in its own measure. The
+        quartiles of given values, which have nothing between them, and their ends where those are
+        one value.
+        """
+        from scipy.special import ndtr
+
+        reach, ratios = np.full(len(self.inputs), _NEAR), np.full(len(self.inputs), 0.5 / _NEAR)
+        for place, spread in enumerate(self.spreads.values()):
+            for score in (_QUARTILE, _FURTHEST) if spread.values else (_NEAR,):
+                ends = spread.quantiles(ndtr(np.array([-score, score]))).tolist()
+                distance = spread.measure(ends[1]) - spread.measure(ends[0])
+                reach[place] = score
+                ratios[place] = spread.deviation / distance if distance else 0.0
+                if distance:
+                    break
+        return reach, ratios
 
     def at(self, scores: Floats) -> StudyDescription:
         """The study at a row of scores."""

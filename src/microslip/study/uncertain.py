@@ -82,6 +82,20 @@ class Spread(float):
         width = math.log1p(cv**2)
         return np.asarray(float(self) * np.exp(math.sqrt(width) * ndtri(shares) - 0.5 * width))
 
+    def measure(self, value: float) -> float:
+        """A value in the number's own measure: its logarithm where that is what is normal."""
+        return value if self.cv is None or self.normal else math.log(value)
+
+    @property
+    def deviation(self) -> float:
+        """Its standard deviation in its own measure."""
+        if self.values:
+            return float(np.std(self.values))
+        if self.low is not None and self.high is not None:
+            return (self.high - self.low) / math.sqrt(12.0)
+        cv = float(self.cv or 0.0)
+        return cv * float(self) if self.normal else math.sqrt(math.log1p(cv**2))
+
     @property
     def written(self) -> str:
         """In words."""

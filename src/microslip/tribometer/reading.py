@@ -9,13 +9,14 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from decimal import Decimal
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
 from microslip._core.checks import Floats
 from microslip._core.frozen import lock
 from microslip._core.units import FORCE, QuantityError, engineering, to_si
+from microslip._core.verdicts import Remark
 from microslip._core.wording import plural, quoted, shorten, show
 from microslip.errors import InputError, in_python
 from microslip.numerics.runs import runs_of
@@ -66,6 +67,24 @@ class Statements:
     format: Any
 
 
+class ChannelNote(Remark):
+    """From which column a channel was read, and how: a sentence that knows its parts."""
+
+    heading: str
+    """The column, as the file calls it."""
+    is_turned: bool
+    """Whether its sign was turned."""
+
+    def __new__(cls, role: str, heading: str, words: str, is_turned: bool = False) -> Self:
+        """Make ``'role: column "heading" words'``."""
+        self = super().__new__(cls, role, f'column "{heading}" {words}')
+        self.heading, self.is_turned, self._how = heading, is_turned, words
+        return self
+
+    def __getnewargs__(self) -> tuple[str, str, str, bool]:  # type: ignore[override]
+        return self.kind, self.heading, self._how, self.is_turned
+
+
 def read(path: Path, statements: Statements) -> dict[str, Any]:
     """The parts of a record, by their names."""
     table = _open(path, statements.format)
@@ -106,7 +125,7 @@ def read(path: Path, statements: Statements) -> dict[str, Any]:
             arrays[role] *= arrays["normal_load"] if load is None else load
         words = _to_si(arrays[role], role, scales[role], stated["zero"].get(role), signs[role])
         heading = shorten(by_part[role].heading, 60)
-        texts[role] = f'{role}: column "{heading}" {how[role]}, {words}.'
+        texts[role] = ChannelNote(role, heading, f"{how[role]}, {words}.", signs[role] < 0)
     notes += [texts[role] for role in by_part]
     if counter is not None:
         notes.append(_counted(arrays, counter, how[CYCLE_NUMBER]))
@@ -128,16 +147,17 @@ def read(path: Path, statements: Statements) -> dict[str, Any]:
     return parts | {"notes": tuple(notes)}
 
 
-def _counted(arrays: dict[str, Floats], counter: Named, how: str) -> str:
+def _counted(arrays: dict[str, Floats], counter: Named, how: str) -> ChannelNote:
     """What to say of the rig's counter of cycles; one that falls is none."""
-    values = arrays[CYCLE_NUMBER]
-    text = f'cycle_number: column "{shorten(counter.heading, 60)}" {how}'
+    values, heading = arrays[CYCLE_NUMBER], shorten(counter.heading, 60)
     if float(np.diff(values).min()) < 0.0 or float(values[0]) < 0.0:
         if how == "as stated":
+            text = ChannelNote(CYCLE_NUMBER, heading, how)
             raise InputError(f"`cycle_number` must not fall, nor be negative; {text}")
         del arrays[CYCLE_NUMBER]
-        return f"{text}, not used, for it falls."
-    return f"{text}: from {values[0]:.12g} to {values[-1]:.12g}."
+        return ChannelNote(CYCLE_NUMBER, heading, f"{how}, not used, for it falls.")
+    ends = f"from {values[0]:.12g} to {values[-1]:.12g}"
+    return ChannelNote(CYCLE_NUMBER, heading, f"{how}: {ends}.")
 
 
 def _open(path: Path, file_format: Any) -> Table:

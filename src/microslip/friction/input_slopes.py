@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import fields, is_dataclass, replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -19,15 +20,24 @@ from microslip.normal.persson import PerssonSurface
 _STEP = 0.02
 """Half of the logarithm over which a slope is taken: its error is of the order of its square."""
 
-_SCALED = ("radius", "radii", "density", "copies")
-"""Parameters of surfaces that are numbers of their own; the area counts as the density does."""
+_SCALED = {
+    "radius": "radius",
+    "radii": "radii",
+    "density": "density",
+    "summit_count": "density",
+    "copies": "copies",
+    "yield_stress": "yield_stress",
+    "tightening_load": "tightening_load",
+}
+"""Parameters of surfaces that are numbers of their own, and as what they count: all summits of a
+tightened surface are their density at the same area, which counts as the density does."""
 
 
 def input_slopes(joint: Interface, amplitude: float) -> dict[str, dict[str, float]]:
     """Slopes d ln/d ln [-] of stiffness and loss factor, at an amplitude [m], over each input.
 
-    By central differences over four per cent, the steepest first. Of a surface that is a table or
-    was tightened only friction and load are inputs.
+    By central differences over four per cent, the steepest first. Of a surface that is a table only
+    friction and load are inputs; one that was tightened is tightened anew.
     """
     slopes_of: dict[str, dict[str, float]] = {"tangential_stiffness": {}, "loss_factor": {}}
     for name, scaled in _inputs(joint).items():
@@ -69,23 +79,30 @@ def _inputs(joint: Interface) -> dict[str, Callable[[float], Interface]]:
     parameters: set[str] = set()
     if is_dataclass(surface):
         parameters = {field.name for field in fields(surface)}
-    if not parameters & {"radius", "radii"} or "tightening_load" in parameters:
+    if not parameters & {"radius", "radii"}:
         return inputs
 
-    def changed(**values: Any) -> NormalLaw:
-        law: NormalLaw = replace(surface, **values)  # type: ignore[type-var]
-        return law
-
-    inputs["young_modulus"] = lambda f: on(changed(pair=_stiffer(surface.pair, f)))
-    for name in _SCALED:
-        if name in parameters:
-            value = getattr(surface, name)
-            inputs[name] = lambda f, name=name, value=value: on(  # type: ignore[misc]
-                changed(**{name: value * f})
-            )
+    names = {"young_modulus": "pair"} | {
+        counts_as: name for name, counts_as in _SCALED.items() if name in parameters
+    }
     if "heights" in parameters:
-        inputs["heights"] = lambda f: on(changed(**_higher(surface, f)))
+        names["heights"] = "heights"
+    for input_name, name in names.items():
+        inputs[input_name] = lambda f, name=name: on(_scaled(surface, name, f))  # type: ignore[misc]
     return inputs
+
+
+@lru_cache(maxsize=32)
+def _scaled(surface: Any, name: str, factor: float) -> NormalLaw:
+    """A surface with one of its parameters times a factor; made once for all loads of a study."""
+    if name == "pair":
+        changes: dict[str, Any] = {"pair": _stiffer(surface.pair, factor)}
+    elif name == "heights":
+        changes = _higher(surface, factor)
+    else:
+        changes = {name: getattr(surface, name) * factor}
+    law: NormalLaw = replace(surface, **changes)
+    return law
 
 
 def _stiffer(pair: MaterialPair, factor: float) -> MaterialPair:

@@ -74,6 +74,7 @@ class ChannelNote(Remark):
     """The column, as the file calls it."""
     is_turned: bool
     """Whether its sign was turned."""
+    _how: str
 
     def __new__(cls, role: str, heading: str, words: str, is_turned: bool = False) -> Self:
         """Make ``'role: column "heading" words'``."""

@@ -41,6 +41,8 @@ _INPUTS = {
     "heights": "spread of heights",
     "copies": "number of summits",
     "cutoff": "short-wave cut-off",
+    "yield_stress": "yield stress",
+    "tightening_load": "tightening load",
 }
 _MOST_INPUTS = 3
 _DAMPING = Column("damping_ratio", "Damping ratio ζ", "", write=cells.ratio, short="ζ")
@@ -105,13 +107,13 @@ def hanging_table(joints: Rows) -> tuple[Table, ...]:
                 if abs(slope) >= 0.01
             ]
             rows.append((joint["normal_load"], label, ", ".join(steepest) or "none"))
-    columns = (_LOAD, Column("quantity", "Answer"), Column("inputs", "Hangs on"))
+    columns = (_LOAD, Column("quantity", "Answer"), Column("inputs", "Steepest inputs"))
     caption = (
         "Slopes d ln answer/d ln input, the steepest first: at 0.5 an input that is 10 % off makes "
         "the answer 5 % wrong. Materials, density and area count alike for both bodies and the "
         "whole joint."
     )
-    title = "What the answer hangs on"
+    title = "Sensitivities"
     table = Table(title, columns, tuple(rows), 2, MOST_JOINTS, caption, noun="answers")
     return (table,) if rows else ()
 

@@ -84,12 +84,14 @@ def _undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_the_block_is_a_surface_of_a_study(folder: Path, undrawn: None) -> None:
     scan = "--level", "quadratic", "--outliers", "6", "--area", "2 cm^2", "--cutoff", "6 um"
     more = "--fill", "--prominence", "30 nm", "--valid", "-1 mm", "1 mm"
+    more = *more, "--materials", "steel", "al2017", "--load", "5 N", "--heights", "gaussian"
     assert run("surface", "ground.npy", *AS_IS, *scan, *more, "-o", "out").exit_code == 0
     text = (folder / "out/surface.toml").read_text("utf-8")
     study = ms.Study.from_toml(STUDY.format(surface=text), folder=folder / "out")
     given = tomllib.loads(text)["surface"]
     assert given["scan"] == "../ground.npy"  # from the folder that the block is in
     assert given["cutoff"] == "6 um"
+    assert given["materials"] == ["steel", "al2017"]
     assert given["area"] == "2 cm^2"
     assert given["level"] == "quadratic"
     assert given["fill"] is True
@@ -263,6 +265,10 @@ def test_a_profile(folder: Path, undrawn: None) -> None:
     outcome = run("surface", "trace.txt", "--unit", "um", "--cutoff", "20 um", "-o", "out")
     assert outcome.exit_code == 0, outcome.output
     assert "A profile has peaks but no summits" in outcome.stdout
+    joint = "--materials", "steel", "al2017", "--load", "500 N", "--area", "2 cm^2"
+    refused = run("surface", "trace.txt", "--unit", "um", "--cutoff", "20 um", *joint)
+    assert refused.exit_code == 2
+    assert "--materials goes with a map of heights" in refused.stderr
     names = sorted(path.name for path in (folder / "out").iterdir())
     assert names == [
         name for name in FILES if not name.startswith("summit") and not name.endswith(".png")

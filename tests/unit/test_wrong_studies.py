@@ -252,7 +252,7 @@ WRONG = [
     ("[output]", '[oscillator]\nmass = "2 Kg"\nstiffness = "1e6 N/m"\n[output]', 'oscillator.mass: wanted a mass such as "2 kg", got "2 Kg" (unknown unit "Kg"; did you mean "kg"?)'),
     ("[output]", '[oscillator]\nmass = 2\nstiffness = "1e6 N/m"\n[output]', 'oscillator.mass: wanted a mass such as "2 kg", got 2 (a number without a unit)'),
     ("[output]", '[oscillator]\nmass = "2 kg"\nstiffness = "1e6 N"\n[output]', 'oscillator.stiffness: wanted a stiffness such as "1e6 N/m", got "1e6 N" (a force)'),
-    ("[output]", '[oscillator]\nmass = "2 kg"\nstiffness = "-1 N/um"\n[output]', 'oscillator.stiffness: wanted a positive stiffness such as "1e6 N/m", got "-1 N/um"'),
+    ("[output]", '[oscillator]\nmass = "2 kg"\nstiffness = "-1 N/um"\n[output]', 'oscillator.stiffness: wanted a stiffness of zero or more [N/m], got "-1 N/um"'),
     ("[output]", '[oscillator]\nmass = "2 kg"\nstiffness = "1e6 N/mn"\n[output]', 'oscillator.stiffness: wanted a stiffness such as "1e6 N/m", got "1e6 N/mn" (unknown unit "N/mn"; did you mean "N/mm"?)'),
     ("[output]", '[oscillator]\nmass = "2 kg"\nstiffness = "1e6 N/m"\nviscous_damping_ratio = 1\n[output]', "oscillator.viscous_damping_ratio: wanted a number from 0 to below 1 such as 0.01, got 1"),
     ("[output]", '[oscillator]\nmass = "2 kg"\nstiffness = "1e6 N/m"\nviscous_damping_ratio = -0.01\n[output]', "oscillator.viscous_damping_ratio: wanted a number from 0 to below 1 such as 0.01, got -0.01"),

@@ -229,6 +229,11 @@ def analyse(request: Request, progress: Progress | None = None) -> Findings:
     report = progress or (lambda share: None)
     pair = request.pair()
     raw = Scan.read(request.path, **request.reading)
+    if pair is not None and raw.is_profile:
+        raise InputError(
+            "`materials` goes with a map of heights: a profile has peaks but no summits to count; "
+            "leave it out, and predict a study with the [surface] that is written for the profile"
+        )
     report(0.1)
     fill = "interpolate" if request.fill else None
     conditioned = condition(raw, Steps(request.level, request.outliers, fill))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -11,8 +11,17 @@ from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, exact, floats, number, positive
 from microslip._core.frozen import Locked, assign, lock
+from microslip._core.parameters import parameter, parameters_of
 from microslip.errors import InputError
 from microslip.materials import Material
+
+
+def _size(symbol: str, meaning: str, example: float) -> dict[str, Any]:
+    return parameter(symbol, "m", meaning, above=0.0, example=example)
+
+
+def _friction(symbol: str, meaning: str) -> dict[str, Any]:
+    return parameter(symbol, meaning=meaning, above=0.0, example=0.12)
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,42 +67,62 @@ class Bolts(Locked):
     """
 
     positions: Any
-    shank: float
-    hole: float
-    washer: float
-    tension: Any = None
-    torque: Any = None
-    thread: float | None = None
-    nut_factor: float | None = None
-    pitch: float | None = None
-    thread_friction: float | None = None
-    bearing_friction: float | None = None
-    head: float | None = None
+    shank: float = field(metadata=_size("d_s", "diameter of the shanks", 0.008))
+    hole: float = field(metadata=_size("d_h", "diameter of the holes", 0.009))
+    washer: float = field(
+        metadata=_size("d_w", "outer diameter of the washers, or of the heads", 0.017)
+    )
+    tension: Any = field(
+        default=None,
+        metadata=parameter("F", "N", "tension of each bolt", above=0.0, example="12 kN"),
+    )
+    torque: Any = field(
+        default=None,
+        metadata=parameter(
+            "M", "N*m", "tightening torque instead of the tension", above=0.0, example="20 N m"
+        ),
+    )
+    thread: float | None = field(
+        default=None, metadata=_size("d", "nominal diameter of the thread, for a torque", 0.008)
+    )
+    nut_factor: float | None = field(
+        default=None,
+        metadata=parameter(
+            "K", meaning="K of torque = K d tension, 0.2 for dry steel", above=0.0, example=0.2
+        ),
+    )
+    pitch: float | None = field(
+        default=None, metadata=_size("P", "pitch of the thread, with two frictions", 0.00125)
+    )
+    thread_friction: float | None = field(
+        default=None, metadata=_friction("mu_G", "friction in the thread")
+    )
+    bearing_friction: float | None = field(
+        default=None, metadata=_friction("mu_K", "friction under the turned head or nut")
+    )
+    head: float | None = field(
+        default=None,
+        metadata=_size("k", "height of a head and of a nut, each with its washer", 0.007),
+    )
     material: Material | None = None
-    density: float | None = None
+    density: float | None = field(
+        default=None,
+        metadata=parameter("rho", "kg/m^3", "mass density of the bolts", above=0.0, example=7850.0),
+    )
 
     def __post_init__(self) -> None:
         assign(self, positions=lock(_places(self.positions)))
-        for name, example in (("shank", 0.008), ("hole", 0.009), ("washer", 0.018)):
-            assign(self, **{name: positive(name, getattr(self, name), "m", example)})
+        for declared in parameters_of(Bolts):
+            if declared.name not in ("tension", "torque"):  # which may be one a bolt
+                assign(self, **{declared.name: declared.checked(getattr(self, declared.name))})
         if not self.shank < self.hole < self.washer:
             raise InputError(
                 "a shank must fit into its hole and the washer must cover the hole, got "
                 f"shank={exact(self.shank)}, hole={exact(self.hole)}, "
                 f"washer={exact(self.washer)} [m]"
             )
-        for name, unit, example in (
-            ("thread", "m", 0.008),
-            ("nut_factor", "", 0.2),
-            ("pitch", "m", 0.00125),
-            ("thread_friction", "", 0.12),
-            ("bearing_friction", "", 0.12),
-            ("density", "kg/m^3", 7850.0),
-        ):
-            if getattr(self, name) is not None:
-                assign(self, **{name: positive(name, getattr(self, name), unit, example)})
-        head = 0.8 * self.shank if self.head is None else self.head
-        assign(self, head=positive("head", head, "m", 0.006))
+        if self.head is None:
+            assign(self, head=0.8 * self.shank)
         if self.material is not None and not isinstance(self.material, Material):
             raise InputError(f"material must be a Material, got {self.material!r:.60}")
         if self.torque is not None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from microslip._core.checks import exact, positive, record, show
 from microslip._core.frozen import assign
+from microslip._core.parameters import parameter, parameters_of
 from microslip.errors import InputError
 from microslip.materials import Material
 from microslip.normal import NormalLaw
@@ -35,6 +36,10 @@ if TYPE_CHECKING:
     from microslip.structures.reduction_model import ReducedJoint
 
 Style = Literal["half-lap", "single-lap"]
+
+
+def _size(symbol: str, meaning: str, example: float) -> dict[str, Any]:
+    return parameter(symbol, "m", meaning, above=0.0, example=example)
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,17 +73,16 @@ class LapJoint:
     'half-lap'
     """
 
-    length: float
-    width: float
-    thickness: float
-    lap: float
+    length: float = field(metadata=_size("L", "length from end to end", 0.72))
+    width: float = field(metadata=_size("b", "width, across", 0.0254))
+    thickness: float = field(metadata=_size("t", "thickness of each part outside the lap", 0.0254))
+    lap: float = field(metadata=_size("l", "length of the overlap", 0.12))
     bolts: Bolts
     style: Style = "half-lap"
 
     def __post_init__(self) -> None:
-        examples = {"length": 0.7, "width": 0.025, "thickness": 0.025, "lap": 0.1}
-        for name, example in examples.items():
-            assign(self, **{name: positive(name, getattr(self, name), "m", example)})
+        for size in parameters_of(LapJoint):
+            assign(self, **{size.name: size.checked(getattr(self, size.name))})
         if not self.lap < self.length:
             raise InputError(
                 f"lap must be shorter than the length {exact(self.length)} m, got "

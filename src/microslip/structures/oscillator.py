@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, Literal, get_args
 
@@ -12,16 +12,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import (
-    LARGEST,
     Floats,
-    exact,
-    number,
     plain,
     positive,
     show,
     whole_number,
 )
 from microslip._core.frozen import assign
+from microslip._core.parameters import parameter, parameters_of
 from microslip._core.wording import quoted
 from microslip.errors import InputError
 from microslip.friction import LAWS, BackboneLaw
@@ -69,29 +67,33 @@ class Oscillator:
     resists, but stiffens the mode no longer, while the secant counts mu N/a.
     """
 
-    mass: float
-    stiffness: float
+    mass: float = field(metadata=parameter("m", "kg", "mass", above=0.0, example="2 kg"))
+    stiffness: float = field(
+        metadata=parameter(
+            "k", "N/m", "stiffness of the spring beside the joint", least=0.0, example="1e6 N/m"
+        )
+    )
     joint: BackboneLaw
-    viscous_damping_ratio: float = 0.0
+    viscous_damping_ratio: float = field(
+        default=0.0,
+        metadata=parameter(
+            "zeta_v",
+            meaning="damping ratio of the structure without the joint, at its frequency at rest",
+            least=0.0,
+            below=1.0,
+            why="else nothing swings",
+            example=0.01,
+        ),
+    )
 
     def __post_init__(self) -> None:
-        mass = positive("mass", self.mass, "kg")
-        stiffness = number("stiffness", self.stiffness, "N/m")
-        if not 0.0 <= stiffness <= LARGEST:
-            raise InputError(
-                f"`stiffness` must be from 0 to {LARGEST:g} [N/m], got {exact(stiffness)}"
-            )
+        for declared in parameters_of(Oscillator):
+            # -0.0 is 0.0 here
+            value = declared.checked(getattr(self, declared.name)) + 0.0
+            assign(self, **{declared.name: value})
         if not isinstance(self.joint, BackboneLaw):
             names = ", ".join(law.__name__ for law in LAWS)
             raise InputError(f"`joint` must be a backbone law ({names}), got {show(self.joint)}")
-        ratio = number("viscous_damping_ratio", self.viscous_damping_ratio, example=0.01)
-        if not 0.0 <= ratio < 1.0:
-            raise InputError(
-                "`viscous_damping_ratio` must be from 0 to below 1 (else nothing swings), got "
-                f"{exact(ratio)}"
-            )
-        # -0.0 is 0.0 here
-        assign(self, mass=mass, stiffness=stiffness + 0.0, viscous_damping_ratio=ratio + 0.0)
 
     @cached_property
     def _stuck(self) -> float:

@@ -18,6 +18,7 @@ from microslip._core.parameters import (
     Parameter,
     key_of,
     option,
+    parameter_of,
     parameters_of,
 )
 from microslip._core.units import Kind
@@ -124,6 +125,11 @@ def can_be_described(kind: type) -> bool:
 def key_for(declared: Parameter, **changes: Any) -> Any:
     """The key of a study for a number that a class declares; it may be uncertain, or a list."""
     return key(Numbers(declared) if declared.many else Unsure(declared), **changes)
+
+
+def optional(kind: type, name: str, **changes: Any) -> Any:
+    """The key for one number of a class that the study, or something beside it, may leave out."""
+    return key_for(parameter_of(kind, name), default=None, **changes)
 
 
 def table_of(

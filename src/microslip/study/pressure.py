@@ -6,14 +6,12 @@ import math
 
 from microslip._core.units import AREA, LENGTH, PRESSURE
 from microslip.friction.pressure import BOLTS, RINGS, Pressure
+from microslip.structures.bolts import Bolts
 from microslip.study.columns import Numbers
 from microslip.study.fields import (
     ANGLE,
-    FRICTION,
-    SHARE,
-    TENSION,
-    TORQUE,
     one_of,
+    optional,
     quantity,
     whole_number,
 )
@@ -124,18 +122,14 @@ class BoltPressure(PressurePart):
         Items(_LENGTH, '["10 mm", "10 mm"]', (1, 2)), "Thickness of both plates."
     )
     count: int = key(_COUNT, "How many bolts.", default=1)
-    preload: float | None = key(Unsure(TENSION), "Tension of each bolt.", '"15 kN"', default=None)
-    torque: float | None = key(Unsure(TORQUE), "Tightening torque in its place.", default=None)
-    nut_factor: float | None = key(
-        Unsure(SHARE), "K of torque = K d tension; 0.2 if absent, without frictions.", default=None
+    preload: float | None = optional(Bolts, "tension")
+    torque: float | None = optional(Bolts, "torque")
+    nut_factor: float | None = optional(
+        Bolts, "nut_factor", help="K of torque = K d tension; 0.2 if absent, without frictions."
     )
-    thread_friction: float | None = key(
-        Unsure(FRICTION), "Friction in the thread, for VDI 2230.", "0.12", default=None
-    )
-    bearing_friction: float | None = key(
-        Unsure(FRICTION), "Friction under the head, for VDI 2230.", "0.12", default=None
-    )
-    hole: float | None = key(_LENGTH, "Diameter of the holes.", '"9 mm"', default=None)
+    thread_friction: float | None = optional(Bolts, "thread_friction")
+    bearing_friction: float | None = optional(Bolts, "bearing_friction")
+    hole: float | None = optional(Bolts, "hole")
     head: float | None = key(
         _LENGTH,
         "Diameter of what presses on the plates: head, nut or washer.",
@@ -161,8 +155,6 @@ class BoltPressure(PressurePart):
 
     def _tension(self) -> float:
         """Tension of a bolt by its torque [N]."""
-        from microslip.structures import Bolts
-
         bolt = BOLTS[self.size]
         ruled = self.thread_friction is not None or self.bearing_friction is not None
         default = None if ruled else 0.2

@@ -11,9 +11,10 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip._core.parameters import REQUIRED
-from microslip._core.units import FORCE, LENGTH, MASS, STIFFNESS, TIME, engineering
+from microslip._core.parameters import REQUIRED, parameter_of
+from microslip._core.units import FORCE, LENGTH, TIME, engineering
 from microslip._core.wording import shorten
+from microslip.structures.oscillator import Oscillator
 from microslip.study.columns import COLUMN, COLUMN_UNIT, FILE, column_values
 from microslip.study.fields import (
     AMPLITUDE,
@@ -21,8 +22,8 @@ from microslip.study.fields import (
     LINE,
     LOAD,
     SHARE,
-    VISCOUS_RATIO,
     YES_NO,
+    key_for,
     one_of,
     quantity,
     text,
@@ -236,15 +237,9 @@ class Excitation(Part):
 class OscillatorPart(Part):
     """A mass [kg] on a spring [N/m], held by the joint as well; viscous damping ratio [–]."""
 
-    mass: float = key(Unsure(quantity(MASS, "2 kg")), "Mass.")
-    stiffness: float = key(
-        Unsure(quantity(STIFFNESS, "1e6 N/m")), "Stiffness of the spring beside the joint."
-    )
-    viscous_damping_ratio: float = key(
-        Unsure(VISCOUS_RATIO),
-        "Damping ratio of the structure without the joint, at its frequency at rest.",
-        default=0.0,
-    )
+    mass: float = key_for(parameter_of(Oscillator, "mass"))
+    stiffness: float = key_for(parameter_of(Oscillator, "stiffness"))
+    viscous_damping_ratio: float = key_for(parameter_of(Oscillator, "viscous_damping_ratio"))
 
 
 class Output(Part):

@@ -9,20 +9,19 @@ import numpy as np
 
 from microslip._core.checks import Floats
 from microslip._core.parameters import REQUIRED
+from microslip.structures.bolts import TIGHTENING, Bolts, tensions
+from microslip.structures.lap_joint import LapJoint
 from microslip.study.columns import FILE, column_values
 from microslip.study.fields import (
-    FRICTION,
     LENGTH,
     LINE,
     MASS_DENSITY,
     PLACE,
-    SHARE,
-    TENSION,
-    TORQUE,
     VISCOUS_RATIO,
     YES_NO,
     number,
     one_of,
+    optional,
     whole_number,
 )
 from microslip.study.mesh import MeshPart
@@ -34,17 +33,12 @@ from microslip.study.uncertain import Unsure
 if TYPE_CHECKING:
     from microslip.materials import Material
     from microslip.normal import NormalLaw
-    from microslip.structures import Convergence, LapJoint, ReducedJoint
+    from microslip.structures import Convergence, ReducedJoint
 
 MOST_POINTS, MOST_SAMPLES = 100, 4096
 
-_SIZE, _PLACES = Unsure(LENGTH), Unsure(PLACE)
+_PLACES = Unsure(PLACE)
 _ALONG = Items(_PLACES, '["-30 mm", "0 mm", "30 mm"]', (1, 200), single=True)
-
-
-def _size(help: str, example: str) -> Any:
-    """A length that the structure, or its mesh, may leave out."""
-    return key(_SIZE, help, example, default=None)
 
 
 class BoltsPart(Part):
@@ -59,28 +53,17 @@ class BoltsPart(Part):
         '["0 mm", "0 mm", "0 mm"]',
         default=None,
     )
-    shank: float | None = _size("Diameter of the shanks; a mesh has it itself.", '"8 mm"')
-    hole: float | None = _size("Diameter of the holes.", '"8.4 mm"')
-    washer: float | None = _size("Outer diameter of the washers, or of the heads.", '"17 mm"')
-    head: float | None = _size(
-        "Height of a head and of a nut with its washer; 0.8 shank diameters unless given.",
-        '"7 mm"',
-    )
-    tension: float | None = key(Unsure(TENSION), "Tension of each bolt.", default=None)
-    torque: float | None = key(
-        Unsure(TORQUE), "Tightening torque instead of the tension.", default=None
-    )
-    thread: float | None = _size("Nominal diameter of the thread, for a torque.", '"8 mm"')
-    nut_factor: float | None = key(
-        Unsure(SHARE), "K of torque = K d tension, such as 0.2 for dry steel.", default=None
-    )
-    pitch: float | None = _size("Pitch of the thread, with two frictions.", '"1.25 mm"')
-    thread_friction: float | None = key(
-        Unsure(FRICTION), "Friction in the thread.", "0.12", default=None
-    )
-    bearing_friction: float | None = key(
-        Unsure(FRICTION), "Friction under the turned head or nut.", "0.12", default=None
-    )
+    shank: float | None = optional(Bolts, "shank")
+    hole: float | None = optional(Bolts, "hole")
+    washer: float | None = optional(Bolts, "washer")
+    head: float | None = optional(Bolts, "head")
+    tension: float | None = optional(Bolts, "tension")
+    torque: float | None = optional(Bolts, "torque")
+    thread: float | None = optional(Bolts, "thread")
+    nut_factor: float | None = optional(Bolts, "nut_factor")
+    pitch: float | None = optional(Bolts, "pitch")
+    thread_friction: float | None = optional(Bolts, "thread_friction")
+    bearing_friction: float | None = optional(Bolts, "bearing_friction")
 
     def check(self, place: Place) -> None:
         """One place across for each along."""
@@ -155,10 +138,10 @@ class FormPart(Part):
 class StructurePart(Part):
     """Two beams or plates, bolted where they overlap; the first body of the surface below."""
 
-    length: float | None = _size("Length, from end to end.", '"720 mm"')
-    width: float | None = _size("Width, across.", '"25.4 mm"')
-    thickness: float | None = _size("Thickness of each part, outside the lap.", '"25.4 mm"')
-    lap: float | None = _size("Length of the overlap.", '"120 mm"')
+    length: float | None = optional(LapJoint, "length")
+    width: float | None = optional(LapJoint, "width")
+    thickness: float | None = optional(LapJoint, "thickness")
+    lap: float | None = optional(LapJoint, "lap")
     style: Literal["half-lap", "single-lap"] = key(
         one_of("half-lap", "single-lap"),
         "Style: parts half as thick in the overlap, or whole plates on each other.",
@@ -284,8 +267,6 @@ class StructurePart(Part):
     @property
     def tension(self) -> Floats:
         """Tension of each bolt [N]."""
-        from microslip.structures.bolts import TIGHTENING, tensions
-
         count = len(self.bolts.positions or () if self.mesh is None else self.mesh.bolts)
         tightening = {name: getattr(self.bolts, name) for name in TIGHTENING}
         return tensions(count, **tightening, bearing=self.bolts.bearing)
@@ -349,8 +330,6 @@ class StructurePart(Part):
 
     def build(self) -> LapJoint:
         """The lap joint of the drawing, where there is no mesh."""
-        from microslip.structures import Bolts, LapJoint
-
         sizes: dict[str, Any] = {
             name: getattr(self.bolts, name)
             for name in self.bolts.keys

@@ -29,7 +29,9 @@ def block(findings: Findings, folder: Path) -> str:
     lines = [
         "[surface]",
         'law = "scan"',
-        'materials = ["steel", "steel"]  # the two bodies: put yours here',
+        f"materials = {json.dumps(request.materials)}"
+        if request.materials
+        else 'materials = ["steel", "steel"]  # the two bodies: put yours here',
         f"scan = {_toml(_path(request.path, folder))}",
         f"cutoff = {_toml(_length(request.cutoff))}  # {remark}",
     ]

@@ -330,7 +330,7 @@ def test_a_ramp_of_few_cycles_is_not_settled(cycles: int, last: float) -> None:
     assert any(note.startswith("not settled: amplitude") for note in measured.notes)
     own = measured.cycles["dissipated_energy"][measured.cycles["closure_error"] <= 0.25]
     energy = measured.mean["dissipated_energy"]
-    assert (energy.low, energy.high) == pytest.approx((own.min(), own.max()))
+    assert (energy.low, energy.high) == pytest.approx((own.min(), own.max()), rel=0.05)
 
 
 @pytest.mark.parametrize("jitter", [0.0, 0.003])

@@ -125,8 +125,8 @@ def mean_of(values: Floats, confidence: float, moving: bool = False) -> Estimate
         beside = fine - value - place * (float(place @ fine) / float(place @ place))
         low, high = float(fine.min()), float(fine.max())
         if dependence_of(beside, 2).factor > 1.0:
-            half = _of_mean(fine, confidence, 1)[1]
-            low, high = min(low, value - half), max(high, value + half)
+            half = _of_mean(beside, confidence, 2)[1]
+            low, high = low - half, high + half
         return Estimate(value, low, high, spread, int(fine.size))
     error, half = _of_mean(fine, confidence, 1)
     return Estimate(value, value - half, value + half, error, int(fine.size))

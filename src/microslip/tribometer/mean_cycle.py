@@ -16,6 +16,8 @@ QUIET = 1e-9
 """Of the amplitude: below it noise is rounding."""
 _FINE = 4096  # bins of the displacement: their width is nothing to a hundred harmonics
 _ROUNDS, _LARGE = 100, 0.3
+_MANY = 5
+"""Harmonics from which on a motion is no sine, so that all of them count."""
 _LEAST_SHARE = 0.1  # of the noise of a sample that the curve must leave for it to count
 _TAILS, _WITHIN = 3.0, 0.97334  # share of the variance of a normal distribution within three
 _SIGNIFICANT = 1e-3
@@ -186,7 +188,7 @@ def series_of(
     design = np.hstack((np.ones((place.size, 1)), np.cos(angle), np.sin(angle)))
     floor = QUIET * 0.5 * float(np.ptp(mean))
     price = 2.0 * math.log(x.size) + 2.0 * math.log(harmonic_count)
-    harmonics = np.array([1])
+    harmonics, is_whole = np.array([1]), False
     for _ in range(_ROUNDS):
         columns = np.concatenate(
             ([0], np.column_stack((harmonics, harmonic_count + harmonics)).ravel())
@@ -213,6 +215,10 @@ def series_of(
         # The largest first: what is left of them leaks into others where phases are not even.
         lowest_power = max(price * noise**2, _LARGE * float(power[is_unused].max(initial=0.0)))
         new = all_of[is_unused & (power > lowest_power)]
+        if new.size == 0 and not is_whole and harmonics.size >= _MANY:
+            # Of a triangle or a trapezoid: those that do not stand out by themselves do together.
+            is_odd = bool(np.all(harmonics % 2 == 1))
+            new, is_whole = all_of[is_unused & ((all_of % 2 == 1) | (not is_odd))], True
         if new.size == 0:
             break
         harmonics = np.sort(np.concatenate((harmonics, new)))

@@ -1,0 +1,73 @@
+"""Triangle and trapezoid drives: the law does not know rate, so they identify as a sine does.
+
+The closed loops are those of one sphere by hand (Mindlin); nothing of the package makes them.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import microslip as ms
+from microslip.identification import fold
+
+Floats = NDArray[np.float64]
+FRICTION, LOAD, SLIP = 0.5, 100.0, 2e-6
+
+
+def backbone(u: Floats) -> Floats:
+    return FRICTION * LOAD * (1.0 - (1.0 - np.clip(u / SLIP, 0.0, 1.0)) ** 1.5)
+
+
+def drive(turn: Floats, cut: float) -> Floats:
+    """A triangle of unit amplitude, its tips cut off as with ``cut`` more of it."""
+    part = np.mod(turn, 1.0)
+    shape = np.where(part < 0.5, 1.0 - 4.0 * part, 4.0 * part - 3.0)
+    return np.clip((1.0 + cut) * shape, -1.0, 1.0)
+
+
+def record(seed: int, amplitude: float, cut: float, noise: float) -> ms.Record:
+    rng = np.random.default_rng([seed, round(100.0 * cut)])
+    turn = np.arange(2460) / 200.3 + rng.uniform()
+    x = amplitude * drive(turn, cut)
+    top = float(backbone(np.array(amplitude)))
+    down = -2.0 * backbone(0.5 * (amplitude - x)) + top
+    up = 2.0 * backbone(0.5 * (amplitude + x)) - top
+    force = np.where(np.mod(turn, 1.0) < 0.5, down, up)
+    x = x + 0.3 * noise * amplitude * rng.normal(size=x.size)
+    force = force + noise * top * rng.normal(size=x.size)
+    return ms.Record(x, force, normal_load=LOAD, sample_rate=2000.0)
+
+
+@pytest.mark.parametrize("cut", [0.0, 0.3])
+@pytest.mark.parametrize("noise", [0.004, 0.01])
+def test_the_law_answers(cut: float, noise: float) -> None:
+    held = 0
+    for seed in range(4):
+        records = [
+            record(10 * seed + i, share * SLIP, cut, noise) for i, share in enumerate((0.4, 2.0))
+        ]
+        fit = ms.identify(
+            records, "sphere", rig_stiffness="rigid", held_back=0.0, intervals="curvature"
+        )
+        bins = sum(fold(one).phase.size for one in records)
+        assert fit.chi_squared / bins < 1.3
+        truths = {"friction_coefficient": FRICTION, "slip_limit": SLIP}
+        for name, truth in truths.items():
+            number = fit.parameters[name]
+            assert number.verdict == "identified"
+            assert number.value == pytest.approx(truth, rel=5e-3)
+            held += number.low <= truth <= number.high
+    assert held >= 6
+
+
+def test_a_sine_keeps_its_few_harmonics() -> None:
+    turn = np.arange(2460) / 200.3
+    x = np.cos(2.0 * math.pi * turn) + 0.05 * np.cos(6.0 * math.pi * turn)
+    rng = np.random.default_rng(1)
+    x = 1e-6 * (x + 0.001 * rng.normal(size=x.size))
+    folded = fold(ms.Record(x, 1e7 * x, sample_rate=2000.0))
+    assert folded.harmonics.tolist() == [1, 3]

@@ -166,7 +166,6 @@ class Cycles:
         """What is to be said of the record, where these cycles count."""
         return [
             *self.blocks.notes,
-            *self.count.notes,
             *self._left_out(),
             *counting.notes,
             *self.excess_loss,

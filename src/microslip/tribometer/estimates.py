@@ -77,7 +77,7 @@ def dependence_of(values: Floats, fitted_count: int = 1) -> Dependence:
     """How much less the mean of a series tells than that of independent values.
 
     The integrated autocorrelation of a first-order process, of the values and, as noise may hide
-    it, of the means of blocks of 2, 4, 8, ... of them; the largest counts. The estimate of the
+    it, of the means of blocks of 4, 16, ... of them; the largest counts. The estimate of the
     correlation is freed of its bias by a mean that was taken off (Marriott and Pope 1954, DOI
     10.1093/biomet/41.3-4.390); ``fitted_count`` coefficients were fitted in all.
     """
@@ -106,7 +106,7 @@ def dependence_of(values: Floats, fitted_count: int = 1) -> Dependence:
             if variance > largest.factor * white:
                 freedom = min(max(2, int(1.0 / share - 1.0)), size - fitted_count)
                 largest = Dependence(variance / white, freedom)
-        length *= 2
+        length *= 4
     return largest
 
 

@@ -268,7 +268,7 @@ def measure(
         columns = columns_of(record, 1.0 / rig_stiffness)
         _refuse_soft(rig_stiffness, x, columns["force_amplitude"], blocks)
         x = x - force / rig_stiffness
-    notes = [*record.notes, *judged.notes(counting)]
+    notes = [*record.notes, *judged.count.notes, *judged.notes(counting)]
     if float(np.median(columns["dissipated_energy"])) < 0.0:
         notes.append(
             "the dissipated energy is negative: the force has the opposite sign (reading "

@@ -287,7 +287,7 @@ def test_without_a_load() -> None:
         (lambda: ms.measure(3), "record must be a Record, got 3; "  # type: ignore[arg-type]
          "write Record(displacement, force) or Record.read(path)"),
         (lambda: ms.measure(RECORD, confidence=1.0),
-         "confidence must be a number above 0 and below 1 such as 0.95, got 1"),
+         "confidence must be in (0, 1), got 1"),
         (lambda: ms.measure(RECORD, rig_stiffness=-1.0),
          "rig_stiffness must be above zero [N/m], got -1"),
         (lambda: ms.measure(SOFT, rig_stiffness=40.0),
@@ -506,7 +506,7 @@ def test_command_speaks_in_options_and_names_the_file(folder: Path) -> None:
     assert "(reading with --turn turns it)" in turned
     for options, message in (
         (("--unit", "force=m"), 'run.csv: force: column "force [N]": wanted a unit'),
-        (("--sample-rate", "-1"), "--sample-rate: wanted a number above 0 such as 200, got -1"),
+        (("--sample-rate", "-1"), "--sample-rate: wanted a number above zero such as 200, got -1"),
         (
             ("--confidence", "2"),
             "--confidence: wanted a number above 0 and below 1 such as 0.95, got 2",

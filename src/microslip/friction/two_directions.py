@@ -222,7 +222,7 @@ class IsotropicJoint(Locked):
 
         Without a number of ``nodes`` [-] there is one, without an axis of its own. With
         ``energies`` it counts what is dissipated, which takes its time. With the ``arrays`` that
-        ``to_arrays`` of a state gave [m, J] it goes on as that would.
+        ``to_arrays`` of a state gave [m, J], shapes there, it goes on as that would.
         """
         if nodes is not None:
             whole_number("nodes", nodes, 1, _MOST_IN_STATE // self._bank.tops.size)

@@ -611,10 +611,10 @@ def test_profiles_are_the_law(joint) -> None:
     for share in (0.0, 1e-12, 3e-5, 0.1, 0.9, 2.0, 7.0, 1e4):
         width = np.full(d.size, share * length)
         drop = np.empty(d.size)
-        kernels.active.drops(d, width, drop, *profile.arguments)
+        kernels.compiled.drops(d, width, drop, *profile.arguments)
         np.testing.assert_allclose(drop, coupling.drop(d, width), rtol=1e-13, atol=0)
     load, fall = np.empty(d.size), np.empty(d.size)
-    kernels.active.loads(d, load, fall, *profile.arguments)
+    kernels.compiled.loads(d, load, fall, *profile.arguments)
     np.testing.assert_allclose(load, coupling.load(d)[0], rtol=1e-13)
     wanted = -joint.surface._derivative(d + joint.separation, 1)
     np.testing.assert_allclose(fall, wanted, rtol=1e-13)

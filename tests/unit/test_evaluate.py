@@ -203,7 +203,7 @@ def test_buffers_too_short_are_refused() -> None:
         (five, five, five, bends, tails[1:]),
     ):
         with pytest.raises(ValueError, match="too short"):
-            kernels.active.cycle_energies(*call, np.ones(4), *profile.arguments)
+            kernels.compiled.cycle_energies(*call, np.ones(4), *profile.arguments)
 
 
 def test_xarray_and_dask() -> None:

@@ -51,11 +51,11 @@ def _own_nodes(order: Order, count: int) -> None:
     """Refuse so many nodes from the first number on where they are nodes that a patch joins."""
     first, end = order.first_number, order.first_number + count
     joined = {node for patch in order.patches for node in patch.nodes}
-    taken = sorted(node for node in joined if first <= node < end)
-    if taken:
+    made_anew = sorted(node for node in joined if first <= node < end)
+    if made_anew:
         raise InputError(
             f"`first_number` must leave the nodes of the mesh alone: {order.kind} adds nodes "
-            f"{first} to {end - 1}, and the joint lies between {', '.join(map(str, taken))}; "
+            f"{first} to {end - 1}, and the joint lies between {', '.join(map(str, made_anew))}; "
             f"for example first_number={max(joined) + 1}"
         )
 

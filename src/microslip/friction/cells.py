@@ -112,8 +112,8 @@ def _range_knots(law: BackboneLaw, rungs: int, smallest: float, largest: float) 
     low, top = smallest, largest
     for _ in range(60):  # sliders that yield further out bear less of the limit than is missed
         middle = math.sqrt(low * top)
-        held = 0.25 * float(law._energy_slope(np.array([middle]))[0])
-        few = law.force_limit - held < _LEFT_OUT * height * height * law.force_limit
+        yielded = 0.25 * float(law._energy_slope(np.array([middle]))[0])
+        few = law.force_limit - yielded < _LEFT_OUT * height * height * law.force_limit
         low, top = (low, middle) if few else (middle, top)
     end = min(1.000001 * top, largest)
 

@@ -94,10 +94,13 @@ class JointForce(HystereticForce):  # type: ignore[misc]
         coefficients = np.asarray(U, dtype=float)
         numbers = [int(number) for number in np.asarray(h).tolist()]
         local = self.Q @ coefficients.reshape((self.Q.shape[1], -1), order="F")
-        force = np.zeros_like(coefficients)
-        jacobian = np.zeros((coefficients.size, coefficients.size))
-        for i, motion in enumerate(local):
+        n, count = self.Q.shape[1], local.shape[1]
+        force, jacobian = np.zeros((count, n)), np.zeros((count, n, count, n))
+        for i, motion in enumerate(local):  # a row touches few displacements: only their entries
             harmonics = self.law.harmonics(motion, numbers, self.rest[i])
-            force += np.kron(harmonics.force, self.T[:, i])
-            jacobian += np.kron(harmonics.jacobian, np.outer(self.T[:, i], self.Q[i]))
+            to, of = np.flatnonzero(self.T[:, i]), np.flatnonzero(self.Q[i])
+            force[:, to] += np.outer(harmonics.force, self.T[to, i])
+            block = np.einsum("ab,j,k->ajbk", harmonics.jacobian, self.T[to, i], self.Q[i, of])
+            jacobian[:, to[:, None], :, of] += block.transpose(1, 3, 0, 2)
+        force, jacobian = force.ravel(), jacobian.reshape(coefficients.size, -1)
         return force, jacobian, np.zeros_like(coefficients)

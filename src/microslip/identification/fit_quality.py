@@ -273,7 +273,7 @@ def _by_compliance(problem: Problem, q: Floats) -> Floats:
         answer = problem.in_series(problem.model, number, group, values, 1.0 / outer[group.rig])
         by[group.places] = answer[3]
     by *= problem.sign
-    kernels.active.accumulate(problem.parent, by, np.zeros(1))
+    kernels.compiled.accumulate(problem.parent, by, np.zeros(1))
     return problem.to_bins(by)
 
 

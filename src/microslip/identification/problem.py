@@ -187,7 +187,7 @@ class Problem:
         if isinstance(self.model, BackboneModel):
             for row in (force, *by):
                 row *= self.sign
-                kernels.active.accumulate(self.parent, row, np.zeros(1))
+                kernels.compiled.accumulate(self.parent, row, np.zeros(1))
         return force, stiffness, by
 
     def _answer(
@@ -438,7 +438,7 @@ class Problem:
             parts.append(rise(v, values, group.load) * (1.0 - compliance * stiffness))
         rows = np.ascontiguousarray(np.hstack(parts)) * self.sign
         for row in rows:
-            kernels.active.accumulate(self.parent, row, np.zeros(1))
+            kernels.compiled.accumulate(self.parent, row, np.zeros(1))
         return np.asarray(self.to_bins(rows))
 
     @property
@@ -480,7 +480,7 @@ class Problem:
         local = stiffness[self.starts[at] : self.starts[at + 1]]
         rise = local * (moves - moves[:, above])
         for row in rise:
-            kernels.active.accumulate(cycle.parent, row, np.zeros(1))
+            kernels.compiled.accumulate(cycle.parent, row, np.zeros(1))
         return self.to_own_bins(at, rise)
 
     def to_own_bins(self, at: int, rows: Floats) -> Floats:

@@ -13,8 +13,17 @@ from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
-from microslip.kernels.layout import MOMENT_TERMS, PROFILE_TERMS, TERMS, Floats, Integers
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+TERMS = 12
+"""Coefficients of a panel of a table."""
+PROFILE_TERMS = 14
+"""Coefficients of a panel of a load curve."""
+RULES = ((0.05, 4), (1.0, 8), (16.0, 16))
+"""Rules for what slip loses: for pieces of so many panels at most, so many nodes each."""
 
 try:
     compiled: Any = import_module("microslip.kernels._compiled")
@@ -27,14 +36,13 @@ if (compiled.TERMS, compiled.PROFILE_TERMS) != (TERMS, PROFILE_TERMS):
     raise ImportError("the compiled kernel is older than the package: install microslip again")
 
 __all__ = [
-    "MOMENT_TERMS",
     "NAME",
     "PROFILE_TERMS",
+    "RULES",
     "TERMS",
     "Curve",
     "Floats",
     "Integers",
-    "active",
     "compiled",
     "curve_arguments",
     "gaussian_moment",
@@ -44,8 +52,6 @@ __all__ = [
 
 NAME = "compiled"
 """What results call it that it computed."""
-
-active = compiled
 
 
 class Curve(Protocol):

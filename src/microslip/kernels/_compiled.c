@@ -51,14 +51,6 @@ static const Kernel kernels[] = {
      "record closes, in the order of time; the stack is used up."},
     {"accumulate", "iAa", "", run_accumulate, 0,
      "accumulate(parent, rise, base): turns rises over parents into values, down the tree."},
-    {"step_front", "ddandd", "nddn", run_step_front, 1,
-     "step_front(separation, place, stack, depth, last_separation, last_place) -> depth, front, D, "
-     "kind"},
-    {"diagram", "aaAAAIIAIndd", "nndd", run_diagram, 0,
-     "diagram(separation, place, base, width, density, parent, top, stack, codes, depth, "
-     "last_separation, last_place) -> depth, rows, last_separation, last_place"},
-    {"trace", "aaAAIIAI", "", run_trace, 0,
-     "trace(separation, place, front, density, kind, parent, stack, codes)"},
     {"loads", "aAA?C", "", run_loads, 0, "loads(separation, N, -N' or None, *curve)"},
     {"drops", "aaAC", "", run_drops, 0, "drops(base, width, N(b) - N(b + w), *curve)"},
     {"excesses", "aaAP", "", run_excesses, 0,

@@ -13,7 +13,7 @@ import numpy as np
 from microslip import kernels
 from microslip._core.checks import Floats
 from microslip._core.frozen import Locked, lock
-from microslip.kernels.layout import RULES
+from microslip.kernels import RULES
 from microslip.kernels.table import NODES, TO_POWERS, TO_SERIES
 from microslip.numerics.quadrature import gauss_legendre
 
@@ -143,7 +143,7 @@ class Profile(Locked):
     def load(self, separation: Floats) -> Floats:
         """N at separations (one-dimensional)."""
         value = np.empty(separation.size)
-        kernels.active.loads(separation, value, None, *self.arguments)
+        kernels.compiled.loads(separation, value, None, *self.arguments)
         return value
 
     @cached_property
@@ -166,7 +166,7 @@ class Profile(Locked):
             d = np.interp(flat, heights[::-1] - start, grid[::-1])
             value, fall = np.empty(d.size), np.empty(d.size)
             for _ in range(4):
-                kernels.active.loads(d, value, fall, *self.arguments)
+                kernels.compiled.loads(d, value, fall, *self.arguments)
                 d = np.clip(d + (np.log(value) - start - flat) * value / fall, self.low, self.high)
             series = d.reshape(x.shape) @ TO_SERIES
             length = (value / fall).reshape(x.shape).min(axis=1)
@@ -179,5 +179,5 @@ class Profile(Locked):
     def separations(self, load: Floats) -> Floats:
         """Separations of loads (one-dimensional) within :attr:`span`."""
         result = np.empty(load.size)
-        kernels.active.separations(load, result, *self.arguments, *(self._inverse or ()))
+        kernels.compiled.separations(load, result, *self.arguments, *(self._inverse or ()))
         return result

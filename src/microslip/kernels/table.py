@@ -93,17 +93,17 @@ class Table(Locked):
         flat = np.ascontiguousarray(u, dtype=float).reshape(-1)
         out = np.empty_like(flat)
         with np.errstate(over="ignore"):  # what lies beyond all numbers lies past the end
-            kernels.active.evaluate(flat, out, None, *self.arguments)
+            kernels.compiled.evaluate(flat, out, None, *self.arguments)
         return out.reshape(np.shape(u))
 
     def value_and_slope(self, u: Floats) -> tuple[Floats, Floats]:
         """The function and its derivative at ``u``, of any shape."""
         flat = np.ascontiguousarray(u, dtype=float).reshape(-1)
         out, slope = np.empty_like(flat), np.empty_like(flat)
-        kernels.active.evaluate(flat, out, slope, *self.arguments)
+        kernels.compiled.evaluate(flat, out, slope, *self.arguments)
         return out.reshape(np.shape(u)), slope.reshape(np.shape(u))
 
     def at(self, u: float) -> tuple[float, float]:
         """The function and its derivative at one place."""
-        pair: tuple[float, float] = kernels.active.evaluate_one(u, *self.arguments)
+        pair: tuple[float, float] = kernels.compiled.evaluate_one(u, *self.arguments)
         return pair

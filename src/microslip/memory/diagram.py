@@ -24,7 +24,6 @@ from microslip import kernels
 from microslip._core.checks import Floats
 from microslip.errors import InputError
 from microslip.kernels.profile import LOSS_RULES
-from microslip.kernels.rows import push
 from microslip.memory.saved import check_whole
 
 if TYPE_CHECKING:
@@ -147,7 +146,7 @@ class Diagram:
     def move(self, step: Step) -> None:
         """Go along a probed step."""
         stack, values = self._reserve(1)
-        depth = push(
+        depth = _push(
             stack, values, step.depth, step.separation, step.front, step.density, step.kind,
             step.value, step.outer, self.place,
         )  # fmt: skip
@@ -242,3 +241,28 @@ class Ledger:
             self._begin = diagram.copy()
             self._separations, self._displacements, self._pending = [], [], 0
         return self.total
+
+
+def _push(
+    stack: Floats,
+    values: Floats,
+    depth: int,
+    separation: float,
+    front: float,
+    density: float,
+    kind: int,
+    value: float,
+    outer: float,
+    last_place: float,
+) -> int:
+    """Make a step the diagram; returns how many rows it has then."""
+    beyond = 0.0
+    if depth:
+        end, old, outer_integral = stack[depth - 1].tolist()
+        beyond = old * (end - front) + outer_integral
+        values[depth - 1] = outer
+    if front > separation:
+        stack[depth] = front, density, last_place if kind == 0 else beyond
+        values[depth] = value
+        depth += 1
+    return depth

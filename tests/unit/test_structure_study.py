@@ -183,10 +183,19 @@ def test_a_fit_tells_what_the_test_knows(folder: Path) -> None:
     result = ms.Study.from_toml(text, folder=folder).run()
     told = document(result)
     (section,) = [s for s in told.sections if s.title == "Fitted to the test"]
-    table, verdicts = section.blocks
+    table, verdicts, compared = section.blocks
     assert [row[0] for row in table.rows] == ["Friction coefficient", "Base damping ratio"]
     assert verdicts.caption.startswith("Friction coefficient and base damping ratio correlate by")
+    assert result.structure is not None
+    assert result.structure.identified is not None
+    (curve,) = result.structure.identified.curves
+    np.testing.assert_allclose([row[4] for row in compared.rows], curve.damping_ratio)
+    for panel in curve_plot(result.structure).panels:
+        dotted = panel.items[-1]
+        np.testing.assert_allclose(dotted.x, [1.0, 10.0])
+        assert dotted.dash
     found = result.summary["structure"]["identified"]
+    assert found["curves"][0]["modal_frequency"] == curve.frequency.tolist()
     assert set(found["values"]) == {"friction_coefficient", "base_damping_ratio"}
     low, high = found["intervals"]["base_damping_ratio"]
     assert low < found["values"]["base_damping_ratio"] < high

@@ -32,7 +32,7 @@ from microslip.results.structure.pictures import (
     slip_plot,
 )
 from microslip.runs.structure_prediction import Bands, Mode, StructurePrediction
-from microslip.structures import Convergence, ModalIdentification
+from microslip.structures import Convergence, ModalCurve, ModalIdentification, ModalTest
 
 _PATCH = ("x", "y", "area", "gap", "normal_load")
 FIGURES = ("modal_curves", "pressure_map", "slip_map", "loss_map", "mode_shapes")
@@ -77,7 +77,7 @@ def sections(prediction: StructurePrediction) -> tuple[Section, ...]:
     if ranking:
         parts.append(Section("What decides", tuple(ranking)))
     if prediction.identified is not None:
-        parts.append(_fitted(prediction.identified))
+        parts.append(_fitted(prediction, prediction.identified))
     parts.append(Section("Structure in figures", pictures(prediction), brief=False))
     return tuple(parts)
 
@@ -85,12 +85,13 @@ def sections(prediction: StructurePrediction) -> tuple[Section, ...]:
 def pictures(prediction: StructurePrediction) -> tuple[Picture, ...]:
     """The figures."""
     markers = " Markers are the tests." if prediction.tests else ""
+    fitted = " Dotted: fitted to them." if prediction.identified is not None else ""
     bands = " Shaded: 5 to 95 % of what is not known." if prediction.inputs else ""
     figures = {
         "modal_curves": (
             curve_plot,
             "Frequency and damping ratio of each mode against the displacement amplitude at the "
-            f"sensor, by balance of harmonics; dashed: quasi-static.{bands}{markers}",
+            f"sensor, by balance of harmonics; dashed: quasi-static.{bands}{markers}{fitted}",
             "Frequency and damping of the modes against amplitude",
         ),
         "pressure_map": (
@@ -177,6 +178,15 @@ def _identified(identified: ModalIdentification) -> dict[str, Any]:
         "intervals": {name: list(ends) for name, ends in identified.intervals.items()},
         "correlation": identified.correlation.tolist(),
         "misfit": plain(identified.misfit),
+        "curves": [
+            {
+                "mode": curve.index + 1,
+                "amplitude": plain(curve.amplitude),
+                "modal_frequency": plain(curve.frequency),
+                "modal_damping_ratio": plain(curve.damping_ratio),
+            }
+            for curve in identified.curves
+        ],
         "verdicts": [v.word for v in identified.verdicts],
     }
 
@@ -284,7 +294,7 @@ _FITTED = {
 }
 
 
-def _fitted(identified: ModalIdentification) -> Section:
+def _fitted(prediction: StructurePrediction, identified: ModalIdentification) -> Section:
     """What the test says of the joint, and what it does not."""
     listed = (
         Column("parameter", "Parameter"),
@@ -297,10 +307,27 @@ def _fitted(identified: ModalIdentification) -> Section:
         for name, value in identified.values.items()
     )
     table = Table("Fitted to the test", listed, rows, noun="parameters")
-    return Section(
-        "Fitted to the test",
-        (table, Verdicts(identified.verdicts, caption=_strongest_correlation(identified))),
-    )
+    verdicts = Verdicts(identified.verdicts, caption=_strongest_correlation(identified))
+    compared = (_compared(*pair) for pair in zip(prediction.tests, identified.curves, strict=True))
+    return Section("Fitted to the test", (table, verdicts, *compared))
+
+
+_COMPARED = (
+    Column("amplitude", "Amplitude at the sensor", "m", 3, short="amplitude"),
+    Column("test_frequency", "Frequency, test", "Hz", write=lambda f: f"{f:.5g}"),
+    Column("fitted_frequency", "fitted", "Hz", write=lambda f: f"{f:.5g}"),
+    Column("test_damping_ratio", "ζ, test", "", write=cells.ratio),
+    Column("fitted_damping_ratio", "ζ, fitted", "", write=cells.ratio),
+)
+
+
+def _compared(test: ModalTest, curve: ModalCurve) -> Table:
+    """A test beside the curve that was fitted to it."""
+    columns = (
+        test.amplitude, test.frequency, curve.frequency, test.damping_ratio, curve.damping_ratio
+    )  # fmt: skip
+    rows = tuple(zip(*(plain(column) for column in columns), strict=True))
+    return Table(f"Fitted curve of mode {test.mode + 1}", _COMPARED, rows, noun="amplitudes")
 
 
 def _strongest_correlation(identified: ModalIdentification) -> str:

@@ -61,7 +61,16 @@ def curve_plot(prediction: StructurePrediction) -> Plot:
         for panel, name in panels:
             panel.marks(test.amplitude / unit, values(prediction.modes[index], test, name), color)
         legend.append(Entry(f"test of mode {test.mode + 1}", color, marker="o", line=False))
+    fitted = () if prediction.identified is None else prediction.identified.curves
+    for curve in fitted:
+        index = [mode.number for mode in prediction.modes].index(curve.index + 1)
+        order = np.argsort(curve.amplitude, kind="stable")
+        for panel, name in panels:
+            y = values(prediction.modes[index], curve, name)[order]
+            panel.line(curve.amplitude[order] / unit, y, look_of(index).color, dash=DOTTED)
     legend.append(Entry("quasi-static", COLORS[0], DASHED))
+    if fitted:
+        legend.append(Entry("fitted to the tests", COLORS[0], DOTTED))
     plot = stacked([upper, lower], 6.2, (1.0, 1.3))
     plot.legend = tuple(legend)
     return plot

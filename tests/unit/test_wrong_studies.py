@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 from typing import Any
 
@@ -286,6 +287,25 @@ def test_the_first_of_several_errors_is_named_and_the_others_counted() -> None:
         'joint.toml: material.al.young_modulus: wanted a pressure such as "69 GPa", '
         'got "69" (no unit) (and 3 more errors)'
     )
+
+
+def test_a_flood_of_keys_is_refused_at_once() -> None:
+    keys = "".join(f"key_{i} = 1\n" for i in range(400_000))
+    names = "".join(f"m{i} = {{ rigid = true }}\n" for i in range(50_000))
+    begin = time.process_time()
+    for text, start, end in (
+        (f"{keys}{STUDY}", "key_0: unknown key; ", "(and 399999 more errors)"),
+        (
+            f"{edited((MATERIAL, ''))}\n[material]\n{names}",
+            "material: wanted at most 1000 names",
+            "50000",
+        ),
+    ):
+        with pytest.raises(ms.StudyError) as caught:
+            ms.Study.from_toml(text, "joint.toml")
+        message = str(caught.value).removeprefix("joint.toml: ")
+        assert (message.startswith(start), message.endswith(end)) == (True, True)
+    assert time.process_time() - begin < 20.0  # without a limit on hints it is minutes
 
 
 def test_an_empty_study_is_told_how_to_begin(tmp_path: Path) -> None:

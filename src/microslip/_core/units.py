@@ -203,8 +203,8 @@ def with_one_unit(texts: Sequence[str]) -> tuple[str, ...]:
     units = [match[2].strip() if match else "" for match in matches]
     unit = next(filter(None, units), "")
     return tuple(
-        f"{text.strip()} {unit}".strip() if match and not own else text.strip()
-        for text, match, own in zip(texts, matches, units, strict=True)
+        f"{text.strip()} {unit}".strip() if match and not its_unit else text.strip()
+        for text, match, its_unit in zip(texts, matches, units, strict=True)
     )
 
 

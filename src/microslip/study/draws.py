@@ -215,9 +215,9 @@ def check_draws(study: StudyDescription) -> None:
     refused: list[KeyedError] = []
     points = np.concatenate(design.points())
     for scores in design.scores(points):
-        drawn = with_values(study, design.values(ndtr(scores)))
+        draw = with_values(study, design.values(ndtr(scores)))
         try:
-            check(drawn)
+            check(draw)
         except KeyedError as error:
             refused.append(error)
     if refused:

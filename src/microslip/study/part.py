@@ -28,6 +28,7 @@ from microslip.study.readers import (
     Reading,
 )
 
+_MOST_HINTS = 100  # unknown keys of a table that are held to those that it has
 _CLAUSE_ENDS = re.compile(r"[,;:.](?: |$)")
 
 
@@ -199,12 +200,14 @@ class Part:
         raw = cls.prepare(dict(raw_value), place)
         before = len(place.reading.errors)
         unknown = [name for name in raw if name not in cls.keys]
-        misspelt = {nearest(str(name), cls.keys) for name in unknown}
+        # Likenesses take their time; of so many keys none was a slip of the pen.
+        misspelt = {nearest(str(name), cls.keys) for name in unknown[:_MOST_HINTS]}
         values: dict[str, Any] = {}
 
         def refuse_unknown() -> None:
-            for name in unknown:
-                place.at(name).refuse(cls.unknown(str(name)))
+            for number, name in enumerate(unknown):
+                hint = cls.unknown(str(name)) if number < _MOST_HINTS else "unknown key"
+                place.at(name).refuse(hint)
 
         if not place.key:  # a misspelt table is what misses first
             refuse_unknown()

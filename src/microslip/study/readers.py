@@ -15,6 +15,7 @@ FAILED: Any = type("Failed", (), {"__repr__": lambda self: "FAILED"})()
 """Stands for a value that could not be read; why is noted."""
 
 T = TypeVar("T")
+_MOST_NAMES = 1000  # of one's own in a table
 
 
 class KeyedError(ValueError):
@@ -208,6 +209,8 @@ class Named(Reader):
         """The values by their names."""
         if not isinstance(raw_value, Mapping):
             raise ValueError(f"wanted a table such as {self.example}, got {show(raw_value)}")
+        if len(raw_value) > _MOST_NAMES:
+            raise ValueError(f"wanted at most {_MOST_NAMES} names, got {len(raw_value)}")
         values: dict[str, Any] = {}
         for name, value in raw_value.items():
             if not isinstance(name, str):

@@ -272,7 +272,7 @@ WRONG = {
     ("--fix", "slip_scale"): "--fix wants WHAT=..., such as force=..., got",
     ("--fix", "friction_coefficient=1 N"): "--fix: friction_coefficient is a plain number",
     ("--bound", "slip_scale=1 um"): '--bound wants slip_scale=LOW..HIGH, got "1 um"',
-    ("--bound", "slip_scale=2..1 um"): "with LOW below HIGH",
+    ("--bound", "slip_scale=2..1 um"): "LOW below HIGH",
     ("--rig-stiffness", "stiff"): '--rig-stiffness: wanted a stiffness such as "200 N/um"',
     ("--contact-area", "6 mm^2"): "--contact-area wants an area, its uncertainty and the load",
     ("--contact-area", "6 mm, 1 mm, 2 kN"): "--contact-area: wanted an area",

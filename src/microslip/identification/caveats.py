@@ -46,7 +46,6 @@ class Row(NamedTuple):
 _EVERY = "within the noise of the loops every value "
 _ANSWERS = " answers them ({confidence:%})"
 _NAME_RIGS = "name the rig of each record: `rigs=...`"
-_SETTLED = "more cycles, or a displacement measured closer to the contact"
 
 TABLE: Mapping[str, Row] = {
     # -- how the fit ended ----------------------------------------------------------------------

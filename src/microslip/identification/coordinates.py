@@ -12,7 +12,6 @@ from microslip._core.parameters import Parameter
 from microslip.errors import InputError
 
 RIG = "rig_stiffness"
-DELAY = "delay"
 AREA, RADIUS, DENSITY = "contact_area", "radius", "density"
 SUMMIT_DATA = (AREA, RADIUS, DENSITY)
 """What tells radius and density of the summits apart, each as a coordinate with its own error."""

@@ -27,6 +27,7 @@ unexport PYTHONDONTWRITEBYTECODE
 space := $(subst ,, )
 DEPS := $(VENV)/.deps-$(subst $(space),_,$(subst /,_,$(PYTHON)))
 READY := $(VENV)/.ready$(subst $(space),_,$(INSTALL))
+EXTRA := $(VENV)/.test
 DOCS := $(VENV)/.docs
 KERNEL := $(wildcard src/microslip/kernels/*.[ch])
 # An editable install sees edits of the Python sources by itself, a built one does not.
@@ -74,13 +75,14 @@ endif
 	@"$(PY)" -c "import microslip.kernels"
 	@touch "$@"
 
-# The packages of the documentation come on top of the others; most work needs none of them.
-$(DOCS): $(DEPS) requirements-docs.lock
-	@echo "Adding the packages of the documentation"
+# The packages of all extras, for the tests, and those of the documentation come on top of the others;
+# most work needs none of them.
+$(EXTRA) $(DOCS): $(VENV)/.%: $(DEPS) requirements-%.lock
+	@echo "Adding the packages of requirements-$*.lock"
 ifneq ($(UV),)
-	@"$(UV)" pip install --quiet --python "$(PY)" --compile-bytecode --require-hashes -r requirements-docs.lock
+	@"$(UV)" pip install --quiet --python "$(PY)" --compile-bytecode --require-hashes -r requirements-$*.lock
 else
-	@"$(PY)" -m pip install --quiet --quiet --require-hashes -r requirements-docs.lock
+	@"$(PY)" -m pip install --quiet --quiet --require-hashes -r requirements-$*.lock
 endif
 	@touch "$@"
 
@@ -89,17 +91,17 @@ install: $(READY)  ## make the environment and install the package into it
 demo: $(READY)  ## predict the milled Al 2017 joint; tables and figures go to demo/
 	@"$(VENV)/bin/microslip" predict examples/al2017.toml -o "$(DEMO)" --overwrite
 
-test: $(READY)  ## run the tests, but for the slow ones
+test: $(READY) $(EXTRA)  ## run the tests, but for the slow ones
 	@"$(PY)" -m pytest $(PYTEST_ARGS) $(TESTS)
 
-slow: $(READY)  ## run the slow tests
+slow: $(READY) $(EXTRA)  ## run the slow tests
 	@"$(PY)" -m pytest -m slow $(PYTEST_ARGS) $(TESTS) || { \
 	    code=$$?; [ $$code -eq 5 ] || exit $$code; echo "There are no slow tests."; }
 
 # make attack INPUTS=1000000 TABLE=docs/attack.md writes the table of the page
 INPUTS ?= 20000
 TABLE ?=
-attack: $(READY)  ## attack everything public with generated input
+attack: $(READY) $(EXTRA)  ## attack everything public with generated input
 	@cd tests && PYTHONPATH=../benchmarks:. OPENBLAS_NUM_THREADS=1 "$(abspath $(PY))" -m attack --inputs $(INPUTS) \
 	    $(if $(TABLE),--table $(abspath $(TABLE)))
 
@@ -138,10 +140,10 @@ bench: $(READY)  ## measure the speed
 reference: $(READY)  ## compute the reference numbers of the tests again (mpmath, slow)
 	@"$(PY)" tests/reference/make_reference.py
 
-validation: $(READY)  ## compare with everything there is, and write docs/validation.md
+validation: $(READY) $(EXTRA)  ## compare with everything there is, and write docs/validation.md
 	@OPENBLAS_NUM_THREADS=1 "$(PY)" tools/make_validation.py --page
 
-coverage: $(READY)  ## run the tests with branch coverage
+coverage: $(READY) $(EXTRA)  ## run the tests with branch coverage
 	@"$(PY)" -m coverage run -m pytest $(TESTS)
 	@"$(PY)" -m coverage report
 
@@ -157,17 +159,19 @@ dist: $(READY)  ## build the sdist, and from it the wheel, into dist/
 	@"$(PY)" -m build --no-isolation
 
 # One lock for every Python and platform, read by uv and by pip. LOCK_ARGS=--upgrade takes newer versions.
-# Every extra is in it but pyharm, which brings JAX and has an environment of its own.
+# Every extra is in that of the tests but pyharm, which brings JAX and has an environment of its own.
 EXTRAS := app dask nastran parquet scan tdms uff xarray zarr
 lock:  ## write the locks again
 	@uv="$(UV)"; if [ -z "$$uv" ]; then \
 	    [ -x .venv-lock/bin/uv ] || { "$(PYTHON)" -m venv .venv-lock && .venv-lock/bin/python -m pip install --quiet uv; }; \
 	    uv=.venv-lock/bin/uv; fi; \
 	extras="$(EXTRAS:%=--extra %)"; options="--universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-emit-find-links --quiet"; \
-	"$$uv" pip compile pyproject.toml --group dev $$extras $$options --custom-compile-command "make lock" \
+	"$$uv" pip compile pyproject.toml --group dev $$options --custom-compile-command "make lock" \
 	    $(LOCK_ARGS) --output-file requirements.lock && \
-	"$$uv" pip compile pyproject.toml --group dev --group docs $$extras $$options --custom-compile-command "make lock" \
-	    --constraints requirements.lock --output-file requirements-docs.lock && \
+	"$$uv" pip compile pyproject.toml --group dev $$extras $$options --custom-compile-command "make lock" \
+	    --constraints requirements.lock --output-file requirements-test.lock && \
+	"$$uv" pip compile pyproject.toml --group dev --group docs $$options --custom-compile-command "make lock" \
+	    --constraints requirements-test.lock --output-file requirements-docs.lock && \
 	"$$uv" pip compile --group compiler $$options --custom-compile-command "make lock" \
 	    --output-file requirements-compiler.lock
 

@@ -842,6 +842,21 @@ def test_displacements_beyond_all_joints_slide(joint) -> None:
     np.testing.assert_allclose(force, joint.force_limit * np.array([1, -1, 1]), rtol=1e-12)
 
 
+def test_records_longer_than_a_block_are_one_record() -> None:
+    """What no profile gives is asked for some thousand samples at a time."""
+    rng = np.random.default_rng(0)
+    x = reach_of(SPHERE) * rng.normal(size=9000)
+    load = SPHERE.normal_load * rng.uniform(0.5, 1.5, x.size)
+    state = SPHERE.start()
+    pieces = [
+        state.advance(x[i : i + 700], normal_load=load[i : i + 700]) for i in range(0, x.size, 700)
+    ]
+    np.testing.assert_allclose(
+        SPHERE.coupled_force(x, normal_load=load), np.concatenate(pieces),
+        rtol=0, atol=1e-12 * SPHERE.force_limit,
+    )  # fmt: skip
+
+
 def test_contact_lost_and_found() -> None:
     x = np.array([1e-7, 1e-7, 5e-7, 5e-7, 6e-7])
     force = SPHERE.coupled_force(x, normal_load=[10.0, 0.0, 0.0, 10.0, 10.0])

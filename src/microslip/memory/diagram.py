@@ -29,6 +29,7 @@ from microslip.memory.saved import check_whole
 if TYPE_CHECKING:
     from microslip.normal.load_curve import LoadCurve
 
+_BLOCK = 1 << 12  # samples of a record at a time
 _MAX_PENDING = 1024  # steps, before their losses are worked out together
 
 
@@ -86,13 +87,17 @@ class Diagram:
 
     def respond(self, separation: Floats, place: Floats, curve: LoadCurve) -> Floats:
         """Values T/mu at the samples (one-dimensional), after which the diagram is updated."""
-        result = np.empty(separation.size)
-        stack, values = self._reserve(separation.size)
-        depth, self.separation, self.place = kernels.compiled.coupled(
-            np.ascontiguousarray(separation), np.ascontiguousarray(place), result, stack, values,
-            *self._last, *curve.arguments(*self._reach(separation)),
-        )  # fmt: skip
-        self._store(stack, values, depth)
+        arguments, result = curve.arguments(*self._reach(separation)), np.empty(separation.size)
+        # A curve that no profile gives answers all questions of a call at once, which take room.
+        step = _BLOCK if len(arguments) == 1 else separation.size
+        d, x = np.ascontiguousarray(separation), np.ascontiguousarray(place)
+        for start in range(0, separation.size, step):
+            part = slice(start, start + step)
+            stack, values = self._reserve(d[part].size)
+            depth, self.separation, self.place = kernels.compiled.coupled(
+                d[part], x[part], result[part], stack, values, *self._last, *arguments
+            )
+            self._store(stack, values, depth)
         self.value = float(result[-1])
         return result
 

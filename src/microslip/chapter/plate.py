@@ -89,7 +89,7 @@ class Plate:
 
     def page(self, height: float) -> tuple[Figure, SubFigure]:
         """A page of this height [in], and the part of it above its assumptions, to draw on."""
-        figure = new_figure(height, "")
+        figure = new_figure(height)
         # Numbers stay with their names and units.
         text = re.sub(
             r" (=) |(?<=\d) (?=\S)", lambda m: "\xa0=\xa0" if m[1] else "\xa0", self.parameters

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -21,16 +20,13 @@ if TYPE_CHECKING:
 STYLE = Path(__file__).parents[1] / "style.mplstyle"
 FONT = "DejaVu Sans"
 DASHES = (0, (4, 2))
-_LONG_WORD = 50  # of the widest letter, W, so many fill the page
 
 
-def new_figure(height: float, title: str) -> Figure:
+def new_figure(height: float) -> Figure:
     """Page of the usual width and this height [in], with an Agg canvas."""
     width = float(matplotlib.rcParams["figure.figsize"][0])
     figure = Figure(figsize=(width, height))
     FigureCanvasAgg(figure)
-    if title:
-        figure.suptitle(_escaped(_folded(title)), wrap=True)
     return figure
 
 
@@ -53,16 +49,6 @@ def missing_glyphs(text: str) -> str:
     return "".join(c for c in dict.fromkeys(text) if not font.get_char_index(ord(c)))
 
 
-def _folded(text: str) -> str:
-    """Text whose words each fit on the page; matplotlib only breaks lines between words."""
-    return re.sub(rf"\S{{{_LONG_WORD}}}(?=\S)", r"\g<0>\n", text)
-
-
-def _escaped(text: str) -> str:
-    """Text in which a dollar sign is a dollar sign."""
-    return text.replace("$", r"\$")
-
-
 class _Powers(Formatter):
     """Labels of a log axis: 0.1, 1, 10 where these are short, else 10⁻⁶; never mixed.
 
@@ -77,10 +63,7 @@ class _Powers(Formatter):
 
 def log_scale(axes: Axes, direction: Literal["x", "y"]) -> None:
     """Make an axis of a panel logarithmic."""
-    if direction == "x":
-        axes.set_xscale("log")
-    else:
-        axes.set_yscale("log")
+    getattr(axes, f"set_{direction}scale")("log")
     side = axes.xaxis if direction == "x" else axes.yaxis
     side.set_major_formatter(_Powers())
     side.set_minor_formatter(_Powers())

@@ -148,8 +148,7 @@ def scatter(
     groups, size, inputs = points.shape
     scores = design.scores(points.reshape(-1, inputs))
     # Beside the samples, each input by itself: far out for the tornado, near for slopes.
-    far = np.full(inputs, _FAR)
-    near, _ = design.near()
+    far, (near, _) = np.full(inputs, _FAR), design.near()
     alone = np.concatenate([np.diag(reach) for reach in (-far, far, -near, near)])
     all_scores = np.concatenate([scores, alone])
     count = groups * size
@@ -194,7 +193,6 @@ def _has_errors(name: str, variable: Variable) -> bool:
 def _decisions(
     design: Design, stacks: Mapping[str, Floats], scores: Floats, count: int
 ) -> tuple[Decision, ...]:
-    inputs = len(design.inputs)
     _, ratios = design.near()
     decisions = []
     for name in RANKED:
@@ -204,7 +202,7 @@ def _decisions(
                 values = stack[:, load, amplitude]
                 with np.errstate(divide="ignore", invalid="ignore"):
                     logs = np.log(values)
-                low, high, before, after = logs[count:].reshape(4, inputs)
+                low, high, before, after = logs[count:].reshape(4, -1)
                 slopes = (after - before) * ratios
                 delta = math.sqrt(max(float(slopes @ design.correlation @ slopes), 0.0))
                 shares, explained = ranking(scores, logs[:count])

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
+import json
 import re
 import tempfile
-from collections.abc import Callable
+import zipfile
+from collections.abc import Callable, Iterator
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 
 import microslip as ms
@@ -58,7 +62,84 @@ def seeds() -> tuple[tuple[str, bytes, Callable[[Path], Any]], ...]:
         ("record.npz", packed.getvalue(), _read_arrays),
         ("scan.npy", array.getvalue(), lambda path: ms.Scan.read(path, pixel=1e-6, unit="m")),
         ("scan.xyz", grid.getvalue(), lambda path: ms.Scan.read(path, unit="m")),
+        *_binary_seeds(time, motion, force, heights),
     )
+
+
+def _binary_seeds(
+    time: Any, motion: Any, force: Any, heights: Any
+) -> Iterator[tuple[str, bytes, Callable[[Path], Any]]]:
+    """Sound files of the formats that other libraries write, those that are installed."""
+    from scipy import io as scipy_io
+    from scipy import sparse
+
+    with tempfile.TemporaryDirectory() as folder:
+        here = Path(folder)
+        columns = {"time": time, "displacement": motion, "force": force}
+        in_micrometres = {
+            "displacement": {"unit": "um", "data": motion * 1e6},
+            "force": {"unit": "N", "data": force},
+            "fs": 100.0,
+        }
+        scipy_io.savemat(here / "record.mat", in_micrometres)
+        scipy_io.savemat(here / "record4.mat", columns, format="4")
+        stiffness = sparse.csc_matrix(1e6 * np.array([[2.0, -1.0], [-1.0, 2.0]]))
+        scipy_io.savemat(here / "matrices.mat", {"M": np.diag([2.0, 3.0]), "K": stiffness})
+        (here / "record.json").write_text(
+            json.dumps({
+                "displacement [um]": (motion * 1e6).tolist(),
+                "force [N]": force.tolist(),
+                "sample_rate": 100.0,
+            })
+        )  # fmt: skip
+        with h5py.File(here / "record.h5", "w") as file:
+            for name, unit in (("time", "s"), ("displacement", "m"), ("force", "N")):
+                file[f"run/{name}"] = columns[name]
+                file[f"run/{name}"].attrs["units"] = unit
+            file["run/linked"] = h5py.SoftLink("/run/force")
+        with h5py.File(here / "scan.h5", "w") as file:
+            file["z"] = heights
+        parts = {f"K.{name}": getattr(stiffness, name) for name in ("data", "indices", "indptr")}
+        shape = np.array(stiffness.shape)
+        np.savez(here / "sparse.npz", M=np.diag([2.0, 3.0]), **parts, **{"K.shape": shape})
+        with contextlib.suppress(ModuleNotFoundError):
+            from nptdms import ChannelObject, TdmsWriter
+
+            with TdmsWriter(here / "record.tdms") as writer:
+                writer.write_segment([
+                    ChannelObject("run", "displacement", motion * 1e6, {"unit_string": "um"}),
+                    ChannelObject("run", "force", force, {"unit_string": "N"}),
+                ])  # fmt: skip
+        with contextlib.suppress(ModuleNotFoundError):
+            import pyarrow
+            from pyarrow import parquet
+
+            parquet.write_table(
+                pyarrow.table({"displacement [um]": motion * 1e6, "force [N]": force}),
+                here / "record.parquet",
+            )
+        for path in sorted(here.iterdir()):
+            read = {
+                "scan": _read_scan,
+                "record4": _read_arrays,
+                "matrices": ms.Structure.load,
+                "sparse": ms.Structure.load,
+            }
+            yield path.name, path.read_bytes(), read.get(path.stem, ms.Record.read)
+    yield "market/stiffness.mtx", MARKET, lambda path: ms.Structure.load(path.parent)
+
+
+def _read_scan(path: Path) -> ms.Scan:
+    return ms.Scan.read(path, "hdf5", pixel=1e-6, unit="m")
+
+
+_READERS: dict[str, Callable[[Path], Any]] = {
+    "scan": _read_scan,
+    "record4": _read_arrays,
+    "matrices": ms.Structure.load,
+    "sparse": ms.Structure.load,
+}
+MARKET = b"%%MatrixMarket matrix coordinate real symmetric\n2 2 3\n1 1 2e6\n2 1 -1e6\n2 2 2e6\n"
 
 
 def _read_arrays(path: Path) -> ms.Record:
@@ -155,12 +236,31 @@ def mutated(rng: Random, content: bytes) -> bytes:
     return content
 
 
+def mutant_of(rng: Random, name: str, content: bytes) -> bytes:
+    """A changed file; of an archive an entry half of the time, packed again around the change."""
+    if not name.endswith(".npz") or rng.integers(2):
+        return mutated(rng, content)
+    packed = io.BytesIO()
+    with zipfile.ZipFile(io.BytesIO(content)) as whole, zipfile.ZipFile(packed, "w") as archive:
+        names = whole.namelist()
+        chosen = names[rng.integers(len(names))]
+        for entry in names:
+            part = whole.read(entry)
+            archive.writestr(entry, mutated(rng, part) if entry == chosen else part)
+    return packed.getvalue()
+
+
 def attack_files(rng: Random, tally: Tally) -> None:
-    """Twenty mutants of one of the seeds."""
+    """Twenty mutants of one of the seeds, or two."""
     name, content, read = seeds()[rng.integers(len(seeds()))]
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, name)
-        for _ in range(20):
-            mutant = mutated(rng, content)
+        path.parent.mkdir(exist_ok=True)
+        if path.suffix == ".mtx":
+            (path.parent / "mass.mtx").write_bytes(MARKET)
+        # A child process parses these, and takes half a second.
+        slow = path.suffix in (".mat", ".mtx")
+        for _ in range(2 if slow else 20):
+            mutant = mutant_of(rng, name, content)
             path.write_bytes(mutant)
             tally.attempt(f"{name} {mutant[:40]!r}… of {len(mutant)}", lambda: read(path))

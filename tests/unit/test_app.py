@@ -5,8 +5,11 @@ from __future__ import annotations
 import asyncio
 import io
 import json
+import os
 import shutil
 import socket
+import subprocess
+import sys
 import threading
 import time
 import zipfile
@@ -22,6 +25,7 @@ import pytest
 import microslip as ms
 from microslip.app.jobs import Workspace, check_study, safe_name
 from microslip.app.preview import record_view
+from microslip.app.server import remove_abandoned
 from microslip.cli import main
 from microslip.cli.forms import COMMANDS, forms
 
@@ -164,6 +168,25 @@ def test_no_path_leads_anywhere(bench: Bench, path: str) -> None:
 )  # fmt: skip
 def test_names_of_files_are_ours(given: str, name: str) -> None:
     assert safe_name(given) == name
+
+
+def test_uploads_have_a_limit_together(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("microslip.app.server.LARGEST_UPLOADS", 1000)
+    sent = [bench.ask("POST", "/api/uploads?name=a.csv", bytes(400)) for _ in range(3)]
+    assert [status for status, _, _ in sent] == [200, 200, 413]
+    assert "all uploads together" in json.loads(sent[2][2])["error"]
+    assert sum(path.is_file() for path in bench.folder.rglob("*")) == 2
+
+
+@pytest.mark.skipif(os.name != "posix", reason="only there processes can be asked for safely")
+def test_what_a_killed_workbench_left_is_removed(tmp_path: Path) -> None:
+    ended = subprocess.run([sys.executable, "-c", "import os; print(os.getpid())"],
+                           capture_output=True, text=True, check=True).stdout.strip()  # fmt: skip
+    for name in (f"microslip-app-{ended}-x", f"microslip-app-{os.getpid()}-x", "microslip-app-x"):
+        (tmp_path / name / "runs").mkdir(parents=True)
+    remove_abandoned(tmp_path)
+    left = sorted(path.name for path in tmp_path.iterdir())
+    assert left == sorted([f"microslip-app-{os.getpid()}-x", "microslip-app-x"])
 
 
 NAMES_A_FILE = '[excitation]\nhistory = { file = "/etc/passwd", column = "x" }\n'

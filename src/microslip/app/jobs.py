@@ -56,9 +56,14 @@ class Upload:
     name: str
     path: Path
 
+    @property
+    def size(self) -> int:
+        """Bytes of the file."""
+        return self.path.stat().st_size if self.path.exists() else 0
+
     def summary(self) -> dict[str, Any]:
         """What the page knows of it."""
-        return {"id": self.id, "name": self.name, "size": self.path.stat().st_size}
+        return {"id": self.id, "name": self.name, "size": self.size}
 
 
 @dataclass

@@ -6,6 +6,7 @@ import asyncio
 import io
 import json
 import mimetypes
+import os
 import shutil
 import socket
 import tempfile
@@ -26,6 +27,8 @@ _FOLDER = Path(__file__).parent
 _ASSETS = {
     "/": "app.html", "/app.js": "app.js", "/app.css": "app.css", "/ticks.js": "../report/ticks.js",
 }  # fmt: skip
+LARGEST_UPLOADS = 4_000_000_000  # bytes of all files that one workbench takes
+_PREFIX = "microslip-app-"
 # A report has its own script and needs no more of this origin.
 _REPORT = "sandbox allow-scripts; frame-ancestors 'self'"
 _PICTURE = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
@@ -47,14 +50,22 @@ def build(workspace: Workspace, token: str, port: int) -> App:
         return FileResponse(path, media_type=mimetypes.guess_type(path.name)[0])
 
     async def upload(request: Request) -> Response:
+        room = LARGEST_UPLOADS - sum(other.size for other in workspace.uploads.values())
         place = workspace.place(request.query_params.get("name", "file"))
         try:
             with place.path.open("wb") as file:
                 async for chunk in request.stream():
+                    if (room := room - len(chunk)) < 0:
+                        raise InputError(
+                            f"all uploads together must be of at most {LARGEST_UPLOADS:.0e} "
+                            "bytes; begin the workbench anew for more files"
+                        )
                     file.write(chunk)
-        except ClientDisconnect:
+        except (ClientDisconnect, InputError) as error:
             workspace.uploads.pop(place.id)
             shutil.rmtree(place.path.parent, ignore_errors=True)
+            if isinstance(error, InputError):
+                return refusal(error, 413)
             raise
         return JSONResponse(place.summary())
 
@@ -180,6 +191,21 @@ def _archive(run: Run) -> bytes:
     return file.getvalue()
 
 
+def remove_abandoned(temporary: Path) -> None:
+    """Remove the files of workbenches that were killed: their folders bear their numbers."""
+    if os.name != "posix":  # elsewhere asking whether a process lives may end it
+        return
+    for folder in temporary.glob(f"{_PREFIX}*-*"):
+        number = folder.name.removeprefix(_PREFIX).partition("-")[0]
+        try:
+            if number.isdecimal() and folder.stat().st_uid == os.getuid():
+                os.kill(int(number), 0)
+        except ProcessLookupError:
+            shutil.rmtree(folder, ignore_errors=True)
+        except (OSError, OverflowError):
+            continue  # somebody else's, or gone meanwhile
+
+
 def serve(forms: Forms, port: int = 0, open_browser: bool = True, say: Any = print) -> None:
     """Serve the workbench to this machine until it is interrupted."""
     with needed_for("the workbench needs", "app"):
@@ -191,7 +217,8 @@ def serve(forms: Forms, port: int = 0, open_browser: bool = True, say: Any = pri
         listening.close()
         raise InputError(f"port {port} cannot be used: {error.strerror}") from None
     port, token = listening.getsockname()[1], token_urlsafe(32)
-    with tempfile.TemporaryDirectory(prefix="microslip-app-") as folder:
+    remove_abandoned(Path(tempfile.gettempdir()))
+    with tempfile.TemporaryDirectory(prefix=f"{_PREFIX}{os.getpid()}-") as folder:
         app = build(Workspace(Path(folder), forms), token, port)
         address = f"http://127.0.0.1:{port}/?token={token}"
         say(f"The workbench is at {address}\nIt ends with Ctrl-C, and its files with it.")

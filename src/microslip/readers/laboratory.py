@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 import warnings
 from collections.abc import Sequence
@@ -19,6 +20,8 @@ from microslip.readers.tables import Column, Table, refuse_long
 def tdms_table(path: Path) -> Table:
     """Channels such as "Log/Force", with the unit and rate that LabVIEW keeps."""
     nptdms = _library("nptdms", "TDMS", "npTDMS", "tdms")
+    # What it thinks of a damaged file, it also raises.
+    import_module("nptdms.log").log_manager.set_level(logging.CRITICAL)
     with decoded("TDMS file"), path.open("rb") as raw, nptdms.TdmsFile.open(raw) as file:
         channels = [
             (channel.group_name, channel.name, column)

@@ -133,6 +133,10 @@ def _read_scan(path: Path) -> ms.Scan:
     return ms.Scan.read(path, "hdf5", pixel=1e-6, unit="m")
 
 
+def _read_arrays(path: Path) -> ms.Record:
+    return ms.Record.read(path, units={"time": "s", "displacement": "m", "force": "N"})
+
+
 _READERS: dict[str, Callable[[Path], Any]] = {
     "scan": _read_scan,
     "record4": _read_arrays,
@@ -140,10 +144,6 @@ _READERS: dict[str, Callable[[Path], Any]] = {
     "sparse": ms.Structure.load,
 }
 MARKET = b"%%MatrixMarket matrix coordinate real symmetric\n2 2 3\n1 1 2e6\n2 1 -1e6\n2 2 2e6\n"
-
-
-def _read_arrays(path: Path) -> ms.Record:
-    return ms.Record.read(path, units={"time": "s", "displacement": "m", "force": "N"})
 
 
 STUDY = """schema = 1

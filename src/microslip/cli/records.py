@@ -12,6 +12,7 @@ import click
 from microslip._core.units import VOLUME
 from microslip._core.wording import plural
 from microslip.cli.options import Command, Decorator, offers, option, quantity
+from microslip.readers.files import LIMIT
 from microslip.tribometer import options
 
 if TYPE_CHECKING:
@@ -41,6 +42,7 @@ class Reading(NamedTuple):
     rows: str | None
     cutoff: float | None
     drift: bool
+    limit: int
 
     def read(self, path: str, index: int = 0) -> Record:
         """Read one file, the so many-th."""
@@ -61,6 +63,7 @@ class Reading(NamedTuple):
             calibration=pairs("calibration", self.calibration) or None,
             zero=pairs("zero", self.zero) or None,
             rows=slice_of("--rows", self.rows),
+            limit=self.limit,
         )
         if self.cutoff is None and not self.drift:
             return record
@@ -84,7 +87,7 @@ def reads(many_loads: bool = False) -> Decorator:
             return command(reading=Reading(**fields), **arguments)
 
         decorated = offers(*options.SCALING, multiple=True)(read)
-        decorated = offers(options.ROWS, options.CUTOFF, options.DRIFT)(decorated)
+        decorated = offers(options.ROWS, options.CUTOFF, options.DRIFT, LIMIT)(decorated)
         decorated = offers(options.FREQUENCY, options.CYCLE_NUMBER, options.TURN)(decorated)
         decorated = offers(options.TIME, options.SAMPLE_RATE)(decorated)
         decorated = offers(load, **({"multiple": True} if many_loads else {}))(decorated)

@@ -16,12 +16,20 @@ from contextvars import ContextVar
 from pathlib import Path
 
 from microslip._core.files import reason
+from microslip._core.parameters import option
 from microslip._core.wording import did_you_mean, shorten, show
 from microslip.errors import InputError
 
 _HEAD = 1024
 POINTS = 100_000_000
 """Numbers that a file may hold unless more are allowed: 0.8 GB."""
+LIMIT = option(
+    "limit",
+    "Numbers that a file may hold; one that declares more is refused before it is read.",
+    int,
+    default=POINTS,
+    least=1,
+)
 _limit: ContextVar[int] = ContextVar("limit", default=POINTS)
 
 # What else is brought, and what to do with it.

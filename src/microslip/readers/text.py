@@ -26,6 +26,7 @@ from microslip.readers.dialect import (
     split,
     with_hyphen,
 )
+from microslip.readers.files import refuse_beyond
 from microslip.readers.tables import Column, Stated, Table
 
 MAX_BYTES = 4_000_000_000
@@ -90,6 +91,7 @@ class TextFile(NamedTuple):
 
     def load(self, places: Sequence[int]) -> list[Floats]:
         """Values of the columns at these places, NaN where there is no number."""
+        refuse_beyond(self.most_rows, len(set(places)))
         sorted_places = sorted(set(places))
         values = self.matrix(sorted_places)
         return [np.ascontiguousarray(values[:, sorted_places.index(place)]) for place in places]

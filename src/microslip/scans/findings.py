@@ -92,6 +92,7 @@ class Request:
             reading["channel"] = int(channel)
         for name in ("unit", "pixel"):
             reading[name] = single_value(reading[name])
+        reading = {name: value for name, value in reading.items() if value is not None}
         path = scans[0] if scans else Path()
         return cls(path, cutoff_given=cutoff_given, reading=reading, **options)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from microslip._core.parameters import REQUIRED, option
 from microslip._core.units import ANGLE, AREA, FORCE, LENGTH
+from microslip.readers.files import LIMIT
 
 LEVELS = ("plane", "quadratic", "cylinder", "mean")
 METHODS = ("watershed", "neighbours")
@@ -155,7 +156,7 @@ CHANNEL = option(
     "channel", "Channel of an instrument's file, by name or number.", example="0", metavar="NAME"
 )
 
-READING = (FORMAT, UNIT, PIXEL, VALID, KEY, CHANNEL)
+READING = (FORMAT, UNIT, PIXEL, VALID, KEY, CHANNEL, LIMIT)
 CONDITIONING = (CUTOFF, LONG_CUTOFF, LEVEL, OUTLIERS, FILL)
 SUMMITS = (METHOD, PROMINENCE)
 AGAINST = option(

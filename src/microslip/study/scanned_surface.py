@@ -72,6 +72,7 @@ class Scanned(SurfaceTable):
     key: str | None = key_of(options.KEY)
     channel: str | int | None = key_of(_Channel())
     valid: tuple[float, ...] | None = key_of(options.VALID, example='["-1 mm", "1 mm"]')
+    limit: int = key_of(options.LIMIT)
 
 
 class ScanSurface(Scanned):
@@ -105,6 +106,7 @@ class ScanSurface(Scanned):
                 key=self.key,
                 channel=self.channel,
                 valid=None if self.valid is None else (self.valid[0], self.valid[1]),
+                limit=self.limit,
             )
         except InputError as error:
             message = " ".join(error.said(as_key).split()).replace(str(here), name)

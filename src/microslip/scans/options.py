@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from microslip._core.parameters import REQUIRED, option
 from microslip._core.units import ANGLE, AREA, FORCE, LENGTH
-from microslip.readers.files import LIMIT
+from microslip.readers.files import LIMIT as LIMIT
 
 LEVELS = ("plane", "quadratic", "cylinder", "mean")
 METHODS = ("watershed", "neighbours")

@@ -125,7 +125,11 @@ def check_stiffness(stiffness: Any, mass: Any) -> None:
 
 def fastest_rate(stiffness: Any, mass: Any) -> float:
     """About the largest eigenvalue [rad^2/s^2], beside which rounding is measured."""
-    return float((abs(stiffness).sum(axis=0) / mass.diagonal()).max())
+    with np.errstate(over="ignore"):
+        rate = float((abs(stiffness).sum(axis=0) / mass.diagonal()).max())
+    if not np.isfinite(rate):
+        raise InputError("stiffness over mass must be a number: entries are too far from another")
+    return rate
 
 
 def factorised(matrix: Any, pivot_threshold: float | None = None) -> Any:

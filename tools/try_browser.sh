@@ -1,5 +1,6 @@
 #!/bin/sh
 # Runs explorer, workbench and report in a real browser, in a throwaway environment of its own.
+# WHEEL=dist/... is a wheel that is built already.
 # usage: tools/try_browser.sh PYTHON [PYTEST ARGUMENTS...]; needs chromium (Debian's package) and node on the PATH
 set -eu
 root=$(cd "$(dirname "$0")/.." && pwd)
@@ -18,7 +19,7 @@ packages=$("$scratch/browser/bin/python" -c 'import sys, tomllib
 print(*tomllib.load(open(sys.argv[1], "rb"))["dependency-groups"]["browser"], sep="\n")' "$root/pyproject.toml")
 echo "$packages" | tr '\n' '\0' | xargs -0 "$scratch/browser/bin/python" -m pip install --quiet --quiet ||
     cannot "its packages cannot be installed here"
-"$scratch/browser/bin/python" -m pip install --quiet --quiet "$root"
+"$scratch/browser/bin/python" -m pip install --quiet --quiet "${WHEEL:-$root}"
 # A skip is a failure: here everything is there.
 (cd "$root" && "$scratch/browser/bin/python" -m pytest -q -rs -p no:cacheprovider -m "slow or not slow" "$@" \
     tests/unit/test_app.py tests/unit/test_explorer.py tests/unit/test_markup.py) > "$scratch/out" 2>&1 || {

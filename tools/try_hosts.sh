@@ -1,5 +1,6 @@
 #!/bin/sh
 # Runs the joint in other people's programs, each in a throwaway environment of its own.
+# WHEEL=dist/... is a wheel that is built already.
 # usage: tools/try_hosts.sh PYTHON [HOST...], of opensees, fmu, nastran, lsdyna, pyharm, calculix
 # PAGE=docs/hosts.md writes what was run, and what came, into the table between the page's markers.
 set -eu
@@ -20,7 +21,7 @@ try() {  # NAME TESTS PACKAGES...
     "$python" -m venv "$scratch/$name"
     "$scratch/$name/bin/python" -m pip install --quiet --quiet pytest hypothesis "$@" ||
         cannot "its packages cannot be installed here"
-    "$scratch/$name/bin/python" -m pip install --quiet --quiet "$root"
+    "$scratch/$name/bin/python" -m pip install --quiet --quiet "${WHEEL:-$root}"
     # -rs, and a skip is a failure: here everything is installed.
     (cd "$root" && "$scratch/$name/bin/python" -m pytest -q -rs -p no:cacheprovider -m "slow or not slow" $tests) \
         > "$scratch/out" 2>&1 || { cat "$scratch/out"; exit 1; }

@@ -79,7 +79,9 @@ def bounds_of(texts: tuple[str, ...], laws: Sequence[str]) -> dict[str, tuple[fl
             for end in ends_in("--bound", text, f"{name}=LOW..HIGH")
         )
         if not low < high:
-            raise click.UsageError(f'--bound wants LOW below HIGH for {name}, got "{text}"')
+            raise click.UsageError(
+                f'--bound wants {name}=LOW..HIGH with LOW below HIGH, got "{text}"'
+            )
         bounds[name] = (low, high)
     return bounds
 

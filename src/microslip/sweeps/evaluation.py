@@ -165,7 +165,10 @@ def _unit(heights: Any) -> GreenwoodWilliamson:
     Only its load constant has a modulus, which is divided out.
     """
     metal = Material(1.0, 0.0)
-    return GreenwoodWilliamson(MaterialPair(metal, metal), heights, 1.0, 1.0, 1.0)
+    surface = GreenwoodWilliamson(MaterialPair(metal, metal), heights, 1.0, 1.0, 1.0)
+    # How deep a surface goes hangs on its own radius, which is not that of its multiple.
+    surface.__dict__["_deepest"] = -math.inf
+    return surface
 
 
 class Joints:
@@ -207,6 +210,14 @@ class Joints:
             ]
             self.place = np.concatenate(place).reshape(unit.shape)
             self.unit_load, self.fall = self._at_places()
+        if "radius" in args:
+            deepest = self.surface._span[0] - args["radius"] / self.length
+            if np.any(self.place < deepest):
+                name = "separation" if "separation" in args else "normal_load"
+                raise InputError(
+                    f"`{name}` must be one that the surface can carry, and {np.max(args[name]):g} "
+                    "would press summits by more than their radius"
+                )
         self.limit = self.friction * self.load
         # As in an interface: with it the limit is met exactly.
         self.factor = self.limit / self.unit_load

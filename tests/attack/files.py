@@ -250,14 +250,21 @@ def mutant_of(rng: Random, name: str, content: bytes) -> bytes:
     return packed.getvalue()
 
 
+def placed(folder: Path, name: str, content: bytes) -> Path:
+    """A file in a folder, and beside it what is read with it."""
+    path = folder / name
+    path.parent.mkdir(exist_ok=True)
+    path.write_bytes(content)
+    if path.suffix == ".mtx":
+        (path.parent / "mass.mtx").write_bytes(MARKET)
+    return path
+
+
 def attack_files(rng: Random, tally: Tally) -> None:
     """Twenty mutants of one of the seeds, or two."""
     name, content, read = seeds()[rng.integers(len(seeds()))]
     with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder, name)
-        path.parent.mkdir(exist_ok=True)
-        if path.suffix == ".mtx":
-            (path.parent / "mass.mtx").write_bytes(MARKET)
+        path = placed(Path(folder), name, content)
         # A child process parses these, and takes half a second.
         slow = path.suffix in (".mat", ".mtx")
         for _ in range(2 if slow else 20):

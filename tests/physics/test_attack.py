@@ -13,7 +13,7 @@ import pytest
 from attack import ATTACKS
 from attack.campaign import LONGEST_MESSAGE, Tally, demand, run
 from attack.entrances import entrances
-from attack.files import seeds
+from attack.files import placed, seeds
 from attack.memory_by_rule import ExactContact
 
 import microslip as ms
@@ -62,9 +62,7 @@ def test_the_attack_sees_what_is_wrong() -> None:
 
 def test_files_are_sound_before_they_are_mutated(tmp_path: Path) -> None:
     for name, content, read in seeds():
-        path = tmp_path / name
-        path.write_bytes(content)
-        assert read(path) is not None
+        assert read(placed(tmp_path, name, content)) is not None
 
 
 def test_the_rule_by_hand() -> None:

@@ -509,7 +509,7 @@ def test_command_speaks_in_options_and_names_the_file(folder: Path) -> None:
         (("--sample-rate", "-1"), "--sample-rate: wanted a number above zero such as 200, got -1"),
         (
             ("--confidence", "2"),
-            "--confidence: wanted a number above 0 and below 1 such as 0.95, got 2",
+            "--confidence: wanted a number in (0, 1) such as 0.95, got 2",
         ),
         (("--zero", "time=mean"), "run.csv: --zero: no column is read as time; write --time COL"),
         (("--normal-load", "-5 N"), "run.csv: normal_load: wanted a positive force"),

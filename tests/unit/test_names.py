@@ -12,7 +12,7 @@ PACKAGE = Path(microslip.__file__).parent
 # Words that are a noun or a term somewhere (a state at rest, even parts, the least of a range) are
 # left to the reader.
 WORDS = """
-again also already always any apart both caught chosen comes drawn each falls felt goes got heard
+again also already always any apart both caught comes drawn each falls felt goes got heard
 held it just kept laid less made meant mended met missed more much now once one ones only others own
 picked put same says seen shown some spoilt stands stays still such sure taken tells that them then
 these they thing things this those together told too tried wanted wants which who whole yet

@@ -188,7 +188,7 @@ def test_what_stands_on_a_flat_is_no_spike() -> None:
         ({"level": "plan"}, 'level must be "plane", .* got "plan"; did you mean "plane"'),
         ({"level": 1}, "level must be"),
         ({"fill": True}, 'fill must be "interpolate" or None, got true'),
-        ({"outliers": 0.5}, "outliers must be a number of at least 2"),
+        ({"outliers": 0.5}, "outliers must be at least 2, got 0.5"),
         ({"outliers": "six"}, "outliers must be a finite number"),
         ({"cutoff": 2e-6}, "cutoff must be between two pixels .* exactly two pixels"),
         ({"cutoff": "30 um"}, "exactly the size of the scan"),

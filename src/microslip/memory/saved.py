@@ -51,7 +51,8 @@ def check_joint(arrays: Mapping[str, ArrayLike], joint: Floats) -> None:
         raise InputError(
             f"arrays must be of format {FORMAT:g}, got {came}: a later version wrote it"
         )
-    if saved.shape != joint.shape or not np.allclose(saved, joint, rtol=_TOLERANCE, atol=0.0):
+    same = saved.shape == joint.shape
+    if not same or not np.all(np.abs(saved - joint) <= _TOLERANCE * np.abs(joint)):
         raise InputError("arrays must be those of a state of this joint, got those of another one")
 
 

@@ -310,7 +310,8 @@ def _npz(file: Path) -> dict[str, Any]:
 
 def _nastran(file: Path) -> dict[str, Any]:
     """DMIG cards of a punch file as pandas' data frames, matrices of OUTPUT2 and OUTPUT4 files."""
-    with needed_for("Nastran's files are read by", "nastran"):
+    # pyYeti sets NumPy's print options for everybody when it is imported.
+    with needed_for("Nastran's files are read by", "nastran"), np.printoptions():
         from pyyeti.nastran import bulk, op2, op4
     kind, path = file.suffix.lower(), str(file)
     content: dict[str, Any] = {}

@@ -39,11 +39,8 @@ def joint_array(*numbers: Floats) -> Floats:
 
 def check_joint(arrays: Mapping[str, ArrayLike], joint: Floats) -> None:
     """Refuse arrays of a later format or of another joint; those of before say neither."""
-    try:
-        says_joint = "joint" in arrays
-    except TypeError:
-        says_joint = False
-    if not says_joint:
+    # Of what is no mapping "in" may search for ever; which arrays it lacks is said later.
+    if not isinstance(arrays, Mapping) or "joint" not in arrays:
         return
     saved = saved_array(arrays, "joint", -1)
     if not saved.size or saved[0] != FORMAT:

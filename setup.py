@@ -39,7 +39,12 @@ class BuildKernel(build_ext):
         schema.write_bytes(
             subprocess.run(
                 [sys.executable, "-m", "microslip.study.json_schema"],
-                env={**os.environ, "PYTHONPATH": str(folder), "PYTHONIOENCODING": "utf-8"},
+                # What this process finds: an isolated build has NumPy in a place of its own.
+                env={
+                    **os.environ,
+                    "PYTHONPATH": os.pathsep.join([str(folder), *filter(None, sys.path)]),
+                    "PYTHONIOENCODING": "utf-8",
+                },
                 stdout=subprocess.PIPE,
                 check=True,
             ).stdout

@@ -21,6 +21,8 @@ try() {  # NAME TESTS PACKAGES...
     "$python" -m venv "$scratch/$name"
     "$scratch/$name/bin/python" -m pip install --quiet --quiet pytest hypothesis "$@" ||
         cannot "its packages cannot be installed here"
+    [ "$name" != opensees ] || "$scratch/$name/bin/python" -c 'import openseespy.opensees' 2>/dev/null ||
+        cannot "openseespy does not load here; apt-get install libblas3 liblapack3, say"
     "$scratch/$name/bin/python" -m pip install --quiet --quiet "${WHEEL:-$root}"
     # -rs, and a skip is a failure: here everything is installed.
     (cd "$root" && "$scratch/$name/bin/python" -m pytest -q -rs -p no:cacheprovider -m "slow or not slow" $tests) \

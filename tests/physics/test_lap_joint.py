@@ -234,7 +234,8 @@ def pressed(joint: ms.ReducedJoint, surface: Any) -> tuple[Any, Any, Any]:
     x[opening] = -5e-6
 
     def forces(x: Any) -> tuple[Any, Any, Any]:
-        separation = x[opening] + joint.patch_gaps
+        # Steps of this method go farther than summits can be pressed; there they are cut short.
+        separation = np.maximum(x[opening] + joint.patch_gaps, -0.9 * surface.radius)
         load = joint.patch_areas * surface.load(separation)
         rest = loose @ x - pull
         rest[opening] -= load

@@ -232,9 +232,10 @@ class FieldState(Resumable):
         value_now[at] = value[newest] - density[newest] * cut
         load = nodes.curve.load(nodes.rests + state._step)[0]
         check_whole(value_now, state._value, float(load.max()), "forces are not those of its rows")
-        load_there = nodes.curve.load(nodes.rests[owner] + base)[0]
-        if (np.abs(value) > (1.0 + 1e-9) * load_there).any():
-            raise InputError("arrays must be those of a state: its rows bear more than mu N")
+        if len(owner):
+            load_there = nodes.curve.load(nodes.rests[owner] + base)[0]
+            if (np.abs(value) > (1.0 + 1e-9) * load_there).any():
+                raise InputError("arrays must be those of a state: its rows bear more than mu N")
         depth = np.bincount(owner, minlength=nodes.size)
         state._repack(depth)
         index = np.repeat(state._begin - (np.cumsum(depth) - depth), depth) + np.arange(len(owner))

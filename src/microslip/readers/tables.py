@@ -82,6 +82,7 @@ def _named(place: int, column: Column) -> Named:
     if unit is None:
         unit, where = in_heading, "by its header"
     unit = spelt(unit) if unit and unit.casefold() not in NO_UNITS else None
+    unit = unit and shorten(unit, 80)  # of a damaged file it may be anything
     short = name_and_unit(column.short or heading)[0]
     return Named(place, heading, name, short, unit, where)
 

@@ -48,8 +48,8 @@ def check_joint(arrays: Mapping[str, ArrayLike], joint: Floats) -> None:
         raise InputError(
             f"arrays must be of format {FORMAT:g}, got {came}: a later version wrote it"
         )
-    same = saved.shape == joint.shape
-    if not same or not np.all(np.abs(saved - joint) <= _TOLERANCE * np.abs(joint)):
+    fits = saved.shape == joint.shape
+    if not fits or not np.all(np.abs(saved - joint) <= _TOLERANCE * np.abs(joint)):
         raise InputError("arrays must be those of a state of this joint, got those of another one")
 
 

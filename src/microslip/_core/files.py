@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import tempfile
-import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -15,17 +14,6 @@ from microslip.errors import InputError
 def reason(error: Exception) -> str:
     """What the system says went wrong, to follow a colon."""
     return (getattr(error, "strerror", None) or str(error) or type(error).__name__).lower()
-
-
-@contextmanager
-def sparse_of_either_kind() -> Iterator[None]:
-    """Reading by SciPy without its word, from 1.18 on, that its sparse matrices will be arrays.
-
-    Both kinds are taken here; the argument that chooses one is unknown to older versions.
-    """
-    with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", "The default value for `spmatrix`", DeprecationWarning)
-        yield
 
 
 @contextmanager

@@ -24,7 +24,7 @@ def read_arrays(path: Path) -> Arrays:
         import h5py
 
     with decoded("HDF5 file"), h5py.File(path, "r") as file:
-        return Arrays("HDF5 file", _node(path, file, file, set()), "/")
+        return Arrays("HDF5 file", _node(path, file, set()), "/")
 
 
 def members(group: Any, skip: str = "\0") -> Iterator[tuple[str, Any]]:
@@ -65,7 +65,7 @@ def _elsewhere(name: str, file: object) -> InputError:
     )
 
 
-def _node(path: Path, file: Any, item: Any, visited: set[int]) -> Any:
+def _node(path: Path, item: Any, visited: set[int]) -> Any:
     """A group as a tree, a data set as numbers; groups that hold themselves are met once."""
     import h5py
 
@@ -74,12 +74,12 @@ def _node(path: Path, file: Any, item: Any, visited: set[int]) -> Any:
         if address in visited:
             return None
         visited.add(address)
-        below = {name: _node(path, file, child, visited) for name, child in members(item)}
+        below = {name: _node(path, child, visited) for name, child in members(item)}
         return _attributes(item) | below
     fields = item.dtype.names
     if fields:
         plain = [name for name in fields if item.dtype[name].kind in "iuf"]
-        where = _place(item)
+        where = item.name
         return {name: Leaf(item.shape, partial(values_at, path, where, name)) for name in plain}
     if item.dtype.kind not in "iuf" or not item.shape:
         small = item.shape == () and item.dtype.itemsize <= _TEXT
@@ -89,15 +89,10 @@ def _node(path: Path, file: Any, item: Any, visited: set[int]) -> Any:
     rate = next(filter(None, (rate_by(name, value) for name, value in about.items())), None)
     return Leaf(
         item.shape,
-        partial(values_at, path, _place(item)),
+        partial(values_at, path, item.name),
         unit if isinstance(unit, str) else None,
         rate.value if rate else None,
     )
-
-
-def _place(item: Any) -> str:
-    """The path of a data set in its file, by which it is opened again."""
-    return str(item.name)
 
 
 def values_at(path: Path, where: str, field: str | None = None) -> Any:

@@ -35,7 +35,8 @@ class Material:
     -----
     UserWarning
         A modulus between 1.5 Pa and 1200 Pa, or with a Poisson's ratio below 0.45 between 10 kPa
-        and 1.3 MPa, is asked back: more likely it was meant in GPa or MPa. It is taken as it is.
+        and 1.3 MPa, is flagged as a likely unit error (GPa or MPa meant). It is
+        taken as it is.
     """
 
     young_modulus: float = field(

@@ -131,7 +131,7 @@ def keys_of(value: Any, path: str = "") -> Iterator[str]:
             yield f"{path}{key}"
             # Keys of a study, names of quantities; a scan has a test of its own.
             if f"{path}{key}" not in (
-                *("study", "units", "scan", "joints.hangs_on", "joints.hertz"),
+                *("study", "units", "scan", "joints.sensitivities", "joints.hertz"),
             ):
                 yield from keys_of(inner, f"{path}{key}.")
     elif isinstance(value, list):

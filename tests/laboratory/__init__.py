@@ -1,1 +1,1 @@
-"""A laboratory that is not there: records made without the package, and what it makes of them."""
+"""A virtual laboratory: records made without the package, and what it makes of them."""

@@ -498,7 +498,7 @@ def test_a_wrong_value_that_is_fixed_leaves_nothing_identified() -> None:
             held_back=0,
             summits=np.inf,
         )
-        assert "the law does not answer the records" in found.message
+        assert "the law does not fit the records" in found.message
         assert any("% of the force" in note for note in found.notes)
         assert all(one.verdict != "identified" for one in found.parameters.values())
         assert all(one.verdict != "identified" for one in found.derived.values())

@@ -94,9 +94,9 @@ def test_shifted_curves(case, name):
     rows = case["result"]["amplitudes"]
     joint, x = interface_of(case), np.array(rows["displacement"])
     got, wanted = SHIFTED[name](joint, x), np.array(rows[name])
-    # Just before a summit slips its share hangs on s - delta/kappa, so on the last places of d and
-    # kappa: what moving delta by those makes of the result is allowed as well. It matters for one
-    # sphere within 3e-5 of its slip limit, where the nearest doubles of d and kappa cost 2e-12.
+    # Just before a summit slips its share depends on s - delta/kappa, so on the last places of d
+    # and kappa: what moving delta by those makes of the result is allowed as well. It matters for
+    # one sphere within 3e-5 of its slip limit, where the nearest doubles of d and kappa cost 2e-12.
     doubt = 4 * EPS * (x + joint.slip_per_indentation * abs(joint.separation))
     swing = np.abs(SHIFTED[name](joint, x + doubt) - got)
     # Moments below 1e-300 are no longer held to full precision.

@@ -264,7 +264,7 @@ def test_forms_leave_out_nothing_but_where_results_go() -> None:
 
 
 LOOKS = [
-    {"turn": True}, {"time": "none"}, {"unit": ["force=N"]}, {"zero": ["force=middle"]},
+    {"flip_sign": True}, {"time": "none"}, {"unit": ["force=N"]}, {"zero": ["force=middle"]},
     {"calibration": ["force=2 N/N"]}, {"rows": "1..900"}, {"normal-load": ["500 N"]},
 ]  # fmt: skip
 

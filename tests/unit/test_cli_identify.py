@@ -261,7 +261,7 @@ def test_a_turned_force_is_told_with_its_option() -> None:
     )
     message = fails("identify", "turned.csv")
     assert "the loops run the wrong way round (energy -" in message
-    assert "--turn turns it" in message
+    assert "--flip-sign reverses it" in message
 
 
 # -- what it refuses -------------------------------------------------------------------------------
@@ -367,7 +367,7 @@ REAL = Path(__file__).parents[3] / "shared/data/reciprocating/test_data_2.txt"
 def test_real_record(folder: Path) -> None:
     """Friction and rig come out in doubt, the separation does not, and the page says why."""
     laws = ("--law", "interface", "--law", "segalman")
-    outcome = run("identify", str(REAL), "--turn", *laws, "-o", "out")
+    outcome = run("identify", str(REAL), "--flip-sign", *laws, "-o", "out")
     assert outcome.exit_code == 0, outcome.output
     summary = json.loads((folder / "out/summary.json").read_text("utf-8"))
     found = summary["identification"]

@@ -18,7 +18,7 @@ import microslip as ms
 from microslip import export
 from microslip.cli.export import KINDS as OF_COMMAND
 from microslip.export.element_files import compact
-from microslip.export.order import ELEMENTS
+from microslip.export.request import ELEMENTS
 from microslip.study.build import build_joints
 
 _RANGE = {"smallest_amplitude": 1e-8, "largest_amplitude": 1e-6}

@@ -462,7 +462,7 @@ def test_command_without_a_folder(folder: Path) -> None:
 
 
 def test_command_turns_signs_and_takes_units(folder: Path) -> None:
-    turned = json.loads(run("measure", "run.csv", "--turn", "--json").stdout)
+    turned = json.loads(run("measure", "run.csv", "--flip-sign", "--json").stdout)
     assert turned["records"][0]["mean"]["dissipated_energy"]["value"] < 0.0
     small = json.loads(run("measure", "run.csv", "--unit", "force=mN", "--json").stdout)
     energy = MEASURED.mean["dissipated_energy"].value
@@ -502,8 +502,8 @@ def test_a_rig_softer_than_the_record_is_refused(folder: Path) -> None:
 def test_command_speaks_in_options_and_names_the_file(folder: Path) -> None:
     virtual(cycles=1).to_csv("one.csv")
     assert "\none: 1 gross slip cycle, " in run("measure", "one.csv").stdout
-    turned = run("measure", "run.csv", "--turn").stdout
-    assert "(reading with --turn turns it)" in turned
+    turned = run("measure", "run.csv", "--flip-sign").stdout
+    assert "(reading with --flip-sign reverses it)" in turned
     for options, message in (
         (("--unit", "force=m"), 'run.csv: force: column "force [N]": wanted a unit'),
         (("--sample-rate", "-1"), "--sample-rate: wanted a number above zero such as 200, got -1"),

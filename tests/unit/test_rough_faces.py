@@ -51,7 +51,7 @@ def test_faces_of_each_kind_add_up(home: Path) -> None:
         made = ms.Study.from_toml(study(first, second), folder=home)
         surface = made.surface.build(ms.MaterialPair(*[ms.Material(69e9, 0.33)] * 2))
         wanted = combine(a, b)
-        # Read and summed again: the order of BLAS's sums hangs on where an array lies in memory.
+        # Read and summed again: the order of BLAS's sums depends on where an array lies in memory.
         found = (surface.radius, surface.density, surface.heights.std, surface.area)
         sums = (wanted.radius, wanted.density, wanted.std, 2e-4)
         assert found == pytest.approx(sums, rel=1e-12, abs=0.0)

@@ -90,7 +90,7 @@ def drawn() -> ms.ReducedJoint:
 def test_the_structure_is_told_first(result: ms.Result) -> None:
     told = document(result)
     assert [s.title for s in told.sections][:4] == [
-        "Structure", "Frequency and damping", "What decides", "Structure in figures",
+        "Structure", "Frequency and damping", "Contributions to the scatter", "Structure in figures",
     ]  # fmt: skip
     assert told.answer.startswith("Mode 1 lies at ")
     assert "5–95 %" in told.answer

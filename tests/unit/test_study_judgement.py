@@ -1,4 +1,4 @@
-"""What `check` and `predict` say of a study: odd values asked back, what the answer hangs on."""
+"""What `check` and `predict` say of a study: likely unit errors, sensitivities."""
 
 from __future__ import annotations
 
@@ -96,9 +96,9 @@ def test_odd_values_are_asked_back() -> None:
     assert any("joint.friction_coefficient: is it really 15" in text for text in said)
 
 
-def test_what_the_answer_hangs_on_is_told() -> None:
+def test_sensitivities_are_told() -> None:
     found = preview(study())
-    told = found.data["joints"][0]["hangs_on"]
+    told = found.data["joints"][0]["sensitivities"]
     assert next(iter(told["tangential_stiffness"])) == "normal_load"
     tables = [block.title for block in found.blocks() if hasattr(block, "columns")]
     assert "Sensitivities" in tables

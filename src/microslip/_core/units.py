@@ -153,7 +153,7 @@ def to_si(raw_value: object, kind: Kind, example: str, sign: Sign = "positive") 
     if not math.isfinite(value) or (sign == "positive" and not value > 0.0):
         raise QuantityError(f'wanted {article} such as "{example}", got {came}')
     if value and not SMALLEST < abs(value) < LARGEST:
-        raise QuantityError(f"{message}{came} (beyond all measure)")
+        raise QuantityError(f"{message}{came} (outside 1e-40 … 1e40)")
     return value
 
 
@@ -190,7 +190,7 @@ def units(text: str) -> float:
         raise InputError(f"{message}{came} ({'no such unit' if unit else 'no unit'})")
     value = times(number[1], parsed[0])
     if not math.isfinite(value):
-        raise InputError(f"{message}{came} (beyond all measure)")
+        raise InputError(f"{message}{came} (outside 1e-40 … 1e40)")
     return value
 
 

@@ -9,7 +9,7 @@ from microslip.cli.batch import batch, design
 from microslip.cli.browser import app, explore
 from microslip.cli.chapter import figures
 from microslip.cli.export import export
-from microslip.cli.frame import Group
+from microslip.cli.group import Group
 from microslip.cli.identify import identify
 from microslip.cli.lists import materials, schema
 from microslip.cli.measure import measure

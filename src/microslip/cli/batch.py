@@ -8,7 +8,7 @@ from pathlib import Path
 
 import click
 
-from microslip.cli.frame import echo_json
+from microslip.cli.group import echo_json
 from microslip.cli.options import ANY_PATH, JSON, option, output_option
 from microslip.cli.output import Output, writes
 from microslip.cli.shell import complete_study

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from microslip.cli.frame import echo_json
+from microslip.cli.group import echo_json
 from microslip.cli.options import option, output_option, switch
 from microslip.cli.work import progress, stoppable
 

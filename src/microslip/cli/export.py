@@ -9,7 +9,7 @@ import click
 
 from microslip._core.parameters import option
 from microslip._core.units import LENGTH
-from microslip.cli.frame import OneOf, echo_json
+from microslip.cli.group import OneOf, echo_json
 from microslip.cli.options import offers, output_option, switch
 from microslip.cli.studies import overridable, study_argument
 from microslip.cli.work import progress, stoppable

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from microslip.cli.fit_values import calibration_of, options_of
-from microslip.cli.frame import OneOf
+from microslip.cli.group import OneOf
 from microslip.cli.options import ANY_PATH, NamedOption, option, spelling, switch
 from microslip.cli.output import FIGURES, Output, writes
 from microslip.cli.records import (
@@ -99,7 +99,7 @@ class FittedLaw(OneOf):
 )  # fmt: skip
 @option(
     "--nuisance", "NAME",
-    f"What is beside the law, its size free: {', '.join(NUISANCES)}.",
+    f"Additional force terms to fit: {', '.join(NUISANCES)}.",
     "nuisances", answers_for=("nuisances",), multiple=True, type=OneOf(NUISANCES),
 )  # fmt: skip
 @WORN_VOLUMES
@@ -126,7 +126,13 @@ class FittedLaw(OneOf):
     "--held-back", "SHARE", "Share of the cycles that is predicted, not fitted.",
     type=float, default=0.25, show_default=True,
 )  # fmt: skip
-@click.option("--confidence", type=float, default=0.95, show_default=True, help="Of the intervals.")
+@click.option(
+    "--confidence",
+    type=float,
+    default=0.95,
+    show_default=True,
+    help="Confidence level of the intervals.",
+)
 @switch("--accept-unconverged", "Show and write a fit that has not converged, too.")
 @BAND
 @reads(many_loads=True)

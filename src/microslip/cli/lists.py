@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from microslip._core.units import engineering
-from microslip.cli.frame import echo_json
+from microslip.cli.group import echo_json
 from microslip.cli.options import switch
 from microslip.cli.shell import complete_metal
 

@@ -11,7 +11,7 @@ import click
 
 from microslip._core.parameters import Parameter
 from microslip._core.units import Kind, QuantityError, Sign, ends_of, to_si
-from microslip.cli.frame import OneOf
+from microslip.cli.group import OneOf
 from microslip.errors import UNSAID, Argument, Spelling
 
 if TYPE_CHECKING:

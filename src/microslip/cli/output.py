@@ -11,15 +11,15 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
-from microslip.cli.frame import echo_json
+from microslip.cli.group import echo_json
 from microslip.cli.options import JSON, Command, Decorator, output_option, switch
 
 if TYPE_CHECKING:
     from microslip.report.document import Document
 
 FIGURES = (
-    switch("--png", "Write the figures as pixels, too."),
-    switch("--pdf", "Write the figures as PDF, too."),
+    switch("--png", "Also write PNG."),
+    switch("--pdf", "Also write PDF."),
 )
 
 

@@ -35,7 +35,7 @@ class Reading(NamedTuple):
     sample_rate: float | None
     frequency: float | None
     cycle_number: str | None
-    turn: bool
+    flip_sign: bool
     units: tuple[str, ...]
     calibration: tuple[str, ...]
     zero: tuple[str, ...]
@@ -58,7 +58,7 @@ class Reading(NamedTuple):
             sample_rate=self.sample_rate,
             frequency=self.frequency,
             cycle_number=_or_none(self.cycle_number),
-            sign=-1 if self.turn else None,
+            sign=-1 if self.flip_sign else None,
             units=pairs("unit", self.units) or None,
             calibration=pairs("calibration", self.calibration) or None,
             zero=pairs("zero", self.zero) or None,
@@ -88,7 +88,7 @@ def reads(many_loads: bool = False) -> Decorator:
 
         decorated = offers(*options.SCALING, multiple=True)(read)
         decorated = offers(options.ROWS, options.CUTOFF, options.DRIFT, LIMIT)(decorated)
-        decorated = offers(options.FREQUENCY, options.CYCLE_NUMBER, options.TURN)(decorated)
+        decorated = offers(options.FREQUENCY, options.CYCLE_NUMBER, options.FLIP_SIGN)(decorated)
         decorated = offers(options.TIME, options.SAMPLE_RATE)(decorated)
         decorated = offers(load, **({"multiple": True} if many_loads else {}))(decorated)
         return offers(options.DISPLACEMENT, options.FORCE)(decorated)

@@ -16,7 +16,7 @@ from click.shell_completion import (
     split_arg_string,
 )
 
-from microslip.cli.frame import OneOf
+from microslip.cli.group import OneOf
 
 SHELLS = {
     "bash": ('eval "$(microslip completion bash)"', "~/.bashrc (bash 4.4 or newer)"),

@@ -11,7 +11,7 @@ from typing import Any
 import click
 
 from microslip._core.units import FREQUENCY
-from microslip.cli.frame import echo_json
+from microslip.cli.group import echo_json
 from microslip.cli.options import ends_in, option, quantity
 from microslip.cli.output import Output
 from microslip.cli.studies import predict_into

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from microslip.cli.frame import OneOf, echo_json
+from microslip.cli.group import OneOf, echo_json
 from microslip.cli.options import ANY_PATH, Decorator, option, switch
 from microslip.cli.output import Output, writes
 from microslip.cli.shell import complete_key, complete_study
@@ -113,12 +113,12 @@ def predict_into(read: Callable[[], Study], folder: Path, output: Output, worker
         show_files(result.summary["files"], folder, sys.stdout)
 
 
-@click.command(short_help="Look a study over, without running it.")
+@click.command(short_help="Check a study without running it.")
 @study_argument
 @overridable
 @switch("--json", "Print what was found as JSON, no tables.", "as_json")
 def check(study: Path, overrides: tuple[str, ...], as_json: bool) -> None:
-    """Look STUDY over: its quantities in SI units, the joint at rest, validity. Writes nothing.
+    """Check STUDY: its quantities in SI units, the joint at rest, validity. Writes nothing.
 
     Exit code 0 says that predict will run; doubtful assumptions are shown and are no error.
     """

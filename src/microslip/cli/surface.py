@@ -53,7 +53,7 @@ def surface(
     Several scans are taken for one face, and averaged. What lies on it is another, by its own
     scans or a drawing; without any SCAN the drawing is all.
 
-    Every parameter hangs on the short-wave cut-off: it stands in each table and figure, and
+    Every parameter depends on the short-wave cut-off: it stands in each table and figure, and
     parameters over cut-offs are always shown. What matters is printed, the rest with --all and in
     the report. The scan is only read.
     """

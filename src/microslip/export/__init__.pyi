@@ -1,4 +1,4 @@
 from .formats import KINDS as KINDS
-from .order import Accuracy as Accuracy
+from .request import Accuracy as Accuracy
 from .writing import Exported as Exported
 from .writing import write as write

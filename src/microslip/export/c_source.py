@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib.resources import files
 
 from microslip._core.checks import Floats
-from microslip.export.order import Accuracy, Order
+from microslip.export.request import Accuracy, Order
 
 _FOLDER = files("microslip.export") / "templates"
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from microslip.errors import InputError
-from microslip.export.order import Accuracy, Order
+from microslip.export.request import Accuracy, Order
 
 Deck = tuple[dict[str, str | bytes], Accuracy]
 """A text by the name of its file, and how exact it is."""

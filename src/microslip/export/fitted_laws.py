@@ -9,7 +9,7 @@ import numpy as np
 
 from microslip._core.checks import Floats
 from microslip._core.parameters import key_of, values_of
-from microslip.export.order import Accuracy, Order
+from microslip.export.request import Accuracy, Order
 from microslip.friction import BackboneLaw, BoucWen
 
 _LOOPS = 9

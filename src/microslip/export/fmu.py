@@ -17,7 +17,7 @@ from pathlib import Path
 from microslip._version import __version__
 from microslip.errors import InputError
 from microslip.export.c_source import comment, declarations, definitions, filled
-from microslip.export.order import Accuracy, Order
+from microslip.export.request import Accuracy, Order
 
 _EPOCH = (1980, 1, 1, 0, 0, 0)  # of a zip: equal joints give equal files
 _PLATFORMS = {

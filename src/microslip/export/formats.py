@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from microslip.export import c_source, fitted_laws, fmu, tables
 from microslip.export import element_files as elements
-from microslip.export.order import Accuracy, Order
+from microslip.export.request import Accuracy, Order
 
 _RUN = "run by the tests of microslip"
 _OPENSEES = f"{_RUN} with OpenSeesPy 3.5.1, against the cells"

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from microslip.export.order import Accuracy, Order
+from microslip.export.request import Accuracy, Order
 
 _POINTS = 200
 

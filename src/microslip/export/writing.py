@@ -15,7 +15,7 @@ from microslip._core.files import whole_file
 from microslip._core.wording import did_you_mean, one_line
 from microslip.errors import InputError
 from microslip.export.formats import FORMATS, KINDS
-from microslip.export.order import Accuracy, Order, described, patches_of, sum_of
+from microslip.export.request import Accuracy, Order, described, patches_of, sum_of
 from microslip.friction.conversions import amplitude_range
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,30}")

@@ -322,7 +322,7 @@ class Interface(CoupledLaw):
         heights : HeightDistribution, frozen scipy.stats distribution or array_like, optional
             Heights of which the shape counts; without them Gaussian ones.
         radius : float, optional
-            Summit radius [m]. Loops know the product of density and root of the radius alone;
+            Summit radius [m]. Loops determine the product of density and root of the radius alone;
             without it a radius is chosen by convention: density * radius * std = 0.05.
         area : float, optional
             Apparent area [m^2]; without it 1 cm^2, by convention.

@@ -114,7 +114,7 @@ def _fit_all(features: Sequence[Features], loads: Sequence[float], curves: list[
 def conventional_radius(density_root: float, std: float) -> float:
     """A radius where loops leave it open: the one for which density * radius * std is 0.05.
 
-    Loops know the product density * sqrt(radius) alone. Of measured engineering surfaces
+    Loops determine the product density * sqrt(radius) alone. Of measured engineering surfaces
     density * radius * std is a few hundredths, as in Greenwood and Williamson (1966,
     DOI 10.1098/rspa.1966.0242). It is a convention, not a result: no loop depends on it, contact
     counts and areas do.

@@ -77,7 +77,7 @@ TABLE: Mapping[str, Row] = {
     "a bound": Row("the best value of {name!n} lies at a bound of the search, {value:3 {unit}}"),
     "one rig": Row(
         (
-            "one rig for all does not answer the records, and one for each does, with compliances "
+            "one rig for all does not fit the records, and one for each does, with compliances "
             "that differ",
             " by {spread:2%}",
             " (most: {record!r}); if they are of different rigs, name the rig of each record: "
@@ -97,7 +97,7 @@ TABLE: Mapping[str, Row] = {
         noted=False,
     ),
     "misfit": Row(
-        "the law does not answer the records: it leaves {over_noise:2} times their noise, "
+        "the law does not fit the records: it leaves {over_noise:2} times their noise, "
         "{share:2%} of the force",
         in_message=True,
     ),
@@ -149,7 +149,7 @@ TABLE: Mapping[str, Row] = {
     ),
     "apparent": Row(
         (
-            "of a law that does not answer the records: it stands for loops of {amplitudes}",
+            "of a law that does not fit the records: it stands for loops of {amplitudes}",
             " at {loads}",
             " in the mean",
             "; what the law lacks may hide {stake:2%} of a number",

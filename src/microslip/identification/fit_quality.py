@@ -161,7 +161,7 @@ def rigs_differ(problem: Problem, best: Fit, freedom: int) -> Caveat | None:
 
     First a score test: by how much the sum of squares would fall, in the linear approximation, if
     each record had its own. Where that is certain and large, a fit in which each has: a law that
-    does not answer the records wants rigs that differ, too, but they do not mend it.
+    does not fit the records wants rigs that differ, too, but they do not mend it.
     """
     reduced = best.cost / max(freedom, 1)
     stand_out = _wanted_compliances(problem, best, reduced)

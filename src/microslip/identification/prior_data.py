@@ -19,7 +19,7 @@ DISAGREE = 3.0
 """Standard deviations beyond which what was given and the loops disagree."""
 _RARE = 0.0027  # probability of more than three standard deviations
 _MOVED, _SHARE = 1.0, 0.5
-"""What hangs on a datum: what it moves by so many standard errors, or owes it so much of its
+"""What depends on a datum: what it moves by so many standard errors, or owes it so much of its
 information."""
 
 

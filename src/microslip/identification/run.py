@@ -346,7 +346,7 @@ def _checked_direction(folded: Folded) -> Folded:
         raise InputError(
             f"{folded.name}: the loops run the wrong way round (energy "
             f"{engineering(energy, 'J')} a cycle): the force has the opposite sign; reading "
-            "with `sign=-1` turns it"
+            "with `sign=-1` reverses it"
         )
     return folded
 

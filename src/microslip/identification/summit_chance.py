@@ -1,4 +1,4 @@
-"""Intervals where the heights of summits are a matter of chance, which itself hangs on the fit."""
+"""Intervals with the sampling scatter of summits, which itself depends on the fit."""
 
 from __future__ import annotations
 

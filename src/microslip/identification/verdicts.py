@@ -49,7 +49,7 @@ class Fitted:
     """From the curvature at the best value; of a fixed value 0."""
     verdict: str
     """"identified", "in doubt" (identified under what does not hold), "apparent" (of a law that
-    does not answer the records), "extrapolated" (of what no record reached), "bounded above",
+    does not fit the records), "extrapolated" (of what no record reached), "bounded above",
     "bounded below", "not identified" or "fixed"."""
     caveat: Caveat | None = None
     """Why it is not identified, how far it is only bounded or what it hangs on."""

@@ -143,7 +143,7 @@ static int take_all(Frame *f, const Kernel *kernel, PyObject *const *given, Py_s
     return 0;
 }
 
-/* Any curve: what the kernel does hangs on the geometry of the steps alone, not on the loads. So it
+/* Any curve: what the kernel does depends on the geometry of the steps alone, not on the loads. So it
  * runs twice, with all states put back in between: the first time it writes its questions down. */
 static int run_asking(Frame *f, const Kernel *kernel, Result *out)
 {

@@ -1,7 +1,7 @@
 /* Curves that no profile gives: what the kernels ask of them. Part of _compiled.c.
  *
  * ASK writes questions down and answers 0, TELL reads the answers in the same order, ONE asks the
- * object of Python at once, one question at a time (where the next question hangs on the answer).
+ * object of Python at once, one question at a time (where the next question depends on the answer).
  */
 
 enum { NO_QUESTIONS, ASK, TELL, ONE };

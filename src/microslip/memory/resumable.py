@@ -14,11 +14,11 @@ from microslip.errors import InputError
 Method = TypeVar("Method", bound=Callable[..., Any])
 
 
-class Turn(type(threading.RLock())):  # type: ignore[misc]  # a type that only C names
+class StateLock(type(threading.RLock())):  # type: ignore[misc]  # a type that only C names
     """A lock that copies and pickles as a new one, so that what holds it does too."""
 
-    def __reduce__(self) -> tuple[type[Turn], tuple[()]]:
-        return Turn, ()
+    def __reduce__(self) -> tuple[type[StateLock], tuple[()]]:
+        return StateLock, ()
 
 
 def one_at_a_time(method: Method) -> Method:
@@ -46,7 +46,7 @@ class Resumable:
     _trial: Any
 
     def __init__(self) -> None:
-        self._turn, self._trial = Turn(), None
+        self._turn, self._trial = StateLock(), None
 
     def _take(self, trial: Any) -> None:
         """Go along a trial."""
@@ -72,7 +72,7 @@ class Resumable:
         for name in (*type(self).__slots__, *Resumable.__slots__):
             value = getattr(self, name)
             setattr(state, name, copy.copy(value) if name in self._changing else value)
-        state._turn = Turn()
+        state._turn = StateLock()
         return state
 
     __copy__ = copy

@@ -39,7 +39,7 @@ class SliderBank:
     tops: Floats
     """Separation, or displacement, at which each slider begins to slip from rest."""
     weights: Floats
-    """What each adds to the force for what it holds."""
+    """Slider weights."""
     nodes: Nodes | None
     """The nodes; None of a law whose load is held, whose place is the displacement itself."""
     size: int

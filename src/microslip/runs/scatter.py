@@ -31,7 +31,7 @@ _LARGEST = 60_000_000  # numbers of one variable over all samples
 
 @dataclass(frozen=True)
 class Decision:
-    """What decides a result at one load and amplitude."""
+    """Contributions to the scatter at one load and amplitude."""
 
     name: str  # the result
     load: int  # index of the load
@@ -67,7 +67,7 @@ class Scatter:
         return AmplitudeCurve(**{**columns, "amplitude": amplitude.copy()})
 
     def decision(self, name: str, load: int, amplitude: int) -> Decision:
-        """What decides one result."""
+        """Contributions to one result."""
         return next(
             d for d in self.decisions if (d.name, d.load, d.amplitude) == (name, load, amplitude)
         )

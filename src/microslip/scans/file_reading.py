@@ -21,7 +21,7 @@ from microslip.scans.heights_in_files import RawHeights, Wishes, read_heights
 SUSPECT = "suspect"
 """Kind of a remark that tells of points which may stand for "nothing measured"."""
 
-UNIT_QUESTION = "asked back"
+UNIT_QUESTION = "likely unit error"
 """Kind of one that asks whether units are right."""
 
 _TEXTS = ("csv", "txt", "tsv", "dat", "prn")  # endings that say no more than that it is text

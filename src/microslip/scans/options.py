@@ -16,7 +16,7 @@ OF_PROFILES = ("mccool", "nayak")
 
 CUTOFF = option(
     "cutoff",
-    "Short-wave cut-off, by which the result stands or falls; none must be said.",
+    "Short-wave cut-off (required; none disables it).",
     LENGTH,
     "Short-wave cut-off",
     default=REQUIRED,
@@ -48,9 +48,7 @@ OUTLIERS = option(
     least=2.0,
     metavar="X",
 )
-FILL = option(
-    "fill", "Whether missing points are interpolated from around them.", bool, default=False
-)
+FILL = option("fill", "Interpolate missing points.", bool, default=False)
 METHOD = option(
     "method", "What counts as a summit.", default="watershed", choices=METHODS, example="watershed"
 )
@@ -95,7 +93,7 @@ SCAN_AREA = option(
 )
 BODIES = option(
     "materials",
-    "Two metals of the table; with a load, what the scan makes of their joint is told.",
+    "Two metals of the table; with a load, report the resulting joint.",
     example="steel",
     items=(2, 2),
     metavar="METAL METAL",

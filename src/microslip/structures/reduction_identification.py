@@ -32,7 +32,7 @@ class _Kind(NamedTuple):
     log: bool
 
     def coordinate(self, value: float) -> float:
-        """What is fitted, of a value."""
+        """Map a value to its fit coordinate."""
         return math.log(value) if self.log else value
 
     def value(self, coordinate: float) -> float:

@@ -164,5 +164,5 @@ def _si(
     else:
         value = times(number, factor)
     if not SMALLEST < abs(value) < LARGEST and value:
-        raise ValueError(f"{file.no_number(line, place, cell)} (beyond all measure)")
+        raise ValueError(f"{file.no_number(line, place, cell)} (outside 1e-40 … 1e40)")
     return value

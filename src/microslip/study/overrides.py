@@ -17,7 +17,7 @@ from microslip.errors import StudyError
 
 _EXAMPLE = """joint.normal_load="3 kN\""""
 _LISTS = """such as joint.normal_load=["1 kN", "3 kN"]"""
-# What the other keys of a table may be hangs on these.
+# What the other keys of a table may be depends on these.
 _CHOICES = ("law", "kind", "rigid", "quantity")
 
 

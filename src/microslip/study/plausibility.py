@@ -1,4 +1,4 @@
-"""Values that may be meant, and are more likely a slip of a unit: they are asked back."""
+"""Values flagged as likely unit errors."""
 
 from __future__ import annotations
 

@@ -268,7 +268,7 @@ class StudyTables(Part):
     not_identified: tuple[str, ...] | None = key(
         Items(text("a key", "surface.radius"), '["surface.radius"]', (1, 20), single=True),
         "Keys whose numbers loops did not tell, as `microslip identify` writes them: "
-        "they are asked back until they are known.",
+        "they are flagged until they are known.",
         default=None,
     )
     material: dict[str, Any] = key(

@@ -166,7 +166,7 @@ def _unit(heights: Any) -> GreenwoodWilliamson:
     """
     metal = Material(1.0, 0.0)
     surface = GreenwoodWilliamson(MaterialPair(metal, metal), heights, 1.0, 1.0, 1.0)
-    # How deep a surface goes hangs on its own radius, which is not that of its multiple.
+    # How deep a surface goes depends on its own radius, which is not that of its multiple.
     surface.__dict__["_deepest"] = -math.inf
     return surface
 

@@ -1,4 +1,4 @@
-"""What decides a scattered result: shares of the inputs by a linear regression."""
+"""Contributions to a scatter: shares of the inputs by a linear regression."""
 
 from __future__ import annotations
 

@@ -272,7 +272,7 @@ def measure(
     if float(np.median(columns["dissipated_energy"])) < 0.0:
         notes.append(
             "the dissipated energy is negative: the force has the opposite sign (reading "
-            "with `sign=-1` turns it), or the two columns are swapped"
+            "with `sign=-1` reverses it), or the two columns are swapped"
         )
     if any(np.isnan(columns["reversal_stiffness"])):
         notes.append(

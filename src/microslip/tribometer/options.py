@@ -31,7 +31,9 @@ FREQUENCY = option(
 CYCLE_NUMBER = option(
     "cycle_number", "Column of the rig's counter of cycles, or none.", metavar="COLUMN"
 )
-TURN = option("turn", "Turn the sign of the force.", bool, default=False, answers_for=("sign",))
+FLIP_SIGN = option(
+    "flip_sign", "Reverse the sign of the force.", bool, default=False, answers_for=("sign",)
+)
 UNITS = option("units", f"Unit of {_ROLES}; may be repeated.", flag="unit", metavar="WHAT=UNIT")
 CALIBRATION = option(
     "calibration",
@@ -50,7 +52,7 @@ ROWS = option(
 CUTOFF = option(
     "cutoff", 'Low-pass without phase, such as "800 Hz".', units.FREQUENCY, example="800 Hz"
 )
-DRIFT = option("drift", "Take a straight drift off both channels.", bool, default=False)
+DRIFT = option("drift", "Remove a linear trend from both channels.", bool, default=False)
 COLUMNS = (DISPLACEMENT, FORCE, NORMAL_LOAD, TIME)
 SCALING = (UNITS, CALIBRATION, ZERO)
 
@@ -68,5 +70,11 @@ AREA = option(
     example="2 cm^2",
 )
 CONFIDENCE = option(
-    "confidence", "Of the intervals.", float, default=0.95, example="0.95", above=0.0, below=1.0
+    "confidence",
+    "Confidence level of the intervals.",
+    float,
+    default=0.95,
+    example="0.95",
+    above=0.0,
+    below=1.0,
 )

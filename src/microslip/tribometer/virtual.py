@@ -1,4 +1,4 @@
-"""A tribometer that is not there: the rig of section 2.1 of the chapter."""
+"""Virtual tribometer: the rig of section 2.1 of the chapter."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ _HEIGHTS, _TALLEST = 192, 8.0
 class InterfaceModel(BackboneModel):
     """T0 = mu N [1 - n(h + x)/n(h)] with x = u/slip_scale, for loads that the records know.
 
-    The normal law is a template with two scales, N(d) = C n(d/s). Loops know mu, the length
+    The normal law is a template with two scales, N(d) = C n(d/s). Loops determine mu, the length
     slip_scale = kappa s and, weakly, the separation h = d/s at the ``reference_load``; at a load N
     it is h_N with n(h_N) = n(h) N/N_ref (Ciavarella 1998, J. Appl. Mech. 65, 998).
     """

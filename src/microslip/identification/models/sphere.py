@@ -38,8 +38,9 @@ def _limit_of(loops: Sequence[Any], loads: Sequence[float]) -> float:
 class SphereModel(BackboneModel):
     """T0 = mu N [1 - (1 - u/u_L)^(3/2)], u_L = slip_limit (N/N_ref)^(2/3).
 
-    Cattaneo (1938) and Mindlin (1949, DOI 10.1115/1.4009973). Loops know mu and the slip limit;
-    with the materials this is the radius, u_L = mu lambda s and N = (4/3) E* sqrt(R) s^(3/2).
+    Cattaneo (1938) and Mindlin (1949, DOI 10.1115/1.4009973). Loops determine mu and the slip
+    limit; with the materials this is the radius, u_L = mu lambda s and
+    N = (4/3) E* sqrt(R) s^(3/2).
     """
 
     reference_load: float | None = None

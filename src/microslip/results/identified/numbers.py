@@ -126,7 +126,7 @@ def hints_of(fit: Summary, study: str | None) -> list[str]:
         ]
     if study is not None and not knows_radius(fit):
         return [
-            "Loops know density and radius of the summits only as density × √radius. A measured "
+            "Loops determine only density·√radius of the summits. A measured "
             'real contact area tells them apart, --contact-area "AREA, UNCERTAINTY, LOAD", or what '
             'a scan says of either: --known radius="1±0.1 mm"'
         ]

@@ -416,7 +416,7 @@ _CAPTIONS = {
     "backbone": (
         "Force and stiffness of first loading against displacement",
         "First loading from rest (the backbone), from which every loop follows: its slope is kₜ "
-        "while all sticks, and it ends at the force limit μN. Below, the tangent stiffness and the "
+        "fully stuck, and it ends at the force limit μN. Below, the tangent stiffness and the "
         "secant stiffness, which a linear model of the joint would have at that amplitude.",
     ),
     "energy_damping": (

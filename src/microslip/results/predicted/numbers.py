@@ -222,7 +222,7 @@ def joint_entry(study: StudyDescription, joint: Interface) -> dict[str, Any]:
         "normal_load": plain(getattr(joint, "normal_load", None)),
         **{name: plain(value) for name, value in scalars(study, joint).items()},
         "slip_scale_meaning": joint._slip_scale[1],
-        "hangs_on": leading_inputs(study, joint),
+        "sensitivities": leading_inputs(study, joint),
         **hertz(joint, study),
         "validity": [
             {**plain(verdict._asdict()), **({"normal_load": load} if varies else {})}

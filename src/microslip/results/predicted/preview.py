@@ -35,7 +35,7 @@ _WORDS = {
 
 
 def preview(study: StudyDescription) -> Document:
-    """Look a study over without running it."""
+    """Check a study without running it."""
     joints = build_joints(study)
     check_loads(study, joints)
     open_ends = Defaults.of(study, joints)

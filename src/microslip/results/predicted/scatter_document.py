@@ -37,7 +37,7 @@ def sections(result: Prediction) -> tuple[Section, ...]:
         return ()
     inputs = ((entry.key, entry.written) for entry in scatter.inputs)
     blocks: list[Block] = [
-        Facts("Not known exactly", (*inputs, ("Samples", str(scatter.samples)))),
+        Facts("Uncertain inputs", (*inputs, ("Samples", str(scatter.samples)))),
         *(_bands(result, scatter, name) for name in _BANDS),
         _ranking(result, scatter),
         Note(_remark(scatter), small=True),
@@ -104,7 +104,7 @@ def _ranking(result: Prediction, scatter: Scatter) -> Table:
             numbers = _of_input(decision, k)
             key = scatter.inputs[k].key
             rows.append((load, a, key, *(numbers.get(column.key) for column in columns)))
-    heads = (*_LOOP, Column("input", "Not known exactly", short="input"), *columns)
+    heads = (*_LOOP, Column("input", "Uncertain inputs", short="input"), *columns)
     return Table("What to measure next", heads, tuple(rows), keys=2, noun="inputs")
 
 

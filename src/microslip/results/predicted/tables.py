@@ -96,7 +96,7 @@ def hanging_table(joints: Rows) -> tuple[Table, ...]:
     """The steepest slopes of each joint; nothing for laws without a surface."""
     rows = []
     for joint in joints:
-        if not (slopes := joint.get("hangs_on")):
+        if not (slopes := joint.get("sensitivities")):
             continue
         amplitude = engineering(slopes["amplitude"], "m", 3, trim=True)
         labels = {"tangential_stiffness": "kₜ", "loss_factor": f"η at {amplitude}"}

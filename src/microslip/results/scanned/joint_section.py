@@ -125,7 +125,7 @@ def pictures(findings: Findings) -> tuple[Picture, ...]:
     caption = (
         "The joint against both cut-offs of the scan, a line for each long-wave one, at "
         f"{engineering(table.normal_load, 'N', 4)} on {table.area * 1e6:.4g} mm², heights as "
-        f"{table.heights}. A line that is not level hangs on the short-wave cut-off, lines "
+        f"{table.heights}. A line that is not level depends on the short-wave cut-off, lines "
         "that are apart on the long-wave one."
     )
     alternative = (

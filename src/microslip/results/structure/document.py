@@ -44,7 +44,7 @@ def answer(prediction: StructurePrediction) -> str:
     mode, curve, last = prediction.modes[0], prediction.modes[0].curve, prediction.modes[0].last
     band = "" if mode.bands is None else f" (5–95 %: {_band(mode.bands, last)})"
     return (
-        f"Mode {mode.number} lies at {curve.linear_frequency:.5g} Hz while all sticks; at "
+        f"Mode {mode.number} lies at {curve.linear_frequency:.5g} Hz fully stuck; at "
         f"{engineering(float(curve.amplitude[last]), 'm', 3)} at the sensor it is at "
         f"{curve.frequency[last]:.5g} Hz, and its damping ratio is "
         f"{cells.ratio(float(curve.damping_ratio[last]))}{band}."
@@ -75,7 +75,7 @@ def sections(prediction: StructurePrediction) -> tuple[Section, ...]:
     if prediction.convergence is not None:
         parts.append(_convergence_section(prediction.convergence, prediction.part.modes[0]))
     if ranking:
-        parts.append(Section("What decides", tuple(ranking)))
+        parts.append(Section("Contributions to the scatter", tuple(ranking)))
     if prediction.identified is not None:
         parts.append(_fitted(prediction, prediction.identified))
     parts.append(Section("Structure in figures", pictures(prediction), brief=False))
@@ -229,7 +229,7 @@ def _model(prediction: StructurePrediction) -> Facts:
         ("Balance of the tightened state", f"{state.equilibrium_error:.1e} of the largest force"),
         ("Base damping, an input", cells.ratio(part.base_damping_ratio)),
     ]
-    rows += [(f"Not known exactly: {name}", text) for name, text in prediction.inputs]
+    rows += [(f"Uncertain inputs: {name}", text) for name, text in prediction.inputs]
     return Facts("Model", tuple(rows))
 
 
@@ -248,7 +248,7 @@ def _table(mode: Mode) -> Table:
     curves = _curves(mode)
     listed = tuple(column for column in _COLUMNS if column.key in curves)
     rows = tuple(zip(*(plain(curves[column.key]) for column in listed), strict=True))
-    title = f"Mode {mode.number}, {mode.curve.linear_frequency:.5g} Hz while all sticks"
+    title = f"Mode {mode.number}, {mode.curve.linear_frequency:.5g} Hz fully stuck"
     return Table(title, listed, rows, caption=mode.curve.message, noun="amplitudes")
 
 
@@ -358,7 +358,7 @@ def _convergence_section(convergence: Convergence, number: int) -> Section:
 def _ranking(mode: Mode) -> Table:
     assert mode.bands is not None  # who calls has looked
     listed = (
-        Column("input", "Not known exactly"),
+        Column("input", "Uncertain inputs"),
         Column("share", "Share in the scatter of ln ζ", "", write=cells.percent),
     )
     return Table(f"Mode {mode.number}", listed, mode.bands.ranking, noun="inputs")

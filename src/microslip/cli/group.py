@@ -21,6 +21,8 @@ else:  # which takes no type before click 8.2
     _Choice = click.Choice
 
 _LONGEST = 1000  # letters of a message
+_FORMER = {"--turn": "--flip-sign"}
+"""Options by their names of before, which no help shows."""
 EXIT_OK, EXIT_INTERNAL, EXIT_USER, EXIT_INTERRUPTED = 0, 1, 2, 130
 
 
@@ -70,8 +72,9 @@ class Group(click.Group):
         **extra: Any,
     ) -> click.Context:
         """As click's; the options that print here, --help and --version, may fail to."""
+        words = [_FORMER.get(word, word) for word in args]
         with _printing():
-            return super().make_context(info_name, args, parent, **extra)
+            return super().make_context(info_name, words, parent, **extra)
 
     def invoke(self, ctx: click.Context) -> Any:
         """As click's; what commands print may fail."""

@@ -43,7 +43,7 @@ for host in $hosts; do
     nastran) try nastran "tests/physics/test_hosts_syntax.py -k nastran" "pyNastran>=1.4" ;;
     lsdyna) try lsdyna "tests/physics/test_hosts_syntax.py -k lsdyna" "ansys-dyna-core>=0.12" ;;
     pyharm) try pyharm tests/physics/test_hosts_pyharm.py "pyHarm-os>=1.2,<1.3" ;;
-    calculix) try calculix tests/physics/test_hosts_calculix.py ;;  # needs ccx on the PATH
+    calculix) try calculix "tests/physics/test_hosts_calculix.py tests/physics/test_hosts_calculix_card.py" ;;  # needs ccx on the PATH
     *) echo "no host $host"; exit 2 ;;
     esac
 done

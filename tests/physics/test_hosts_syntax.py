@@ -54,3 +54,10 @@ def test_lsdyna_reads_its_keywords(tmp_path):
     assert [(int(row.n1), int(row.n2), int(row.vid)) for row in rows] == [(1, 2, 101)] * 6
     (way,) = deck.get_kwds_by_full_type("DEFINE", "SD_ORIENTATION")
     assert str(way).splitlines()[-1].split()[:5] == ["101", "0", "0.0", "0.0", "1.0"]
+    card = export.write_card("ls-dyna", JOINT, tmp_path / "card.k", units="mm", density=2700.0)
+    deck = dyna.Deck()
+    deck.loads("*KEYWORD\n" + card.file.read_text() + "*END\n")
+    (layer,) = deck.get_kwds_by_full_type("MAT", "COHESIVE_ELASTIC")
+    assert layer.en * 1e9 == pytest.approx(card.card.normal_stiffness, rel=5e-5)
+    assert layer.et * 1e9 == pytest.approx(card.card.layer.shear_modulus / 1e-3, rel=5e-5)
+    assert layer.ro * 1e12 == pytest.approx(2700.0, rel=1e-4)

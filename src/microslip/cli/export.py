@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from microslip._core.parameters import option
-from microslip._core.units import LENGTH
+from microslip._core.units import AREA, LENGTH, MASS_DENSITY
 from microslip.cli.group import OneOf, echo_json
-from microslip.cli.options import offers, output_option, switch
+from microslip.cli.options import flag, offers, output_option, switch
 from microslip.cli.studies import overridable, study_argument
 from microslip.cli.work import progress, stoppable
 
@@ -45,13 +45,42 @@ _OPTIONS = (
         int,
     ),
 )
+_CARD_OPTIONS = (
+    option(
+        "program",
+        "Of kind card: the program whose contact it is.",
+        choices=("abaqus", "calculix", "ansys", "code_aster", "moose", "openradioss", "ls-dyna"),
+        flag="for",
+    ),
+    option(
+        "units",
+        "Of kind card: the deck's units, N m kg, N mm t, kN mm kg or lbf in.",
+        choices=("m", "mm", "mm-ms", "in"),
+    ),
+    option(
+        "area", "Of kind card: apparent area, where the surface has none.", AREA, metavar="AREA"
+    ),
+    option(
+        "amplitude",
+        "Of kind card: amplitude of slip that its layer is for.",
+        LENGTH,
+        metavar="LENGTH",
+    ),
+    option(
+        "thickness",
+        "Of kind card: thickness of its layer; 1 mm unless it is said.",
+        LENGTH,
+        metavar="LENGTH",
+    ),
+    option("density", "Of kind card: mass per volume of its layer.", MASS_DENSITY),
+)
 
 
 @click.command(short_help="Write the joint for another program.")
-@click.argument("kind", type=OneOf(KINDS), metavar="KIND")
+@click.argument("kind", type=OneOf((*KINDS, "card")), metavar="KIND")
 @study_argument
 @output_option("The file to write.", "FILE", "file", required=True)
-@offers(*_OPTIONS)
+@offers(*_OPTIONS, *_CARD_OPTIONS)
 @switch("--overwrite", "Replace files that exist.")
 @overridable
 @switch("--json", "Print what was written as JSON.", "as_json")
@@ -68,8 +97,11 @@ def export(
     """Write the joint of STUDY as a file of another program, which says how exact it is.
 
     KIND is c, fmu, opensees, calculix, abaqus, ansys, lsdyna or nastran; table, segalman, bouc-wen
-    or iwan write its numbers, and models that are close to it.
+    or iwan write its numbers, and models that are close to it; card writes it as contact per unit
+    area, in the words of the program that --for names.
     """
+    of_card = {name: options.pop(name) for name in (item.name for item in _CARD_OPTIONS)}
+    of_card = {name: value for name, value in of_card.items() if value is not None}
     with stoppable(), progress("Exporting"):
         from microslip.export import write
         from microslip.results import Study
@@ -78,6 +110,12 @@ def export(
         described = Study.load(study, overrides)
         unsure = [key for key, _ in spreads_of(described)]
         law, pairs = _law(described, kind, nodes)
+        if kind == "card":
+            _write_card(law, file, overwrite, options["name"], of_card, as_json)
+            return
+        if of_card:
+            flags = ", ".join("--" + flag(item) for item in _CARD_OPTIONS if item.name in of_card)
+            raise click.UsageError(f"{flags}: of kind card alone, got {kind}")
         exported = write(kind, law, file, nodes=pairs, overwrite=overwrite, **options)
     if as_json:
         from dataclasses import asdict
@@ -96,6 +134,34 @@ def export(
     click.echo(f"This kind of file: {exported.run}.")
     if unsure:
         click.echo(f"Of what is not known exactly it holds the middle: {', '.join(unsure)}.")
+
+
+def _write_card(
+    law: Any, file: Path, overwrite: bool, name: str, given: dict[str, Any], as_json: bool
+) -> None:
+    """Write a contact card, and say what it holds."""
+    from microslip.export import write_card
+
+    if "program" not in given:
+        programs = ", ".join(_CARD_OPTIONS[0].choices)
+        raise click.UsageError(f"--for: wanted the program of the card, one of {programs}")
+    done = write_card(given.pop("program"), law, file, name=name, overwrite=overwrite, **given)
+    card = done.card
+    if as_json:
+        from dataclasses import asdict
+
+        numbers = asdict(card)
+        for key, value in numbers.items():
+            numbers[key] = value.tolist() if hasattr(value, "tolist") else value
+        echo_json({"program": done.program, "files": [str(file)], "run": done.run} | numbers)
+        return
+    click.echo(f"Written: {file}")
+    click.echo(
+        f"At {card.pressure:.4g} Pa it has {card.normal_stiffness:.4g} Pa/m normal and "
+        f"{card.stick_stiffness:.4g} Pa/m tangential stiffness, and slips past "
+        f"{card.elastic_slip:.4g} m; stick-slip is up to {card.errors.force:.2g} above the force."
+    )
+    click.echo(f"This kind of card: {done.run}.")
 
 
 def _law(study: Study, kind: str, nodes: str | None) -> tuple[Any, Any]:

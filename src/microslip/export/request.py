@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import re
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from textwrap import wrap
@@ -12,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, exact, show
+from microslip._core.wording import did_you_mean
 from microslip._version import __version__
 from microslip.errors import InputError
 from microslip.export.backbone_panels import BackbonePanels
@@ -19,6 +21,7 @@ from microslip.friction import BackboneLaw, JointField, Parallel
 from microslip.friction.base import CellModel
 from microslip.friction.conversions import check_not_rigid
 
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,30}")
 _AMPLITUDES = 400  # at which errors are looked for
 ELEMENTS = ("opensees", "calculix", "abaqus", "ansys", "lsdyna", "nastran")
 """Kinds whose files hold elements, and so fields."""
@@ -218,3 +221,20 @@ def described(law: Any) -> str:
         return f"{len(law)} patch(es){f', each {described(law[0])}' if alike else ', a law each'}"
     limit, stiffness = exact(law.force_limit), exact(law.tangential_stiffness)
     return f"{law!r}{under}; force limit {limit} N, stiffness at rest {stiffness} N/m"
+
+
+def check_word(name: str, value: Any, words: Iterable[str]) -> None:
+    """Refuse what is not one of some words."""
+    words = tuple(words)
+    if not isinstance(value, str) or value not in words:
+        near = did_you_mean(value, words) if isinstance(value, str) else ""
+        raise InputError(f"`{name}` must be one of {', '.join(words)}, got {show(value)}{near}")
+
+
+def check_name(name: Any) -> None:
+    """Refuse what names in files cannot begin with."""
+    if not isinstance(name, str) or not _NAME.fullmatch(name):
+        raise InputError(
+            "`name` must begin with a letter and hold up to 31 letters, digits and _, which "
+            f'C and Fortran take, for example name="joint"; got {show(name)}'
+        )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,13 +11,20 @@ from numpy.typing import ArrayLike
 
 from microslip._core.checks import show, whole_number
 from microslip._core.files import whole_file
-from microslip._core.wording import did_you_mean, one_line
+from microslip._core.wording import one_line
 from microslip.errors import InputError
 from microslip.export.formats import FORMATS, KINDS
-from microslip.export.request import Accuracy, Order, described, patches_of, sum_of
+from microslip.export.request import (
+    Accuracy,
+    Order,
+    check_name,
+    check_word,
+    described,
+    patches_of,
+    sum_of,
+)
 from microslip.friction.conversions import amplitude_range
 
-_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,30}")
 _MOST_DEPTH = 1_000_000
 _MOST_CELLS = 10_000
 
@@ -96,10 +102,8 @@ def write(
     Cells are tangents of the backbone at geometric places (Iwan 1966, DOI 10.1115/1.3625199). The
     exact kinds hold the backbone in panels of polynomials and follow Masing's rules.
     """
-    file_format = next((item for item in FORMATS if item.kind == kind), None)
-    if file_format is None:
-        near = did_you_mean(kind, KINDS) if isinstance(kind, str) else ""
-        raise InputError(f"`kind` must be one of {', '.join(KINDS)}, got {show(kind)}{near}")
+    check_word("kind", kind, KINDS)
+    file_format = FORMATS[KINDS.index(kind)]
     try:
         path = Path(file)
     except TypeError:
@@ -108,11 +112,7 @@ def write(
     stem = path.stem if path.suffix == suffix else path.name
     if not stem or stem.startswith("."):
         raise InputError(f"`file` must be the name of a file, got {show(str(file))}")
-    if not isinstance(name, str) or not _NAME.fullmatch(name):
-        raise InputError(
-            "`name` must begin with a letter and hold up to 31 letters, digits and _, which "
-            f'C and Fortran take, for example name="joint"; got {show(name)}'
-        )
+    check_name(name)
     depth, cells = (
         max(whole_number("depth", depth, 2, _MOST_DEPTH), 4),
         whole_number("cells", cells, 2, _MOST_CELLS),

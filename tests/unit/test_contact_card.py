@@ -1,0 +1,124 @@
+"""Contact cards: their numbers beside the law, their units, and what they refuse."""
+
+from __future__ import annotations
+
+import json
+import re
+
+import numpy as np
+import pytest
+from command import STUDY, fails, run
+from exported import JOINT
+
+import microslip as ms
+from microslip import export
+from microslip.cli.export import _CARD_OPTIONS
+from microslip.export.card_files import UNITS
+
+
+def test_heights_that_fall_exponentially_have_a_card_in_closed_form():
+    """Pressure is exponential in the separation: both stiffnesses are the pressure by a length."""
+    scale = 8e-7
+    surface = ms.GreenwoodWilliamson(
+        JOINT.surface.pair, ms.Exponential(scale=scale), radius=1e-3, density=1e8, area=2e-4
+    )
+    card = export.ContactCard.of(ms.Interface(surface, 0.4, normal_load=100.0), thickness=2e-3)
+    ratio = surface.pair.stiffness_ratio
+    assert card.pressure == pytest.approx(5e5)
+    assert card.normal_stiffness == pytest.approx(5e5 / scale, rel=1e-9)
+    assert card.elastic_slip == pytest.approx(0.4 * ratio * scale, rel=1e-9)
+    assert card.layer.young_modulus == pytest.approx(5e5 / scale * 2e-3, rel=1e-9)
+    assert card.errors.elastic_slip < 1e-9
+    assert card.errors.constant_stick == pytest.approx(1.0, rel=1e-9)  # at half the pressure
+    assert card.errors.force == pytest.approx(1.0 / (1.0 - np.exp(-1.0)) - 1.0, rel=1e-9)
+    p, c = card.pressures[1:], card.overclosures[1:]
+    np.testing.assert_allclose(np.diff(c), scale * np.diff(np.log(p)), rtol=1e-7)
+    np.testing.assert_allclose(card.stick_stiffnesses[1:], p / scale / ratio, rtol=1e-7)
+    step = np.diff(np.log(p))[0]
+    assert card.errors.pressure == pytest.approx(np.cosh(step / 2) - 1.0, rel=1e-5)
+    slopes = np.diff(card.pressures) / np.diff(card.overclosures)
+    assert np.all(np.diff(slopes) >= -1e-6 * slopes[:-1]), "stiffer with pressure"
+    assert np.interp(5e5, p[:-1], slopes[1:]) == pytest.approx(5e5 / scale, rel=0.1)
+
+
+def test_damping_that_is_told_is_that_of_loops():
+    card = export.ContactCard.of(JOINT, amplitude=1e-7)
+    assert card.layer.loss_factor == pytest.approx(
+        JOINT.loop(1e-7, samples=4001).loss_factor, rel=1e-6
+    )
+    wanted = JOINT.loop(1e-7, samples=4001).secant_stiffness / 2e-4 * 1e-3
+    assert card.layer.shear_modulus == pytest.approx(wanted, rel=1e-9)
+    slip = card.elastic_slip
+    for amplitude, own, its in card.errors.damping:
+        assert own == pytest.approx(JOINT.loop(amplitude, samples=4001).loss_factor, rel=1e-5)
+        # Stick-slip: 4 mu N (a - slip) over pi mu N a.
+        assert its == pytest.approx(4.0 / np.pi * max(1.0 - slip / amplitude, 0.0), abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("units", "pascal", "metre", "density"),
+    [("m", 1.0, 1.0, 1.0), ("mm", 1e6, 1e-3, 1e12), ("mm-ms", 1e9, 1e-3, 1e9),
+     ("in", 6894.757293168, 0.0254, 1.0687e7)],
+)  # fmt: skip
+def test_numbers_are_in_the_units_of_the_deck(tmp_path, units, pascal, metre, density):
+    done = export.write_card("abaqus", JOINT, tmp_path / "c", units=units, density=2700.0)
+    text = done.file.read_text()
+    table = np.array(re.findall(r"^([\d.e+-]+), ([\d.e+-]+)$", text, re.MULTILINE), dtype=float)
+    np.testing.assert_allclose(table[:, 0] * pascal, done.card.pressures, rtol=1e-9)
+    np.testing.assert_allclose(table[:, 1] * metre, done.card.overclosures, rtol=1e-9)
+    layer = float(re.search(r"TRACTION\n(\S+),", text)[1])
+    assert layer * pascal == pytest.approx(done.card.layer.young_modulus, rel=1e-9)
+    assert float(re.search(r"DENSITY\n(\S+),", text)[1]) * density == pytest.approx(2700, rel=1e-4)
+    slip = float(re.search(r"ELASTIC SLIP=(\S+)", text)[1])
+    assert slip * metre == pytest.approx(done.card.elastic_slip, rel=1e-9)
+
+
+@pytest.mark.parametrize("program", export.PROGRAMS)
+def test_each_program_gets_both_stiffnesses_and_what_is_off(tmp_path, program):
+    done = export.write_card(program, JOINT, tmp_path / "c", density=2700.0)
+    text = done.file.read_text()
+    numbers = [float(n) for n in re.findall(r"\d\.\d+e[+-]\d\d", text)]
+    card = done.card
+    held = [card.stick_stiffness, card.normal_stiffness, 0.55]
+    if program in ("openradioss", "ls-dyna"):
+        held[0] = card.layer.shear_modulus / card.layer.thickness
+    if program == "abaqus":  # which takes the slip, and the table
+        held[0], held[1] = card.elastic_slip, card.overclosures[20]
+    for value in held:
+        assert min(abs(number / value - 1.0) for number in numbers) < 5e-5, (program, value)
+    words = " ".join(re.sub(r"(?m)^\W*", "", text).split())
+    assert ("17% off" if program == "abaqus" else "76% off") in words
+    assert ("not run here" in words) == (program != "calculix")
+
+
+@pytest.mark.parametrize(
+    ("program", "joint", "options", "says"),
+    [
+        ("abacus", JOINT, {}, "program must be one of abaqus, calculix"),
+        ("abaqus", ms.Jenkins(1e6, 1.0), {}, "joint must be an Interface"),
+        ("abaqus", JOINT, {"units": "cm"}, "units must be one of m, mm"),
+        ("abaqus", JOINT, {"area": 1e-4}, "area must be that of the surface, 0.0002 m^2"),
+        ("abaqus", JOINT, {"thickness": 0.0}, "thickness must be above zero"),
+        ("ls-dyna", JOINT, {}, "density must be given for ls-dyna"),
+        ("abaqus", JOINT, {"name": "1"}, "name must begin with a letter"),
+        ("abaqus", ms.Interface(ms.SphereOnFlat(JOINT.surface.pair, radius=5e-3), 0.3,
+                                normal_load=1.0), {}, "area must be given: SphereOnFlat"),
+    ],
+)  # fmt: skip
+def test_what_no_card_can_be_is_refused(tmp_path, program, joint, options, says):
+    with pytest.raises(ms.InputError, match=re.escape(says)):
+        export.write_card(program, joint, tmp_path / "c", **options)
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_command_writes_a_card(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "joint.toml").write_text(STUDY)
+    assert _CARD_OPTIONS[0].choices == tuple(export.PROGRAMS)
+    assert _CARD_OPTIONS[1].choices == tuple(UNITS)
+    done = run("export", "card", "joint.toml", "-o", "c.inp", "--for", "calculix", "--json")
+    told = json.loads(done.output)
+    assert (tmp_path / "c.inp").exists()
+    assert told["normal_stiffness"] > told["stick_stiffness"] > 0.0
+    assert "wanted the program" in fails("export", "card", "joint.toml", "-o", "d.inp")
+    assert "of kind card alone" in fails("export", "c", "joint.toml", "-o", "d.c", "--for", "ansys")

@@ -10,7 +10,16 @@ import numpy as np
 from microslip._core.units import engineering, prefix
 from microslip._core.wording import shorten
 from microslip.report import cells
-from microslip.report.document import Column, Document, Items, Picture, Section, Table
+from microslip.report.document import (
+    Block,
+    Column,
+    Document,
+    Items,
+    Picture,
+    Section,
+    Table,
+    Verdicts,
+)
 from microslip.report.files import csv_text, header, text_cell, text_file
 from microslip.report.plot import COLORS, DASHES, Axis, Entry, Panel, Plot, stacked
 from microslip.structures import ModalTest
@@ -32,6 +41,7 @@ def document(tests: Sequence[ModalTest]) -> Document:
                 "modal_frequency": test.frequency.tolist(),
                 "modal_damping_ratio": test.damping_ratio.tolist(),
                 "notes": list(test.notes),
+                "verdicts": [verdict._asdict() for verdict in test.verdicts],
             }
             for test in tests
         ],
@@ -80,7 +90,10 @@ def _section(test: ModalTest) -> Section:
         for i in order
     )
     name = shorten(test.name, 100)
-    return Section(name, (Table(name, columns, rows, noun="amplitudes"), Items(test.notes)))
+    blocks: list[Block] = [Table(name, columns, rows, noun="amplitudes"), Items(test.notes)]
+    if test.verdicts:
+        blocks.insert(1, Verdicts(test.verdicts, caption="How far the reading holds."))
+    return Section(name, tuple(blocks))
 
 
 def _csv(tests: Sequence[ModalTest]) -> str:

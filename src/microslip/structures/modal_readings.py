@@ -156,9 +156,6 @@ def _analytic(t: Floats, x: Floats, middle: Floats, period: Floats) -> tuple[Flo
 _SHARE = 0.1  # of the energy outside of half an octave, from which another mode rings along
 _ABOVE_NOISE = 8.0
 _SETTLING = 4.0  # times one over its width, for which a filter hears the ends
-_NEAR = 0.3  # least sine of the phase behind the force, which is one at resonance
-_FEWEST = 5
-_KNOTS = 8
 
 Values = tuple[Floats, Floats, Floats]
 """Amplitudes [m], frequencies [Hz], damping ratios [-]."""
@@ -205,69 +202,6 @@ def _check_decay(amplitude: Floats) -> None:
         )
 
 
-def stepped_sine(
-    frequency: ArrayLike,
-    amplitude: ArrayLike,
-    phase: ArrayLike,
-    force: ArrayLike,
-    points: Any,
-    quantity: Any,
-) -> Values:
-    """See :meth:`microslip.ModalTest.from_stepped_sine`."""
-    points, power = whole_number("points", points, 1, 1000), power_of(quantity)
-    f, a = record("frequency", frequency), record("amplitude", amplitude)
-    psi, push = record("phase", phase), record("force", force)
-    if not f.shape == a.shape == psi.shape or push.size not in (1, f.size):
-        raise InputError(
-            "frequency, amplitude, phase and force must be of one length, got "
-            f"{f.size}, {a.size}, {psi.size} and {push.size}"
-        )
-    for name, values in (("frequency", f), ("amplitude", a), ("force", push)):
-        if values.min() <= 0.0:
-            raise InputError(f"`{name}` must be above zero, got {values.min():g}")
-    omega = 2.0 * math.pi * f
-    a = a / omega**power
-    behind = 0.5 * math.pi * power - psi  # the displacement's phase behind the force
-    near = np.flatnonzero(np.sin(behind) > _NEAR)
-    if near.size < _FEWEST:
-        raise InputError(
-            f"phase must pass a resonance, where the displacement lags by 90 degrees, with at "
-            f"least {_FEWEST} values within 70 degrees of it, got {near.size}; look at its sign "
-            "and unit"
-        )
-    omega, a, behind = omega[near], a[near], behind[near]
-    push = np.broadcast_to(push, f.shape)[near]
-    with np.errstate(over="ignore"):
-        apparent = push / a
-    if not np.isfinite(apparent).all():
-        raise InputError("`force` over the amplitude goes beyond all numbers")
-    cosine, sine = apparent * np.cos(behind), apparent * np.sin(behind)
-    if cosine.min() * cosine.max() >= 0.0:
-        raise InputError("phase must pass 90 degrees behind the force, got one side of it alone")
-    p = _modal_constant(omega, np.log(a), cosine)
-    square = omega**2 + p * cosine
-    if not p > 0.0 or square.min() <= 0.0:
-        raise InputError(
-            "frequency and phase do not fit one mode: the two sides of the resonance contradict "
-            "each other; take a narrower range of frequencies"
-        )
-    natural = np.sqrt(square)
-    return _means_by_level(a, natural / (2.0 * math.pi), p * sine / (2.0 * omega * natural), points)
-
-
-def _modal_constant(omega: Floats, level: Floats, cosine: Floats) -> float:
-    """The p with which omega^2 + p cosine is one smooth function of the level."""
-    low, high = float(level.min()), float(level.max())
-    count = max(2, min(_KNOTS, omega.size // 5))
-    knots = np.linspace(low, high if high > low else low + 1.0, count)
-    hats = np.stack([np.interp(level, knots, row) for row in np.eye(count)], axis=1)
-    middle = float(np.mean(omega**2))
-    scale = float(np.abs(cosine).max())
-    matrix = np.column_stack([-cosine / scale, hats])
-    solution = np.linalg.lstsq(matrix, omega**2 / middle, rcond=None)[0]
-    return float(solution[0]) * middle / scale
-
-
 def _means_in_time(
     time: Floats, amplitude: Floats, frequency: Floats, damping: Floats, points: int
 ) -> Values:
@@ -291,20 +225,6 @@ def _means_in_time(
             rows.append((math.exp(float(level[stretch].mean())), f, zeta))
     amplitudes, frequencies, dampings = np.array(rows).reshape(-1, 3).T
     return amplitudes, frequencies, dampings
-
-
-def _means_by_level(amplitude: Floats, frequency: Floats, damping: Floats, points: int) -> Values:
-    """Geometric means over about even steps of the logarithm of the amplitude."""
-    level = np.log(amplitude)
-    count = min(points, level.size)
-    edges = np.linspace(level.min(), level.max(), count + 1)
-    place = np.clip(np.searchsorted(edges, level, side="right") - 1, 0, count - 1)
-    occupied = np.unique(place)
-
-    def means(values: Floats) -> Floats:
-        return np.array([np.exp(np.log(values[place == k]).mean()) for k in occupied])
-
-    return means(amplitude), means(frequency), means(damping)
 
 
 def _band_limits(band: Any) -> tuple[float, float]:

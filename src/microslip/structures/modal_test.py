@@ -16,12 +16,14 @@ from numpy.typing import ArrayLike
 from microslip._core.checks import Floats, positive, record, show, whole_number
 from microslip._core.frozen import Locked, assign, lock
 from microslip._core.units import ANGLE, FORCE, FREQUENCY, LENGTH, RATIO, Kind, factor_of
+from microslip._core.verdicts import Verdict
 from microslip._core.wording import did_you_mean, quoted, shorten
 from microslip.errors import InputError
 from microslip.readers.files import head_of, kind_of, usable
 from microslip.readers.tables import Named, Table, find, fits, understood
-from microslip.structures.modal_readings import Values, ring_down, stepped_sine
+from microslip.structures.modal_readings import Values, ring_down
 from microslip.structures.periodic_motion import POWERS
+from microslip.structures.stepped_sine import SteppedSine, stepped_sine
 from microslip.tribometer.reading import READERS
 from microslip.tribometer.roles import is_of_loop
 
@@ -48,6 +50,8 @@ class ModalTest(Locked):
         What it is called in reports.
     notes : tuple of str
         How it was read.
+    verdicts : tuple of Verdict
+        How far the reading holds, of a stepped sine at controlled response.
 
     Notes
     -----
@@ -65,6 +69,7 @@ class ModalTest(Locked):
     damping_error: float = 0.05
     name: str = "test"
     notes: tuple[str, ...] = ()
+    verdicts: tuple[Verdict, ...] = ()
 
     def __post_init__(self) -> None:
         for name, unit in (("amplitude", "m"), ("frequency", "Hz"), ("damping_ratio", "")):
@@ -158,10 +163,13 @@ class ModalTest(Locked):
         amplitude alone, wherever on the two sides of the resonance it was met, tells p by linear
         least squares; each value then tells its own omega and zeta. After Szemplinska-Stupnicka
         (1979), DOI 10.1016/S0022-460X(79)80003-1; other modes are left out.
+
+        Where the response was held and the force followed it, each level is a linear mode: its
+        omega, zeta and p by linear least squares, with ``verdicts`` (response control after
+        Karaagacli and Ozguven 2021, DOI 10.1016/j.ymssp.2020.107023).
         """
-        return cls(
-            *stepped_sine(frequency, amplitude, phase, force, points, quantity), **attributes
-        )
+        read = stepped_sine(frequency, amplitude, phase, force, points, quantity)
+        return cls(*read.values, **{"verdicts": read.verdicts, **attributes})
 
     @classmethod
     def read(
@@ -193,8 +201,9 @@ class ModalTest(Locked):
         ModalTest
             With notes that say how it was read.
         """
-        name, notes, values = read(path, band, points, columns or {})
-        return cls(*values, **{"name": name, "notes": notes, **attributes})
+        name, notes, values, verdicts = read(path, band, points, columns or {})
+        read_as = {"name": name, "notes": notes, "verdicts": verdicts}
+        return cls(*values, **{**read_as, **attributes})
 
 
 TIME = Kind("time", "s", ("s", "ms", "us"))
@@ -238,8 +247,8 @@ def modal_kind(path: str | os.PathLike[str]) -> str | None:
 
 def read(
     path: Any, band: Any, points: Any, columns: Mapping[str, str]
-) -> tuple[str, tuple[str, ...], Values]:
-    """See :meth:`microslip.ModalTest.read`: its name, notes and values."""
+) -> tuple[str, tuple[str, ...], Values, tuple[Verdict, ...]]:
+    """See :meth:`microslip.ModalTest.read`: its name, notes, values and verdicts."""
     try:
         place = Path(path)
     except TypeError:
@@ -260,16 +269,24 @@ def read(
                 "displacement, velocity or acceleration; or of frequency, amplitude and phase; "
                 f"got {have}"
             )
-        values = _values(kind, table, roles, band, points)
+        how = ""
+        verdicts: tuple[Verdict, ...] = ()
+        if kind == "stepped sine":
+            _refuse_band(kind, band)
+            sine = _stepped_sine(table, roles, points)
+            values, verdicts = sine.values, sine.verdicts
+            how = f" at controlled {sine.controlled}" if sine.verdicts else ""
+        else:
+            values = _values(kind, table, roles, band, points)
     except InputError as error:
         raise error.within(f"{name}: ") from None
     except (ValueError, OSError) as error:
         raise InputError(f"{name}: {error}") from None
     used = ", ".join(f'{role} "{shorten(c.heading, 40)}"' for role, c in roles.items())
-    notes = [f"{name}: {kind}, {len(values[0])} amplitudes; {used}."]
+    notes = [f"{name}: {kind}{how}, {len(values[0])} amplitudes; {used}."]
     if band is not None and kind == "ring-down":
         notes.append(f"filtered to {band[0]:g} … {band[1]:g} Hz, without a shift in time.")
-    return name, tuple(notes), values
+    return name, tuple(notes), values, verdicts
 
 
 def _table(path: Path) -> Table:
@@ -322,24 +339,37 @@ def _kind(roles: Mapping[str, Named], columns: Sequence[Named]) -> str | None:
     return None
 
 
-def _values(kind: str, table: Table, roles: dict[str, Named], band: Any, points: Any) -> Values:
+def _refuse_band(kind: str, band: Any) -> None:
     if kind != "ring-down" and band is not None:
         raise InputError(f"`band` is for a ring-down, this is a {kind}")
+
+
+def _values(kind: str, table: Table, roles: dict[str, Named], band: Any, points: Any) -> Values:
+    _refuse_band(kind, band)
     if kind == "curve":
         return tuple(_column(table, roles, r) for r in ("amplitude", "frequency", "damping_ratio"))  # type: ignore[return-value]
+    (signal,) = _signals(roles)
+    return ring_down(
+        _column(table, roles, "time"), _column(table, roles, signal), points, signal, band
+    )
+
+
+def _stepped_sine(table: Table, roles: dict[str, Named], points: Any) -> SteppedSine:
+    quantity = next(iter(_signals(roles)), None)
+    names = ("frequency", quantity or "amplitude", "phase")
+    force: Any = _column(table, roles, "force") if "force" in roles else 1.0
+    f, size, phase = (_column(table, roles, name) for name in names)
+    return stepped_sine(f, size, phase, force, points, quantity or "displacement")
+
+
+def _signals(roles: Mapping[str, Named]) -> list[str]:
+    """What the sensor shows, of one quantity."""
     signals = [role for role in POWERS if role in roles]
     if len(signals) > 1:
         raise InputError(
             f"wanted one signal of the sensor, got {quoted(signals, 'and')}; take the others out"
         )
-    if kind == "ring-down":
-        time, signal = _column(table, roles, "time"), _column(table, roles, signals[0])
-        return ring_down(time, signal, points, signals[0], band)
-    quantity = signals[0] if signals else "displacement"
-    size = _column(table, roles, signals[0] if signals else "amplitude")
-    force: Any = _column(table, roles, "force") if "force" in roles else 1.0
-    phase = _column(table, roles, "phase")
-    return stepped_sine(_column(table, roles, "frequency"), size, phase, force, points, quantity)
+    return signals
 
 
 def _column(table: Table, roles: Mapping[str, Named], role: str) -> Floats:

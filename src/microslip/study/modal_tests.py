@@ -90,7 +90,12 @@ class MeasuredPart(Part):
         if self.band is not None or kind in ("ring-down", "stepped sine") or (kind and not named):
             test = ModalTest.read(path, band=self.band)
             self._table = np.stack([test.amplitude, test.frequency, test.damping_ratio], axis=1)
-            place.reading.notes.extend(f"structure.measured: {note}" for note in test.notes)
+            doubts = [
+                f"{v.name} is {v.value:.3g}: {v.remedy}"
+                for v in test.verdicts
+                if v.value is not None and v.word != "ok"
+            ]
+            place.reading.notes.extend(f"structure.measured: {n}" for n in (*test.notes, *doubts))
             return
         columns = (
             (AMPLITUDE, self.amplitude, None),

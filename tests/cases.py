@@ -17,6 +17,7 @@ from hypothesis import strategies as st
 from own_laws import LAWS
 
 import microslip as ms
+from microslip.readers.files import decoded
 
 Case = dict[str, Any]
 
@@ -230,3 +231,11 @@ def folded(
         return pytest.mark.parametrize("group", groups)(run)
 
     return decorate
+
+
+def parsed_here(kind: str, path: Path, reader: Callable[..., Any], **options: Any) -> Any:
+    """What `readers.child.parsed` does, in this process, where a test stands in for a library."""
+    for name in ("libraries", "bytes_a_second"):
+        options.pop(name, None)
+    with decoded(kind):
+        return reader(path, **options)

@@ -86,8 +86,9 @@ NOT_ENTERED = {
     *("MeshedJoint", "ModalCurve", "ModalIdentification", "Motion", "PeriodicResponse", "RingDown"),
     *("PerssonCurve", "Preload", "Pressure", "ReducedJoint", "SegalmanFit", "Sliders", "Summits"),
     *("Sweep", "TightenedSurface", "VectorCycle", "VectorResponse", "Verdict"),
-    *("MeshedJoint.read", "ModalTest.read", "Record.read", "Scan.read", "read_gap_table"),
+    *("MeshedJoint.read", "ModalTest.read", "Record.read", "Scan.read", "Structure.load"),
     *("LapJoint.converge", "PerssonCurve.from_spectrum", "Scan.changed", "evaluate_to_zarr"),
+    "read_gap_table",
     *("EllipticSummits.tightened", "PressedJoint.guess", "Asperity.guess"),  # they refuse
     *(f"NormalLaw.{quantity}" for quantity in ("contact_area", "contact_count")),  # so do these
     *("NormalLaw.contact_probability", "MeshedJoint.shank_sections"),

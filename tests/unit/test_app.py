@@ -376,6 +376,17 @@ def test_a_pickle_is_never_opened(bench: Bench) -> None:
     assert status == 422, text
 
 
+@pytest.mark.slow
+def test_an_upload_is_no_module_of_ours(bench: Bench, tmp_path: Path) -> None:
+    """Python would import from the folder that it is started in, and run what lies there."""
+    trace = tmp_path / "ran"
+    sent = bench.json("POST", "/api/uploads?name=numpy.py", f"open({str(trace)!r}, 'w')".encode())
+    bench.ask("POST", f"/api/uploads/{sent['id']}/look", {"what": "scan"})
+    asked = {"kind": "measure", "uploads": [sent["id"]], "options": {}}
+    assert bench.finished(bench.json("POST", "/api/runs", asked)["id"])["state"] == "failed"
+    assert not trace.exists()
+
+
 def test_a_run_is_cancelled(bench: Bench) -> None:
     sent = bench.json("POST", "/api/example")
     run = bench.json("POST", "/api/runs", {"kind": "predict", "uploads": [sent["id"]]})

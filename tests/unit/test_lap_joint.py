@@ -321,13 +321,13 @@ def test_shanks_are_where_the_mesh_has_them() -> None:
 
 
 def test_meshes_that_cannot_be_read(tmp_path: Path) -> None:
-    with pytest.raises(ms.InputError, match="there is no such file"):
+    with pytest.raises(ms.InputError, match="no such file"):
         ms.MeshedJoint.read(tmp_path / "none.msh", **NAMED)
     with pytest.raises(ms.InputError, match="has no names; name its volumes and faces"):
         ms.MeshedJoint.read(written(tmp_path / "bare.vtk", nameless=True), **NAMED)
     (tmp_path / "broken.msh").write_text("$MeshFormat\nnonsense")
-    with pytest.raises(ms.InputError, match=r"broken.msh: meshio cannot read it"):
+    with pytest.raises(ms.InputError, match=r"broken.msh: not a usable mesh"):
         ms.MeshedJoint.read(tmp_path / "broken.msh", **NAMED)
     (tmp_path / "mesh.odd").write_text("")
-    with pytest.raises(ms.InputError, match=r"mesh.odd: meshio cannot read it"):
+    with pytest.raises(ms.InputError, match=r"mesh.odd: not a usable mesh: .*path .mesh.odd"):
         ms.MeshedJoint.read(tmp_path / "mesh.odd", **NAMED)

@@ -768,7 +768,7 @@ def test_too_large(put: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     )
     with pytest.raises(ms.InputError) as caught:
         ms.Record.read("big.h5", limit=10**13)
-    assert str(caught.value) == "big.h5: too large for the memory; cut the record"
+    assert str(caught.value) == "big.h5: too large for the memory of this machine"
 
 
 # -- MATLAB, HDF5, TDMS ----------------------------------------------------------------------------

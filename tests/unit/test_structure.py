@@ -9,9 +9,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from cases import parsed_here
 from scipy import io, linalg, sparse
 
 import microslip as ms
+from microslip.structures import matrices
 
 
 def spring_chain(masses: list[float], springs: list[float]) -> tuple[np.ndarray, np.ndarray]:
@@ -248,6 +250,7 @@ def test_nastrans_files_are_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     file = tmp_path / "model.pch"
     file.write_text(punched("KAAX", STIFFNESS) + punched("MAAX", MASS))
     monkeypatch.setitem(sys.modules, "pyyeti.nastran", None)
+    monkeypatch.setattr(matrices, "parsed", parsed_here)
     with pytest.raises(ms.InputError, match=r'model.pch: .* pip install "microslip\[nastran\]"'):
         ms.Structure.load(file)
     monkeypatch.undo()

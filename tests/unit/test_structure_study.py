@@ -440,7 +440,7 @@ def test_a_mesh_of_ones_own_is_predicted_as_its_drawing_is(
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("strip.inp", "none.inp", "structure.mesh: none.inp: there is no such file"),
+        ("strip.inp", "none.inp", "structure.mesh: none.inp: no such file"),
         ("along = [1, 0, 0]", "along = [0, 0, 1]", "structure.mesh.along: along must not be normal to the contact faces"),
         ("strip.inp", "nameless.vtk", "structure.mesh: nameless.vtk: has no names; name its volumes and faces"),
         ('"low face", "high', '"lo face", "high', 'structure.mesh: strip.inp: has no face "lo face"; did you mean "low face"?'),

@@ -246,7 +246,7 @@ class Workspace:
                 return
             run.state = "running"
             run.process = await asyncio.create_subprocess_exec(
-                sys.executable, "-m", "microslip", *run.arguments,
+                sys.executable, "-P", "-m", "microslip", *run.arguments,
                 cwd=run.folder, stdin=asyncio.subprocess.DEVNULL, stdout=asyncio.subprocess.PIPE,
                 stderr=asyncio.subprocess.PIPE,
                 env={**os.environ, "MICROSLIP_PROGRESS": "lines", "NO_COLOR": "1",
@@ -349,7 +349,7 @@ def _text(name: str, value: Any) -> str:
 async def preview(arguments: list[str], folder: Path, question: Any) -> dict[str, Any]:
     """Look into a file of a folder, in a process of its own that may take two minutes."""
     process = await asyncio.create_subprocess_exec(
-        sys.executable, "-m", "microslip.cli.look", *arguments, cwd=folder,
+        sys.executable, "-P", "-m", "microslip.cli.look", *arguments, cwd=folder,
         stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.PIPE,
         stderr=asyncio.subprocess.DEVNULL,
     )  # fmt: skip

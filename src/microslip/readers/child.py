@@ -1,85 +1,172 @@
-"""SciPy's readers of MAT and Matrix Market files in a process of their own.
+"""Files that other libraries parse, in a process of their own.
 
-Damaged files make them write where no memory is theirs, or ask for all there is. So a child parses,
-with bounded memory and time, and hands plain arrays over in an archive; its death is one line.
+Damaged files make such parsers write where no memory is theirs, or ask for all there is. So a child
+parses: it loads the library once and forks for each file, with bounded memory and time, and hands
+plain numbers over in an archive. The death of a fork is one line. Where nothing can be forked, each
+file has a child of its own.
 """
 
 from __future__ import annotations
 
+import atexit
+import contextlib
 import json
 import os
 import signal
 import subprocess
 import sys
 import tempfile
-from collections.abc import Mapping, Sequence
+import threading
+from collections.abc import Callable, Mapping, Sequence
+from importlib import import_module
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
-from microslip.readers.files import allowed_points, decoded
+from microslip.errors import InputError
+from microslip.readers.files import Unusable, allowed_points, decoded, first_line, limited
 
 _BYTES_A_POINT: Final = 16  # as read, and as written for the parent
-_BESIDE: Final = 1 << 30  # address space of Python, NumPy and SciPy with one thread
-_SECONDS, _BYTES_A_SECOND = 10.0, 2e7
+_BESIDE: Final = 1 << 28  # beside the numbers, and what the child had before
+_UNKNOWN: Final = 1 << 30  # address space of Python with libraries, where nothing tells it
+_SECONDS: Final = 10.0
+_PATIENCE: Final = 10  # seconds for one of computing, on a machine that has other things to do
 _SPARSE: Final = ("data", "row", "col", "shape")
 
 
-def parsed(kind: str, path: Path, names: Sequence[str] | None = None) -> dict[str, Any]:
-    """What a child reads of a file: numbers, texts, arrays and sparse matrices, nested by names.
+def parsed(
+    kind: str,
+    path: Path,
+    reader: Callable[..., Any],
+    *,
+    libraries: Sequence[str] = (),
+    bytes_a_second: float = 2e7,
+    **options: Any,
+) -> Any:
+    """What a function makes of a file in a child.
 
     Parameters
     ----------
     kind : str
-        "MAT-file" or "Matrix Market file".
+        What the file is, such as "MAT-file".
     path : path
         The file.
-    names : sequence of str, optional
-        Variables to read; without them those that are no large arrays, and of large arrays their
-        shapes as tuples.
+    reader : callable
+        Function of a module, called with the path and `options`, which are plain numbers, texts and
+        lists. It returns numbers, texts, arrays and sparse matrices, in lists and mappings; of a
+        tuple it gives a list.
+    libraries : sequence of str
+        Modules that it imports, which the child keeps for the next file.
+    bytes_a_second : float
+        How fast the parser is at least [1/s]: large files may take more than 10 s of computing.
     """
+    size = path.stat().st_size  # says what is wrong with a file that is none
     with decoded(kind), tempfile.TemporaryDirectory(prefix="microslip-") as folder:
         answer = Path(folder) / "answer.npz"
-        seconds = _SECONDS + path.stat().st_size / _BYTES_A_SECOND
+        seconds = _SECONDS + size / bytes_a_second
         request = {
             "path": os.path.abspath(path),  # noqa: PTH100 - never raises
-            "names": None if names is None else list(names),
+            "reader": [reader.__module__, reader.__name__],
+            "options": options,
+            "libraries": list(libraries),
             "points": allowed_points(),
+            "seconds": seconds,
+            "answer": str(answer),
         }
-        command = [sys.executable, "-m", "microslip.readers.child", kind, str(answer)]
-        here = os.fspath(Path(__file__).parents[2])
-        try:
-            child = subprocess.run(
-                command,
-                input=json.dumps(request).encode("ascii"),
-                capture_output=True,
-                timeout=seconds,
-                check=False,
-                env=os.environ
-                | {
-                    "OPENBLAS_NUM_THREADS": "1",
-                    "PYTHONPATH": os.pathsep.join([here, os.environ.get("PYTHONPATH", "")]),
-                },
-            )
-        except subprocess.TimeoutExpired:
-            raise ValueError(f"its reader took more than {seconds:.0f} s") from None
-        if child.returncode != 0 or not answer.is_file():
-            raise ValueError(_cause(child))
+        status = _server.ask(request)
+        if status != 0 or not answer.is_file():
+            raise ValueError(_cause(status, seconds))
         with np.load(answer, allow_pickle=False) as archive:
             tree = json.loads(str(archive["tree"]))
-            content = _joined(tree, archive)
-    assert isinstance(content, dict)
-    return content
+            if "error" in tree:
+                raise _ERRORS.get(tree["error"], ValueError)(tree["text"])
+            return _joined(tree["value"], archive)
 
 
-def _cause(child: subprocess.CompletedProcess[bytes]) -> str:
+_ERRORS: Final[Mapping[str, type[ValueError]]] = {"input": InputError, "unusable": Unusable}
+
+
+def _cause(status: int | None, seconds: float) -> str:
     """Why a child has no answer."""
-    if child.returncode < 0:
-        name = signal.Signals(-child.returncode).name
-        return f"damaged, its reader crashed ({name})"
-    lines = child.stderr.decode("utf-8", "replace").strip().splitlines()
-    return lines[-1] if lines else "damaged, its reader gave no answer"
+    if status is None or status >= 0:
+        return "damaged, its reader gave no answer"
+    name = signal.Signals(-status).name
+    if name in ("SIGXCPU", "SIGALRM", "SIGKILL"):
+        return f"its reader took more than {seconds:.0f} s, or all memory"
+    return f"damaged, its reader crashed ({name})"
+
+
+class _Server:
+    """The child, which is begun when it is first asked."""
+
+    def __init__(self) -> None:
+        self._process: subprocess.Popen[bytes] | None = None
+        self._owner = 0
+        self._lock = threading.Lock()
+
+    def ask(self, request: Mapping[str, Any]) -> int | None:
+        """How the fork ended that answers a request; None where all ended."""
+        with self._lock:
+            process = self._begun()
+            assert process.stdin is not None
+            assert process.stdout is not None
+            patience = threading.Timer(2 * _PATIENCE * request["seconds"], process.kill)
+            patience.daemon = True
+            patience.start()
+            try:
+                process.stdin.write(json.dumps(request).encode("ascii") + b"\n")
+                process.stdin.flush()
+                line = process.stdout.readline()
+            except OSError:
+                line = b""
+            except BaseException:  # what it says of this file would be taken for the next
+                self._end()
+                raise
+            finally:
+                patience.cancel()
+            if not line or not hasattr(os, "fork"):
+                self._end()
+            return int(line) if line else None
+
+    def _begun(self) -> subprocess.Popen[bytes]:
+        if self._process is not None and self._owner == os.getpid():
+            if self._process.poll() is None:
+                return self._process
+            self._end()
+        # A process that was forked from this one does not share its child.
+        here = os.fspath(Path(__file__).parents[2])
+        places = [here, *filter(None, [os.environ.get("PYTHONPATH")])]
+        self._process = subprocess.Popen(
+            # Not from the working directory, which may hold a stranger's modules.
+            [sys.executable, "-P", "-m", "microslip.readers.child"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            start_new_session=True,
+            env=os.environ | {"OPENBLAS_NUM_THREADS": "1", "PYTHONPATH": os.pathsep.join(places)},
+        )
+        self._owner = os.getpid()
+        atexit.register(self._end)
+        return self._process
+
+    def _end(self) -> None:
+        """Kill the child and its forks."""
+        process, self._process = self._process, None
+        if process is None or self._owner != os.getpid():
+            return
+        with contextlib.suppress(OSError):
+            if hasattr(os, "killpg"):
+                os.killpg(process.pid, signal.SIGKILL)
+            else:
+                process.kill()
+        for pipe in (process.stdin, process.stdout):
+            with contextlib.suppress(OSError):
+                pipe.close()  # type: ignore[union-attr]
+        process.wait()
+
+
+_server = _Server()
 
 
 def _joined(node: Any, archive: Mapping[str, Any]) -> Any:
@@ -90,8 +177,6 @@ def _joined(node: Any, archive: Mapping[str, Any]) -> Any:
         return node
     if "array" in node:
         return archive[node["array"]]
-    if "shape" in node:
-        return tuple(node["shape"])
     if "sparse" in node:
         from scipy.sparse import coo_matrix
 
@@ -104,13 +189,11 @@ def _joined(node: Any, archive: Mapping[str, Any]) -> Any:
 
 
 def _split(value: Any, arrays: dict[str, Any]) -> Any:
-    """What SciPy made of a file as JSON, and beside it the arrays that it names."""
+    """What a parser made of a file as JSON, and beside it the arrays that it names."""
     name = f"a{len(arrays)}"
     if isinstance(value, dict):
         return {"items": {str(key): _split(item, arrays) for key, item in value.items()}}
-    if isinstance(value, tuple):
-        return {"shape": list(value)}
-    if isinstance(value, list):
+    if isinstance(value, (list, tuple)):
         return [_split(item, arrays) for item in value]
     if hasattr(value, "tocoo"):
         entries = value.tocoo()
@@ -131,73 +214,76 @@ def _split(value: Any, arrays: dict[str, Any]) -> Any:
     return value if isinstance(value, (str, int, float, bool)) else None
 
 
-def _mat(path: str, names: list[str] | None, points: int) -> dict[str, Any]:
-    from scipy.io import loadmat, whosmat
-
-    sizes = {name: tuple(map(int, size)) for name, size, _ in whosmat(path)}
-    if names is None:
-        large = {name for name, size in sizes.items() if _count(size) > min(points, 1_000_000)}
-        names = [name for name in sizes if name not in large]
-    elif sum(_count(sizes[name]) for name in names if name in sizes) > points:
-        raise ValueError(f"holds more than the limit of {points} points")
-    else:
-        large = set()
-    content = loadmat(path, variable_names=names, simplify_cells=True) if names else {}
-    by_name = {name: value for name, value in content.items() if not name.startswith("__")}
-    for name, value in by_name.items():
-        if isinstance(value, np.ndarray) and value.dtype.kind in "iufcb":
-            by_name[name] = value.reshape(sizes.get(name, value.shape))
-    return {
-        name: by_name.get(name, sizes[name]) for name in sizes if name in by_name or name in large
-    }
-
-
-def _matrix(path: str, names: list[str] | None, points: int) -> dict[str, Any]:
-    from scipy.io import mminfo, mmread
-
-    rows, columns, entries = mminfo(path)[:3]
-    # A sparse matrix takes memory for each of its columns as well.
-    if entries + 10 * max(rows, columns) > points:
-        raise ValueError(
-            f"declares {rows} x {columns} with {entries} entries, more than the limit of {points}"
-        )
-    return {"matrix": mmread(path)}
-
-
-def _count(size: tuple[int, ...]) -> int:
-    total = 1
-    for n in size:
-        total *= n
-    return total
-
-
-def main() -> None:
-    """Read what the parent asks for; any error is its last line of output."""
-    kind, answer = sys.argv[1:]
-    request = json.load(sys.stdin)
-    points = request["points"]
-    try:
-        import resource
-    except ImportError:  # Windows bounds the time only
-        pass
-    else:
-        memory = _BESIDE + _BYTES_A_POINT * points
-        resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
-        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    read = {"MAT-file": _mat, "Matrix Market file": _matrix}[kind]
+def _answer(request: Mapping[str, Any]) -> None:
+    """Read what the parent asks for, and write it or what is wrong with it."""
     arrays: dict[str, Any] = {}
     try:
         import warnings
 
         warnings.simplefilter("ignore")
-        tree = _split(read(request["path"], request["names"], points), arrays)
-        arrays["tree"] = np.array(json.dumps(tree))
-        np.savez(answer, **arrays)
+        module, name = request["reader"]
+        with limited(request["points"]):
+            value = getattr(import_module(module), name)(
+                Path(request["path"]), **request["options"]
+            )
+        tree = {"value": _split(value, arrays)}
     except MemoryError:
-        sys.exit(f"unpacks to more than the limit of {points} points can need")
-    except Exception as error:  # damaged files break SciPy's readers in many ways
-        sys.exit(str(error).strip().partition("\n")[0] or type(error).__name__)
+        text = f"unpacks to more than the limit of {request['points']} points can need"
+        tree, arrays = {"error": "other", "text": text}, {}
+    except InputError as error:
+        tree, arrays = {"error": "input", "text": error.text}, {}
+    except Unusable as error:
+        tree, arrays = {"error": "unusable", "text": str(error)}, {}
+    except Exception as error:  # damaged files break parsers in many ways
+        tree, arrays = {"error": "other", "text": first_line(error, Path(request["path"]))}, {}
+    np.savez(request["answer"], tree=np.array(json.dumps(tree)), **arrays)
+
+
+def _bounded(request: Mapping[str, Any]) -> None:
+    """Bound the memory and the time of this process, where the system can."""
+    try:
+        import resource
+    except ImportError:  # Windows: the parent bounds the time
+        return
+    before = _UNKNOWN
+    with contextlib.suppress(OSError, ValueError):
+        pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
+        before = pages * resource.getpagesize()
+    memory = before + _BESIDE + _BYTES_A_POINT * request["points"]
+    seconds = int(request["seconds"]) + 1
+    for bound, value in (
+        (resource.RLIMIT_AS, memory),
+        (resource.RLIMIT_CPU, seconds),
+        (resource.RLIMIT_CORE, 0),
+    ):
+        hard = resource.getrlimit(bound)[1]
+        least = value if hard == resource.RLIM_INFINITY else min(value, hard)
+        resource.setrlimit(bound, (least, hard))
+    signal.alarm(_PATIENCE * seconds)
+
+
+def serve() -> None:
+    """Answer the parent's requests until it ends, one line each, each in a fork."""
+    lines = os.fdopen(os.dup(1), "w")
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # what a library prints is no answer
+    for line in sys.stdin:
+        request = json.loads(line)
+        for library in request["libraries"]:
+            with contextlib.suppress(Exception):  # the reader says what is missing
+                import_module(library)
+        status = 0
+        if not hasattr(os, "fork"):
+            _answer(request)
+        elif (fork := os.fork()) == 0:
+            try:
+                _bounded(request)
+                _answer(request)
+            finally:
+                os._exit(0)
+        else:
+            status = os.waitstatus_to_exitcode(os.waitpid(fork, 0)[1])
+        print(status, file=lines, flush=True)
 
 
 if __name__ == "__main__":
-    main()
+    serve()

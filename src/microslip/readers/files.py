@@ -88,6 +88,21 @@ def usable(path: Path, noun: str) -> Iterator[None]:
         raise ValueError(f"cannot be read: {reason(error)}") from None
 
 
+@contextmanager
+def reading(path: Path, noun: str, limit: object = POINTS, called: str = "") -> Iterator[None]:
+    """Read a file of at most so many numbers; what is wrong is an InputError that names it."""
+    name = called or shorten(path.name or str(path), 200)
+    try:
+        with usable(path, noun), limited(limit):
+            yield
+    except MemoryError:
+        raise InputError(f"{name}: too large for the memory of this machine") from None
+    except InputError as error:
+        raise error.within(f"{name}: ") from None
+    except ValueError as error:
+        raise InputError(f"{name}: {error}") from None
+
+
 def _near(path: Path) -> str:
     try:
         names = [entry.name for entry in path.parent.iterdir() if entry.is_file()]
@@ -104,11 +119,12 @@ class Unusable(ValueError):
 
 
 @contextmanager
-def decoded(kind: str) -> Iterator[None]:
+def decoded(kind: str, quiet: bool = True) -> Iterator[None]:
     """Say that a file is none of its kind, whatever its library raises on what is damaged."""
     try:
         with warnings.catch_warnings():  # what a library thinks of damaged content follows here
-            warnings.simplefilter("ignore")
+            if quiet:
+                warnings.simplefilter("ignore")
             yield
     except (MemoryError, InputError, Unusable, *_OF_THE_SYSTEM):
         raise
@@ -116,9 +132,10 @@ def decoded(kind: str) -> Iterator[None]:
         raise Unusable(f"not a usable {kind}: {first_line(error)}") from None
 
 
-def first_line(error: BaseException) -> str:
-    """What a library says, on one line."""
-    lines = str(error).strip().splitlines()
+def first_line(error: BaseException, path: Path | None = None) -> str:
+    """What a library says, on one line; of a path the name of its file."""
+    text = str(error) if path is None else str(error).replace(str(path), path.name)
+    lines = text.strip().splitlines()
     return shorten(lines[0], 160) if lines else type(error).__name__
 
 

@@ -16,7 +16,9 @@ from microslip._core.verdicts import Remark
 from microslip._core.wording import did_you_mean, shorten, show
 from microslip.errors import InputError
 from microslip.readers import hdf5
+from microslip.readers.child import parsed
 from microslip.readers.files import (
+    Unusable,
     allowed_points,
     decoded,
     first_line,
@@ -36,6 +38,7 @@ _NOT_ASKED = ("npy", "npz", "mat", "asc", "xyz", "hgt")
 _OF_NO_INTEREST = (DeprecationWarning, FutureWarning, ImportWarning, ResourceWarning)
 _BYTES_A_POINT = 64
 _BESIDE = 1 << 28  # pictures, logs and the like that are in a file with the heights
+_BYTES_A_SECOND = 2e6  # of SurfaceTopography, which reads text in Python
 _XML = 1 << 23  # bytes of one XML file in an archive, which is read whole and grows manifold
 
 # An NMS file states nanometres where SurfaceTopography expects millimetres.
@@ -57,16 +60,46 @@ class Heights(NamedTuple):
 
 def read_channel(path: Path, format_name: Any, channel: Any) -> Heights:
     """The channel of heights that is meant, of a stated format or of the first that can read it."""
+    for name, value, kinds in (("format", format_name, str), ("channel", channel, (str, int))):
+        if value is not None and not isinstance(value, kinds):
+            raise InputError(f"`{name}` must be text, got {show(value)}")
+    _check_size(path)
+    sums = _check_sums(path)
+    content = parsed(
+        "file of an instrument",
+        path,
+        read_heights,
+        libraries=["SurfaceTopography.IO", "scipy.sparse", "scipy.io"],
+        bytes_a_second=_BYTES_A_SECOND,
+        format_name=format_name,
+        channel_name=channel,
+    )
+    content["pixel"] = None if content["pixel"] is None else tuple(content["pixel"])
+    return Heights(**{**content, "notes": (*sums, *content["notes"])})
+
+
+def read_heights(path: Path, format_name: str | None, channel_name: str | int | None) -> Any:
+    """The same as a mapping, by SurfaceTopography, in a child process."""
     with warnings.catch_warnings(record=True) as messages:
         warnings.simplefilter("always")
-        heights = _read(path, format_name, channel)
+        try:
+            heights = _read(path, format_name, channel_name)
+        except InputError:
+            raise
+        except ValueError as error:
+            raise Unusable(str(error)) from None
     warnings_given = dict.fromkeys(
-        shorten(str(w.message).strip(), 160)
+        shorten(first_line(w.message), 160)
         for w in messages
-        if not issubclass(w.category, _OF_NO_INTEREST)
+        if isinstance(w.message, Warning) and not issubclass(w.category, _OF_NO_INTEREST)
     )
     remarks = tuple(f"SurfaceTopography says: {text}" for text in list(warnings_given)[:5])
-    return heights._replace(notes=(*heights.notes, *remarks))
+    values = heights.values
+    if np.ma.isMaskedArray(values) and np.ma.getmaskarray(values).any():
+        values = np.ma.filled(values.astype(float), np.nan)
+    return heights._replace(
+        values=np.ma.getdata(values), notes=(*heights.notes, *remarks)
+    )._asdict()
 
 
 def formats() -> list[str]:
@@ -87,23 +120,19 @@ def _library() -> Any:
 
 
 def _read(path: Path, format_name: Any, channel_name: Any) -> Heights:
-    _check_size(path)
-    sums = _check_sums(path)
     reader, name = _open(path, format_name)
     try:
-        channels = list(reader.channels)
+        with decoded(f"{name} file", quiet=False):
+            channels = list(reader.channels)
         index = _channel_index(channels, channel_name)
         channel = channels[index]
-        shape = tuple(int(n) for n in np.atleast_1d(channel.nb_grid_pts))
-        refuse_beyond(*shape)
-        values, pixel, unit = _heights(reader, channel, index, shape)
-    except (ValueError, MemoryError):
-        raise
-    except Exception as error:  # damaged files break the library in many ways
-        raise ValueError(_format_error(name, error)) from None
+        with decoded(f"{name} file", quiet=False):
+            shape = tuple(int(n) for n in np.atleast_1d(channel.nb_grid_pts))
+            refuse_beyond(*shape)
+            values, pixel, unit = _heights(reader, channel, index, shape)
     finally:
         _close(reader)
-    notes = [*sums]
+    notes = []
     unread = [str(c.name) for i, c in enumerate(channels) if i != index]
     if unread:
         notes.append(f"not read: {', '.join(shorten(text, 40) for text in unread[:20])}.")
@@ -186,26 +215,21 @@ def _open(path: Path, format_name: Any) -> tuple[Any, str]:
             raise InputError(
                 f"`format`: no format {show(format_name)}{hint}; there are {', '.join(names)}"
             )
-        try:
+        with decoded(f"{format_name} file", quiet=False):
             return readers[format_name](str(path)), format_name
-        except MemoryError:
-            raise
-        except Exception as error:
-            raise ValueError(_format_error(format_name, error)) from None
     with path.open("rb") as file:
         head = file.read(library.MAGIC_BUFFER_SIZE)
     suffix = path.suffix.lower().lstrip(".")
-    failed = ""
+    failed: Unusable | None = None
     for reader in _candidates(library, head, suffix):
         name = reader.format()
         try:
-            return reader(str(path)), name
-        except MemoryError:
-            raise
-        except Exception as error:
-            failed = failed or _format_error(name, error)
+            with decoded(f"{name} file", quiet=False):
+                return reader(str(path)), name
+        except Unusable as error:
+            failed = failed or error
     if failed:
-        raise ValueError(failed)
+        raise failed
     raise InputError(
         "of no format that is known by its first bytes or its ending; write "
         "`format=...`, one of text, npy, npz, "
@@ -305,7 +329,3 @@ def _version() -> str:
 def _close(reader: Any) -> None:
     with contextlib.suppress(Exception):  # what was read is read
         reader.close()
-
-
-def _format_error(name: str, error: Exception) -> str:
-    return f"cannot be read as {name}, wrong format or truncated: {first_line(error)}"

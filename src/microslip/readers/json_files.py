@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from microslip.readers.arrays import Arrays, Leaf
+from microslip.readers.files import decoded, refuse_beyond
 
 MAX_BYTES = 1_000_000_000
 
@@ -21,11 +22,10 @@ def read_arrays(path: Path) -> Arrays:
             f"wanted JSON of at most {MAX_BYTES // 1_000_000} MB, got {size // 1_000_000} MB; save "
             "it as HDF5 or Parquet"
         )
-    try:
-        with path.open(encoding="utf-8-sig") as file:
-            tree = json.load(file)
-    except (ValueError, RecursionError) as error:
-        raise ValueError(f"not a usable JSON file: {error}") from None
+    with decoded("JSON file"):
+        content = path.read_bytes()
+        refuse_beyond(content.count(b","))
+        tree = json.loads(content.decode("utf-8-sig"))
     if isinstance(tree, list) and tree and all(isinstance(row, dict) for row in tree):
         names = dict.fromkeys(name for row in tree for name in row)
         tree = {name: [row.get(name) for row in tree] for name in names}

@@ -10,9 +10,9 @@ import numpy as np
 
 from microslip._core.packages import needed_for
 from microslip.readers.arrays import Arrays, Leaf, is_number
-from microslip.readers.child import parsed
 from microslip.readers.files import decoded, refuse_beyond
 from microslip.readers.hdf5 import members, values_at
+from microslip.readers.scipy_files import variables
 
 # MATLAB keeps tables, time tables and timeseries in a form of its own, which nobody else reads.
 _ADVICE = 'save vectors, or of a table T the struct S = table2struct(T, "ToScalar", true)'
@@ -31,18 +31,6 @@ def read_arrays(path: Path) -> Arrays:
     with decoded("MAT-file"), h5py.File(path, "r") as file:
         tree = {name: _hdf_node(path, file, item) for name, item in members(file, skip="#")}
     return Arrays("MAT-file of version 7.3", tree, ".", _ADVICE)
-
-
-def variables(path: Path, names: list[str] | None = None) -> dict[str, Any]:
-    """Variables of a file up to version 7 by their names, in a child process."""
-    return parsed("MAT-file", path, names)
-
-
-def whole_variables(path: Path) -> dict[str, Any]:
-    """All variables, large ones too."""
-    content = variables(path)
-    large = [name for name, value in content.items() if isinstance(value, tuple)]
-    return content | (variables(path, large) if large else {})
 
 
 def _node(path: Path, name: str, value: Any) -> Any:

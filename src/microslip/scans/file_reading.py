@@ -14,7 +14,7 @@ from microslip._core.units import LENGTH, QuantityError, engineering, to_si
 from microslip._core.verdicts import Remark
 from microslip._core.wording import shorten, show
 from microslip.errors import InputError, in_python
-from microslip.readers.files import POINTS, limited, usable
+from microslip.readers.files import POINTS, reading
 from microslip.scans.checks import absurd, exact_zeros, height_array, pixel_of, repeated, spikes
 from microslip.scans.heights_in_files import RawHeights, Wishes, read_heights
 
@@ -40,21 +40,12 @@ class Understood(NamedTuple):
 
 def read(path: Path, wishes: Wishes, limit: int = POINTS) -> Understood:
     """Heights of a file as what is stated of it says; an InputError names the file."""
-    called = shorten(str(path), 200)
-    try:
+    with reading(path, "a scan", limit, shorten(str(path), 200)):
         _check(wishes)
         wishes = replace(wishes, format=_format(wishes.format))
-        with usable(path, "a scan"), limited(limit):
-            if not path.is_dir() and path.exists() and not path.is_file():
-                raise ValueError("wanted a file, got a device or a pipe")
-            raw = read_heights(path, wishes)
-        return _understood(raw, path, wishes)
-    except MemoryError:
-        raise InputError(f"{called}: too large for the memory of this machine") from None
-    except InputError as error:
-        raise error.within(f"{called}: ") from None
-    except ValueError as error:
-        raise InputError(f"{called}: {error}") from None
+        if not path.is_dir() and path.exists() and not path.is_file():
+            raise ValueError("wanted a file, got a device or a pipe")
+        return _understood(read_heights(path, wishes), path, wishes)
 
 
 def _check(wishes: Wishes) -> None:

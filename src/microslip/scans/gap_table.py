@@ -25,8 +25,9 @@ from microslip.errors import InputError
 from microslip.heights import TabulatedHeights
 from microslip.materials import MaterialPair
 from microslip.normal import GreenwoodWilliamson
-from microslip.readers.matlab import whole_variables
+from microslip.readers.files import POINTS, reading
 from microslip.readers.numpy_files import archived
+from microslip.readers.scipy_files import whole_variables
 
 MOST_BYTES = 100_000_000
 """Size of a file, and of a table in it once unpacked, beyond which it is refused."""
@@ -77,6 +78,7 @@ def read_gap_table(
     scale: str | float | None = "z_max",
     radius: str | float = "Re",
     density: str | float = "area_density",
+    limit: int = POINTS,
 ) -> GapTable:
     """Read a table of gaps from a ``.mat``, ``.npz`` or ``.csv`` file.
 
@@ -97,6 +99,8 @@ def read_gap_table(
         Radius of the equivalent spheres [m], by name or here.
     density : str or float
         Pairs of summits per area [1/m^2], by name or here.
+    limit : int, optional
+        Numbers that a file may hold.
 
     Returns
     -------
@@ -105,12 +109,8 @@ def read_gap_table(
     """
     file = Path(path)
     names = [v for v in (gap, probability, scale, radius, density) if isinstance(v, str)]
-    try:
+    with reading(file, "a table of gaps", limit):
         arrays = _arrays(file, names)
-    except OSError as error:
-        raise InputError(f"{file.name}: cannot be read: {error.strerror or error}") from None
-    except ValueError as error:
-        raise InputError(f"{file.name}: {error}") from None
     factor = 1.0 if scale is None else positive("scale", _value(arrays, scale, file), "m", 1e-5)
     gaps = arrays[gap].reshape(-1) * factor
     share = arrays[probability].reshape(-1)

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,9 +17,9 @@ from microslip._core.packages import needed_for
 from microslip._core.wording import did_you_mean, shorten
 from microslip.errors import InputError
 from microslip.readers.child import parsed
-from microslip.readers.files import decoded, usable
-from microslip.readers.matlab import whole_variables
+from microslip.readers.files import decoded, reading
 from microslip.readers.numpy_files import archived
+from microslip.readers.scipy_files import market_matrix, whole_variables
 
 _ASYMMETRY = 1e-8  # of the largest entry: what files with eight digits leave
 LARGEST_DENSE = 4000
@@ -235,7 +234,9 @@ _NAMES = {
 }
 
 
-def load_matrices(path: str | os.PathLike[str], names: Mapping[str, str]) -> tuple[Any, Any, Any]:
+def load_matrices(
+    path: str | os.PathLike[str], names: Mapping[str, str], limit: int
+) -> tuple[Any, Any, Any]:
     """Mass, stiffness and, if there is one, damping; see :meth:`microslip.Structure.load`."""
     for name in names:
         if name not in _NAMES:
@@ -246,7 +247,7 @@ def load_matrices(path: str | os.PathLike[str], names: Mapping[str, str]) -> tup
     if not file.exists():
         raise InputError(f"{file.name}: there is no such file")
     if file.is_dir():
-        content = _folder(file)
+        content = _folder(file, limit)
     else:
         kinds = {
             ".npz": _npz,
@@ -259,9 +260,9 @@ def load_matrices(path: str | os.PathLike[str], names: Mapping[str, str]) -> tup
                 f"{file.name}: wanted an .npz, .mat, .pch, .op2 or .op4 file, or a folder of "
                 f"mass.mtx, stiffness.mtx and damping.mtx, got {show(file.suffix)}"
             )
-        content = _read(file, read)
+        content = _read(file, read, limit)
     matrices = {kind: _pick(file, content, kind, names.get(kind)) for kind in _NAMES}
-    if any(hasattr(matrix, "index") for matrix in matrices.values()):
+    if any(isinstance(matrix, Placed) for matrix in matrices.values()):
         matrices = _aligned(file, matrices)
     return matrices["mass"], matrices["stiffness"], matrices["damping"]
 
@@ -283,17 +284,10 @@ def _missing(name: str, content: Mapping[str, Any]) -> str:
     return f'has no "{shorten(name, 40)}"{did_you_mean(name, list(content))}; it has {listed}'
 
 
-def _read(file: Path, read: Callable[[Path], dict[str, Any]]) -> dict[str, Any]:
+def _read(file: Path, read: Callable[[Path], Any], limit: int) -> Any:
     """What a reader makes of a file; whatever it raises names the file."""
-    try:
-        with usable(file, "matrices"), decoded(f"{file.suffix.lower()} file"):
-            return read(file)
-    except MemoryError:
-        raise InputError(f"{file.name}: too large for the memory of this machine") from None
-    except InputError as error:
-        raise error.within(f"{file.name}: ") from None
-    except ValueError as error:
-        raise InputError(f"{file.name}: {error}") from None
+    with reading(file, "matrices", limit), decoded(f"{file.suffix.lower()} file"):
+        return read(file)
 
 
 def _npz(file: Path) -> dict[str, Any]:
@@ -308,45 +302,72 @@ def _npz(file: Path) -> dict[str, Any]:
     return result
 
 
+class Placed(NamedTuple):
+    """A matrix, and the degrees of freedom of its rows and columns: grid and component."""
+
+    values: Any
+    rows: list[list[int]]
+    columns: list[list[int]]
+
+
 def _nastran(file: Path) -> dict[str, Any]:
-    """DMIG cards of a punch file as pandas' data frames, matrices of OUTPUT2 and OUTPUT4 files."""
-    # pyYeti sets NumPy's print options for everybody when it is imported.
-    with needed_for("Nastran's files are read by", "nastran"), np.printoptions():
+    """DMIG cards of a punch file, matrices of OUTPUT2 and OUTPUT4 files."""
+    content = parsed(
+        f"{file.suffix.lower()} file",
+        file,
+        read_nastran,
+        libraries=[f"pyyeti.nastran.{name}" for name in ("bulk", "op2", "op4")],
+        bytes_a_second=1e6,
+    )
+    return {
+        name: Placed(**matrix) if isinstance(matrix, dict) else matrix
+        for name, matrix in content.items()
+    }
+
+
+def read_nastran(path: Path) -> dict[str, Any]:
+    """Matrices by pyYeti, in a child process; those of cards with their degrees of freedom."""
+    with needed_for("Nastran's files are read by", "nastran"):
         from pyyeti.nastran import bulk, op2, op4
-    kind, path = file.suffix.lower(), str(file)
+    kind, file = path.suffix.lower(), str(path)
     content: dict[str, Any] = {}
     if kind == ".op4":
-        content = dict(op4.read(path))
+        content = dict(op4.read(file))
     elif kind == ".op2":
-        with op2.OP2(path) as output:
+        with op2.OP2(file) as output:
             content = output.rdop2mats()
     if kind == ".pch" or (kind == ".op2" and not content):
         options = {} if kind == ".op2" else {"follow_includes": False}
-        content = dict(bulk.rddmig(path, **options))
+        content = {
+            name: {
+                "values": frame.to_numpy(),
+                "rows": [list(map(int, place)) for place in frame.index],
+                "columns": [list(map(int, place)) for place in frame.columns],
+            }
+            for name, frame in bulk.rddmig(file, **options).items()
+        }
     return {str(name).upper(): matrix for name, matrix in content.items()}
 
 
 def _aligned(file: Path, matrices: dict[str, Any]) -> dict[str, Any]:
     """Matrices over all degrees of freedom that one of them has: by grid, then by component."""
-    frames = {kind: matrix for kind, matrix in matrices.items() if matrix is not None}
-    for kind, frame in frames.items():
-        if frame.index.nlevels != 2 or not frame.index.equals(frame.columns):
+    placed = {kind: matrix for kind, matrix in matrices.items() if isinstance(matrix, Placed)}
+    for kind, matrix in placed.items():
+        if matrix.rows != matrix.columns or {len(place) for place in matrix.rows} != {2}:
             raise InputError(f"{file.name}: the {kind} matrix must be square, form 1 or 6 of DMIG")
-    index = sorted({place for frame in frames.values() for place in frame.index})
-    return {
-        kind: None
-        if matrix is None
-        else matrix.reindex(index, columns=index, fill_value=0.0).values
-        for kind, matrix in matrices.items()
-    }
+    every = sorted({tuple(place) for matrix in placed.values() for place in matrix.rows})
+    number = {place: k for k, place in enumerate(every)}
+    dense: dict[str, Any] = {}
+    for kind, matrix in placed.items():
+        at = [number[tuple(place)] for place in matrix.rows]
+        dense[kind] = np.zeros((len(every), len(every)), dtype=matrix.values.dtype)
+        dense[kind][np.ix_(at, at)] = matrix.values
+    return matrices | dense
 
 
-def _folder(folder: Path) -> dict[str, Any]:
+def _folder(folder: Path, limit: int) -> dict[str, Any]:
     """Matrix Market files by their names."""
-    return {
-        file.stem: _read(file, partial(parsed, "Matrix Market file"))["matrix"]
-        for file in sorted(folder.glob("*.mtx"))
-    }
+    return {file.stem: _read(file, market_matrix, limit) for file in sorted(folder.glob("*.mtx"))}
 
 
 def save_matrices(

@@ -6,6 +6,7 @@ import os
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,6 +18,8 @@ from microslip._core.packages import needed_for
 from microslip._core.wording import did_you_mean, quoted, shorten
 from microslip.errors import InputError
 from microslip.materials import Material
+from microslip.readers.child import parsed
+from microslip.readers.files import reading
 from microslip.structures.mesh import (
     Body,
     ContactFaces,
@@ -39,6 +42,8 @@ _CORNERS = {"hexahedron": 8, "tetra": 4}
 _SIDES = {
     "quad": 4, "quad8": 4, "quad9": 4, "triangle": 3, "triangle6": 3,
 }  # fmt: skip
+_TAGS = "gmsh:physical"
+_BYTES_A_SECOND = 2e5  # of meshio, which reads text in Python
 _LARGEST = 100.0  # metres, beyond which a mesh is taken to be in millimetres
 
 
@@ -258,20 +263,48 @@ def _axis(mesh: JointMesh, members: Indices) -> Floats:
     return axis
 
 
-def _meshio(path: Path) -> Any:
+def _meshio(path: Path) -> SimpleNamespace:
+    """Points, cells and names of a mesh."""
+    with reading(path, "a mesh"):
+        content = parsed(
+            "mesh", path, read_mesh, libraries=["meshio"], bytes_a_second=_BYTES_A_SECOND
+        )
+    content["cells"] = [SimpleNamespace(**block) for block in content["cells"]]
+    return SimpleNamespace(**content)
+
+
+def read_mesh(path: Path) -> dict[str, Any]:
+    """A mesh by meshio, in a child process; all numbers of nodes and cells are those of some."""
     with needed_for("meshes are read by"):
         import meshio
-    if not path.is_file():
-        problem = "wanted a file, got a folder" if path.is_dir() else "there is no such file"
-        raise InputError(f"{path.name or path}: {problem}")
     try:
-        return meshio.read(path)
+        mesh = meshio.read(path)
     except SystemExit:  # what meshio does with suffixes that it does not know
-        pass
-    except Exception as error:  # damaged files break its readers in many ways
-        text = shorten(" ".join(str(error).split()) or type(error).__name__, 150)
-        raise InputError(f"{path.name}: meshio cannot read it: {text}") from None
-    raise InputError(f"{path.name}: meshio cannot read it")
+        raise ValueError("of no format that meshio can read") from None
+    points = np.asarray(mesh.points, dtype=float)
+    if points.ndim != 2 or not len(points) or points.shape[1] != 3 or not np.isfinite(points).all():
+        raise ValueError("its points are not three finite numbers each")
+    sizes = [len(block.data) for block in mesh.cells]
+    numbers = [(block.data, len(points)) for block in mesh.cells]
+    numbers += [(nodes, len(points)) for nodes in mesh.point_sets.values()]
+    for blocks in mesh.cell_sets.values():
+        pairs = zip(blocks, sizes, strict=True)
+        numbers += [(block, size) for block, size in pairs if block is not None]
+    for index, size in numbers:
+        index = np.asarray(index)
+        if index.size and (index.dtype.kind not in "iu" or index.min() < 0 or index.max() >= size):
+            raise ValueError("names nodes or cells that it does not have")
+    return {
+        "points": points,
+        "cells": [{"type": block.type, "data": np.asarray(block.data)} for block in mesh.cells],
+        "cell_sets": {
+            name: [np.asarray([] if block is None else block, dtype=int) for block in blocks]
+            for name, blocks in mesh.cell_sets.items()
+        },
+        "tags": mesh.cell_data.get(_TAGS),
+        "field_data": dict(mesh.field_data or {}) if _TAGS in mesh.cell_data else {},
+        "point_sets": {name: np.asarray(nodes) for name, nodes in mesh.point_sets.items()},
+    }
 
 
 def _solids(path: Path, file: Any) -> tuple[str, Indices, list[Indices]]:
@@ -301,18 +334,13 @@ class _Names:
     def __init__(self, path: Path, file: Any, numbers: list[Indices]) -> None:
         self._path, self._file, self._numbers = path, file, numbers
         self._sets: dict[str, list[Indices]] = {}
-        for name, blocks in (file.cell_sets or {}).items():
+        for name, blocks in file.cell_sets.items():
             if not name.startswith("gmsh:"):
-                self._sets[name] = [np.asarray(b if b is not None else [], int) for b in blocks]
-        tags = file.cell_data.get("gmsh:physical")
-        for name, (tag, _) in (file.field_data or {}).items() if tags is not None else ():
-            self._sets.setdefault(
-                name, [np.flatnonzero(np.asarray(block).ravel() == tag) for block in tags]
-            )
-        self._nodes = {
-            name: np.asarray(nodes, dtype=np.int64)
-            for name, nodes in (file.point_sets or {}).items()
-        }
+                self._sets[name] = blocks
+        for name, (tag, _) in file.field_data.items():
+            blocks = [np.flatnonzero(block.ravel() == tag) for block in file.tags]
+            self._sets.setdefault(name, blocks)
+        self._nodes = file.point_sets
         if not self._sets:
             raise InputError(
                 f"{path.name}: has no names; name its volumes and faces, as physical groups in "

@@ -19,7 +19,7 @@ from microslip._core.units import ANGLE, FORCE, FREQUENCY, LENGTH, RATIO, Kind, 
 from microslip._core.verdicts import Verdict
 from microslip._core.wording import did_you_mean, quoted, shorten
 from microslip.errors import InputError
-from microslip.readers.files import head_of, kind_of, usable
+from microslip.readers.files import head_of, kind_of, reading
 from microslip.readers.tables import Named, Table, find, fits, understood
 from microslip.structures.modal_readings import Values, ring_down
 from microslip.structures.periodic_motion import POWERS
@@ -258,7 +258,7 @@ def read(
         if role not in KINDS:
             hint = did_you_mean(str(role), KINDS)
             raise InputError(f"columns must be of {quoted(KINDS)}, got {show(role)}{hint}")
-    try:
+    with reading(place, "a test of a mode", called=name):
         table = _table(place)
         roles = _roles(understood(table.columns), columns)
         kind = _kind(roles, [] if columns else understood(table.columns))
@@ -278,10 +278,6 @@ def read(
             how = f" at controlled {sine.controlled}" if sine.verdicts else ""
         else:
             values = _values(kind, table, roles, band, points)
-    except InputError as error:
-        raise error.within(f"{name}: ") from None
-    except (ValueError, OSError) as error:
-        raise InputError(f"{name}: {error}") from None
     used = ", ".join(f'{role} "{shorten(c.heading, 40)}"' for role, c in roles.items())
     notes = [f"{name}: {kind}{how}, {len(values[0])} amplitudes; {used}."]
     if band is not None and kind == "ring-down":
@@ -290,12 +286,11 @@ def read(
 
 
 def _table(path: Path) -> Table:
-    with usable(path, "a test of a mode"):
-        head = head_of(path)
-        kind = kind_of(head, path.suffix.lower()) if head else None
-        if kind is None:
-            raise ValueError("wanted text, MAT, TDMS, HDF5 or NumPy's, got another file")
-        return READERS[kind](path)
+    head = head_of(path)
+    kind = kind_of(head, path.suffix.lower()) if head else None
+    if kind is None:
+        raise ValueError("wanted text, MAT, TDMS, HDF5 or NumPy's, got another file")
+    return READERS[kind](path)
 
 
 def _roles(columns: list[Named], stated: Mapping[str, str]) -> dict[str, Named]:

@@ -18,7 +18,7 @@ from microslip._core.wording import quoted
 from microslip.errors import InputError
 from microslip.friction import JointField
 from microslip.normal import NormalLaw
-from microslip.readers.files import usable
+from microslip.readers.files import reading
 from microslip.readers.numpy_files import archived
 from microslip.structures.bolts import each_bolt
 from microslip.structures.matrices import vector
@@ -311,13 +311,8 @@ class ReducedJoint(LockedArrays):
             The same numbers.
         """
         file = Path(path)
-        try:
-            with usable(file, "a reduced joint"):
-                arrays = archived(file)
-        except InputError as error:
-            raise error.within(f"{file.name}: ") from None
-        except ValueError as error:
-            raise InputError(f"{file.name}: {error}") from None
+        with reading(file, "a reduced joint"):
+            arrays = archived(file)
         if str(arrays.get("kind", "")) != _KIND:
             raise InputError(
                 f"{file.name}: holds no reduced joint; ReducedJoint.save writes such files"

@@ -17,6 +17,7 @@ from microslip._core.verdicts import Rule, Verdict
 from microslip.errors import InputError
 from microslip.friction import BackboneLaw, JointField
 from microslip.numerics.threads import single_threaded
+from microslip.readers.files import POINTS
 from microslip.structures.forced import ForcedResponse
 from microslip.structures.joint_groups import (
     Attachment,
@@ -87,7 +88,7 @@ class Structure:
     # -- files ------------------------------------------------------------------------------------
 
     @classmethod
-    def load(cls, path: str | os.PathLike[str], **names: str) -> Structure:
+    def load(cls, path: str | os.PathLike[str], *, limit: int = POINTS, **names: str) -> Structure:
         """Read matrices from a file, or from one for each matrix.
 
         Parameters
@@ -96,6 +97,8 @@ class Structure:
             An ``.npz`` or ``.mat`` file that holds the matrices, or a folder of Matrix Market
             files (``mass.mtx``, ``stiffness.mtx`` and, if it is there, ``damping.mtx``). With the
             extra ``nastran``, a ``.pch`` of DMIG cards, an ``.op2`` or ``.op4`` of matrices.
+        limit : int, optional
+            Numbers that a file may hold.
         **names : str, optional
             Their names in the file, such as ``mass="M"``; without them ``mass``, ``stiffness`` and
             ``damping``, or M, K and C, or Nastran's MAAX, MAA, MXX or MGG and the like with K, B.
@@ -105,7 +108,7 @@ class Structure:
         Structure
             Without joints: these are attached in Python.
         """
-        return cls(*load_matrices(path, names))
+        return cls(*load_matrices(path, names, limit))
 
     def save(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
         """Write the matrices to an ``.npz`` file that :meth:`load` reads.

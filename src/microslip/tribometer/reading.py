@@ -21,7 +21,7 @@ from microslip._core.wording import plural, quoted, shorten, show
 from microslip.errors import InputError, in_python
 from microslip.numerics.runs import runs_of
 from microslip.readers import arrays, hdf5, json_files, laboratory, matlab, numpy_files, text
-from microslip.readers.files import foreign_kind, head_of, kind_of, usable
+from microslip.readers.files import foreign_kind, head_of, kind_of
 from microslip.readers.tables import Named, Table, find, listed, scale, understood
 from microslip.tribometer.roles import (
     CYCLE_NUMBER,
@@ -162,20 +162,17 @@ def _counted(arrays: dict[str, Floats], counter: Named, how: str) -> ChannelNote
 
 
 def _open(path: Path, file_format: Any) -> Table:
-    with usable(path, "a record"):
-        head = head_of(path)
-        if file_format is not None:
-            if file_format not in READERS:
-                raise ValueError(
-                    f"wanted format {quoted(sorted(READERS))}, got {show(file_format)}"
-                )
-            return READERS[file_format](path)
-        if not head:
-            raise ValueError("wanted a record, got an empty file")
-        kind = kind_of(head, path.suffix.lower())
-        if kind is None:
-            raise ValueError(f"{_KNOWN_FORMATS}, got {foreign_kind(head)}; save the record as CSV")
-        return READERS[kind](path)
+    head = head_of(path)
+    if file_format is not None:
+        if file_format not in READERS:
+            raise ValueError(f"wanted format {quoted(sorted(READERS))}, got {show(file_format)}")
+        return READERS[file_format](path)
+    if not head:
+        raise ValueError("wanted a record, got an empty file")
+    kind = kind_of(head, path.suffix.lower())
+    if kind is None:
+        raise ValueError(f"{_KNOWN_FORMATS}, got {foreign_kind(head)}; save the record as CSV")
+    return READERS[kind](path)
 
 
 def _one_load(columns: list[Named], stated: Any) -> float | None:

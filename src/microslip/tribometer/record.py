@@ -20,7 +20,7 @@ from microslip._core.checks import Floats, exact, positive, show
 from microslip._core.checks import record as checked
 from microslip._core.frozen import Locked, lock
 from microslip.errors import InputError
-from microslip.readers.files import POINTS, limited
+from microslip.readers.files import POINTS, reading
 from microslip.report.plot import Plot
 from microslip.report.plottable import Plottable
 from microslip.tribometer.reading import Statements, read
@@ -245,18 +245,9 @@ class Record(Locked, Plottable):
             rows=rows,
             format=format,
         )
-        try:
-            with limited(limit):
-                parts = read(Path(path), statements)
+        with reading(Path(path), "a record", limit, path_text(path)):
+            parts = read(Path(path), statements)
             return cls(**parts, name=Path(path).stem if name is None else name)
-        except MemoryError:
-            raise InputError(
-                f"{path_text(path)}: too large for the memory; cut the record"
-            ) from None
-        except InputError as error:
-            raise error.within(f"{path_text(path)}: ") from None
-        except ValueError as error:
-            raise InputError(f"{path_text(path)}: {error}") from None
 
     def to_csv(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
         """Write the record as CSV in SI units; :meth:`read` gives the same numbers, bit for bit.

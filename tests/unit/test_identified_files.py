@@ -27,7 +27,7 @@ from microslip.results.identified.document import (
     identified,
     units_of,
 )
-from microslip.results.identified.joint_study import joint_text
+from microslip.results.identified.numbers import joint_text
 
 JOINT = ms.Interface.examples()[0]
 STUDY = """

@@ -24,7 +24,8 @@ from microslip.report.judgements import _listed
 from microslip.report.pictures import PictureCache
 from microslip.report.plot import Plot
 from microslip.report.terminal import file_groups
-from microslip.results.predicted import study_facts, tables
+from microslip.results.predicted import document as predicted_document
+from microslip.results.predicted import tables
 from microslip.results.predicted.document import document
 from microslip.results.predicted.figures import _CAPTIONS, FIGURES, names
 from microslip.study import schema, surfaces
@@ -410,7 +411,7 @@ def test_every_surface_has_a_page_with_its_law(name: str) -> None:
     found = page((SURFACE, SURFACES[name]), (LOADS, '"50 N"'))
     law = re.search(r'law = "([\w-]+)"', SURFACES[name])
     assert law
-    assert study_facts.LAWS[law[1]][0] in found.words["td"]
+    assert predicted_document.LAWS[law[1]][0] in found.words["td"]
     equations = found.words["span"]
     numbers = {
         "greenwood-williamson": "(19.8)",
@@ -521,4 +522,4 @@ def test_files_are_grouped_by_what_they_hold() -> None:
 
 def test_no_law_is_without_its_words() -> None:
     laws = {model.tag_value("law") for model in surfaces.SURFACE_TABLES.values()}
-    assert laws == set(study_facts.LAWS)
+    assert laws == set(predicted_document.LAWS)

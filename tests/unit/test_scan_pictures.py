@@ -17,8 +17,12 @@ from microslip.report.pictures import PictureCache
 from microslip.report.plot import Area, Line, Panel, Pixels
 from microslip.report.svg import svg
 from microslip.results.scanned.document import document
-from microslip.results.scanned.height_pictures import density_plot, height_plot
-from microslip.results.scanned.wave_pictures import cutoff_plot, spectrum_plot
+from microslip.results.scanned.height_pictures import (
+    cutoff_plot,
+    density_plot,
+    height_plot,
+    spectrum_plot,
+)
 from microslip.scans import random_surface
 from microslip.scans.findings import Findings, Request, analyse
 

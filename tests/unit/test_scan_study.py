@@ -175,7 +175,7 @@ def test_no_cutoff_has_to_be_said_and_is_shown(home: Path) -> None:
 
 
 def _rows(study: ms.Study) -> list[tuple[str, str]]:
-    from microslip.results.predicted.study_facts import study_facts
+    from microslip.results.predicted.document import study_facts
 
     return list(next(facts.rows for facts in study_facts(study) if facts.title == "Surface"))
 

@@ -25,8 +25,7 @@ from microslip.runs.columns import (
     VaryingLoop,
     blocks,
 )
-from microslip.runs.dataset import variables
-from microslip.runs.prediction import Prediction
+from microslip.runs.prediction import Prediction, variables
 from microslip.runs.scatter import scatter, with_amplitudes
 from microslip.runs.structure import run as run_structure
 from microslip.structures import Oscillator

@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
+import numpy as np
+
+from microslip._core.netcdf import Variable
+from microslip._core.quantities import QUANTITIES
 from microslip.friction import Interface
 from microslip.loops import Loop
 from microslip.runs.columns import (
     AmplitudeCurve,
+    Columns,
+    Floats,
     HistoryResponse,
     Limits,
     OscillatorCurve,
@@ -54,3 +61,108 @@ class Prediction:
 
 def _count(count: int, word: str) -> str:
     return f"{count} {word}" if count == 1 else f"{count} {word}s"
+
+
+MEANINGS = {
+    "history_dissipated_energy": "energy dissipated since rest",
+    "varying_force_amplitude": "half the range of the force under the varying normal load",
+    "varying_dissipated_energy": "energy dissipated in a cycle under the varying normal load",
+    "varying_energy_ratio": "energy ratio under the varying normal load",
+    "varying_loss_factor": "loss factor under the varying normal load",
+    "varying_damping_ratio": "damping ratio under the varying normal load",
+    "varying_secant_stiffness": "secant stiffness under the varying normal load",
+    "oscillator_damping_ratio": "damping ratio of the mode, viscous damping and joint",
+}
+"""What differs from the meaning of the quantity by itself."""
+
+
+def variables(result: Prediction) -> dict[str, Variable]:
+    """All numbers by their names, the verdicts left out."""
+    driven = "amplitude" if result.study.excitation.force_amplitudes is None else "force_amplitude"
+    arrays = {
+        **_scalars(result),
+        **_loops(result, driven),
+        **_columns(result.rows, "", driven, leave_out=driven),
+        **_columns(result.curves, "curve_", "point", leave_out="amplitude"),
+    }
+    if result.varying:
+        arrays |= _columns(result.varying, "varying_", driven, leave_out="amplitude")
+    if result.histories:
+        arrays |= _columns(result.histories, "history_", "history_sample")
+    if result.oscillators:
+        arrays |= _columns(result.oscillators, "oscillator_", "point", leave_out="amplitude")
+    return arrays
+
+
+def labelled(dims: tuple[str, ...], values: Floats, name: str, meaning: str = "") -> Variable:
+    """Values with the unit and the meaning of a quantity, or with a meaning of their own."""
+    about = QUANTITIES[name].attributes
+    return Variable(dims, values, {**about, "long_name": meaning} if meaning else about)
+
+
+def _scalars(result: Prediction) -> dict[str, Variable]:
+    """Numbers of each joint, without those that none has."""
+    rows = [
+        {**scalars(result.study, joint), **asdict(limits)}
+        for joint, limits in zip(result.joints, result.limits, strict=True)
+    ]
+    variables = {
+        name: labelled(("load",), np.array([row[name] for row in rows], dtype=float), name)
+        for name in rows[0]
+        if any(row[name] is not None for row in rows)
+    }
+    scale = variables["slip_scale"]
+    comment = {"comment": result.joints[0]._slip_scale[1]}
+    variables["slip_scale"] = scale._replace(attributes={**scale.attributes, **comment})
+    return variables
+
+
+def scalars(study: StudyDescription, joint: Interface) -> dict[str, float | None]:
+    """Numbers that belong to a joint at rest; None for what is not known."""
+    contact = getattr(joint, "contact_area", None)
+    area = None if study.surface is None else study.surface.apparent_area
+    return {
+        "separation": getattr(joint, "separation", None),
+        "standardised_separation": getattr(joint, "standardised_separation", None),
+        "contact_count": getattr(joint, "contact_count", None),
+        "contact_area": contact,
+        "contact_area_fraction": contact / area if contact is not None and area else None,
+        "mean_contact_pressure": joint.normal_load / contact if contact else None,
+        "normal_stiffness": getattr(joint, "normal_stiffness", None),
+        "tangential_stiffness": joint.tangential_stiffness,
+        "force_limit": joint.force_limit,
+        "slip_per_indentation": getattr(joint, "slip_per_indentation", None),
+        "slip_scale": joint._slip_scale[0],
+    }
+
+
+def _loops(result: Prediction, driven: str) -> dict[str, Variable]:
+    names = {"displacement": "displacement", "force": "force"}
+    if result.varying:
+        names["varying_normal_load"] = "normal_load"
+    variables = {}
+    for name, attribute in names.items():
+        values = np.array([[getattr(loop, attribute) for loop in loops] for loops in result.loops])
+        variables[name] = labelled(("load", driven, "sample"), values, name)
+    return variables
+
+
+def _columns(
+    tables: Sequence[Columns], prefix: str, dim: str, leave_out: str = ""
+) -> dict[str, Variable]:
+    """Columns of one table for each load, by their names."""
+    return {
+        prefix + name: labelled(
+            ("load", dim),
+            _stacked([table.columns()[name] for table in tables]),
+            name,
+            MEANINGS.get(prefix + name, ""),
+        )
+        for name in tables[0].columns()
+        if name != leave_out
+    }
+
+
+def _stacked(arrays: Sequence[Floats]) -> Floats:
+    # One long array is not copied.
+    return arrays[0][np.newaxis] if len(arrays) == 1 else np.stack(arrays)

@@ -29,8 +29,7 @@ from microslip.report.document import (
 from microslip.report.files import csv_text, header, plain, text_cell, text_file
 from microslip.results import measured_campaign as together
 from microslip.results.identified import numbers
-from microslip.results.identified.joint_study import joint_text
-from microslip.results.identified.numbers import Summary
+from microslip.results.identified.numbers import Summary, joint_text
 from microslip.tribometer import Record, measure
 from microslip.tribometer.campaign import Campaign
 

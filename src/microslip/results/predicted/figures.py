@@ -33,8 +33,7 @@ from microslip.results.predicted.curves import (
     energy_damping,
     force_damping,
 )
-from microslip.results.predicted.history_figure import history
-from microslip.results.predicted.pressure_figure import pressure
+from microslip.results.predicted.history_figure import history, pressure
 from microslip.runs.columns import AmplitudeCurve, in_words
 from microslip.runs.prediction import Prediction
 

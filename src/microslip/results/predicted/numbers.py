@@ -26,9 +26,8 @@ from microslip.runs.columns import (
     OscillatorCurve,
     extremes,
 )
-from microslip.runs.dataset import scalars
 from microslip.runs.predict import Defaults, oscillator_of
-from microslip.runs.prediction import Prediction
+from microslip.runs.prediction import Prediction, scalars
 from microslip.runs.sensitivities import leading_inputs
 from microslip.study import surfaces as u
 from microslip.study.description import StudyDescription

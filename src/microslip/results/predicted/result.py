@@ -11,9 +11,8 @@ from microslip.errors import InputError
 from microslip.report.document import Progress
 from microslip.report.files import save
 from microslip.report.netcdf import dataset
-from microslip.results.predicted.arrays import contents
 from microslip.results.predicted.document import document
-from microslip.results.predicted.files import files
+from microslip.results.predicted.files import contents, files
 from microslip.results.predicted.numbers import KIND, summarise
 from microslip.runs.columns import AmplitudeCurve as AmplitudeCurve
 from microslip.runs.columns import HistoryResponse as HistoryResponse

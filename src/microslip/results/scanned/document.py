@@ -28,12 +28,22 @@ from microslip.report.document import (
 )
 from microslip.report.files import csv_text, text_file
 from microslip.report.scales import evenly
-from microslip.results.scanned import joint_section, texture
-from microslip.results.scanned.disagreements import disagreements
-from microslip.results.scanned.height_pictures import density_plot, height_plot
-from microslip.results.scanned.numbers import KIND, summarise
+from microslip.results.scanned import joint_section
+from microslip.results.scanned.height_pictures import (
+    cutoff_plot,
+    density_plot,
+    height_plot,
+    spectrum_plot,
+    texture_plot,
+)
+from microslip.results.scanned.numbers import (
+    KIND,
+    disagreements,
+    spectrum_csv,
+    summarise,
+    texture_section,
+)
 from microslip.results.scanned.surface_block import block
-from microslip.results.scanned.wave_pictures import cutoff_plot, spectrum_plot, texture_plot
 from microslip.scans.file_reading import SUSPECT
 from microslip.scans.findings import ESTIMATES, Findings
 from microslip.scans.patch_scatter import HEIGHTS, MOMENTS, SUMMITS
@@ -74,7 +84,7 @@ def document(findings: Findings, folder: Path | None = None, say: Say = str) -> 
             "Every parameter against the cut-off",
             (_over_cutoffs(findings, data), Note(_column_notes(findings, data), brief=False)),
         ),
-        texture.section(findings, data["texture"]),
+        texture_section(findings, data["texture"]),
         Section("Height distribution", (Note(findings.fit.verdict),), brief=False),
         *joint_section.sections(findings),
         Section("Figures", pictures, brief=False),
@@ -82,7 +92,7 @@ def document(findings: Findings, folder: Path | None = None, say: Say = str) -> 
     ]
     files = [
         text_file("cutoffs.csv", lambda: _cutoff_rows(findings)),
-        text_file("spectrum.csv", lambda: texture.spectrum_csv(findings)),
+        text_file("spectrum.csv", lambda: spectrum_csv(findings)),
     ]
     if (table := findings.joint_table) is not None:
         files.append(text_file("joint_cutoffs.csv", lambda: joint_section.as_csv(table)))

@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
+import numpy as np
+
+from microslip._core.units import SMALLEST, engineering, significant
 from microslip._version import __version__
-from microslip.report.files import header, plain
+from microslip.report.document import Column, Note, Section, Table
+from microslip.report.files import csv_text, header, plain
 from microslip.results.scanned import joint_section
 from microslip.scans.cutoffs import CutoffTable
 from microslip.scans.findings import Findings
 from microslip.scans.height_fit import HeightFit
 from microslip.scans.patch_scatter import HEIGHTS, MOMENTS, SUMMITS
+from microslip.scans.scan_rules import LOST_TO_PIXEL
 
 KIND = "microslip-surface"
 """What summary.json says of a folder of a measured scan."""
@@ -90,3 +96,181 @@ def _over_cutoffs(table: CutoffTable) -> list[dict[str, float | None]]:
         {name: (value or None) if name == "cutoff" else plain(value) for name, value in row.items()}
         for row in table.rows()
     ]
+
+
+def disagreements(findings: Findings) -> list[str]:
+    """Nothing where counting and moments agree within a half; each cause has its own line."""
+    mccool, counted = findings.estimates.get("mccool"), findings.estimates.get("counted")
+    if mccool is None or counted is None or findings.summits is None:
+        return []
+    factors = {
+        name: getattr(counted, name) / getattr(mccool, name)
+        for name in ("density", "radius", "std")
+        if getattr(counted, name) > 0.0
+    }
+    factors_apart = {
+        name: factor for name, factor in factors.items() if not 1.0 / 1.5 < factor < 1.5
+    }
+    if not factors_apart:
+        return []
+    texts = [
+        f"{significant(factor, 2)} times the {_NOUNS[name]}"
+        for name, factor in factors_apart.items()
+    ]
+    if findings.summits.method == "watershed" and "radius" in factors_apart:
+        # The verdict on radii compares what McCool's is, one over a mean curvature.
+        alike = findings.summits.mean_radius / mccool.radius
+        texts[list(factors_apart).index("radius")] += (
+            " (the counted one by load; by mean curvature, as McCool's is, "
+            f"{significant(alike, 2)} times)"
+        )
+    judged = sorted(
+        (
+            v
+            for v in findings.verdicts
+            # What the pixel takes in part it takes from counting and from moments alike.
+            if v.word != "ok"
+            and v.name in _CAUSES
+            and (v.name != LOST_TO_PIXEL or v.word == "outside")
+        ),
+        key=lambda verdict: (verdict.word != "outside", [*_CAUSES].index(verdict.name)),
+    )
+    causes = [_CAUSES[verdict.name](verdict.value or 0.0, findings) for verdict in judged]
+    every = findings.summits.neighbours.density
+    if counted.density < every / 1.5:
+        causes.insert(
+            1 if judged and judged[0].word == "outside" else 0,
+            f"of all points above their eight neighbours only {100.0 * counted.density / every:.2g}"
+            f" % rise {engineering(findings.summits.threshold, 'm')} above the saddle to a higher "
+            "one and are round; the rest may be noise, which moments take for summits",
+        )
+    causes = causes[:_MOST_CAUSES] or ["heights are not Gaussian, which moments take for granted"]
+    gappy = any(verdict.name == "missing" for verdict in judged)
+    noisy = any(v.name == LOST_TO_PIXEL for v in judged)
+    advice = (
+        'Fill the gaps first (`fill="interpolate"`).'
+        if gappy
+        else "Choose a short-wave cut-off first, then build on the counted ones."
+        if noisy and findings.request.cutoff is None
+        else "Build on the counted ones, and look at the map."
+    )
+    why = "".join(f"\n({number}) {cause}." for number, cause in enumerate(causes, start=1))
+    return [
+        (
+            f"Two estimates differ: the summits counted have {_listed(texts)} of McCool's "
+            f"moments. Why:{why}\n{advice}"
+        )
+    ]
+
+
+def _listed(parts: list[str]) -> str:
+    return " and ".join([", ".join(parts[:-1])] * (len(parts) > 1) + parts[-1:])
+
+
+_NOUNS = {"density": "density", "radius": "radius", "std": "spread in height"}
+
+
+_MOST_CAUSES = 3
+
+
+def _tail_share(moment: str) -> Callable[[float, Findings], str]:
+    return lambda value, findings: (
+        f"one point in a thousand carries {100.0 * value:.2g} % of the {moment}"
+    )
+
+
+_CAUSES: dict[str, Callable[[float, Findings], str]] = {
+    "kurtosis": lambda value, findings: (
+        f"the kurtosis is {value:.3g} (3 if Gaussian): few points, a scratch, pits or spikes, make "
+        "the variance of the heights, on which moments are built, while counting takes each summit "
+        "once"
+    ),
+    "missing": lambda value, findings: (
+        f"{100.0 * value:.2g} % of the points are missing, and a summit counts only where it and "
+        "its eight neighbours are there"
+    ),
+    LOST_TO_PIXEL: lambda value, findings: (
+        "curvatures are of waves of a few pixels, so that noise and the pixel make them"
+    ),
+    "anisotropy": lambda value, findings: (
+        f"slopes across the lay are {value:.2g} times those along it, but moments are averaged "
+        "over directions"
+    ),
+    "share of m0 in 0.1 % of points": _tail_share("variance of the heights"),
+    "share of m2 in 0.1 % of points": _tail_share("mean square slope"),
+    "share of m4 in 0.1 % of points": _tail_share("mean square curvature"),
+}
+"""Verdicts that tell why counting and moments differ, in words; the most telling first."""
+
+
+_LABELS = {
+    "core_height": ("Sk, core height", "m"),
+    "peak_height": ("Spk, reduced peak height", "m"),
+    "valley_depth": ("Svk, reduced dale depth", "m"),
+    "peak_material_ratio": ("Smr1, material ratio of peaks", ""),
+    "valley_material_ratio": ("Smr2, material ratio of dales", ""),
+    "autocorrelation_length": ("Sal, autocorrelation length", "m"),
+    "texture_aspect_ratio": ("Str, texture aspect ratio", ""),
+    "developed_area_ratio": ("Sdr, developed area ratio", ""),
+    "rms_gradient": ("Sdq, rms gradient", ""),
+    "peak_density": ("Spd, density of hills", "1/m^2"),
+    "peak_curvature": ("Spc, curvature of hills", "1/m"),
+}
+
+
+def texture_section(findings: Findings, texture: dict[str, Any]) -> Section:
+    """Texture on the page."""
+    rows = []
+    if texture["areal"] is not None:
+        for name, (label, unit) in _LABELS.items():
+            value = texture["areal"][name]
+            rows.append((label, _written(value, unit)))
+    fit = texture["self_affine"]
+    notes = []
+    if fit is not None:
+        rows.append(("Hurst exponent", f"{fit['hurst']:.3f} ± {fit['error']:.2g}"))
+        law = "a power law" if fit["misfit"] < 2.0 else "no power law: mind the figure"
+        notes.append(
+            f"Hurst's exponent is that of the spectrum before any cut-off between wavelengths of "
+            f"{engineering(fit['shortest'], 'm')} (eight pixels) and "
+            f"{engineering(fit['longest'], 'm')} (a quarter of the scan). Its density is "
+            f"{significant(fit['misfit'], 2)} times its uncertainty from the law: {law}."
+        )
+    slopes = texture["slopes"]
+    if len(slopes) > 1:
+        ends = [
+            f"{significant(row['rms_slope'], 3)} over {engineering(row['distance'], 'm')}"
+            for row in (slopes[0], slopes[-1])
+        ]
+        notes.append(f"The rms slope between points is {ends[0]} and {ends[1]}.")
+    columns = (Column("quantity", "ISO 25178-2:2021"), Column("value", "value"))
+    blocks = [Table("", columns, tuple(rows))] if rows else []
+    return Section("Texture", (*blocks, *(Note(" ".join(notes)) for _ in notes[:1])), brief=False)
+
+
+def spectrum_csv(findings: Findings) -> str:
+    """The spectrum before and after the cut-offs, with the uncertainty of each ring."""
+    unfiltered, filtered = findings.whole_spectrum, findings.spectrum
+    unit = "m^3" if findings.scan.is_profile else "m^4"
+    heads = ["wavelength [m]", "wavenumber [rad/m]", f"density [{unit}]", "relative_error [-]"]
+    density = (
+        filtered.density
+        if filtered.density.shape == unfiltered.density.shape
+        else unfiltered.density
+    )
+    # What filters leave far below all that was measured is nothing, and too small to be read.
+    densities = [np.where(c > SMALLEST, c, 0.0) for c in (unfiltered.density, density)]
+    columns = (
+        unfiltered.wavelength, unfiltered.wavenumber, densities[0],
+        unfiltered.relative_error, densities[1],
+    )  # fmt: skip
+    rows = zip(*(column.tolist() for column in columns), strict=True)
+    return csv_text([*heads, f"density_cut_off [{unit}]"], (map(repr, row) for row in rows))
+
+
+def _written(value: float | None, unit: str) -> str:
+    if value is None:
+        return "–"
+    if unit == "1/m^2":
+        return f"{significant(1e-6 * value)} 1/mm²"
+    return engineering(value, unit) if unit == "m" else f"{significant(value)} {unit}".rstrip()

@@ -17,8 +17,8 @@ import microslip as ms
 from microslip.report.layout import SMALL, TEXT, TITLE, Frame, lay_out, text_width
 from microslip.report.matplotlib_figure import figure, png
 from microslip.report.plot import DASHED, Line, LineName, Marks, Panel, Pixels, Plot, Rule, Stems
+from microslip.report.scales import linear, log_label, logarithmic
 from microslip.report.svg import svg
-from microslip.report.ticks import linear, log_label, logarithmic
 from microslip.results.predicted.curves import MOST_LOADS, force_exponent
 from microslip.results.predicted.figures import FIGURES, names, slipping_share
 from microslip.results.predicted.history_figure import MOST_SAMPLES, envelope, path

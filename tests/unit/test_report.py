@@ -18,11 +18,11 @@ from studies import AMPLITUDES, GAUSSIAN, LOADS, MATERIAL, SURFACE, SURFACES, ed
 
 import microslip as ms
 from microslip.report.cells import quantity, signed
+from microslip.report.files import PictureCache
 from microslip.report.html import page as html_page
 from microslip.report.html import script
-from microslip.report.judgements import _listed
-from microslip.report.pictures import PictureCache
 from microslip.report.plot import Plot
+from microslip.report.tables import _listed
 from microslip.report.terminal import file_groups
 from microslip.results.predicted import document as predicted_document
 from microslip.results.predicted import tables

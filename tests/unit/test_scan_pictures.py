@@ -10,10 +10,9 @@ import pytest
 from studies import SURFACE, edited
 
 import microslip as ms
-from microslip.report.files import listed
+from microslip.report.files import PictureCache, listed
 from microslip.report.html import page
 from microslip.report.matplotlib_figure import png
-from microslip.report.pictures import PictureCache
 from microslip.report.plot import Area, Line, Panel, Pixels
 from microslip.report.svg import svg
 from microslip.results.scanned.document import document

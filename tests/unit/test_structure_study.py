@@ -17,7 +17,7 @@ from microslip.report.plot import Area, Marks
 from microslip.results.predicted.document import document
 from microslip.results.predicted.preview import preview
 from microslip.results.structure.pictures import curve_plot, shape_plot
-from microslip.study.plausibility import questions
+from microslip.study.sense import questions
 from microslip.study.uncertain import Spread
 
 STUDY = """

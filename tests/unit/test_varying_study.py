@@ -16,9 +16,9 @@ import pytest
 from studies import AMPLITUDES, CURVE, LOADS, SURFACE, SURFACES, edited
 
 import microslip as ms
+from microslip.report.files import PictureCache
 from microslip.report.html import page as html_page
 from microslip.report.layout import lay_out
-from microslip.report.pictures import PictureCache
 from microslip.report.plot import Marks
 from microslip.report.terminal import show
 from microslip.results.predicted.document import document

@@ -12,7 +12,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import Formatter
 
-from microslip.report.ticks import log_label
+from microslip.report.scales import log_label
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

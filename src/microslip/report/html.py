@@ -28,9 +28,8 @@ from microslip.report.document import (
     Table,
     Verdicts,
 )
-from microslip.report.judgements import HEADLINES, judgements
-from microslip.report.pictures import PictureCache
-from microslip.report.tables import as_text, is_text
+from microslip.report.files import PictureCache
+from microslip.report.tables import HEADLINES, as_text, is_text, judgements
 from microslip.report.terminal import file_groups
 
 _SIGNS = {"ok": "✓", "watch": "!", "outside": "✗", "not judged": "?", "none": "?"}

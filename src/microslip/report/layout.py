@@ -12,7 +12,7 @@ import numpy as np
 
 from microslip.report import plot as shapes
 from microslip.report.plot import AxisName, Entry, Floats, Panel, Plot
-from microslip.report.ticks import Ticks, linear, logarithmic
+from microslip.report.scales import Ticks, linear, logarithmic
 
 PAGE = 7.1 * 72.0
 TITLE, TEXT, SMALL = 10.0, 9.0, 8.5

@@ -5,9 +5,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from microslip._core.units import engineering, significant
+from microslip._core.verdicts import WORDS, Verdict
 from microslip._core.wording import one_line
 from microslip.report.cells import UNKNOWN
-from microslip.report.document import Column, Judged, Table, Value
+from microslip.report.document import Column, Judged, Table, Value, Verdicts
 from microslip.report.scales import evenly
 
 
@@ -84,3 +85,95 @@ def _rows_shown(table: Table, limit: int) -> list[int]:
     among = evenly(len(groups), max(limit // len(within), 1))
     listed = list(groups.values())
     return [listed[group][place] for group in among for place in within]
+
+
+HEADLINES = {
+    "ok": "All assumptions of the model hold.",
+    "not judged": "What was judged holds, but not all was:",
+    "watch": "Read with care:",
+    "outside": "Outside the model’s range:",
+}
+
+
+class Judgement(NamedTuple):
+    """One assumption of the model, held to its limit everywhere."""
+
+    word: str
+    """The worst verdict."""
+    name: str
+    """What is judged."""
+    value: str
+    """Its value, or the smallest and the largest; "not known" where it is not judged."""
+    bound: str
+    """Where it would be ok."""
+    where: str
+    """Where it is as bad as that, such as "at 2 kN and 5 kN"; empty for everywhere."""
+    meaning: str
+    """What is assumed."""
+    reason: str
+    """Where the limits come from or, not judged, what is missing."""
+    remedy: str
+    """What to do about it."""
+
+    @property
+    def sentence(self) -> str:
+        """All of it that a headline needs."""
+        where = f" {self.where}" if self.where else ""
+        if self.word == "not judged":
+            missing = f"; {self.reason}" if self.reason else ""
+            return f"{self.name} {self.value} (ok {self.bound}){where}: not judged{missing}"
+        return f"{self.name} {self.value} (ok {self.bound}){where}: {self.word}"
+
+
+def judgements(block: Verdicts) -> list[Judgement]:
+    """Verdicts by what is judged, the worst first."""
+    places = block.places or ("",) * len(block.verdicts)
+    groups: dict[str, list[tuple[Verdict, str]]] = {}
+    for verdict, place in zip(block.verdicts, places, strict=True):
+        groups.setdefault(verdict.name, []).append((verdict, place))
+    judged = [_judged(name, pairs, block) for name, pairs in groups.items()]
+    return sorted(judged, key=lambda judgement: -WORDS.index(judgement.word))
+
+
+def value_text(block: Verdicts, name: str, value: float) -> str:
+    """What is judged, for people."""
+    return f"{significant(100.0 * value)} %" if name in block.percent else significant(value)
+
+
+def limit_text(block: Verdicts, name: str, limit: float) -> str:
+    """What it is held to, a number that somebody chose."""
+    return f"{100.0 * limit:.3g} %" if name in block.percent else f"{limit:.3g}"
+
+
+def _judged(name: str, pairs: list[tuple[Verdict, str]], block: Verdicts) -> Judgement:
+    verdicts = [verdict for verdict, _ in pairs]
+    worst = max((verdict.word for verdict in verdicts), key=WORDS.index)
+    bad = [verdict for verdict in verdicts if verdict.word == worst]
+    at = list(dict.fromkeys(place for v, place in pairs if v.word == worst and place))
+    limit = verdicts[0].limit
+    values = [verdict.value for verdict in verdicts if verdict.value is not None]
+    ends = (min(values), max(values)) if values else ()
+    texts = list(dict.fromkeys(value_text(block, name, end) for end in ends))
+    rising = any(v.word not in ("ok", "not judged") and (v.value or 0.0) < limit for v in verdicts)
+    if worst == "ok":
+        rising = bool(values) and min(values) >= limit
+    everywhere = len(bad) == len(verdicts) and len(set(at)) == len({place for _, place in pairs})
+    moving = any("," in place for place in at)
+    return Judgement(
+        worst,
+        name.replace(" * ", " × "),
+        " to ".join(texts) or "not known",
+        f"{'from' if rising else 'up to'} {limit_text(block, name, limit)}",
+        "" if everywhere and not moving else _listed(at, block.noun),
+        bad[0].meaning,
+        getattr(bad[0], "reason", ""),
+        getattr(bad[0], "remedy", ""),
+    )
+
+
+def _listed(places: list[str], noun: str) -> str:
+    if not places:
+        return ""
+    if len(places) <= 3:
+        return "at " + " and ".join(filter(None, [", ".join(places[:-1]), places[-1]]))
+    return f"at {len(places)} {noun}, {places[0]} to {places[-1]}"

@@ -17,9 +17,8 @@ from microslip.report.document import (
     Table,
     Verdicts,
 )
-from microslip.report.judgements import judgements
 from microslip.report.printer import Printer
-from microslip.report.tables import as_text, is_text
+from microslip.report.tables import as_text, is_text, judgements
 
 MOST_ROWS = 40
 

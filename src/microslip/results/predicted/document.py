@@ -39,8 +39,8 @@ from microslip.runs.columns import in_words
 from microslip.runs.prediction import Prediction
 from microslip.study.description import StudyDescription
 from microslip.study.part import Part
-from microslip.study.plausibility import questions
 from microslip.study.scanned_surface import NO_CUTOFF
+from microslip.study.sense import questions
 
 REMARK = (
     "η (loss factor) and ζ = η/2 (damping ratio) are the interface’s own, not a mode’s: in a "

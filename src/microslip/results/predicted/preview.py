@@ -22,7 +22,7 @@ from microslip.runs.predict import DEFAULT_AMPLITUDES, DEFAULT_POINTS, Defaults
 from microslip.study.build import build_joints, check_loads
 from microslip.study.description import StudyDescription
 from microslip.study.part import Part
-from microslip.study.plausibility import questions
+from microslip.study.sense import questions
 from microslip.study.uncertain import Spread
 
 KIND = "microslip-check"

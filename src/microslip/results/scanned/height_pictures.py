@@ -37,8 +37,7 @@ from microslip.report.plot import (
     Rule,
     beside,
 )
-from microslip.report.scales import length_prefix
-from microslip.report.ticks import logarithmic
+from microslip.report.scales import length_prefix, logarithmic
 from microslip.scans.areal_parameters import autocorrelation, slope_over_distance
 from microslip.scans.distribution_fits import Fit
 from microslip.scans.figures import SHARE, coarse, coloured, trace_figure

@@ -43,7 +43,7 @@ from click.testing import CliRunner
 import microslip as ms
 from microslip import export, identification, scans
 from microslip.cli import main
-from microslip.report.files import PictureCache
+from microslip.report.document import PictureCache
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"

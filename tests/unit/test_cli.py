@@ -18,7 +18,7 @@ from command import STUDY, fails, names, process, run
 
 import microslip as ms
 from microslip.cli import main
-from microslip.report.files import PictureCache
+from microslip.report.document import PictureCache
 
 
 @pytest.fixture(autouse=True)

@@ -18,7 +18,7 @@ from studies import AMPLITUDES, GAUSSIAN, LOADS, MATERIAL, SURFACE, SURFACES, ed
 
 import microslip as ms
 from microslip.report.cells import quantity, signed
-from microslip.report.files import PictureCache
+from microslip.report.document import PictureCache
 from microslip.report.html import page as html_page
 from microslip.report.html import script
 from microslip.report.plot import Plot

@@ -10,7 +10,8 @@ import pytest
 from studies import SURFACE, edited
 
 import microslip as ms
-from microslip.report.files import PictureCache, listed
+from microslip.report.document import PictureCache
+from microslip.report.files import listed
 from microslip.report.html import page
 from microslip.report.matplotlib_figure import png
 from microslip.report.plot import Area, Line, Panel, Pixels

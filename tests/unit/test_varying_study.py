@@ -16,7 +16,7 @@ import pytest
 from studies import AMPLITUDES, CURVE, LOADS, SURFACE, SURFACES, edited
 
 import microslip as ms
-from microslip.report.files import PictureCache
+from microslip.report.document import PictureCache
 from microslip.report.html import page as html_page
 from microslip.report.layout import lay_out
 from microslip.report.plot import Marks

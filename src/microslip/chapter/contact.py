@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from itertools import pairwise
 from typing import Any
 
@@ -16,9 +17,12 @@ from microslip.chapter.plate import (
     BLUE,
     DOTS,
     GREEN,
+    GREY,
     HATCH,
     INK,
     LIGHT,
+    MEGA,
+    MICRO,
     RED,
     SLIP,
     STICK,
@@ -27,13 +31,14 @@ from microslip.chapter.plate import (
     Plate,
     arrow,
     as_plate,
+    cross,
+    mark,
+    subscripts,
     words,
 )
 from microslip.friction import Asperity, AsperityFields, Zone
 from microslip.materials import Material, MaterialPair
 from microslip.report.drawing import DASHES
-
-MICRO, MEGA = 1e-6, 1e6
 
 
 def summit() -> Asperity:
@@ -236,3 +241,277 @@ def _contact_area(plate: Plate) -> Drawing:
     names = ("state", "inner radius [m]", "outer radius [m]", "direction", "slips now")
     columns = dict(zip(names, np.array(rows, dtype=float).T, strict=True))
     return Drawing(figure, columns)
+
+
+def _time(corners: int, samples: int = 80) -> Floats:
+    """Time of a record through so many corners, one for each run between two."""
+    return np.linspace(0.0, corners - 1.0, (corners - 1) * (samples - 1) + 1)
+
+
+def _levels(axes: Axes, joint: Asperity, horizontal: bool) -> None:
+    """Lines at plus and minus the slip limit."""
+    for sign, text in ((-1.0, "−δL"), (1.0, "δL")):
+        place = sign * joint.slip_limit / MICRO
+        if horizontal:
+            _level(axes, place, subscripts(text))
+        else:
+            axes.axvline(place, color=LIGHT, linestyle=DASHES, linewidth=0.9, zorder=1)
+            axes.annotate(
+                subscripts(text), (place, 0.0), (3 * sign, 4), fontsize=8.5, color=GREY,
+                xycoords=axes.get_xaxis_transform(), textcoords="offset points",
+                ha="left" if sign > 0 else "right", va="bottom",
+            )  # fmt: skip
+
+
+def _level(axes: Axes, place: float, text: str) -> None:
+    """A line across with its name above its beginning."""
+    axes.axhline(place, color=LIGHT, linestyle=DASHES, linewidth=0.9, zorder=1)
+    axes.annotate(
+        text, (0.0, place), (5, 1), fontsize=8.5, color=GREY,
+        xycoords=axes.get_yaxis_transform(), textcoords="offset points",
+        ha="left", va="bottom",
+    )  # fmt: skip
+
+
+def _loop_axes(axes: Axes, joint: Asperity, reach: float, levels: bool = True) -> None:
+    axes.set(xlabel="Tangential displacement δ [µm]", ylabel="Tangential force T [N]")
+    cross(axes)
+    axes.set_xlim(-reach * joint.slip_limit / MICRO, reach * joint.slip_limit / MICRO)
+    axes.set_ylim(-1.25 * joint.force_limit, 1.25 * joint.force_limit)
+    for sign, text in ((-1.0, "−μN"), (1.0, "μN")):
+        _level(axes, sign * joint.force_limit, text)
+    if levels:
+        _levels(axes, joint, horizontal=False)
+
+
+def _branches(axes: Axes, record: Floats, force: Floats, samples: int, *labels: str) -> None:
+    """First loading, unloading and reloading, of so many samples each."""
+    looks = ((INK, DASHES), (BLUE, "-"), (RED, (0, (6, 1.5))))
+    for number, (label, (color, line)) in enumerate(zip(labels, looks, strict=True)):
+        part = slice((samples - 1) * number, (samples - 1) * (number + 1) + 1)
+        axes.plot(record[part] / MICRO, force[part], color=color, linestyle=line, label=label)
+
+
+@as_plate(
+    "19.11",
+    "load-displacement-cycle",
+    "a cycle of force with its tractions (after Johnson)",
+    "At B there is no force, yet the contact holds tractions that balance and a displacement "
+    "that stays. At C all is the mirror of A.",
+    assumed("Force between ±0.95 μN."),
+)
+def _johnson(plate: Plate) -> Drawing:
+    joint = summit()
+    peak = 0.95 * joint.force_limit
+    top = joint.backbone_displacement(peak)
+    corners = {
+        "A": [peak],
+        "B": [peak, 0.0],
+        "C": [peak, -peak],
+        "D": [peak, -peak, 0.0],
+    }
+    record = path(0.0, top, -top, top)
+    force = joint.force(record)
+    figure, body = plate.page(4.6)
+    grid = body.add_gridspec(3, 2, width_ratios=[1.35, 1.0])
+    axes = body.add_subplot(grid[:, 0])
+    axes.plot(record / MICRO, force, color=BLUE)
+    _loop_axes(axes, joint, 1.25, levels=False)
+    states = {name: joint.fields(force=forces) for name, forces in corners.items()}
+    offsets = {"A": (8, 8), "B": (11, -8), "C": (-8, -8), "D": (-11, 8)}
+    for name, fields in states.items():
+        mark(axes, name, fields.displacement / MICRO, fields.force, *offsets[name])
+    mark(axes, "O", 0.0, 0.0, 2, -12)
+    r_of = section(joint, *states.values())
+    bound = joint.friction_coefficient * joint.pressure(np.abs(r_of))
+    columns = {"x [m]": r_of, "friction times pressure [Pa]": bound}
+    panel = None
+    for row, name in enumerate("ABC"):
+        panel = body.add_subplot(grid[row, 1], sharex=panel)
+        fields = states[name]
+        q = fields.traction(np.abs(r_of))
+        columns[f"tangential traction at {name} [Pa]"] = q
+        shade(panel, fields)
+        for sign in (-1.0, 1.0):
+            panel.plot(
+                r_of / MICRO, sign * bound / MEGA, color=INK, linestyle=DASHES, linewidth=0.9
+            )
+        panel.plot(r_of / MICRO, q / MEGA, color=BLUE, linewidth=1.8)
+        panel.set_ylim(-1.25 * bound.max() / MEGA, 1.25 * bound.max() / MEGA)
+        panel.set_xlim(r_of[0] / MICRO, r_of[-1] / MICRO)
+        panel.set_ylabel("q [MPa]")
+        panel.text(
+            0.015, 0.93, name, transform=panel.transAxes, fontsize=10, fontweight="bold", va="top"
+        )
+        if row < 2:
+            panel.tick_params(labelbottom=False)
+        else:
+            panel.set_xlabel("Place along the force x [µm]")
+    body.legend(handles=zone_handles(), loc="outside lower center", ncols=4)
+    return Drawing(figure, columns)
+
+
+def _draw_path(
+    axes: Axes, joint: Asperity, corners: list[float], letters: Mapping[str, tuple[float, float]]
+) -> tuple[Floats, Floats]:
+    """A displacement path over time; letters by their time and offset sign."""
+    record = path(*(corner * joint.slip_limit for corner in corners))
+    time = _time(len(corners))
+    axes.plot(time, record / MICRO, color=BLUE)
+    axes.axhline(0.0, color=GREY, linewidth=0.6, zorder=1)
+    axes.set(ylabel="Displacement δ [µm]", xlabel="Time [half cycles]")
+    reach = 1.35 * max(1.0, *(abs(v) for v in corners)) * joint.slip_limit / MICRO
+    axes.set_ylim(-reach, reach)
+    axes.set_xlim(-0.12, len(corners) - 1 + 0.25)
+    _levels(axes, joint, horizontal=True)
+    for name, (at, side) in letters.items():
+        mark(axes, name, at, float(np.interp(at, time, record)) / MICRO, 0, 11 * side)
+    return time, record
+
+
+@as_plate(
+    "19.12",
+    "constant-amplitude-path",
+    "loading path of constant amplitude",
+    "The displacement that Fig. 19.13 answers to: from rest at O, then to and fro between A and C.",
+    assumed("Amplitude 0.8 δL."),
+)
+def _constant_path(plate: Plate) -> Drawing:
+    joint = summit()
+    letters = {"O": (0.0, 1), "A": (1.0, -1), "B": (1.5, 1), "C": (2.0, 1), "D": (2.5, 1)}
+    figure, _, axes = plate.sheet(3.3)
+    time, record = _draw_path(axes, joint, [0.0, 0.8, -0.8, 0.8, -0.8, 0.8], letters)
+    mark(axes, "A", 3.0, record.max() / MICRO, 0, -11)
+    return Drawing(figure, {"time [half cycles]": time, "displacement [m]": record})
+
+
+@as_plate(
+    "19.13",
+    "partial-slip-loop",
+    "force against displacement in partial slip",
+    "First loading O–A, then the closed loop A–B–C–D: two copies of the first curve at twice "
+    "its size. It never reaches μN, and still encloses an area.",
+    assumed("Amplitude 0.8 δL."),
+)
+def _partial_loop(plate: Plate) -> Drawing:
+    joint = summit()
+    top = 0.8 * joint.slip_limit
+    record = path(0.0, top, -top, top)
+    force = joint.force(record)
+    figure, body, axes = plate.sheet(4.3)
+    labels = ("O–A, first loading", "A–B–C, unloading", "C–D–A, reloading")
+    _branches(axes, record, force, 80, *labels)
+    _loop_axes(axes, joint, 1.2)
+    at_b = joint.force([top, 0.0])[-1]
+    for name, x, y, dx, dy in (
+        ("O", 0.0, 0.0, -10, -4),
+        ("A", top, joint.backbone(top), 9, 7),
+        ("B", 0.0, at_b, 10, -8),
+        ("C", -top, -joint.backbone(top), -9, -7),
+        ("D", 0.0, -at_b, -10, 8),
+    ):
+        mark(axes, name, x / MICRO, y, dx, dy)
+    body.legend(loc="outside lower center", ncols=3)
+    return Drawing(figure, {"displacement [m]": record, "force [N]": force})
+
+
+@as_plate(
+    "19.14",
+    "total-slip-loop",
+    "force against displacement with total slip",
+    "Beyond the slip limit the force stays at μN and the asperity slides by δ₀. A reversal "
+    "has to cover 2 δL before it slides back.",
+    assumed("Amplitude 1.7 δL, of which δ₀ = 0.7 δL is sliding."),
+)
+def _total_loop(plate: Plate) -> Drawing:
+    joint = summit()
+    limit = joint.slip_limit
+    top = 1.7 * limit
+    record = path(0.0, top, -top, top, samples=160)
+    force = joint.force(record)
+    figure, body, axes = plate.sheet(4.3)
+    _branches(axes, record, force, 160, "first loading", "unloading", "reloading")
+    _loop_axes(axes, joint, 2.1)
+    high = 1.13 * joint.force_limit
+    arrow(axes, (limit / MICRO, high), (top / MICRO, high), double=True, linewidth=0.9)
+    words(axes, "δ₀", 0.5 * (limit + top) / MICRO, high)
+    words(axes, "sliding", 0.5 * (limit + top) / MICRO, 0.87 * joint.force_limit, color=GREY)
+    words(axes, "sliding", -0.5 * (limit + top) / MICRO, -0.87 * joint.force_limit, color=GREY)
+    body.legend(loc="outside lower center", ncols=3)
+    return Drawing(figure, {"displacement [m]": record, "force [N]": force})
+
+
+@as_plate(
+    "19.15",
+    "growing-amplitude",
+    "growing amplitude: (a) path, (b) loops from partial to total slip",
+    "The tips of all loops lie on the first loading curve; from the third on they are flat.",
+    assumed("Amplitudes 0.35, 0.7, 1.05 and 1.6 δL."),
+)
+def _growing(plate: Plate) -> Drawing:
+    joint = summit()
+    levels = (0.35, 0.7, 1.05, 1.6)
+    corners = [0.0, *(v for level in levels for v in (level, -level)), levels[-1]]
+    figure, body = plate.page(4.2)
+    path_axes, right = body.subplots(1, 2, width_ratios=[1.0, 1.15])
+    time, record = _draw_path(path_axes, joint, corners, {})
+    force = joint.force(record)
+    right.plot(record / MICRO, force, color=BLUE)
+    _loop_axes(right, joint, 2.4)
+    path_axes.set_title("(a)")
+    right.set_title("(b)")
+    columns = {"time [half cycles]": time, "displacement [m]": record, "force [N]": force}
+    return Drawing(figure, columns)
+
+
+VARIABLE = (0.0, 0.95, -0.6, 0.6, -0.85, 1.5, -1.5)
+
+
+@as_plate(
+    "19.16",
+    "variable-amplitude-path",
+    "loading path of variable amplitude",
+    "The displacement that Fig. 19.17 answers to: two small swings, then wide ones.",
+    assumed("Turns at 0.95, −0.6, 0.6, −0.85, 1.5 and −1.5 δL."),
+)
+def _variable_path(plate: Plate) -> Drawing:
+    joint = summit()
+    letters = {"O": (0.0, -1), "A": (1.0, -1), "B": (2.0, 1), "C": (3.0, -1), "D": (4.0, 1)}
+    figure, _, axes = plate.sheet(3.3)
+    time, record = _draw_path(axes, joint, list(VARIABLE), letters)
+    return Drawing(figure, {"time [half cycles]": time, "displacement [m]": record})
+
+
+@as_plate(
+    "19.17",
+    "variable-amplitude-loops",
+    "force against displacement, from partial to total slip",
+    "C–D passes B on the curve that A–B had begun: the loop B–C has closed and left no trace. "
+    "From D on the curve runs through A into that of first loading, and slides at μN.",
+    assumed("Turns at 0.95, −0.6, 0.6, −0.85, 1.5 and −1.5 δL."),
+)
+def _variable_loop(plate: Plate) -> Drawing:
+    joint = summit()
+    corners = [v * joint.slip_limit for v in VARIABLE]
+    record = path(*corners, samples=160)
+    force = joint.force(record)
+    figure, body, axes = plate.sheet(4.6)
+    pieces = (
+        (0, 1, INK, DASHES, "O–A"),
+        (1, 2, BLUE, "-", "A–B"),
+        (2, 3, RED, (0, (6, 1.5)), "B–C"),
+        (3, 4, GREEN, (0, (6, 2, 1, 2)), "C–D"),
+        (4, 6, LIGHT, "-", "on to gross slip, both ways"),
+    )
+    for start, stop, color, line, label in pieces:
+        part = slice(159 * start, 159 * stop + 1)
+        axes.plot(
+            record[part] / MICRO, force[part], color=color, linestyle=line, label=label,
+            zorder=2.0 if color == LIGHT else 2.5,
+        )  # fmt: skip
+    _loop_axes(axes, joint, 1.75)
+    offsets = {"O": (-9, 8), "A": (5, 10), "B": (10, -6), "C": (8, -8), "D": (-8, 9)}
+    for index, (name, (dx, dy)) in enumerate(offsets.items()):
+        mark(axes, name, corners[index] / MICRO, force[159 * index], dx, dy)
+    body.legend(loc="outside lower center", ncols=5)
+    return Drawing(figure, {"displacement [m]": record, "force [N]": force})

@@ -16,9 +16,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
 from numpy.typing import NDArray
 
+from microslip.report.drawing import DASHES as DASHES
 from microslip.report.drawing import STYLE, new_figure, settle
 
 Columns = dict[str, NDArray[np.float64]]
+NANO, MICRO, MILLI, KILO, MEGA = 1e-9, 1e-6, 1e-3, 1e3, 1e6
 
 GREY, LIGHT = "#555555", "#999999"
 INK, BLUE, RED, GREEN, PINK, GOLD = (
@@ -34,6 +36,8 @@ STICK, STUCK, SLIP, BACK = "#dcebf5", "#f6f6f6", "#f6d9c6", "#d4d4d4"
 """Fills of what sticks, what sticks again, what slips and what slips back."""
 HATCH = "#b98a6d"
 DOTS = (0, (1, 1.5))
+LINES = ("-", (0, (6, 2)), (0, (1, 1)), (0, (6, 2, 1, 2)), (0, (3, 1)))
+COLORS = (INK, BLUE, RED, GREEN, PINK)
 
 
 # Letters as outlines: their indices and hatches are drawn, not written.

@@ -9,14 +9,18 @@ import numpy as np
 
 from microslip._core.checks import Floats
 from microslip._core.units import engineering, significant
-from microslip.chapter.joint import COLORS, LINES
 from microslip.chapter.joint import assumed as worked_out
 from microslip.chapter.plate import (
     BLUE,
+    COLORS,
     DOTS,
     GREY,
     INK,
+    KILO,
     LIGHT,
+    LINES,
+    MICRO,
+    MILLI,
     RED,
     Drawing,
     Plate,
@@ -30,7 +34,6 @@ from microslip.identification import Identification, identify
 from microslip.report.drawing import DASHES
 from microslip.tribometer import VirtualTribometer
 
-MICRO, KILO, MILLI = 1e-6, 1e3, 1e-3
 RIG = 1e8
 NOISE = 0.005
 RIPPLE = 0.02

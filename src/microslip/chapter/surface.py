@@ -13,6 +13,8 @@ from microslip.chapter.plate import (
     GREY,
     HATCH,
     INK,
+    MICRO,
+    MILLI,
     SLIP,
     STICK,
     Drawing,
@@ -26,7 +28,6 @@ from microslip.materials import Material, MaterialPair
 from microslip.normal import GreenwoodWilliamson
 from microslip.report.drawing import DASHES
 
-MICRO, MILLI = 1e-6, 1e-3
 SPREAD = 5e-7
 ROUGHNESS = 4.5e-7
 CORRELATION = 4.3e-5
@@ -42,7 +43,7 @@ def worked_example(normal_load: float = 2000.0) -> Interface:
     return Interface(surface, friction_coefficient=0.55, normal_load=normal_load)
 
 
-def assumed() -> str:
+def _heights_assumed() -> str:
     """What the figure assumes, in a sentence."""
     joint = worked_example()
     return (
@@ -58,7 +59,7 @@ def assumed() -> str:
     "(a) normal distribution of summit heights, (b) its distribution function",
     "The summits above the separation δn are in contact: the hatched area in (a), what is "
     "missing to one in (b).",
-    assumed(),
+    _heights_assumed(),
 )
 def _heights(plate: Plate) -> Drawing:
     joint, law = worked_example(), Gaussian(SPREAD)

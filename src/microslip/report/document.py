@@ -185,3 +185,40 @@ class Document:
         if not self.verdicts:
             return ""
         return worst(verdict for block in self.verdicts for verdict in block.verdicts)
+
+
+class PictureCache:
+    """Makes each picture once: the file and the page share it."""
+
+    def __init__(self) -> None:
+        self._results: dict[tuple[str, object], Any] = {}
+
+    def _result(self, name: str, make: Callable[..., Any], *given: Any) -> Any:
+        if (name, make) not in self._results:
+            self._results[name, make] = make(*given)
+        return self._results[name, make]
+
+    def _image(self, picture: Picture, render: Callable[[Plot], bytes]) -> bytes:
+        plot = self._result(picture.name, picture.plot)
+        image: bytes = self._result(picture.name, render, plot)
+        return image
+
+    def as_bytes(self, picture: Picture, kind: str) -> bytes:
+        """The picture in a format: "svg", "png" or "pdf"."""
+        if kind == "pdf":
+            from microslip.report import pdf
+
+            return self._image(picture, pdf)
+        return self.svg(picture) if kind == "svg" else self.png(picture)
+
+    def svg(self, picture: Picture) -> bytes:
+        """The picture as lines and text."""
+        from microslip.report.svg import svg
+
+        return self._image(picture, svg)
+
+    def png(self, picture: Picture) -> bytes:
+        """The picture as pixels."""
+        from microslip.report import png
+
+        return self._image(picture, png)

@@ -17,10 +17,9 @@ from microslip import kernels
 from microslip._core import netcdf
 from microslip._core.wording import ESCAPED, one_line
 from microslip._version import __version__
-from microslip.report.document import Document, File, Picture, Progress
+from microslip.report.document import Document, File, PictureCache, Progress
 from microslip.report.folder import staged
 from microslip.report.netcdf import Contents
-from microslip.report.plot import Plot
 
 Blocks = Iterator[Mapping[str, NDArray[np.float64]]]
 
@@ -215,41 +214,3 @@ def write_csv(
             written += len(next(iter(part.values())))
             if progress is not None:
                 progress(written / rows)
-
-
-class PictureCache:
-    """Makes each picture once: the file and the page share it."""
-
-    def __init__(self) -> None:
-        self._plots: dict[str, Plot] = {}
-        self._svgs: dict[str, bytes] = {}
-        self._pngs: dict[str, bytes] = {}
-
-    def _plot(self, picture: Picture) -> Plot:
-        if picture.name not in self._plots:
-            self._plots[picture.name] = picture.plot()
-        return self._plots[picture.name]
-
-    def as_bytes(self, picture: Picture, kind: str) -> bytes:
-        """The picture in a format: "svg", "png" or "pdf"."""
-        if kind == "pdf":  # asked for once, by its file
-            from microslip.report import pdf
-
-            return pdf(self._plot(picture))
-        return self.svg(picture) if kind == "svg" else self.png(picture)
-
-    def svg(self, picture: Picture) -> bytes:
-        """The picture as lines and text."""
-        if picture.name not in self._svgs:
-            from microslip.report.svg import svg
-
-            self._svgs[picture.name] = svg(self._plot(picture))
-        return self._svgs[picture.name]
-
-    def png(self, picture: Picture) -> bytes:
-        """The picture as pixels."""
-        if picture.name not in self._pngs:
-            from microslip.report import png
-
-            self._pngs[picture.name] = png(self._plot(picture))
-        return self._pngs[picture.name]

@@ -23,12 +23,12 @@ from microslip.report.document import (
     Note,
     Number,
     Picture,
+    PictureCache,
     Progress,
     Section,
     Table,
     Verdicts,
 )
-from microslip.report.files import PictureCache
 from microslip.report.tables import HEADLINES, as_text, is_text, judgements
 from microslip.report.terminal import file_groups
 

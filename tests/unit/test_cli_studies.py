@@ -17,7 +17,8 @@ from command import STUDY, fails, names, run
 
 import microslip as ms
 from microslip.cli.studies import LAWS as COMMAND_LAWS
-from microslip.study.new import LAWS, demo_text, template
+from microslip.cli.studies import TEMPLATES as COMMAND_TEMPLATES
+from microslip.study.new import LAWS, TEMPLATES, demo_text, template
 
 
 @pytest.fixture(autouse=True)
@@ -228,6 +229,29 @@ def test_every_key_of_a_new_study_can_be_used(law: str) -> None:
             changed = re.sub(rf"(?m)^{other} = .*\n", "", text).replace(line, line[2:])
         study = ms.Study.from_toml(changed, "new", folder=Path.cwd())
         assert all(np.isfinite(row.dissipated_energy).all() for row in study.run().rows), line
+
+
+def test_templates_are_listed_and_written() -> None:
+    listed = [line.split()[0] for line in run("new", "--list").stdout.splitlines()]
+    assert tuple(listed) == COMMAND_TEMPLATES == tuple(TEMPLATES)
+    for name in listed:
+        outcome = run("new", f"{name}-one.toml", "--template", name)
+        assert outcome.exit_code == 0, outcome.output
+        text = Path(f"{name}-one.toml").read_text("utf-8")
+        for step in outcome.stdout.splitlines()[1:]:
+            assert f"#   {step.strip()}" in text
+    rng = np.random.default_rng(0)
+    np.savetxt("face.csv", rng.normal(size=(64, 64)).cumsum(0).cumsum(1) * 0.02, delimiter=",")
+    scan = ("--set", 'surface.unit="um"', "--set", 'surface.pixel="1 um"')
+    for words in (("structure-one.toml",), ("record-one.toml",), ("scan-one.toml", *scan)):
+        assert run("check", *words).exit_code == 0
+    assert "structure.mesh: parts.msh: there is no such file" in fails("check", "mesh-one.toml")
+    outcome = run("batch", "batch-one.csv", "--study", "batch-one.toml", "-o", "many")
+    assert "3 items done" in outcome.stdout
+    Path("second.csv").write_text("mine", encoding="utf-8")
+    assert "second.csv: exists" in fails("new", "second.toml", "--template", "batch")
+    assert not Path("second.toml").exists()
+    assert Path("second.csv").read_text("utf-8") == "mine"
 
 
 def test_new_never_overwrites() -> None:

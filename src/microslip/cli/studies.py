@@ -142,19 +142,39 @@ def check(study: Path, overrides: tuple[str, ...], as_json: bool) -> None:
         show_command(next_step(look), command, sys.stdout)
 
 
+TEMPLATES = ("joint", "structure", "mesh", "scan", "record", "batch")
+
+
+def _list_templates(context: click.Context, param: click.Parameter, value: bool) -> None:
+    if value:
+        from microslip.study.new import TEMPLATES
+
+        for name, meaning in TEMPLATES.items():
+            click.echo(f"{name:<10} {meaning}")
+        context.exit()
+
+
 @click.command(short_help="Write a study to begin with.")
 @click.argument("name", metavar="NAME.toml", type=ANY_PATH)
 @click.option(
-    "--law", type=OneOf(LAWS), default=LAWS[0], show_default=True, help="How the surfaces touch."
+    "--template", "kind", type=OneOf(TEMPLATES), default=TEMPLATES[0], show_default=True,
+    help="What the study describes.",
+)  # fmt: skip
+@click.option(
+    "--law", type=OneOf(LAWS), default=LAWS[0], show_default=True, help="Normal law of a joint."
 )
-def new(name: Path, law: str) -> None:
-    """Write the study NAME.toml, commented and ready to run; change it with any editor.
+@click.option(
+    "--list", is_flag=True, is_eager=True, expose_value=False, callback=_list_templates,
+    help="List the templates.",
+)  # fmt: skip
+def new(name: Path, kind: str, law: str) -> None:
+    """Write the study NAME.toml, commented; change it with any editor.
 
     A file that is there is never touched.
     """
     from microslip.study.new import command_line, write
 
-    write(name, law)
+    steps = write(name, law, kind)
     click.echo(f"Written to {command_line(name)}. Next:")
-    for command in ("check", "predict"):
-        click.echo(f"  {command_line('microslip', command, name)}")
+    for step in steps:
+        click.echo(f"  {step}")

@@ -30,6 +30,31 @@ _NUMBERS = {
 LAWS = tuple(_NUMBERS)
 """Surfaces that there is a study to begin with for."""
 
+TEMPLATES = {
+    "joint": "one joint: loops, energy and damping",
+    "structure": "two bolted beams from their drawing: frequency and damping of modes, with bands",
+    "mesh": "bolted parts of a mesh of yours (Gmsh, Abaqus, CalculiX)",
+    "scan": "a joint of a scanned surface",
+    "record": "what is known of a specimen whose records are identified",
+    "batch": "one study and a table of changes, a row a joint",
+}
+"""Studies to begin with, and what each is for."""
+
+_NEXT = {
+    "joint": ("check {study}", "predict {study}"),
+    "structure": ("check {study}", "predict {study}"),
+    "mesh": ("check {study}", "predict {study}"),
+    "scan": ("surface face.csv", "check {study}", "predict {study}"),
+    "record": ("measure run.csv", "identify run.csv --study {study}"),
+    "batch": ("batch {table} --study {study}",),
+}
+
+_CHANGES = """name,joint.normal_load,joint.friction_coefficient
+light,500 N,0.2
+heavy,2 kN,0.2
+rough,2 kN,0.4
+"""
+
 
 def template(
     law: str = "greenwood-williamson",
@@ -37,6 +62,7 @@ def template(
     hint: str = "",
     *,
     tightened: bool = True,
+    kind: str = "joint",
 ) -> str:
     """A commented study that runs as it is, for one of :data:`LAWS`.
 
@@ -46,48 +72,87 @@ def template(
     if law not in LAWS:
         near = did_you_mean(law, LAWS) if isinstance(law, str) else ""
         raise StudyError(f"law: wanted {quoted(LAWS)}, got {show(law)}{near}")
-    pieces = re.split(r"(?m)^%% (\S+)\n", _text_of("new_study.template"))[1:]
-    parts = dict(zip(pieces[::2], pieces[1::2], strict=True))
+    parts = _parts()
     keys = ("light", "heavy", "force", "spring", "small", "middle", "large")
     numbers = dict(zip(keys, _NUMBERS[law], strict=True))
     numbers["tightened"] = ""
     if tightened and (load := _TIGHTENED.get(law)):
         remark = "largest load it has carried: summits have yielded, by the hardness"
         numbers["tightened"] = f'tightening_load = "{load}"  # {remark}\n'
+    tail = parts["tail"].format(**numbers)
+    return _aligned(_head(name, hint, kind) + parts["metals"] + parts[law] + tail)
+
+
+def _aligned(text: str) -> str:
+    """Remarks below each other."""
+    return re.sub(r"(?m)^(.*\S)  # ", lambda line: f"{line[1]:<38}  # ", text)
+
+
+def _next(kind: str, study: Path) -> list[str]:
+    """Commands that come next."""
+    names = {"study": command_line(study), "table": command_line(study.with_suffix(".csv"))}
+    return [f"microslip {step.format(**names)}" for step in _NEXT[kind]]
+
+
+def _parts() -> dict[str, str]:
+    """Pieces of studies by their names."""
+    pieces = re.split(r"(?m)^%% (\S+)\n", _text_of("new_study.template"))[1:]
+    return dict(zip(pieces[::2], pieces[1::2], strict=True))
+
+
+def _head(name: str, hint: str, kind: str) -> str:
+    """The first lines of a study: how it is run, and its title."""
     stem = Path(name).stem
     title = stem if 0 < len(stem) <= 200 and stem.isprintable() else "A joint"
     # A basic string of TOML is written as one of JSON.
-    head = parts["head"].format(
-        command=command_line(name), title=json.dumps(title, ensure_ascii=False)
-    )
-    text = head + parts[law] + parts["tail"].format(**numbers)
-    # Remarks below each other.
-    text = re.sub(r"(?m)^(.*\S)  # ", lambda line: f"{line[1]:<38}  # ", text)
+    title = json.dumps(title, ensure_ascii=False)
+    steps = "\n".join(f"#   {step}" for step in _next(kind, Path(name)))
+    text = _parts()["head"].format(steps=steps, meaning=TEMPLATES[kind], title=title)
     return f"{hint}\n{text}" if hint else text
 
 
-def write(path: Path, law: str = "greenwood-williamson") -> None:
-    """Write a commented study into a new file, whose name ends in `.toml`."""
+def text_of_template(kind: str, law: str, name: str, hint: str) -> str:
+    """The study of one of :data:`TEMPLATES`, in a file of that name."""
+    if kind == "structure":
+        text = demo_text(beam=True)
+        text = text[text.index("schema = ") :]
+        body = text[text.index("[material") :]
+    elif kind in ("mesh", "scan"):
+        body = _parts()[kind].format()
+    else:
+        return template(law, name, hint, kind=kind)
+    return _aligned(f"{_head(name, hint, kind)}{body}")
+
+
+def write(path: Path, law: str = "greenwood-williamson", kind: str = "joint") -> list[str]:
+    """Write a commented study into a new file, whose name ends in `.toml`.
+
+    Returns the commands that come next. A batch has its table of changes beside it.
+    """
     name = shorten(str(path), 200)
     if path.suffix != ".toml":  # which ".toml" has not
         example = shorten(f"{path.name.partition('.')[0] or 'joint'}.toml", 60)
         raise StudyError(f'{name}: wanted a name that ends in .toml, such as "{example}"')
     # Only a file beside the study: an editor must not ask the network for it.
     hint = f"#:schema {SCHEMA_FILE}" if (path.parent / SCHEMA_FILE).is_file() else ""
-    text = template(law, path.name, hint).encode("utf-8")
+    texts = {path: text_of_template(kind, law, path.name, hint)}
+    if kind == "batch":
+        texts[path.with_suffix(".csv")] = _CHANGES
+    written: list[Path] = []
     try:
-        file = path.open("xb")
-    except FileExistsError:
-        raise StudyError(f"{name}: exists, and is not replaced; name another file") from None
+        for file, text in texts.items():
+            name = shorten(str(file), 200)
+            with file.open("xb") as stream:
+                written.append(file)
+                stream.write(text.encode("utf-8"))
     except (OSError, ValueError) as error:
+        for file in written:
+            with suppress(OSError):
+                file.unlink()
+        if isinstance(error, FileExistsError):
+            raise StudyError(f"{name}: exists, and is not replaced; name another file") from None
         raise StudyError(f"{name}: cannot be written: {reason(error)}") from None
-    try:
-        with file:
-            file.write(text)
-    except OSError as error:
-        with suppress(OSError):
-            path.unlink()
-        raise StudyError(f"{name}: cannot be written: {reason(error)}") from None
+    return _next(kind, path)
 
 
 def demo_text(beam: bool = False) -> str:

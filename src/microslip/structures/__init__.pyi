@@ -1,3 +1,4 @@
+from .base_response import BaseResponse as BaseResponse
 from .bolts import Bolts as Bolts
 from .decay import Decay as Decay
 from .forced import ForcedResponse as ForcedResponse

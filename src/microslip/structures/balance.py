@@ -30,9 +30,14 @@ class Balance:
         """Of the coefficients."""
         return self.model.size, self.basis.size
 
-    def joint_forces(self, coefficients: Floats) -> tuple[Floats, list[HarmonicForces]]:
-        """Joint forces less those of sticking joints (modes, size), and each group's answer."""
-        motion = self.joints.flat.T @ coefficients
+    def joint_forces(
+        self, coefficients: Floats, carried: Floats | float = 0.0
+    ) -> tuple[Floats, list[HarmonicForces]]:
+        """Joint forces less those of sticking joints (modes, size), and each group's answer.
+
+        ``carried`` is what moves the joints besides the modes, (coordinates, size) [m].
+        """
+        motion = self.joints.flat.T @ coefficients + carried
         answers = [
             group.harmonic_forces(part, self.basis)
             for group, part in zip(self.joints.groups, self.joints.split(motion), strict=True)
@@ -72,8 +77,11 @@ class Balance:
 
     def tangent(self, answers: list[HarmonicForces], change: Floats) -> Floats:
         """Change of the joint forces beyond sticking, for a change of modal coefficients."""
+        return self.by_motion(answers, self.joints.flat.T @ change)
+
+    def by_motion(self, answers: list[HarmonicForces], motion: Floats) -> Floats:
+        """The same for a change of the joints' motions, (coordinates, size)."""
         size = self.basis.size
-        motion = self.joints.flat.T @ change
         moved = -self.joints.stuck[:, None] * motion
         for part, answer in zip(self.joints.parts, answers, strict=True):
             joints, width = answer.force.shape[:2]

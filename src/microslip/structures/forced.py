@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,15 +16,10 @@ from microslip.errors import InputError
 from microslip.report.plot import Plot
 from microslip.report.plottable import PlottableAtSensor
 from microslip.structures.balance import Balance
+from microslip.structures.forced_path import Drive, Excitation, follow
 from microslip.structures.matrices import vector
 from microslip.structures.modal_model import ModalModel
-from microslip.structures.periodic_motion import harmonic_basis
-
-_ITERATIONS = 25
-_STEP = 1e-10
-_MOST_POINTS = 3000
-_ENOUGH = 8  # iterations with which a step is as long as it should be, twice over
-_FINEST = 1e-6  # shortest arc step, beside the range of frequencies
+from microslip.structures.periodic_motion import HarmonicBasis, harmonic_basis
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -92,84 +87,16 @@ class ForcedResponse(LockedArrays, PlottableAtSensor):
         return f"ForcedResponse({self.frequency.size} points, {self.message})"
 
 
-class _Point(NamedTuple):
-    coefficients: Floats
-    omega: float
-
-
-class _Solved(NamedTuple):
-    point: _Point
-    tangent: Floats
-    """Unit tangent of the path in scaled unknowns."""
-    iterations: int
-    stable: bool
-
-
-class _Path:
-    """The equations along the path; unknowns are scaled coefficients and the frequency."""
-
-    def __init__(self, balance: Balance, force: Floats, unit: float, width: float) -> None:
-        self._balance, self._force = balance, force
-        self._unit, self._width = unit, width
-
-    def _system(self, point: _Point) -> tuple[Floats, Floats]:
-        """Residual and its derivatives, (count,) and (count, count + 1), scaled."""
-        balance = self._balance
-        modes, size = balance.shape
-        forces, answers = balance.joint_forces(point.coefficients)
-        gap = balance.linear(point.coefficients, point.omega, 0.0) + forces - self._force
-        inner = balance.linear_matrix(point.omega, 0.0) + balance.tangent_matrix(answers)
-        by_omega = balance.by_omega(*point)
-        scale = np.maximum(balance.model.squares, point.omega**2)[:, None] * self._unit
-        count = modes * size
-        matrix = np.empty((count, count + 1))
-        matrix[:, :count] = (inner / scale[:, :, None, None]).reshape(count, count) * self._unit
-        matrix[:, count] = (by_omega / scale).reshape(-1) * self._width
-        return (gap / scale).reshape(-1), matrix
-
-    def solve(self, guess: _Point, tangent: Floats | None) -> _Solved | None:
-        """Newton's method across a tangent; at a fixed frequency without one."""
-        modes, size = self._balance.shape
-        point = guess
-        last_unknown = np.append(np.zeros(modes * size), 1.0)
-        border = last_unknown if tangent is None else tangent
-        last = math.inf
-        for iterations in range(1, _ITERATIONS + 1):
-            gap, matrix = self._system(point)
-            system = np.concatenate([matrix, border[None]])
-            try:
-                step = np.linalg.solve(system, np.append(gap, 0.0))
-            except np.linalg.LinAlgError:
-                return None
-            length = float(np.abs(step).max())
-            if not math.isfinite(length) or length > 1e3:
-                return None
-            move = step[:-1].reshape(modes, size) * self._unit
-            omega = point.omega - float(step[-1]) * self._width
-            if omega <= 0.0:
-                return None
-            point = _Point(point.coefficients - move, omega)
-            relative = length / max(1e-3, float(np.abs(point.coefficients).max()) / self._unit)
-            if relative < _STEP or (relative < 1e-8 and relative >= last):
-                along = np.linalg.solve(system, last_unknown)
-                stable = bool(np.linalg.slogdet(matrix[:, :-1])[0] > 0.0)
-                return _Solved(point, along / np.linalg.norm(along), iterations, stable)
-            last = relative
-        return None
-
-    def ahead(self, solved: _Solved, step: float) -> _Point:
-        """A guess a step along the tangent."""
-        modes, size = self._balance.shape
-        move = step * solved.tangent
-        return _Point(
-            solved.point.coefficients + move[:-1].reshape(modes, size) * self._unit,
-            solved.point.omega + float(move[-1]) * self._width,
+def checked_frequencies(frequencies: ArrayLike) -> Floats:
+    """Frequencies [Hz] along which a response can be followed, or an error."""
+    targets = floats("frequencies", frequencies)
+    ways = np.sign(np.diff(targets.reshape(-1)))
+    if targets.ndim != 1 or targets.size < 2 or targets.min() <= 0.0 or abs(ways.sum()) < ways.size:
+        raise InputError(
+            "frequencies must be at least two above zero that rise or fall [Hz], such as "
+            "np.linspace(150.0, 200.0, 101)"
         )
-
-    def distance(self, a: _Point, b: _Point) -> float:
-        """Between points, in scaled unknowns."""
-        q = float(np.linalg.norm(a.coefficients - b.coefficients)) / self._unit
-        return math.hypot(q, (a.omega - b.omega) / self._width)
+    return targets
 
 
 def forced_response(
@@ -190,130 +117,28 @@ def forced_response(
         real = np.stack([real, np.zeros_like(real)])
     if real.shape != (2, size):
         raise InputError(f"force must have the shape ({size},), got {real.shape[1:]}")
-    targets = floats("frequencies", frequencies)
-    ways = np.sign(np.diff(targets.reshape(-1)))
-    if targets.ndim != 1 or targets.size < 2 or targets.min() <= 0.0 or abs(ways.sum()) < ways.size:
-        raise InputError(
-            "frequencies must be at least two above zero that rise or fall [Hz], such as "
-            "np.linspace(150.0, 200.0, 101)"
-        )
+    targets = checked_frequencies(frequencies)
     basis = harmonic_basis(harmonics, samples)
-    modal = np.zeros((model.size, basis.size))
-    # Re(F exp(i w t)) = Re F cos - Im F sin.
-    modal[:, 1], modal[:, 2] = real[0] @ model.shapes, -(real[1] @ model.shapes)
-    middle = (2.0 * math.pi * float(np.median(targets))) ** 2
-    gain = np.abs(model.squares - middle) + 1e-3 * middle
-    line = modal[:, 1] / gain if np.any(modal[:, 1]) else modal[:, 2] / gain
+    forces = coefficients(model.shapes.T @ (real[0] + 1j * real[1]), basis)
+    line = line_of(model, forces, targets)
     if not np.any(line):
         raise InputError("force must push some elastic mode, not only move the structure")
-    balance = Balance(model, model.joints(line), basis)
-    omegas = 2.0 * math.pi * targets
-    path, marks, iterations, stopped = _follow(balance, modal, omegas)
-    points = [solved.point for solved in path]
-    message = f"solved at {len(points)} points in {iterations} iterations"
-    if stopped:
-        where = points[-1].omega / (2.0 * math.pi) if points else targets[0]
-        message = (
-            f"stopped at {where:.6g} Hz after {iterations} iterations: {stopped}; try more "
-            "samples, other harmonics, some damping, or less force"
-        )
-    motion = np.zeros((len(points), size, len(basis.harmonics)), dtype=complex)
-    rigid = model.free @ (model.free.T @ (real[0] + 1j * real[1]))
-    for i, (q, omega) in enumerate(points):
-        motion[i, :, 0] = model.shapes @ q[:, 0]
-        motion[i, :, 1:] = model.shapes @ (q[:, 1::2] - 1j * q[:, 2::2])
-        motion[i, :, 1] -= rigid / omega**2
-    frequency = np.array([point.omega / (2.0 * math.pi) for point in points])
-    return ForcedResponse(
-        frequency,
-        motion,
-        basis.harmonics,
-        np.array(marks, dtype=bool),
-        np.array([solved.stable for solved in path], dtype=bool),
-        iterations,
-        message,
-    )
+    rigid = -model.free @ (model.free.T @ (real[0] + 1j * real[1]))
+    excitation = Excitation({0: forces}, {}, rigid)
+    drive = Drive(Balance(model, model.joints(line), basis), excitation)
+    return ForcedResponse(**follow(drive, targets).fields(drive))
 
 
-def _follow(
-    balance: Balance, force: Floats, omegas: Floats
-) -> tuple[list[_Solved], list[bool], int, str]:
-    """Points along the path from the first to the last frequency."""
-    direction = 1.0 if omegas[-1] > omegas[0] else -1.0
-    span = abs(float(omegas[-1] - omegas[0]))
-    start = _Point(_linear_response(balance, force, float(omegas[0])), float(omegas[0]))
-    unit = float(np.abs(start.coefficients).max())
-    path = _Path(balance, force, unit, span)
-    here = path.solve(start, None)
-    if here is None:
-        here = _ramped(balance, force, float(omegas[0]), span)
-    if here is None:
-        return [], [], 0, "the first frequency was not solved"
-    # Near a resonance the motion is many times that off it: the arc is measured by the largest.
-    iterations = here.iterations
-    points, marks = [here], [True]
-    if here.tangent[-1] * direction < 0.0:
-        here = here._replace(tangent=-here.tangent)
-    step = 0.25 * abs(float(omegas[1] - omegas[0])) / span
-    longest = float(np.abs(np.diff(omegas)).max()) / span
-    while len(points) < _MOST_POINTS:
-        largest = max(float(np.abs(here.point.coefficients).max()), unit)
-        path = _Path(balance, force, largest, span)
-        rescaled = np.append(here.tangent[:-1] / (largest / unit), here.tangent[-1])
-        here = here._replace(tangent=rescaled / np.linalg.norm(rescaled))
-        unit = largest
-        # Not further than the frequencies asked for lie apart, and a tenth of the motion itself.
-        step = min(step, longest / max(abs(float(here.tangent[-1])), 1e-3 * longest), 0.2)
-        ahead = path.solve(path.ahead(here, step), here.tangent)
-        if ahead is None or path.distance(ahead.point, here.point) > 2.0 * step:
-            step *= 0.5
-            if step < _FINEST:
-                return points, marks, iterations, "the arc's steps became too short"
-            continue
-        iterations += ahead.iterations
-        if float(ahead.tangent @ here.tangent) < 0.0:
-            ahead = ahead._replace(tangent=-ahead.tangent)
-        went = ahead.point.omega - here.point.omega
-        inside = [w for w in omegas if 0.0 < (w - here.point.omega) * np.sign(went) <= abs(went)]
-        for omega in sorted(inside, reverse=ahead.point.omega < here.point.omega):
-            share = (omega - here.point.omega) / (ahead.point.omega - here.point.omega)
-            guess = here.point.coefficients + share * (
-                ahead.point.coefficients - here.point.coefficients
-            )
-            at = path.solve(_Point(guess, float(omega)), None)
-            if at is not None:
-                iterations += at.iterations
-                points.append(at)
-                marks.append(True)
-        if (ahead.point.omega - omegas[-1]) * direction >= 0.0:
-            return points, marks, iterations, ""
-        if (omegas[0] - ahead.point.omega) * direction > 0.05 * span:
-            return points, marks, iterations, "the response turned back beyond the first frequency"
-        points.append(ahead)
-        marks.append(False)
-        step *= min(2.0, max(0.5, _ENOUGH / 2.0 / ahead.iterations))
-        here = ahead
-    return points, marks, iterations, f"{_MOST_POINTS} points did not reach the last frequency"
+def coefficients(amplitudes: NDArray[Any], basis: HarmonicBasis) -> Floats:
+    """Fourier coefficients (count, size) of Re(amplitude exp(i w t)) = Re cos - Im sin."""
+    result = np.zeros((amplitudes.size, basis.size))
+    result[:, 1], result[:, 2] = amplitudes.real, -amplitudes.imag
+    return result
 
 
-def _linear_response(balance: Balance, force: Floats, omega: float) -> Floats:
-    """What sticking joints answer."""
-    modes, size = balance.shape
-    matrix = balance.linear_matrix(omega, 0.0).reshape(modes * size, modes * size)
-    return np.asarray(np.linalg.solve(matrix, force.reshape(-1)).reshape(modes, size))
-
-
-def _ramped(balance: Balance, force: Floats, omega: float, width: float) -> _Solved | None:
-    """The first point by rising forces, where it is not found at once."""
-    guess = _Point(np.zeros(balance.shape), omega)
-    solved = None
-    for share in np.geomspace(1e-3, 1.0, 25):
-        unit = max(
-            float(np.abs(guess.coefficients).max()),
-            float(np.abs(_linear_response(balance, share * force, omega)).max()),
-        )
-        solved = _Path(balance, share * force, unit, width).solve(guess, None)
-        if solved is None:
-            return None
-        guess = _Point(solved.point.coefficients * (25.0 / 24.0), omega)
-    return solved
+def line_of(model: ModalModel, forces: Floats, targets: Floats) -> Floats:
+    """A motion along which the joints will move most; zeros where no mode is pushed."""
+    middle = (2.0 * math.pi * float(np.median(targets))) ** 2
+    gain = np.abs(model.squares - middle) + 1e-3 * middle
+    column = 1 if np.any(forces[:, 1]) else 2
+    return np.asarray(forces[:, column] / gain)

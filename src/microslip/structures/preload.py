@@ -16,6 +16,8 @@ from microslip._core.frozen import lock
 from microslip._core.wording import quoted
 from microslip.errors import InputError
 from microslip.numerics.threads import single_threaded
+from microslip.structures.base_motion import AtRest, BaseMotion, Frame, base_motion
+from microslip.structures.base_response import BaseResponse, ControlOf, base_response
 from microslip.structures.forced import ForcedResponse, forced_response
 from microslip.structures.joint_groups import Attachment, FieldAttachment
 from microslip.structures.matrices import linear_modes
@@ -242,6 +244,86 @@ class Preload:
         closed form.
         """
         return forced_response(self._elastic, force, frequencies, harmonics, samples)
+
+    # -- on a moving base -------------------------------------------------------------------------
+
+    def _base(
+        self,
+        directions: ArrayLike,
+        supports: Sequence[int] | None,
+        damping_frame: Frame | None,
+        joints_on_base: bool,
+    ) -> BaseMotion:
+        rest = AtRest(
+            self.mass, self.stiffness, self.damping, self.attachments, self.static_force, self.model
+        )
+        return base_motion(rest, directions, supports, damping_frame, joints_on_base)
+
+    @single_threaded
+    def base_response(
+        self,
+        *,
+        directions: ArrayLike,
+        acceleration: Any,
+        frequencies: ArrayLike,
+        control: ControlOf = "base",
+        at: ArrayLike | None = None,
+        level: float | None = None,
+        quantity: Quantity = "acceleration",
+        supports: Sequence[int] | None = None,
+        damping_frame: Frame | None = None,
+        joints_on_base: bool = False,
+        harmonics: Sequence[int] = HARMONICS,
+        samples: int = 64,
+    ) -> BaseResponse:
+        """Periodic motions on a shaker table, or on several supports, along frequencies.
+
+        Parameters
+        ----------
+        directions : array_like
+            The base's motion R: what each degree of freedom moves by with it, shape (n,), or
+            (n, inputs); with ``supports`` what each of these moves by, (supports,) or
+            (supports, inputs).
+        acceleration : complex or array_like
+            Amplitude of the base's acceleration a [m/s^2], Re(a exp(i omega t)), one an input.
+        frequencies : array_like
+            Frequencies [Hz], one-dimensional, rising or falling.
+        control : {"base", "response"}, optional
+            What is held along the frequencies: the base's acceleration, or the motion of a sensor
+            as seen from the ground, by a level of the base that follows. Such a response does not
+            fold over; ``stable`` is that of the motion at a fixed level.
+        at : array_like, optional
+            Direction (n,) of the sensor that is held.
+        level : float, optional
+            Amplitude at which it is held [m, m/s or m/s^2].
+        quantity : {"acceleration", "velocity", "displacement"}, optional
+            What is held of the sensor.
+        supports : sequence of int, optional
+            Degrees of freedom of these matrices that are moved. Without them the matrices are of a
+            structure that is held by its base, all in one piece, and motions count from it.
+        damping_frame : {"base", "ground"}, optional
+            What dashpots stand on that resist rigid motion, as a part of C proportional to M does.
+        joints_on_base : bool, optional
+            Whether joints that ``directions`` would move hold the structure to the base.
+        harmonics, samples : optional
+            As for :meth:`modes`.
+
+        Returns
+        -------
+        BaseResponse
+            Motions relative and absolute, the base's acceleration and the force that moves it,
+            transmissibilities.
+
+        Notes
+        -----
+        Of a rigid base M y'' + C y' + K y + joints = -M R a. Where supports move against another
+        the motion counts from the static answer of the structure with sticking joints, and each
+        joint is carried along by it. At the peak of a mode |shape^T M R| a = 2 zeta omega^2 q.
+        """
+        base = self._base(directions, supports, damping_frame, joints_on_base)
+        return base_response(
+            base, acceleration, frequencies, control, at, level, quantity, harmonics, samples
+        )
 
     # -- motion in time ---------------------------------------------------------------------------
 

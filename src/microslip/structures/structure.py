@@ -18,6 +18,7 @@ from microslip.errors import InputError
 from microslip.friction import BackboneLaw, JointField
 from microslip.numerics.threads import single_threaded
 from microslip.readers.files import POINTS
+from microslip.structures.base_response import BaseResponse
 from microslip.structures.forced import ForcedResponse
 from microslip.structures.joint_groups import (
     Attachment,
@@ -252,6 +253,13 @@ class Structure:
         Arguments and result are those of :meth:`microslip.Preload.forced_response`.
         """
         return self._undeformed.forced_response(force, frequencies, **options)
+
+    def base_response(self, **options: Any) -> BaseResponse:
+        """Periodic motions on a moving base, along frequencies [Hz].
+
+        Arguments and result are those of :meth:`microslip.Preload.base_response`.
+        """
+        return self._undeformed.base_response(**options)
 
     def integrate(self, force: Any, time: ArrayLike, **options: Any) -> Motion:
         """The motion in time [s], one-dimensional, under forces [N].

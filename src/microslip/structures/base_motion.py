@@ -1,0 +1,251 @@
+"""A structure whose supports move: on a shaker table, or on several supports.
+
+Free degrees of freedom f, supports b. With x = y + carried x_b, where ``carried`` is the static
+answer of the structure with sticking joints to the supports' motion, a joint moves by
+B^T y + B^T carried x_b, and the motion y of the held structure is driven by
+-(M carried) x_b'' - (C carried) x_b'. Of a base that moves as one rigid body only the inertia is
+left, and y is the motion relative to it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Literal, NamedTuple, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from microslip._core.checks import Floats, floats, show
+from microslip._core.wording import quoted
+from microslip.errors import InputError
+from microslip.structures.joint_groups import Attachment
+from microslip.structures.matrices import dense, factorised, is_sparse
+from microslip.structures.modal_model import ModalModel, modal_model, stuck_stiffness
+from microslip.structures.static import static_state
+
+Frame = Literal["base", "ground"]
+_ROUNDING = 1e-8  # of the sides of a joint: motion that is none
+
+
+class AtRest(NamedTuple):
+    """What is asked of a structure at rest, see :class:`microslip.Preload`."""
+
+    mass: Any
+    stiffness: Any
+    damping: Any
+    attachments: tuple[Attachment, ...]
+    static_force: Floats
+    model: ModalModel
+    """Of the structure as it is held by its own stiffness."""
+
+
+@dataclass(frozen=True, eq=False)
+class BaseMotion:
+    """What the motion of a base does to a structure, for each of its inputs."""
+
+    model: ModalModel
+    """Of the structure that is held; shapes are zero at supports."""
+    carried: Floats
+    """Static motion of all degrees of freedom for a unit of each input (n, inputs)."""
+    inertia: Floats
+    """M carried, (n, inputs) [kg]."""
+    drag: Floats | None
+    """C carried, where dashpots feel the base's motion (n, inputs) [kg/s]."""
+    strains: bool
+    """Whether supports move against another, and so strain the structure or move its joints."""
+    mass: Any
+    stiffness: Any
+    damping: Any
+
+    @property
+    def push(self) -> Floats:
+        """Force on the modes for a unit of acceleration (modes, inputs)."""
+        return np.asarray(-self.model.shapes.T @ self.inertia)
+
+    @property
+    def viscous_push(self) -> Floats | None:
+        """Force on the modes for a unit of velocity (modes, inputs)."""
+        return None if self.drag is None else np.asarray(-self.model.shapes.T @ self.drag)
+
+
+def base_motion(
+    rest: AtRest,
+    directions: ArrayLike,
+    supports: Sequence[int] | None = None,
+    damping_frame: Frame | None = None,
+    joints_on_base: bool = False,
+) -> BaseMotion:
+    """The base of a structure, or an error; see :meth:`microslip.Preload.base_response`."""
+    if damping_frame is not None and damping_frame not in get_args(Frame):
+        raise InputError(
+            f"damping_frame must be {quoted(get_args(Frame))}, got {show(damping_frame)}"
+        )
+    if supports is None:
+        return _under_the_structure(rest, directions, damping_frame, joints_on_base)
+    return _at_supports(rest, directions, supports, damping_frame)
+
+
+def _columns(name: str, value: ArrayLike, rows: int, what: str) -> Floats:
+    array = floats(name, value)
+    if array.ndim == 1:
+        array = array[:, None]
+    if array.ndim != 2 or array.shape[0] != rows or not array.shape[1]:
+        raise InputError(
+            f"{name} must have the shape ({rows},) or ({rows}, inputs), one row for each {what}, "
+            f"got {array.shape}"
+        )
+    idle = np.flatnonzero(~array.any(axis=0))
+    if idle.size:
+        raise InputError(f"{name} must move something: input {int(idle[0])} is all zeros")
+    return array
+
+
+def _joint_motion(attachments: tuple[Attachment, ...], carried: Floats) -> tuple[float, int]:
+    """Largest motion of a joint beside that of its sides, and which attachment it is in."""
+    worst, place = 0.0, 0
+    for i, attachment in enumerate(attachments):
+        columns = attachment.columns
+        moved = np.abs(columns.T @ carried)
+        sides = np.abs(columns).T @ np.abs(carried)
+        share = float((moved / np.where(sides > 0.0, sides, 1.0)).max())
+        if share > worst:
+            worst, place = share, i
+    return worst, place
+
+
+def _under_the_structure(
+    rest: AtRest, directions: ArrayLike, frame: Frame | None, joints_on_base: bool
+) -> BaseMotion:
+    """All that holds the structure stands on one rigid base; degrees of freedom count from it."""
+    carried = _columns("directions", directions, rest.static_force.size, "degree of freedom")
+    share, place = _joint_motion(rest.attachments, carried)
+    if share > _ROUNDING and not joints_on_base:
+        raise InputError(
+            f"directions must not move the joints, but the base moves those of attachment {place} "
+            f"by {share:.2g} of what their sides move; write joints_on_base=True where they hold "
+            "the structure to the base, or name the degrees of freedom of the base by supports="
+        )
+    drag = None
+    if rest.damping is not None:
+        drag = _drag_of_mass(rest, carried, frame)
+    inertia = np.asarray(rest.mass @ carried)
+    return BaseMotion(
+        rest.model, carried, inertia, drag, False, rest.mass, rest.stiffness, rest.damping
+    )
+
+
+def _drag_of_mass(rest: AtRest, carried: Floats, frame: Frame | None) -> Floats | None:
+    """What a damping proportional to the mass does where its dashpots stand on the ground.
+
+    C = alpha M + beta K alone is told apart; of any other C the dashpots stand on the base.
+    """
+    pull = np.asarray(rest.damping @ carried).ravel()
+    parts = [np.asarray(m @ carried).ravel() for m in (rest.mass, rest.stiffness)]
+    size = float(np.linalg.norm(pull))
+    if size == 0.0:
+        return None
+    basis = np.stack(parts, axis=1)
+    weights, *_ = np.linalg.lstsq(basis / np.maximum(np.linalg.norm(basis, axis=0), 1e-300), pull)
+    unit = basis / np.maximum(np.linalg.norm(basis, axis=0), 1e-300)
+    left = float(np.linalg.norm(pull - unit @ weights))
+    if left > 1e-6 * size or abs(weights[0]) < 1e-6 * size:
+        return None
+    if frame is None:
+        raise InputError(
+            "damping has a part proportional to the mass, whose dashpots stand on something: write "
+            'damping_frame="base" or damping_frame="ground"'
+        )
+    if frame == "base":
+        return None
+    return np.asarray((unit[:, 0] * weights[0]).reshape(carried.shape))
+
+
+def _at_supports(
+    rest: AtRest, directions: ArrayLike, supports: Sequence[int], frame: Frame | None
+) -> BaseMotion:
+    """Degrees of freedom that are moved, and what hangs between them."""
+    size = rest.static_force.size
+    given = np.asarray(supports)
+    if (
+        given.ndim != 1
+        or given.dtype.kind not in "iu"
+        or not 0 < given.size < size
+        or given.min() < 0
+        or given.max() >= size
+        or np.unique(given).size < given.size
+    ):
+        raise InputError(
+            f"supports must be different degrees of freedom from 0 to {size - 1}, not all of "
+            f"them, such as [0, {size - 1}], got {show(supports)}"
+        )
+    moved = _columns("directions", directions, given.size, "support")
+    free = np.setdiff1d(np.arange(size), given)
+    inner_joints = [_without_supports(attachment, free) for attachment in rest.attachments]
+    cut = np.ix_(free, free)
+    mass, stiffness = _part(rest.mass, cut), _part(rest.stiffness, cut)
+    damping = None if rest.damping is None else _part(rest.damping, cut)
+    state = static_state(stiffness, mass, tuple(inner_joints), rest.static_force[free])
+    if state.equilibrium_error > 1e-6:
+        raise InputError("supports must leave a state of rest under the static forces")
+    motions = [a.columns.T @ state.displacement for a in inner_joints]
+    inner = modal_model(mass, stiffness, damping, tuple(inner_joints), motions)
+    if inner.free.shape[1]:
+        raise InputError(
+            f"supports must hold the structure: {inner.free.shape[1]} of its motions are free"
+        )
+    if not inner.size:
+        raise InputError("supports must leave something that moves elastically")
+    stuck = stuck_stiffness(rest.stiffness, rest.attachments, motions)
+    carried = np.zeros((size, moved.shape[1]))
+    carried[given] = moved
+    pull = -np.asarray(_part(stuck, np.ix_(free, given)) @ moved)
+    carried[free] = _solve(_part(stuck, cut), pull)
+    shapes = np.zeros((size, inner.size))
+    shapes[free] = inner.shapes
+    model = replace(
+        inner, shapes=shapes, free=np.zeros((size, 0)), attachments=rest.attachments,
+        motions=tuple(motions),
+    )  # fmt: skip
+    drag = None
+    if rest.damping is not None and frame != "base":
+        drag = np.asarray(rest.damping @ carried)
+        scale = np.asarray(abs(rest.damping) @ np.abs(carried))
+        if float(np.abs(drag).max()) <= _ROUNDING * float(scale.max(initial=1e-300)):
+            drag = None
+        elif frame is None and _is_rigid(rest, carried):
+            raise InputError(
+                "damping resists the base's rigid motion, as a part proportional to the mass does, "
+                'whose dashpots stand on something: write damping_frame="base" or '
+                'damping_frame="ground"'
+            )
+    return BaseMotion(
+        model, carried, np.asarray(rest.mass @ carried), drag,
+        not _is_rigid(rest, carried),
+        rest.mass, rest.stiffness, rest.damping,
+    )  # fmt: skip
+
+
+def _is_rigid(rest: AtRest, carried: Floats) -> bool:
+    """Whether the base's motion strains nothing and moves no joint."""
+    if _joint_motion(rest.attachments, carried)[0] > _ROUNDING:
+        return False
+    pull = np.abs(np.asarray(rest.stiffness @ carried)).max()
+    scale = np.asarray(abs(rest.stiffness) @ np.abs(carried)).max()
+    return bool(pull <= _ROUNDING * scale)
+
+
+def _without_supports(attachment: Attachment, free: NDArray[Any]) -> Attachment:
+    """Joints as those see them that the supports do not hold."""
+    name = "directions" if hasattr(attachment, "directions") else "columns"
+    return replace(attachment, **{name: getattr(attachment, name)[free]})
+
+
+def _part(matrix: Any, cut: Any) -> Any:
+    return matrix.tocsc()[cut] if is_sparse(matrix) else matrix[cut]
+
+
+def _solve(matrix: Any, right: Floats) -> Floats:
+    if is_sparse(matrix):
+        return np.asarray(factorised(matrix).solve(np.ascontiguousarray(right)))
+    return np.asarray(np.linalg.solve(dense(matrix), right))

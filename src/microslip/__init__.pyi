@@ -51,6 +51,7 @@ from .memory import VectorState as VectorState
 from .normal import AsperityPopulation as AsperityPopulation
 from .normal import EllipticSummits as EllipticSummits
 from .normal import GreenwoodWilliamson as GreenwoodWilliamson
+from .normal import MeasuredContact as MeasuredContact
 from .normal import NormalLaw as NormalLaw
 from .normal import PerssonCurve as PerssonCurve
 from .normal import SphereOnFlat as SphereOnFlat

@@ -473,7 +473,11 @@ def test_summits_are_pressed_by_their_radius_at_most(law) -> None:
         assert caught.value.argument in ("separation", "load")
 
 
-@pytest.mark.parametrize("law", [laws.examples()[0] for laws in NORMAL_LAWS], ids=str)
+@pytest.mark.parametrize(
+    "law",
+    [laws.examples()[0] for laws in NORMAL_LAWS if laws is not ms.MeasuredContact],
+    ids=str,
+)
 def test_what_cannot_be_tightened_says_so(law) -> None:
     if type(law).__name__ in ("GreenwoodWilliamson", "AsperityPopulation"):
         law = law.tightened(normal_load=law.load(law._span[0]), yield_stress=2e8)

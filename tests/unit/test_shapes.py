@@ -93,7 +93,14 @@ def cases() -> dict[str, tuple[Any, np.ndarray]]:
 
 CASES = cases()
 # Some laws cannot know.
-UNKNOWN = ("TabulatedNormalLaw", "Discrete0.pdf", "stick_area", "Coulomb")
+UNKNOWN = (
+    "TabulatedNormalLaw",
+    "MeasuredContact0.contact_probability",
+    "MeasuredContact0.contact_count",
+    "Discrete0.pdf",
+    "stick_area",
+    "Coulomb",
+)
 
 
 def known(label: str) -> tuple[Any, np.ndarray]:

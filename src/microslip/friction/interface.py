@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import InitVar, dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -47,6 +47,9 @@ class Interface(CoupledLaw):
         Normal load N [N], above zero.
     separation : float, optional
         Separation d [m] instead, at which the surface carries a load.
+    direction : float, optional
+        Direction of the motion [rad] from x of the scan, of a surface that was measured: the joint
+        stands on `surface.along(direction)`.
 
     Notes
     -----
@@ -79,8 +82,12 @@ class Interface(CoupledLaw):
         metadata=parameter("d", "m", "separation of the mean planes"),
     )
 
-    def __post_init__(self) -> None:
+    direction: InitVar[float | None] = None
+
+    def __post_init__(self, direction: float | None) -> None:
         check_surface(self.surface)
+        if direction is not None:
+            assign(self, surface=self.surface.along(direction))
         friction = positive("friction_coefficient", self.friction_coefficient)
         load, separation = self.normal_load, self.separation
         check_one_of("normal_load [N] or separation [m]", load, separation)

@@ -8,6 +8,14 @@ from typing import Protocol
 
 from microslip._core.verdicts import WORDS, Rule, Verdict, Word
 from microslip.normal.base import PRESSURE, YIELD, NormalLaw
+from microslip.normal.measured_face import (
+    BETWEEN,
+    FEWEST_POINTS,
+    LARGEST_PRESSURE,
+    OVER_HARDNESS,
+    POINTS,
+    SCATTER,
+)
 
 __all__ = ["RULES", "Verdict", "Word", "validity", "worst_validity"]
 
@@ -93,6 +101,44 @@ RULES: tuple[Rule, ...] = (
         remedy="doubt the radius (a longer short-wave cut-off gives larger ones), or measure",
     ),
     TAIL_RULE,
+    Rule(
+        name=OVER_HARDNESS,
+        watch=0.4,
+        outside=LARGEST_PRESSURE,
+        meaning="only part of the face has yielded",
+        reason="next to the hardness all of the face is in contact, and what bounds the pressure "
+        "of a point is no material any more",
+        remedy="a lower tightening pressure, or the hardness of the worked surface, which is "
+        "often higher",
+    ),
+    Rule(
+        name=POINTS,
+        watch=500.0,
+        outside=float(FEWEST_POINTS),
+        meaning="points enough are in contact to draw the contacts",
+        reason="from 1000 down to 100 points the stiffness of a piece scatters by tens of percent",
+        remedy="a larger scan, or a smaller pixel",
+    ),
+    Rule(
+        name=SCATTER,
+        watch=0.2,
+        outside=0.6,
+        meaning="pieces of the scan bear alike, so the scan stands for the joint",
+        reason="standard deviation of the logarithm of the stiffness, from piece to piece; the "
+        "mean of n pieces scatters by it over the root of n",
+        remedy="a larger scan, several scans, or long waves taken off as form",
+        missing="the scan was solved as one; give `piece=...`, points along a side of a piece",
+    ),
+    Rule(
+        name=BETWEEN,
+        watch=0.1,
+        outside=0.5,
+        meaning="pieces are larger than the longest waves of the face",
+        reason="what lies between pieces is pressed without the elastic half space between them: "
+        "loads were 0 to 16 % off where pieces reached half of the longest wave",
+        remedy="larger pieces, `piece=None`, or a long-wave cut-off: the form belongs into "
+        "the structure",
+    ),
     Rule(
         name=YIELD,
         watch=1.0,

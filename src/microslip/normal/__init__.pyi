@@ -2,6 +2,7 @@ from .base import NormalLaw as NormalLaw
 from .elliptic import EllipticSummits as EllipticSummits
 from .greenwood_williamson import GreenwoodWilliamson as GreenwoodWilliamson
 from .laws import NORMAL_LAWS as NORMAL_LAWS
+from .measured import MeasuredContact as MeasuredContact
 from .persson import PerssonCurve as PerssonCurve
 from .population import AsperityPopulation as AsperityPopulation
 from .sphere import SphereOnFlat as SphereOnFlat

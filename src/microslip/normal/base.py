@@ -171,6 +171,15 @@ class NormalLaw(Parametric, ABC):
         """Normal over tangential stiffness of the contacts [-]; E*/4G* of round ones."""
         return self.pair.stiffness_ratio
 
+    def along(self, direction: float | None) -> NormalLaw:
+        """The surface moved in a direction [rad], of a law that knows its lay in the plane."""
+        if direction is None:
+            return self
+        raise InputError(
+            f"`direction` must be left out: a {type(self).__name__} has no lay in the plane, as a "
+            "MeasuredContact has"
+        )
+
     def _patch(self, area: float, share: float) -> NormalLaw:
         """The same surface on another area [m^2], which bears a share of the load."""
         if not any(item.name == "area" for item in dataclasses.fields(self)):  # type: ignore[arg-type]

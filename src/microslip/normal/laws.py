@@ -3,6 +3,7 @@
 from microslip.normal.base import NormalLaw
 from microslip.normal.elliptic import EllipticSummits
 from microslip.normal.greenwood_williamson import GreenwoodWilliamson
+from microslip.normal.measured import MeasuredContact
 from microslip.normal.population import AsperityPopulation
 from microslip.normal.sphere import SphereOnFlat
 from microslip.normal.table import TabulatedNormalLaw
@@ -15,5 +16,6 @@ NORMAL_LAWS: tuple[type[NormalLaw], ...] = (
     TabulatedNormalLaw,
     TightenedSurface,
     EllipticSummits,
+    MeasuredContact,
 )
 """Every normal load law; the shared tests run over it."""

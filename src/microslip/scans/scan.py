@@ -12,6 +12,8 @@ from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, show
 from microslip.errors import InputError
+from microslip.materials import MaterialPair
+from microslip.normal import MeasuredContact
 from microslip.readers.files import POINTS
 from microslip.scans.areal_parameters import (
     ArealParameters,
@@ -233,6 +235,34 @@ class Scan(HeightMap):
             level=level,
             window=window,
         )
+
+    def to_contact(
+        self,
+        pair: MaterialPair,
+        *,
+        hardness: float | None = None,
+        tightening_pressure: float | None = None,
+        **how: Any,
+    ) -> MeasuredContact:
+        """Solve the scan point by point: a normal law of contacts that feel each other, and yield.
+
+        Parameters
+        ----------
+        pair : MaterialPair
+            The two materials.
+        hardness : float, optional
+            Most that a point bears [Pa]; by default that of the pair.
+        tightening_pressure : float, optional
+            Mean pressure [Pa] that the face has been tightened to; without it nothing yields.
+        **how
+            As of :class:`microslip.MeasuredContact`: `area`, `piece`, `direction` and more.
+
+        Returns
+        -------
+        MeasuredContact
+            The law. The scan is the gap of both faces: of two, that of their sum.
+        """
+        return MeasuredContact(self.measurable(), pair, hardness, tightening_pressure, **how)
 
     joint_over_cutoffs = _joint_over_cutoffs
 

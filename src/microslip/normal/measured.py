@@ -1,0 +1,424 @@
+"""The normal load law of a measured face, by boundary elements and yielding."""
+
+from __future__ import annotations
+
+import math
+import os
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from microslip._core.checks import Floats, exact, number, plain, positive, whole_number
+from microslip._core.frozen import assign, lock, made_once
+from microslip.errors import InputError
+from microslip.materials import MaterialPair
+from microslip.normal.base import PRESSURE, NormalLaw, aluminium, check_pair
+from microslip.normal.elastic_plastic import HARDNESS_RATIO
+from microslip.normal.face_solution import FaceSolution, Progress
+from microslip.normal.measured_face import (
+    BETWEEN,
+    FEWEST_POINTS,
+    OVER_HARDNESS,
+    POINTS,
+    SCATTER,
+    ContactNumbers,
+    Face,
+    Task,
+    check_pressure,
+    face_of,
+    ratio_of,
+    stiffness_scatter,
+)
+from microslip.normal.measured_files import StoredLaw, cached, read_law, write_law
+from microslip.normal.table import TabulatedNormalLaw
+from microslip.normal.tightened import yield_stress_of
+
+_SAMPLES = 24  # points of the table between two solutions
+
+
+@dataclass(frozen=True, eq=False, repr=False, init=False)
+class MeasuredContact(TabulatedNormalLaw):
+    """A measured face, point by point: contacts that feel each other, and yield.
+
+    Parameters
+    ----------
+    heights : Scan or array_like
+        The gap of both faces, summits upwards: a scan, or heights [m], rows along y. Without holes.
+        Its least-squares plane is taken off.
+    pair : MaterialPair
+        The two materials.
+    hardness : float, optional
+        Most that a point bears [Pa]; by default that of the pair. ``math.inf``: nothing yields.
+    tightening_pressure : float, optional
+        Mean pressure [Pa] that the face has been tightened to. Without it the face is elastic up to
+        0.05 E* h', and its hardness only judges it.
+    pixel : float or pair of float, optional
+        Distance of neighbours [m] of heights that are no scan; along x, along y.
+    area : float, optional
+        Apparent area [m^2] of the joint; by default that of the scan.
+    piece : int or None
+        Points along a side of a piece, about; None solves the face as one.
+    direction : float, optional
+        Direction of the motion from x of the scan [rad]; None is the mean over all directions.
+    loads : int
+        Loads that are solved, each the same share of the one before.
+    lightest : float
+        The lightest of them over the heaviest [-].
+    coarser : bool
+        Whether to solve twice the pixel as well, and say what that changes.
+    workers : int
+        Threads of a transform.
+    progress : callable, optional
+        Called with the solutions done and those to do, about.
+    cache : str or path, optional
+        Folder of solutions by content: what is there is not solved again.
+
+    Notes
+    -----
+    Boundary elements at given separations of the mean planes; the slope N' comes with each load
+    exactly. What bears the hardness at tightening stays flattened to where it is then, and what
+    follows is the elastic law of that face (Almqvist et al. 2007,
+    DOI 10.1016/j.triboint.2006.09.001), at most as heavily loaded as it was tightened. Between the
+    loads ln N is a cubic by Hermite, N made convex where that is not; below the lightest load N
+    goes on as an exponential. The half space of the faces is in the law, as long as its waves: do
+    not add that of a body which has these waves too.
+
+    The contact slips as Cattaneo's, by the same N; the ratio of normal and tangential stiffness is
+    solved on the points in contact (Cerruti's kernel), which a lay makes another one along and
+    across.
+    """
+
+    key = "measured"
+
+    solution: FaceSolution = field(init=False)
+    numbers: ContactNumbers = field(init=False)
+    area: float = field(init=False)
+    direction: float | None = field(init=False)
+
+    def __init__(
+        self,
+        heights: Any,
+        pair: MaterialPair,
+        hardness: float | None = None,
+        tightening_pressure: float | None = None,
+        *,
+        pixel: Any = None,
+        area: float | None = None,
+        piece: int | None = 256,
+        direction: float | None = None,
+        loads: int = 12,
+        lightest: float = 1e-3,
+        coarser: bool = False,
+        workers: int = 1,
+        progress: Progress | None = None,
+        cache: str | os.PathLike[str] | None = None,
+    ) -> None:
+        check_pair(pair)
+        face = face_of(heights, pixel)
+        loads = whole_number("loads", loads, 4, 200)
+        if not 0.0 < number("lightest", lightest) <= 0.5:
+            raise InputError(f"`lightest` must be in (0, 0.5], got {exact(lightest)}")
+        if piece is not None:
+            piece = whole_number("piece", piece, 16)
+        bound = _hardness(hardness, pair, tightening_pressure)
+        modulus = pair.composite_modulus
+        pressure = check_pressure(tightening_pressure, bound, modulus, face)
+        task = Task(
+            face, pressure / modulus, bound / modulus, pair.stiffness_ratio, piece, loads, lightest
+        )
+        if cache is None:
+            solution = task.solved(workers, progress)
+        else:
+            solution = cached(task, cache, workers, progress)
+        if solution.pixels < FEWEST_POINTS:
+            raise InputError(
+                f"`tightening_pressure` must bring at least {FEWEST_POINTS} points into contact, "
+                f"got {solution.pixels} of {face.heights.size} under {pressure:.4g} Pa: a larger "
+                "scan, a smaller pixel, or a longer short-wave cut-off"
+            )
+        ratio = _coarser(task, solution, workers) if coarser else None
+        area = face.area if area is None else positive("area", area, "m^2", 1e-4)
+        numbers = _numbers(task, solution, pressure, bound, ratio)
+        self._set(solution, numbers, pair, area, direction)
+        assign(self, _source=(face, piece, loads, lightest, coarser, workers))
+
+    def _set(
+        self,
+        solution: FaceSolution,
+        numbers: ContactNumbers,
+        pair: MaterialPair,
+        area: float,
+        direction: float | None,
+    ) -> None:
+        if direction is not None:
+            direction = number("direction", direction, "rad")
+        d, p = _table(solution)
+        # The pressure was met to a millionth; from here on it is met.
+        loads = p * (numbers.pressure / p[0] * area)
+        super().__init__(pair, d * numbers.pixel[0], loads, tail="exponential")
+        assign(self, solution=solution, numbers=numbers, area=area, direction=direction)
+
+    def _changed(self, **changes: Any) -> MeasuredContact:
+        """The same, solved once, with another area or direction."""
+        values = {name: getattr(self, name) for name in ("area", "direction")} | changes
+        return self._made_of(self.solution, self.numbers, self.pair, **values)._from(self)
+
+    def _from(self, other: MeasuredContact) -> MeasuredContact:
+        source = other.__dict__.get("_source")
+        if source is not None:
+            assign(self, _source=source)
+        return self
+
+    @classmethod
+    def _made_of(
+        cls,
+        solution: FaceSolution,
+        numbers: ContactNumbers,
+        pair: MaterialPair,
+        area: float,
+        direction: float | None = None,
+    ) -> MeasuredContact:
+        """A law of what was solved before."""
+        law = object.__new__(cls)
+        law._set(solution, numbers, pair, area, direction)
+        return law
+
+    # -- the same face in another way -------------------------------------------------------------
+
+    def along(self, direction: float | None) -> MeasuredContact:
+        """The same face, moved in another direction [rad] from x of the scan; None is the mean."""
+        return self._changed(direction=direction)
+
+    def _patch(self, area: float, share: float) -> NormalLaw:
+        return self._changed(area=area)
+
+    def tightened(
+        self,
+        normal_load: float,
+        *,
+        hardness: float | None = None,
+        yield_stress: float | None = None,
+    ) -> MeasuredContact:
+        """The face tightened to a load [N], solved from its heights as they were measured.
+
+        A load that it has borne already changes nothing: what yielded stays as it is. Several
+        tightenings are the heaviest of them.
+
+        Parameters
+        ----------
+        normal_load : float
+            Load [N] of tightening, over the apparent area of this law.
+        hardness : float, optional
+            Most that a point bears [Pa]; by default that of before, else that of the pair.
+        yield_stress : float, optional
+            Uniaxial yield stress [Pa] in its place; the hardness is 2.84 times that.
+        """
+        if yield_stress is not None:
+            hardness = HARDNESS_RATIO * yield_stress_of(yield_stress, hardness)
+        pressure = positive("normal_load", normal_load, "N", 1e4) / self.area
+        before = self.numbers.hardness
+        if hardness is None:
+            hardness = self.pair.hardness if before is None else before
+        if hardness is None:
+            raise InputError(
+                "`hardness` [Pa] must be given, the pair has none; write `hardness=1200000000.0`"
+            )
+        if hardness == before and pressure <= self.numbers.pressure:
+            return self
+        source = self.__dict__.get("_source")
+        if source is None:
+            raise InputError(
+                "a law from a file has no heights to be tightened again; make it of the scan"
+            )
+        face, piece, loads, lightest, coarser, workers = source
+        return MeasuredContact(
+            face.heights, self.pair, hardness, pressure, pixel=face.pixel, area=self.area,
+            piece=piece, direction=self.direction, loads=loads, lightest=lightest,
+            coarser=coarser, workers=workers,
+        )  # fmt: skip
+
+    def save(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+        """Write what was solved to a file (``.npz``), without the heights."""
+        stored = StoredLaw(self.solution, self.numbers, self.pair, self.area, self.direction)
+        write_law(stored, path, overwrite)
+
+    @classmethod
+    def open(cls, path: str | os.PathLike[str]) -> MeasuredContact:
+        """A law that :meth:`save` has written."""
+        return cls._made_of(*read_law(path))
+
+    # -- the law ----------------------------------------------------------------------------------
+
+    @property
+    def stiffness_ratio(self) -> float:
+        """Normal over tangential stiffness of the contacts in the direction of motion [-]."""
+        return ratio_of(self.solution.sliding, self.direction)
+
+    @property
+    def _heaviest(self) -> float:
+        return float(np.asarray(self.loads)[0])
+
+    def _standardised(self, separation: float) -> float | None:
+        return separation / self.numbers.rms
+
+    def _solve(self, loads: Floats) -> Floats:
+        heaviest = self._heaviest
+        if loads.max() > heaviest * (1.0 + 1e-9):
+            tightened = self.numbers.hardness is not None
+            what = "the tightening load" if tightened else "the heaviest load that was solved"
+            why = ", above which the face yields again" if tightened else ""
+            raise InputError(
+                f"`load` must be at most {what}, {heaviest:.8g} N{why}, got {exact(loads.max())} "
+                "N; solve the face again with a higher `tightening_pressure`"
+            )
+        return super()._solve(np.minimum(loads, heaviest))
+
+    def contact_area(self, separation: ArrayLike) -> Any:
+        """Real contact area [m^2], for separations [m] of any shape: points in contact."""
+        loads = np.asarray(self.load(separation), dtype=float)
+        p = np.log(self.solution.pressure @ self._weights)[::-1]
+        share = np.log(self.solution.contact)[::-1]
+        with np.errstate(divide="ignore"):
+            at = np.log(loads / (self.area * self.pair.composite_modulus))
+        # Below the lightest load the area falls with it.
+        inside = np.interp(at, p, share) + np.minimum(at - p[0], 0.0)
+        return plain(np.asarray(self.area * np.exp(inside)))
+
+    @property
+    def _weights(self) -> Floats:
+        count = self.solution.pressure.shape[1]
+        return np.full(count, 1.0 / count)
+
+    def _assumptions(self, separation: float | None) -> dict[str, float | None]:
+        numbers, area = self.numbers, 0.0
+        if separation is not None:
+            first = float(np.asarray(self.separations)[0])
+            area = float(self.contact_area(max(separation, first)))
+        values: dict[str, float | None] = {
+            POINTS: numbers.points * area / (self.area * numbers.contact_share),
+            SCATTER: numbers.scatter,
+            BETWEEN: numbers.between_pieces,
+        }
+        hardness = self.pair.hardness
+        if numbers.hardness is not None:
+            values[OVER_HARDNESS] = numbers.pressure / numbers.hardness
+        elif separation is not None and area > 0.0 and hardness is not None:
+            d = max(separation, float(np.asarray(self.separations)[0]))
+            values[PRESSURE] = float(self.load(d)) / area / hardness
+        else:
+            values[PRESSURE] = None if hardness is None else 0.0
+        return values
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {key: value for key, value in super().__getstate__().items() if key != "_source"}
+
+    def __repr__(self) -> str:
+        numbers = self.numbers
+        hardness = "elastic" if numbers.hardness is None else f"hardness={numbers.hardness:g}"
+        return (
+            f"MeasuredContact({hardness}, pressure={numbers.pressure:g}, area={self.area:g}, "
+            f"direction={self.direction}, pieces={numbers.pieces})"
+        )
+
+    @classmethod
+    @made_once
+    def examples(cls) -> tuple[NormalLaw, ...]:
+        """A small rough face of aluminium that has yielded, in pieces, moved across its lay."""
+        how: dict[str, Any] = {"pixel": 2e-6, "area": 1e-4, "piece": 32, "direction": math.pi / 2}
+        return (cls(_waves(), aluminium(), 1.2e9, 5e7, **how),)
+
+
+def _hardness(hardness: float | None, pair: MaterialPair, pressure: float | None) -> float:
+    """What bounds the pressure [Pa]; infinite where nothing shall yield."""
+    if hardness is None:
+        return math.inf if pressure is None or pair.hardness is None else pair.hardness
+    if isinstance(hardness, float) and hardness == math.inf:
+        return hardness
+    hardness = positive("hardness", hardness, "Pa", 1.2e9)
+    if pressure is None:
+        raise InputError(
+            "`tightening_pressure` [Pa] must be given beside a hardness: what has yielded hangs on "
+            "it; write `tightening_pressure=100000000.0`"
+        )
+    return hardness
+
+
+def _table(solution: FaceSolution) -> tuple[Floats, Floats]:
+    """Separations and mean pressures between the solutions: cubics of ln p, made convex."""
+    from scipy.interpolate import CubicHermiteSpline
+
+    d = solution.separation
+    p, s = solution.pressure.mean(axis=1), solution.slope.mean(axis=1)
+    curve = CubicHermiteSpline(d, np.log(p), -s / p)
+    share = np.arange(_SAMPLES) / _SAMPLES
+    fine = np.append((d[:-1, None] + np.diff(d)[:, None] * share).ravel(), d[-1])
+    values = np.exp(curve(fine))
+    # The lower convex hull; where a cubic bends the wrong way its points are left out.
+    hull = [0]
+    for i in range(1, fine.size):
+        while len(hull) > 1:
+            a, b = hull[-2:]
+            before = (values[b] - values[a]) / (fine[b] - fine[a])
+            if (values[i] - values[b]) / (fine[i] - fine[b]) > before * (1.0 - 1e-12):
+                break
+            hull.pop()
+        if values[i] < values[hull[-1]]:
+            hull.append(i)
+    return fine[hull], values[hull]
+
+
+def _numbers(
+    task: Task, solution: FaceSolution, pressure: float, bound: float, coarser: float | None
+) -> ContactNumbers:
+    face = task.face
+    pieces = face.pieces(task.piece)
+    spread = float(np.var([piece.mean() for piece in pieces])) / face.rms**2
+    shares, directions = np.linalg.eigh(solution.sliding)
+    stiffest = directions[:, 1]
+    heaviest, lighter = (ratio_of(t, None) for t in (solution.sliding, solution.lighter_sliding))
+    return ContactNumbers(
+        pressure=pressure,
+        hardness=None if math.isinf(bound) else bound,
+        pixel=face.pixel,
+        rms=face.rms,
+        slope=face.slope,
+        relative_pressure=task.pressure / face.slope,
+        contact_share=float(solution.contact[0]),
+        hard_share=solution.hard,
+        points=solution.pixels,
+        pieces=len(pieces),
+        scatter=stiffness_scatter(solution),
+        between_pieces=spread,
+        stiffness_ratios=(1.0 / float(shares[1]), 1.0 / float(shares[0])),
+        stiffest_direction=math.atan2(stiffest[1], stiffest[0]) % math.pi,
+        ratio_change=lighter / heaviest,
+        coarser=coarser,
+    )
+
+
+def _coarser(task: Task, solution: FaceSolution, workers: int) -> float:
+    """Stiffness at the heaviest load from every second point, over that from all."""
+    face = task.face
+    dx, dy = face.pixel
+    heights = face.heights[::2, ::2]
+    half = Face(lock(heights - heights.mean()), (2.0 * dx, 2.0 * dy), face.name)
+    piece = None if task.piece is None else max(task.piece // 2, 8)
+    other = task._replace(face=half, piece=piece).solved(workers, None)
+    # Slopes are pressures over E* a pixel.
+    return float(other.slope[0].mean() / solution.slope[0].mean()) / 2.0
+
+
+def _waves() -> Floats:
+    """A face of 64 x 64 points with a lay along y, of waves like a milled one's [m]."""
+    from scipy import fft
+
+    n = 64
+    kx, ky = np.meshgrid(np.arange(n), 2.0 * np.arange(n))
+    k = np.hypot(kx, ky)
+    band = (k >= 3.0) & (k <= 24.0)
+    size = np.where(band, np.maximum(k, 6.0) ** -1.8, 0.0)
+    signs = np.random.default_rng(1).normal(size=(n, n))
+    z = np.asarray(fft.idctn(size * signs), dtype=float)
+    return np.asarray(z * (3e-7 / z.std()))

@@ -1,0 +1,244 @@
+"""A measured face before it is solved: levelled, judged, cut into pieces; and what was found."""
+
+from __future__ import annotations
+
+import math
+from collections import OrderedDict
+from dataclasses import dataclass
+from hashlib import sha256
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from microslip._core.checks import Floats, floats, positive, show
+from microslip._core.frozen import lock
+from microslip.errors import InputError
+from microslip.normal.face_solution import FaceSolution, Progress, solve_face
+
+OVER_HARDNESS = "tightening pressure over hardness"
+POINTS = "points in contact"
+SCATTER = "scatter of the pieces"
+BETWEEN = "height variance between pieces"
+"""Names of what is judged of a measured face."""
+
+LARGEST_PRESSURE = 0.7
+"""Mean pressure over hardness above which nearly all of a face has yielded."""
+FEWEST_POINTS = 100
+"""Points in contact below which a grid does not draw the contacts."""
+_USUAL = 0.05  # of E* h': the heaviest pressure of an elastic face where none is given
+_SLOPES = (1e-6, 3.0)  # rms slopes that faces have
+_REMEMBERED = 16  # solutions of this process
+_remembered: OrderedDict[str, FaceSolution] = OrderedDict()
+
+
+class Face(NamedTuple):
+    """Heights of a face about its mean plane, and their pixel."""
+
+    heights: Floats
+    pixel: tuple[float, float]
+    """Along x and along y [m]."""
+    name: str
+
+    @property
+    def area(self) -> float:
+        """Area [m^2] that the points stand for."""
+        return self.heights.size * self.pixel[0] * self.pixel[1]
+
+    @property
+    def rms(self) -> float:
+        """Rms height [m]."""
+        return float(self.heights.std())
+
+    @property
+    def slope(self) -> float:
+        """Rms slope h' between neighbours [-], that of the gradient."""
+        squares = (
+            float(np.mean(np.diff(self.heights, axis=axis) ** 2)) / step**2
+            for axis, step in ((1, self.pixel[0]), (0, self.pixel[1]))
+        )
+        return math.sqrt(math.fsum(squares))
+
+    def pieces(self, points: int | None) -> list[Floats]:
+        """The face in equal parts of about so many points a side, on one mean plane."""
+        parts = [1 if points is None else max(round(n / points), 1) for n in self.heights.shape]
+        rows, columns = (n // k for n, k in zip(self.heights.shape, parts, strict=True))
+        return [
+            self.heights[i * rows : (i + 1) * rows, j * columns : (j + 1) * columns]
+            for i in range(parts[0])
+            for j in range(parts[1])
+        ]
+
+
+def face_of(heights: Any, pixel: Any) -> Face:
+    """The face of a scan, or of heights on a grid, about its least-squares plane.
+
+    A scan is whatever has heights and a pixel.
+    """
+    name = "heights"
+    if hasattr(heights, "heights") and hasattr(heights, "pixel"):
+        if pixel is not None:
+            raise InputError("`pixel` must be left out beside a scan, which has its own")
+        pixel, name = heights.pixel, str(getattr(heights, "name", "scan"))[:60]
+        heights = heights.heights
+    z = floats("heights", heights, missing=True)
+    if z.ndim != 2:
+        raise InputError(
+            f"`heights` must be an area, two-dimensional, got shape {z.shape}; a profile does not "
+            "tell how contacts feel each other"
+        )
+    if min(z.shape) < 16:
+        raise InputError(f"`heights` must have at least 16 points a side, got shape {z.shape}")
+    holes = int(np.count_nonzero(np.isnan(z)))
+    if holes:
+        raise InputError(
+            f"`heights` must have no holes, got {holes} missing of {z.size} points; fill them "
+            'before: scan.condition(fill="interpolate")'
+        )
+    if pixel is None:
+        raise InputError("`pixel` [m] must be given beside heights; write `pixel=2e-06`")
+    steps = pixel if isinstance(pixel, (tuple, list)) else (pixel, pixel)
+    if len(steps) != 2:
+        raise InputError(f"`pixel` must be one length or two, along x and y, got {show(pixel)}")
+    dx, dy = (positive("pixel", step, "m", 2e-6) for step in steps)
+    face = Face(_levelled(z), (dx, dy), name)
+    low, high = _SLOPES
+    if not low <= face.slope <= high:
+        raise InputError(
+            f"`heights` and `pixel` must be in metres: the rms slope would be {face.slope:.3g}, "
+            f"wanted {low:g} to {high:g}"
+        )
+    return face
+
+
+def _levelled(z: Floats) -> Floats:
+    y, x = (np.arange(n) - 0.5 * (n - 1) for n in z.shape)
+    tilt_x = float(z.mean(axis=0) @ x) / float(x @ x)
+    tilt_y = float(z.mean(axis=1) @ y) / float(y @ y)
+    return lock(z - z.mean() - tilt_x * x - tilt_y * y[:, None])
+
+
+def check_pressure(pressure: float | None, hardness: float, modulus: float, face: Face) -> float:
+    """The tightening pressure [Pa], or the heaviest of an elastic face."""
+    if pressure is None:
+        return _USUAL * modulus * face.slope
+    pressure = positive("tightening_pressure", pressure, "Pa", 1e8)
+    if pressure > LARGEST_PRESSURE * hardness:
+        raise InputError(
+            f"`tightening_pressure` must be at most {LARGEST_PRESSURE:g} of the hardness "
+            f"{hardness:.4g} Pa, beyond which the whole face yields, got {pressure:.4g} Pa"
+        )
+    return pressure
+
+
+@dataclass(frozen=True)
+class ContactNumbers:
+    """What is told with the law of a measured face, at its heaviest load."""
+
+    pressure: float
+    """Mean pressure of tightening, or the heaviest of an elastic face [Pa]."""
+    hardness: float | None
+    """Hardness that bounded the pressure [Pa]; None where nothing could yield."""
+    pixel: tuple[float, float]
+    """Distance of neighbours, along x and along y [m]."""
+    rms: float
+    """Rms height of the face about its plane [m]."""
+    slope: float
+    """Rms slope h' of the face from point to point [-]: it hangs on the pixel."""
+    relative_pressure: float
+    """Pressure over E* h' [-]."""
+    contact_share: float
+    """Share of the points in contact [-]."""
+    hard_share: float
+    """Share of the contact at the hardness when tightened [-]."""
+    points: int
+    """Points in contact."""
+    pieces: int
+    """Pieces that were solved."""
+    scatter: float | None
+    """Standard deviation of the logarithm of the pieces' stiffness [-]; None of one piece."""
+    between_pieces: float
+    """Share of the variance of heights that lies between the pieces [-]."""
+    stiffness_ratios: tuple[float, float]
+    """Normal over tangential stiffness: the least and the largest of all directions [-]."""
+    stiffest_direction: float
+    """Direction of the least of them, of the stiffest motion, from x of the scan [rad]."""
+    ratio_change: float
+    """Mean of both at a tenth of the load over that at the heaviest [-]."""
+    coarser: float | None
+    """Stiffness with twice the pixel over that with the pixel [-]; None where not solved."""
+
+
+class Task(NamedTuple):
+    """What a solution hangs on."""
+
+    face: Face
+    pressure: float  # over E*
+    hardness: float  # over E*
+    stiffness_ratio: float
+    piece: int | None
+    loads: int
+    lightest: float
+
+    @property
+    def key(self) -> str:
+        """A name by content."""
+        z = np.ascontiguousarray(self.face.heights)
+        words = repr((z.shape, self.face.pixel, *self[1:]))
+        return sha256(z.tobytes() + words.encode()).hexdigest()[:32]
+
+    def solved(self, workers: int, progress: Progress | None) -> FaceSolution:
+        """The solution; of the last few faces it is kept."""
+        key = self.key
+        known = _remembered.get(key)
+        if known is not None:
+            _remembered.move_to_end(key)
+            return known
+        dx, dy = self.face.pixel
+        solution = solve_face(
+            [np.asarray(piece / dx) for piece in self.face.pieces(self.piece)],
+            pressure=self.pressure,
+            hardness=self.hardness,
+            stiffness_ratio=self.stiffness_ratio,
+            aspect=dy / dx,
+            loads=self.loads,
+            lightest=self.lightest,
+            workers=workers,
+            progress=progress,
+        )
+        remember(key, solution)
+        return solution
+
+
+def remember(key: str, solution: FaceSolution) -> None:
+    """Remember a solution by its name, and forget the oldest."""
+    _remembered[key] = solution
+    while len(_remembered) > _REMEMBERED:
+        _remembered.popitem(last=False)
+
+
+def stiffness_scatter(solution: FaceSolution) -> float | None:
+    """Standard deviation of ln K of pieces at equal pressure, half the heaviest.
+
+    Each piece as if it were the face: its own stiffness where it bears that pressure itself.
+    """
+    count = solution.pressure.shape[1]
+    if count < 2:
+        return None
+    level = math.log(0.5 * float(solution.pressure[0].mean()))
+    values = []
+    for p, s in zip(solution.pressure.T, solution.slope.T, strict=True):
+        loaded = (p > 0.0) & (s > 0.0)
+        x, y = np.log(p[loaded])[::-1], np.log(s[loaded])[::-1]
+        if x.size < 2:
+            continue
+        i = int(np.clip(np.searchsorted(x, level), 1, x.size - 1))
+        values.append(y[i] + (y[i] - y[i - 1]) / (x[i] - x[i - 1]) * (level - x[i]))
+    return float(np.std(values, ddof=1)) if len(values) > 1 else None
+
+
+def ratio_of(tensor: Floats, direction: float | None) -> float:
+    """Normal over tangential stiffness along a direction [rad]; None is the mean over all."""
+    if direction is None:
+        return 2.0 / float(np.trace(tensor))
+    e = np.array([math.cos(direction), math.sin(direction)])
+    return 1.0 / float(e @ tensor @ e)

@@ -1,0 +1,198 @@
+"""The law of a measured face: what it takes and refuses, what it tells, files, patches, lay."""
+
+from __future__ import annotations
+
+import math
+import pickle
+
+import numpy as np
+import pytest
+
+import microslip as ms
+from microslip.normal import measured_face
+
+STEEL = ms.Material(210e9, 0.3, hardness=2.5e9)
+PAIR = ms.MaterialPair(STEEL, STEEL)
+(LAW,) = ms.MeasuredContact.examples()
+PIXEL = 2e-6
+
+
+def heights(points: int = 64, seed: int = 2, lay: float = 1.0) -> np.ndarray:
+    """Waves of H = 0.8 between 16 pixels and half of the face, 0.3 um rms."""
+    qx, qy = np.fft.rfftfreq(points) * points, np.fft.fftfreq(points) * points * lay
+    q = np.hypot(qy[:, None], qx)
+    size = np.where((q > 1.5) & (q < points / 8), np.maximum(q, 3.0) ** -1.8, 0.0)
+    waves = size * np.exp(2j * np.pi * np.random.default_rng(seed).random(q.shape))
+    z = np.fft.irfft2(waves, s=(points, points))
+    return 3e-7 * z / z.std()
+
+
+def solve(z: np.ndarray | None = None, **how) -> ms.MeasuredContact:
+    z = heights() if z is None else z
+    return ms.MeasuredContact(z, PAIR, **({"pixel": PIXEL, "piece": None} | how))
+
+
+def test_a_scan_gives_the_law_and_its_plane_does_not_matter() -> None:
+    z = heights()
+    tilt = 1e-3 * PIXEL * np.arange(64) + 4e-4 * PIXEL * np.arange(64)[:, None] + 5e-6
+    scan = ms.Scan(z + tilt, PIXEL)
+    law, bare = scan.to_contact(PAIR, piece=None), solve(z)
+    d = np.asarray(bare.separations)
+    assert law.load(d[20:]) == pytest.approx(bare.load(d[20:]), rel=1e-2)
+    assert law.area == pytest.approx((64 * PIXEL) ** 2)
+    assert law.numbers.relative_pressure == pytest.approx(0.05)
+    twice = solve(z, area=2.0 * law.area)
+    assert twice.load(d[30:]) == pytest.approx(2.0 * bare.load(d[30:]), rel=1e-12)
+
+
+def test_loads_meet_the_solutions_and_are_convex() -> None:
+    law = solve(tightening_pressure=2e8, loads=12)
+    solution, unit = law.solution, PAIR.composite_modulus * law.area
+    d = solution.separation * PIXEL
+    assert law.load(d) == pytest.approx(unit * solution.pressure[:, 0], rel=1e-5)
+    slopes = unit / PIXEL * solution.slope[:, 0]
+    assert law.stiffness(d[1:-1]) == pytest.approx(slopes[1:-1], rel=0.01)
+    assert law.stiffness(d[0]) == pytest.approx(slopes[0], rel=0.02)
+    # Twice as many loads: the same between them.
+    fine = solve(tightening_pressure=2e8, loads=24)
+    between = np.geomspace(0.9, 2e-3, 40) * 2e8 * law.area
+    assert law.separation(between) == pytest.approx(fine.separation(between), rel=5e-3)
+    joint, other = (ms.Interface(s, 0.3, normal_load=0.5 * 2e8 * law.area) for s in (law, fine))
+    u = np.geomspace(1e-9, 1e-6, 9)
+    assert joint.backbone(u) == pytest.approx(other.backbone(u), rel=0.02)  # few contacts
+    assert np.all(np.diff(law.stiffness(np.linspace(d[0], d[-1] * 1.2, 3000))) <= 0.0)
+
+
+def test_the_hardness_is_that_of_the_pair_and_bounds_the_pressure() -> None:
+    law = solve(tightening_pressure=4e8)
+    assert law.numbers.hardness == 2.5e9
+    assert law.numbers.hard_share > 0.3
+    assert float(law.solution.map.max()) <= 1.001 * 2.5e9 / PAIR.composite_modulus
+    elastic = solve(tightening_pressure=4e8, hardness=math.inf)
+    assert elastic.numbers.hardness is None
+    assert elastic.numbers.hard_share == 0.0
+    assert elastic.contact_area(elastic.separation(1.0)) < law.contact_area(law.separation(6.0))
+    load = 4e8 * law.area
+    stiff, soft = (s.stiffness(s.separation(load)) for s in (law, elastic))
+    assert stiff > soft
+    # Real area times hardness carries at least the load.
+    assert law.contact_area(law.separation(load)) * 2.5e9 >= 0.99 * load
+
+
+def test_it_is_retightened_loosened_and_refuses_more() -> None:
+    law = solve(tightening_pressure=1e8)
+    load = 1e8 * law.area
+    assert law.tightened(0.5 * load) is law
+    with pytest.raises(ms.InputError, match="at most the tightening load"):
+        ms.Interface(law, 0.3, normal_load=1.01 * load)
+    again = law.tightened(2.0 * load)
+    assert again.numbers.pressure == pytest.approx(2e8)
+    direct = solve(tightening_pressure=2e8)
+    assert again.load(direct.separations[5:]) == pytest.approx(direct.load(direct.separations[5:]))
+    loose, tight = (ms.Interface(s, 0.3, normal_load=load) for s in (law, again))
+    assert tight.tangential_stiffness > loose.tangential_stiffness
+    with pytest.raises(ms.InputError, match="from a file has no heights"):
+        pickle.loads(pickle.dumps(law)).tightened(2.0 * load)
+    virgin = solve()
+    assert virgin.tightened(load, hardness=2.5e9).load(law.separations[5]) == pytest.approx(
+        law.loads[5], rel=1e-9
+    )
+
+
+def test_a_lay_changes_the_slip_by_direction() -> None:
+    law = solve(heights(96, lay=0.2), area=1e-4)
+    along, across = (ms.Interface(law, 0.3, normal_load=500.0, direction=a) for a in (0.0, 1.5708))
+    assert across.surface.direction == 1.5708
+    assert along.slip_per_indentation > 1.08 * across.slip_per_indentation
+    assert math.sin(law.numbers.stiffest_direction) ** 2 > 0.95
+    least, largest = law.numbers.stiffness_ratios
+    assert least < law.stiffness_ratio < largest
+    assert law.stiffness_ratio == pytest.approx(PAIR.stiffness_ratio, rel=0.03)
+    assert across.at(normal_load=100.0).surface.direction == 1.5708
+    with pytest.raises(ms.InputError, match="has no lay in the plane"):
+        ms.Interface(ms.SphereOnFlat(PAIR, radius=1e-3), 0.3, normal_load=1.0, direction=0.1)
+
+
+def test_patches_of_a_field_share_the_law() -> None:
+    joint = ms.Interface(LAW, 0.3, normal_load=2000.0)
+    u = np.geomspace(1e-8, 1e-5, 7)
+    field = ms.JointField(LAW, 0.3, areas=[4e-5, 6e-5], loads=[800.0, 1200.0])
+    assert field.rigid().backbone(u) == pytest.approx(joint.backbone(u), rel=1e-9)
+    uneven = ms.JointField(LAW, 0.3, areas=[4e-5, 6e-5], loads=[1600.0, 400.0]).rigid()
+    assert uneven.backbone(u[0]) < joint.backbone(u[0])
+
+
+def test_a_file_is_the_law_and_a_cache_solves_once(tmp_path) -> None:
+    LAW.save(tmp_path / "face.npz")
+    law = ms.MeasuredContact.open(tmp_path / "face.npz")
+    assert np.array_equal(law.loads, LAW.loads)
+    assert law.numbers == LAW.numbers
+    assert law.stiffness_ratio == LAW.stiffness_ratio
+    assert (tmp_path / "face.npz").stat().st_size < 30_000
+    with pytest.raises(ms.InputError, match="exists"):
+        LAW.save(tmp_path / "face.npz")
+    counts = []
+    for _ in range(2):
+        measured_face._remembered.clear()
+        calls: list[int] = []
+        solve(cache=tmp_path / "c", progress=lambda done, total, c=calls: c.append(total))
+        counts.append(len(calls))
+    assert counts[0] > 12
+    assert counts[1] == 0
+    assert len(list((tmp_path / "c").iterdir())) == 1
+    whole = (tmp_path / "face.npz").read_bytes()
+    for content in (
+        b"",
+        b"PK\x03\x04 nothing",
+        whole[:-400],
+        whole.replace(b"contact", b"contbct"),
+    ):
+        (tmp_path / "bad.npz").write_bytes(content)
+        with pytest.raises(ms.InputError, match="holds no measured contact"):
+            ms.MeasuredContact.open(tmp_path / "bad.npz")
+
+
+def test_numbers_and_verdicts_go_with_it() -> None:
+    law = solve(heights(128), piece=32, tightening_pressure=5e8, coarser=True)
+    numbers = law.numbers
+    assert numbers.pieces == 16
+    assert 0.05 < numbers.scatter < 1.5
+    assert numbers.coarser == pytest.approx(1.0, abs=0.2)
+    verdicts = {v.name: v for v in ms.Interface(law, 0.3, normal_load=20.0).validity}
+    assert verdicts["tightening pressure over hardness"].word == "ok"
+    assert 0.02 < verdicts["height variance between pieces"].value < 0.2
+    assert not any("real over apparent" in name for name in verdicts)
+    (one,) = (
+        v
+        for v in ms.Interface(solve(), 0.3, normal_load=0.1).validity
+        if v.name == "scatter of the pieces"
+    )
+    assert one.word == "not judged"
+    assert "mean contact pressure over hardness" in {
+        v.name for v in ms.Interface(solve(), 0.3, normal_load=0.1).validity
+    }
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"z": heights().astype(float) * np.nan}, "no holes"),
+        ({"z": heights()[0]}, "an area"),
+        ({"z": heights() * 1e6}, "in metres"),
+        ({"z": heights()[:8]}, "16 points"),
+        ({"pixel": None}, "pixel=2e-06"),
+        ({"pixel": -1e-6}, "above zero"),
+        ({"hardness": 1e9}, "tightening_pressure=1"),
+        ({"hardness": 1e9, "tightening_pressure": 8e8}, "0.7 of the hardness"),
+        ({"tightening_pressure": 1e6}, "points into contact"),
+        ({"tightening_pressure": 1e11, "hardness": math.inf}, "full contact"),
+        ({"loads": 2}, "from 4"),
+        ({"lightest": 0.7}, "lightest"),
+        ({"piece": 4}, "piece"),
+        ({"direction": "x"}, "direction"),
+        ({"area": 0.0}, "area"),
+    ],
+)
+def test_what_is_wrong_is_said(change, words) -> None:
+    with pytest.raises(ms.InputError, match=words):
+        solve(change.pop("z", None), **change)

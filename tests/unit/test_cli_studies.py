@@ -245,7 +245,7 @@ def test_templates_are_listed_and_written() -> None:
     scan = ("--set", 'surface.unit="um"', "--set", 'surface.pixel="1 um"')
     for words in (("structure-one.toml",), ("record-one.toml",), ("scan-one.toml", *scan)):
         assert run("check", *words).exit_code == 0
-    assert "structure.mesh: parts.msh: there is no such file" in fails("check", "mesh-one.toml")
+    assert "structure.mesh: parts.msh: no such file" in fails("check", "mesh-one.toml")
     outcome = run("batch", "batch-one.csv", "--study", "batch-one.toml", "-o", "many")
     assert "3 items done" in outcome.stdout
     Path("second.csv").write_text("mine", encoding="utf-8")

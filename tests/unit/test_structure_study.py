@@ -15,6 +15,7 @@ from scipy import stats
 import microslip as ms
 from microslip.report.plot import Area, Marks
 from microslip.results.predicted.document import document
+from microslip.results.predicted.numbers import files
 from microslip.results.predicted.preview import preview
 from microslip.results.structure.pictures import curve_plot, shape_plot
 from microslip.study.sense import questions
@@ -284,7 +285,19 @@ def test_files_are_written(result: ms.Result, tmp_path: Path) -> None:
     for name in ("modal_curves", "pressure_map", "slip_map", "loss_map", "mode_shapes"):
         assert (tmp_path / f"out/{name}.svg").is_file()
     page = (tmp_path / "out/report.html").read_text(encoding="utf-8")
-    assert page.index("Frequency and damping") < page.index("Joint at rest")
+    # Nobody asked for cycles of the joint by itself.
+    assert "Frequency and damping" in page
+    assert "Joint at rest" not in page
+    assert not (tmp_path / "out/loops.csv").exists()
+
+
+def test_cycles_of_the_joint_are_there_where_they_are_asked_for(folder: Path) -> None:
+    text = STUDY.replace("[structure]", '[excitation]\namplitudes = ["1 um"]\n\n[structure]', 1)
+    study = ms.Study.from_toml(text, folder=folder)
+    assert study.asks_for_joint
+    assert not ms.Study.from_toml(STUDY, folder=folder).asks_for_joint
+    assert "loops.csv" in files(study)
+    assert "loops.csv" not in files(ms.Study.from_toml(STUDY, folder=folder))
 
 
 @pytest.mark.slow

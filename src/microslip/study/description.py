@@ -63,6 +63,17 @@ class StudyDescription(StudyTables):
         check(self)
 
     @property
+    def asks_for_joint(self) -> bool:
+        """Whether cycles of the joint by itself are wanted, too, and not of a structure alone."""
+        joint = self._tables.get("joint", {})
+        of_joint = ("excitation", "oscillator")
+        return (
+            self.structure is None
+            or "normal_load" in joint
+            or any(name in self._tables for name in of_joint)
+        )
+
+    @property
     def name(self) -> str:
         """Name of the file, or what stands for it in messages."""
         return self._name

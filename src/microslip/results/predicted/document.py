@@ -58,7 +58,8 @@ def document(result: Prediction) -> Document:
         cycles.append(varying_table(joints))
     sections = [] if result.structure is None else [*structure_sections(result.structure)]
     sections += scatter_sections(result)
-    sections += [rest_section(joints, _law(study)), Section("Cycles", tuple(cycles))]
+    if study.asks_for_joint:
+        sections += [rest_section(joints, _law(study)), Section("Cycles", tuple(cycles))]
     if result.oscillators:
         sections.append(Section("Oscillator", (oscillator_table(joints, by_force=by_force),)))
     if result.histories:

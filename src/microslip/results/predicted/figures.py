@@ -34,6 +34,7 @@ from microslip.results.predicted.curves import (
     force_damping,
 )
 from microslip.results.predicted.history_figure import history, pressure
+from microslip.results.predicted.numbers import JOINT_FIGURES
 from microslip.runs.columns import AmplitudeCurve, in_words
 from microslip.runs.prediction import Prediction
 
@@ -368,8 +369,10 @@ def names(result: Prediction) -> tuple[str, ...]:
     """Names of the figures that a result has something to show in."""
     is_pressed = isinstance(result.joints[0], PressedJoint)
     has_contacts = getattr(result.joints[0], "contact_area", None) is not None
+    of_joint = result.study.asks_for_joint
     shows = {
-        "contact_state": has_contacts and not is_pressed,
+        **dict.fromkeys((*JOINT_FIGURES, "slider_density"), of_joint),
+        "contact_state": has_contacts and not is_pressed and of_joint,
         "pressure": is_pressed,
         "history": bool(result.histories),
         "oscillator": bool(result.oscillators),

@@ -42,6 +42,9 @@ REMINDER = (
 )
 
 
+JOINT_FIGURES = ("loops", "backbone", "energy_damping", "force_damping")
+
+
 def files(study: StudyDescription) -> tuple[str, ...]:
     """Files that a study writes; summary.json, which names the others, is the first."""
     formats = study.output.formats
@@ -51,8 +54,8 @@ def files(study: StudyDescription) -> tuple[str, ...]:
     has_contacts = study.surface is not None and not isinstance(study.surface, u.TableSurface)
     is_pressed = has_contacts and study.joint.pressure is not None
     tables = {
-        "loops": True,
-        "curves": True,
+        "loops": study.asks_for_joint,
+        "curves": study.asks_for_joint,
         "history": history,
         "oscillator": oscillator,
         "varying": study.excitation.load_variation is not None,
@@ -62,10 +65,10 @@ def files(study: StudyDescription) -> tuple[str, ...]:
     figures = {
         **dict.fromkeys(STRUCTURE_FIGURES, study.structure is not None),
         **dict.fromkeys(SCATTER_FIGURES, scatters),
-        **dict.fromkeys(("loops", "backbone", "energy_damping", "force_damping"), True),
-        "contact_state": has_contacts and not is_pressed,
+        **dict.fromkeys(JOINT_FIGURES, study.asks_for_joint),
+        "contact_state": has_contacts and not is_pressed and study.asks_for_joint,
         "pressure": is_pressed,
-        "slider_density": True,
+        "slider_density": study.asks_for_joint,
         "history": history,
         "oscillator": oscillator,
     }

@@ -130,7 +130,8 @@ class ContactCard:
             )
         if apparent is not None and area is not None and area != apparent:
             raise InputError(
-                f"`area` must be that of the surface, {apparent:g} m^2, or be left out, got {area:g}"
+                f"`area` must be that of the surface, {apparent:g} m^2, or be left out, "
+                f"got {area:g}"
             )
         area = positive("area", apparent if area is None else area, "m^2", 2e-4)
         thickness = positive("thickness", thickness, "m", 1e-3)

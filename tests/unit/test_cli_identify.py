@@ -56,10 +56,11 @@ def test_command(folder: Path) -> None:
     for text in ("friction coefficient μ", "spread of the heights σ", "Reduced χ²", "Correlations"):
         assert text in outcome.stdout
     assert "--contact-area" in outcome.stdout  # how density and radius would come apart
-    assert outcome.stdout.endswith("10 files in out\n")
+    assert outcome.stdout.endswith("11 files in out\n")
     names = sorted(path.name for path in (folder / "out").iterdir())
     assert names == [
-        "evolution.svg", "fretting-map.svg", "intervals.svg", "joint.toml", "loops.svg",
+        "evolution.svg", "fretting-map.svg", "friction-log.svg", "intervals.svg", "joint.toml",
+        "loops.svg",
         "profiles.svg", "records.csv", "report.html", "residuals.csv", "summary.json",
     ]  # fmt: skip
     written = json.loads((folder / "out/summary.json").read_text("utf-8"))

@@ -432,14 +432,14 @@ def test_command(folder: Path) -> None:
     assert outcome.exit_code == 0, outcome.output
     assert re.search(r"run +8 +gross slip", outcome.stdout)
     assert re.search(r"light +8 +gross slip", outcome.stdout)
-    assert outcome.stdout.endswith("10 files in out\n")
+    assert outcome.stdout.endswith("12 files in out\n")
     names = sorted(path.name for path in (folder / "out").iterdir())
-    stems = ("evolution", "fretting-map", "loops")
+    stems = ("evolution", "fretting-map", "friction-log", "loops")
     pictures = [f"{stem}.{kind}" for stem in stems for kind in ("png", "svg")]
     assert names == sorted(("cycles.csv", "records.csv", "report.html", "summary.json", *pictures))
     page = (folder / "out/report.html").read_text("utf-8")
     assert "mostly gross slip" in page.lower()
-    assert page.count("<img") == 3
+    assert page.count("<img") == 4
     assert "stiffness after reversal" in page
     rows = list(csv.DictReader((folder / "out/cycles.csv").read_text("utf-8").splitlines()))
     assert len(rows) == 16

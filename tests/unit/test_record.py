@@ -419,20 +419,20 @@ WRONG: dict[str, tuple[str | bytes, dict[str, Any], str]] = {
     "workbook": (
         b"PK\x03\x04rest",
         {},
-        "wanted text, MAT, TDMS, HDF5, Parquet, JSON, UFF or NumPy's, got an Excel workbook or "
-        "another archive; save the record as CSV",
+        "wanted text, Excel, MAT, TDMS, HDF5, Parquet, JSON, UFF or NumPy's, got an Excel "
+        "workbook or another archive; save the record as CSV",
     ),
     "old workbook": (
         b"\xd0\xcf\x11\xe0\x00rest",
         {},
-        "wanted text, MAT, TDMS, HDF5, Parquet, JSON, UFF or NumPy's, got an old Excel workbook or "
-        "another Office file; save the record as CSV",
+        "wanted text, Excel, MAT, TDMS, HDF5, Parquet, JSON, UFF or NumPy's, got an old Excel "
+        "workbook or another Office file; save the record as CSV",
     ),
     "binary": (
         bytes(range(64)),
         {},
-        "wanted text, MAT, TDMS, HDF5, Parquet, JSON, UFF or NumPy's, got another binary file; "
-        "save the record as CSV",
+        "wanted text, Excel, MAT, TDMS, HDF5, Parquet, JSON, UFF or NumPy's, got another binary "
+        "file; save the record as CSV",
     ),
     "no names": (
         "1,2\n3,4\n",
@@ -597,7 +597,8 @@ WRONG: dict[str, tuple[str | bytes, dict[str, Any], str]] = {
     "format": (
         PLAIN,
         {"format": "csv"},
-        'wanted format "hdf5", "json", "mat", "npy", "npz", "parquet", "tdms", "text" or "uff", '
+        'wanted format "excel", "hdf5", "json", "mat", "npy", "npz", "parquet", "tdms", "text" or '
+        '"uff", '
         'got "csv"',
     ),
     "rows": (PLAIN, {"rows": 5}, "wanted rows=slice(first, end), got 5"),
@@ -778,7 +779,7 @@ UNITS = {"displacement": "m", "force": "N"}
 
 def test_readers_have_names() -> None:
     assert sorted(READERS) == [
-        *("hdf5", "json", "mat", "npy", "npz", "parquet", "tdms", "text", "uff"),
+        *("excel", "hdf5", "json", "mat", "npy", "npz", "parquet", "tdms", "text", "uff"),
     ]
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import compress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,12 +15,15 @@ from microslip.cli.options import ANY_PATH, NamedOption, option, spelling, switc
 from microslip.cli.output import FIGURES, Output, writes
 from microslip.cli.records import (
     CYCLES,
+    GROUP,
+    MANIFEST,
+    OVER,
     WORN_VOLUMES,
+    Listed,
     Reading,
     each_of,
+    listed,
     reads,
-    records_in,
-    volumes_of,
 )
 from microslip.cli.shell import complete_study
 from microslip.cli.structures import BAND, has_structure, identify_structure
@@ -29,8 +31,10 @@ from microslip.cli.work import progress, stoppable
 from microslip.identification.options import LAWS, LOSSES, NUISANCES
 
 if TYPE_CHECKING:
+    from microslip.identification import Identification
+    from microslip.results.identified.groups import Groups
     from microslip.study.description import StudyDescription
-    from microslip.tribometer import Record
+    from microslip.tribometer import Measurement, Record
 
 
 class FittedLaw(OneOf):
@@ -46,7 +50,7 @@ class FittedLaw(OneOf):
 
 
 @click.command(short_help="Identify a joint from a tribometer's records.")
-@click.argument("records", metavar="RECORD...", nargs=-1, required=True, type=click.Path())
+@click.argument("records", metavar="RECORD...", nargs=-1, type=click.Path())
 @option(
     "--law", "LAW",
     f"{', '.join(LAWS)}; by default the first. Repeated, the laws are compared.",
@@ -102,6 +106,9 @@ class FittedLaw(OneOf):
     f"Additional force terms to fit: {', '.join(NUISANCES)}.",
     "nuisances", answers_for=("nuisances",), multiple=True, type=OneOf(NUISANCES),
 )  # fmt: skip
+@MANIFEST
+@GROUP
+@OVER
 @WORN_VOLUMES
 @CYCLES
 @option(
@@ -142,6 +149,9 @@ def identify(
     study: Path | None,
     output: Output,
     rigs: tuple[str, ...],
+    manifest: Path | None,
+    group: str | None,
+    over: str | None,
     worn_volumes: tuple[str, ...],
     accept_unconverged: bool,
     band: str | None,
@@ -167,9 +177,6 @@ def identify(
     if band is not None:
         raise click.UsageError("--band is for a mode's ring-down, with a structure in --study")
     laws = tuple(dict.fromkeys(laws)) or LAWS[:1]
-    paths, labels = records_in(records)
-    records = tuple(paths)
-    volumes = volumes_of(worn_volumes, len(records))
     if values["free_delay"] and values["lag"] is not None:
         raise click.UsageError("--delay and --free-delay contradict each other; give one of them")
     with stoppable():
@@ -186,7 +193,10 @@ def identify(
         def spell(text: str) -> str:
             return said(text, say)
 
+        files = listed(records, manifest, (), worn_volumes)
+        records = tuple(files.paths)
         remedy = "; records of one rig need none"
+        rigs = rigs or (files.manifest.texts("rig") if files.manifest is not None else ())
         rig_labels = each_of("--rig", rigs, len(records), "a label", remedy)
         factors, gain_errors = calibration_of(reading.calibration)
         reading = reading._replace(calibration=factors)
@@ -195,29 +205,72 @@ def identify(
         description = None if study is None else _study(study)
         with output.staged(KIND, "identification") as stage:
             with progress("Reading") as report:
-                read, skipped = _read(records, reading, options, report)
+                read, skipped = _read(files, reading, options, report)
+            rows = [i for i, path in enumerate(records) if path not in dict(skipped)]
             with progress("Fitting") as report:
                 result = identified(read, laws, description, options, report)
-            if not accept_unconverged and (failed := result.failed) is not None:
-                raise InputError(
-                    f"{failed.law}: {failed.status}: {failed.message} (--accept-unconverged shows "
-                    "it all the same)"
-                )
-            readable = [path not in dict(skipped) for path in records]
-            runs = rigs or labels
+                if not accept_unconverged and (failed := result.failed) is not None:
+                    raise InputError(
+                        f"{failed.law}: {failed.status}: {failed.message} (--accept-unconverged "
+                        "shows it all the same)"
+                    )
+                groups = _groups(files, rows, group, read, options, laws, description)
+
+            def known(places: list[int]) -> dict[str, Any]:
+                file_rows = [rows[i] for i in places]
+                runs = rigs or files.runs
+                return {
+                    "runs": [runs[i] for i in file_rows] if runs else None,
+                    "worn_volumes": [files.volumes[i] for i in file_rows]
+                    if files.volumes
+                    else None,
+                    "columns": files.columns(file_rows),
+                    "group": group,
+                    "over": over,
+                }
+
+            def counted(measured: Measurement, place: int) -> Measurement:
+                read_from = files.manifest
+                return measured if read_from is None else read_from.counted(measured, rows[place])
+
             campaign = measured_together(
-                read,
-                tuple(compress(runs, readable)),
-                tuple(compress(volumes, readable)),
-                options["confidence"],
-                options["cycles"],
+                read, options["confidence"], options["cycles"], counted, result.first, known
             )
-            result = replace(result, skipped=tuple(skipped), campaign=campaign)
+            result = replace(result, skipped=tuple(skipped), campaign=campaign, groups=groups)
             result_document = document(result, spell, files=stage is not None)
             if stage is not None:
                 with progress("Drawing and writing") as report:
                     result_document = write(result_document, stage, output.kinds, report)
     output.tell(result_document)
+
+
+def _groups(
+    files: Listed,
+    rows: list[int],
+    group: str | None,
+    read: Sequence[Record],
+    options: dict[str, Any],
+    laws: Sequence[str],
+    study: StudyDescription | None,
+) -> Groups | None:
+    """A fit for each value of a column of the manifest; None without one."""
+    if files.manifest is None or (group is None and "specimen" not in files.manifest.columns):
+        return None
+    from microslip.results.identified.document import identified
+    from microslip.results.identified.groups import Groups
+    from microslip.tribometer.manifest import text_of
+
+    column = group or "specimen"
+    values = [files.manifest.column(column)[row] for row in rows]
+
+    def fit(records: list[Record]) -> Identification:
+        places = [next(i for i, r in enumerate(read) if r is record) for record in records]
+        own_options = dict(options)
+        if options["rigs"] is not None:
+            own_options["rigs"] = [options["rigs"][i] for i in places]
+        return identified(records, laws[:1], study, own_options, lambda share: None).first
+
+    return Groups.of(column, list(map(text_of, values)), values, read, fit)
 
 
 def _study(path: Path) -> StudyDescription:
@@ -227,12 +280,12 @@ def _study(path: Path) -> StudyDescription:
 
 
 def _read(
-    paths: Sequence[str], reading: Reading, options: dict[str, Any], report: Any
+    files: Listed, reading: Reading, options: dict[str, Any], report: Any
 ) -> tuple[list[Record], list[tuple[str, str]]]:
     """The records, and the files that are none, if there are others."""
     from microslip.errors import InputError
 
-    loads = reading.normal_load
+    paths, loads = files.paths, reading.normal_load
     if len(loads) != 1:  # which stands for all
         each_of("--normal-load", loads, len(paths), "one for all records or one")
     loaded: list[Record] = []
@@ -240,7 +293,10 @@ def _read(
     rigs = options["rigs"]
     for index, path in enumerate(paths):
         try:
-            loaded.append(reading.read(path, index))
+            record = reading.read(path, index)
+            loaded.append(
+                record if files.manifest is None else files.manifest.loaded(record, index)
+            )
         except InputError as error:
             if len(paths) == 1 or (index == len(paths) - 1 and not loaded):
                 raise

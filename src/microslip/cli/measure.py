@@ -11,13 +11,14 @@ from microslip.cli.options import ANY_PATH, offers, option, spelling, switch
 from microslip.cli.output import FIGURES, Output, writes
 from microslip.cli.records import (
     CYCLES,
+    GROUP,
+    MANIFEST,
+    OVER,
     WORN_VOLUMES,
     Reading,
-    each_of,
+    listed,
     reads,
-    records_in,
     slice_of,
-    volumes_of,
 )
 from microslip.cli.shell import complete_study
 from microslip.cli.structures import BAND, are_modal, measure_modes
@@ -25,15 +26,21 @@ from microslip.cli.work import progress, stoppable
 from microslip.tribometer.options import AREA, CONFIDENCE, RIG_STIFFNESS
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from microslip.friction import Interface
-    from microslip.tribometer import Record
+    from microslip.tribometer import Measurement, Record
+    from microslip.tribometer.regimes import RegimeBorders
 
 
 @click.command(short_help="Measure the loops in a tribometer's records.")
-@click.argument("records", metavar="RECORD...", nargs=-1, required=True, type=click.Path())
+@click.argument("records", metavar="RECORD...", nargs=-1, type=click.Path())
 @writes(
     "Folder for report, table and figure; without it nothing is written.", "measurement", *FIGURES
 )
+@MANIFEST
+@GROUP
+@OVER
 @reads()
 @offers(RIG_STIFFNESS)
 @option(
@@ -55,6 +62,9 @@ if TYPE_CHECKING:
 def measure(
     records: tuple[str, ...],
     output: Output,
+    manifest: Path | None,
+    group: str | None,
+    over: str | None,
     reading: Reading,
     rig_stiffness: float | None,
     model: Path | None,
@@ -66,7 +76,7 @@ def measure(
     band: str | None,
     every_table: bool,
 ) -> None:
-    """Measure every cycle in each RECORD: CSV, TXT, TSV, MAT, TDMS or HDF5, or folders of them.
+    """Measure every cycle in each RECORD: CSV, TXT, Excel, MAT, TDMS or HDF5, or folders of them.
 
     Energy, damping, friction, stiffness and regime, with confidence intervals of their means.
     Several records have a row each, their evolution over cycles and energy, and a fretting map; a
@@ -77,7 +87,7 @@ def measure(
     stepped sine (frequency, amplitude, phase) or a curve give frequency and damping over amplitude.
     """
     # Who names the column of a tangential force has a loop, whatever the others are called.
-    if reading.force is None and are_modal(records):
+    if manifest is None and reading.force is None and are_modal(records):
         measure_modes(records, output, band)
         return
     if band is not None:
@@ -92,15 +102,16 @@ def measure(
 
         with output.staged(KIND, "measurement") as stage, progress("Measuring") as report:
             joints = [] if model is None else _joints(model)
-            paths, labels = records_in(records)
-            runs = each_of("--run", runs, len(paths)) or labels
-            volumes = volumes_of(worn_volumes, len(paths))
+            files = listed(records, manifest, runs, worn_volumes)
+            paths = files.paths
             spell = spelling(click.get_current_context())
             results, places = [], []
             skipped: list[tuple[str, str]] = []
             for index, path in enumerate(paths):
                 try:
                     record = reading.read(path)
+                    if files.manifest is not None:
+                        record = files.manifest.loaded(record, index)
                     result = measured(
                         record,
                         model=_at_the_load_of(record, joints),
@@ -115,6 +126,8 @@ def measure(
                         raise error from None
                     skipped.append((path, error.said(spell).removeprefix(f"{path}: ")))
                 else:
+                    if files.manifest is not None:
+                        result = files.manifest.counted(result, index)
                     results.append(result)
                     places.append(index)
                 report((index + 1) / len(paths))
@@ -123,9 +136,13 @@ def measure(
                 raise InputError(f"none of {len(paths)} records can be measured; {name}: {why}")
             campaign = Campaign(
                 tuple(results),
-                [runs[i] for i in places] if runs else None,
-                [volumes[i] for i in places] if volumes else None,
+                [files.runs[i] for i in places] if files.runs else None,
+                [files.volumes[i] for i in places] if files.volumes else None,
                 area,
+                files.columns(places),
+                group,
+                over,
+                _borders(joints, results),
             )
             result_document = document(campaign, lambda text: said(text, spell), skipped)
             if stage is not None:
@@ -139,6 +156,17 @@ def _joints(study: Path) -> list[Interface]:
     from microslip.study.description import StudyDescription
 
     return build_joints(StudyDescription.load(study))
+
+
+def _borders(joints: list[Interface], results: Sequence[Measurement]) -> RegimeBorders | None:
+    """Where the regimes of a study's joint end under the loads of the records."""
+    from microslip.tribometer.regimes import borders_of
+
+    loads = [load.value for m in results if (load := m.mean.get("normal_load")) is not None]
+    if not joints or not loads:
+        return None
+    # The amplitudes of the records are the contact's where the rig was taken off.
+    return borders_of(lambda load: joints[0].at(normal_load=load), loads, None)
 
 
 def _at_the_load_of(record: Record, joints: list[Interface]) -> Interface | None:

@@ -11,17 +11,32 @@ import click
 
 from microslip._core.units import VOLUME
 from microslip._core.wording import plural
-from microslip.cli.options import Command, Decorator, offers, option, quantity
+from microslip.cli.options import ANY_PATH, Command, Decorator, offers, option, quantity
 from microslip.readers.files import LIMIT
 from microslip.tribometer import options
 
 if TYPE_CHECKING:
     from microslip.tribometer import Record
+    from microslip.tribometer.manifest import Manifest
 
 
 def _or_none(column: str | None) -> Any:
     """A column, or False where there shall be none."""
     return False if column == "none" else column
+
+
+MANIFEST = option(
+    "--manifest", "FILE",
+    "CSV or Excel sheet with a row for each record: its file and its specimen, load, amplitude, "
+    "stage, number of the first cycle, worn volume, temperature, or anything else.",
+    type=ANY_PATH,
+)  # fmt: skip
+GROUP = option(
+    "--group", "COLUMN", "Column of the manifest whose values are specimens; without it specimen."
+)
+OVER = option(
+    "--over", "COLUMN", "Column of numbers of the manifest to draw means over; without it stage."
+)
 
 
 class Reading(NamedTuple):
@@ -98,7 +113,7 @@ def reads(many_loads: bool = False) -> Decorator:
 
 ENDINGS = (
     *(".csv", ".tsv", ".txt", ".dat", ".mat", ".tdms", ".h5", ".hdf5", ".nc", ".npy", ".npz"),
-    *(".json", ".parquet", ".uff", ".unv"),
+    *(".json", ".parquet", ".uff", ".unv", ".xlsx", ".xlsm", ".lvm"),
 )
 """Endings of the files of a folder that are taken for records."""
 
@@ -126,6 +141,50 @@ def records_in(names: Sequence[str]) -> tuple[list[str], tuple[str, ...]]:
         labels += [path.parent.name if path.parent != folder else folder.name for path in inside]
     several = bool(folders) and len(set(labels)) > 1
     return paths, tuple(labels) if several else ()
+
+
+class Listed(NamedTuple):
+    """The files of a command and what is known of each."""
+
+    paths: list[str]
+    runs: tuple[str, ...]
+    """Labels, or none."""
+    volumes: list[float | None]
+    """Worn volumes [m^3], or none."""
+    manifest: Manifest | None
+
+    def columns(self, rows: Sequence[int]) -> dict[str, list[Any]]:
+        """What a manifest says of some of the files, by columns that others do not show."""
+        if self.manifest is None:
+            return {}
+        elsewhere = ("normal_load", "amplitude", "worn_volume", "run", "rig")
+        columns = self.manifest.columns
+        return {name: [columns[name][i] for i in rows] for name in columns if name not in elsewhere}
+
+
+def listed(
+    names: Sequence[str],
+    manifest: Path | None,
+    runs: tuple[str, ...] = (),
+    worn_volumes: tuple[str, ...] = (),
+) -> Listed:
+    """The files of a command: those that it names, or those of a manifest."""
+    if (manifest is None) == (not names):
+        if names:
+            raise click.UsageError("--manifest lists the records; name no others")
+        raise click.UsageError("Missing argument 'RECORD...', or --manifest FILE")
+    if manifest is None:
+        paths, labels = records_in(names)
+        volumes = volumes_of(worn_volumes, len(paths))
+        return Listed(paths, each_of("--run", runs, len(paths)) or labels, volumes, None)
+    from microslip.tribometer.manifest import Manifest
+
+    if runs or worn_volumes:
+        flag = "--run" if runs else "--worn-volume"
+        raise click.UsageError(f"{flag} has its own column in the manifest")
+    read = Manifest.read(manifest)
+    worn = [v if isinstance(v, float) else None for v in read.columns.get("worn_volume", ())]
+    return Listed(list(read.paths), read.texts("run"), worn, read)
 
 
 def each_of(

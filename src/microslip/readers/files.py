@@ -57,6 +57,8 @@ def kind_of(head: bytes, suffix: str) -> str | None:
         return "npy"
     if head.startswith(b"PK") and suffix == ".npz":  # other archives begin in the same way
         return "npz"
+    if head.startswith(b"PK\x03\x04") and suffix in (".xlsx", ".xlsm"):
+        return "excel"
     if head.startswith(b"PAR1"):
         return "parquet"
     if suffix == ".json":

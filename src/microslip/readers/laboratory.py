@@ -19,7 +19,7 @@ from microslip.readers.tables import Column, Table, refuse_long
 
 def tdms_table(path: Path) -> Table:
     """Channels such as "Log/Force", with the unit and rate that LabVIEW keeps."""
-    nptdms = _library("nptdms", "TDMS", "npTDMS", "tdms")
+    nptdms = library("nptdms", "TDMS", "npTDMS", "tdms")
     # What it thinks of a damaged file, it also raises.
     import_module("nptdms.log").log_manager.set_level(logging.CRITICAL)
     with decoded("TDMS file"), path.open("rb") as raw, nptdms.TdmsFile.open(raw) as file:
@@ -54,7 +54,7 @@ def _of_channel(channel: Any) -> Column | None:
 
 def parquet_table(path: Path) -> Table:
     """Columns of numbers of a data frame, with the unit that a field's metadata may have."""
-    parquet = _library("pyarrow.parquet", "Parquet", "pyarrow", "parquet")
+    parquet = library("pyarrow.parquet", "Parquet", "pyarrow", "parquet")
     with decoded("Parquet file"):
         file = parquet.ParquetFile(path)
         fields, rows = file.schema_arrow, int(file.metadata.num_rows)
@@ -88,7 +88,7 @@ def _unit(field: Any) -> str | None:
 
 def uff_table(path: Path) -> Table:
     """Functions of time (data sets 58), with their names, units and sample rate."""
-    pyuff = _library("pyuff", "UFF", "pyuff", "uff")
+    pyuff = library("pyuff", "UFF", "pyuff", "uff")
     with decoded("UFF file"), warnings.catch_warnings():
         warnings.simplefilter("ignore")
         file = pyuff.UFF(str(path))
@@ -114,7 +114,8 @@ def _of_set(part: dict[str, Any]) -> Column:
     return Column(heading, None if unit.upper() in ("", "NONE") else unit, None, rate)
 
 
-def _library(module: str, kind: str, name: str, extra: str) -> Any:
+def library(module: str, kind: str, name: str, extra: str) -> Any:
+    """The module that reads a kind of file, or an error that says how to install it."""
     try:
         return import_module(module)
     except ImportError:

@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from functools import singledispatch
 from typing import Any
 
+import numpy as np
 from matplotlib import rcParams, style
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -252,6 +253,15 @@ def _(item: shapes.LineName, axes: Axes, frame: Frame | None, order: float) -> N
 
 @paint.register
 def _(item: shapes.Pixels, axes: Axes, frame: Frame | None, order: float) -> None:
+    if "log" in (axes.get_xscale(), axes.get_yscale()):
+        # A picture would be stretched along the values, not along the axis.
+        rows, columns = item.values.shape[:2]
+        spread: dict[str, Any] = {"log": np.geomspace, "linear": np.linspace}
+        x = spread[axes.get_xscale()](item.left, item.right, columns + 1)
+        y = spread[axes.get_yscale()](item.top, item.bottom, rows + 1)
+        values = item.values if item.values.ndim == 3 else item.values[..., None].repeat(3, 2)
+        axes.pcolormesh(x, y, values / 255.0, zorder=order, rasterized=True)
+        return
     axes.imshow(
         item.values,
         cmap="gray",

@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
-from microslip._core.units import significant
+from microslip._core.units import engineering, significant
 from microslip._core.wording import shorten
 from microslip.report import cells
 from microslip.report.document import Column, Items, Note, Picture, Section, Table
 from microslip.report.files import csv_text, plain, text_cell
-from microslip.tribometer.campaign import Campaign, Wear
+from microslip.tribometer import campaign_figures as figures_of
+from microslip.tribometer.campaign import Campaign, LoadLaw
 from microslip.tribometer.cycle_columns import LABELS, UNITS
-from microslip.tribometer.figures import evolution, fretting_map, worn
+from microslip.tribometer.manifest import text_of
+from microslip.tribometer.running_in import RunningIn
+from microslip.tribometer.specimens import Pooled
+from microslip.tribometer.wear import ARCHARD, Wear
 
 _COLUMNS_SHOWN = (
     "amplitude",
@@ -33,6 +38,7 @@ def _columns(campaign: Campaign) -> tuple[Column, ...]:
     per_area = campaign.area is not None
     return (
         Column("record", "record"),
+        *(Column(name, name, brief=name in ("specimen", "stage")) for name in campaign.columns),
         *((Column("run", "run"),) if campaign.runs is not None else ()),
         Column("cycles", "cycles"),
         Column("regime", "regime"),
@@ -58,6 +64,7 @@ def rows_of(campaign: Campaign) -> list[tuple[Any, ...]]:
         rows.append(
             (
                 shorten(measured.name, 40),
+                *(text_of(values[i]) for values in campaign.columns.values()),
                 *((campaign.runs[i],) if campaign.runs is not None else ()),
                 len(measured),
                 measured.regime,
@@ -83,14 +90,14 @@ def csv_of(campaign: Campaign) -> str:
     return csv_text(heads, ([text_cell(v) if isinstance(v, str) else v for v in r] for r in rows))
 
 
-def pictures(campaign: Campaign) -> dict[str, Picture]:
+def pictures(campaign: Campaign, confidence: float = 0.95) -> dict[str, Picture]:
     """Figures of several records, by the names of their files."""
     figures = [
         Picture(
             "evolution",
             "Every cycle of the records over its number, and over the energy that the run has "
             "dissipated so far; logarithmic axes.",
-            lambda: evolution(campaign),
+            lambda: figures_of.evolution(campaign),
             "Friction, stiffness and energy over cycles and cumulative energy",
         )
     ]
@@ -99,14 +106,38 @@ def pictures(campaign: Campaign) -> dict[str, Picture]:
             "Regimes over amplitude and normal load (Vingsbo and Söderberg 1988); mixed where a "
             "second regime is as likely as 1 in 20, or has as many of the cycles."
         )
-        plot = partial(fretting_map, campaign)
+        if campaign.borders is not None:
+            caption += " The lines are the borders of the law, its rig in series."
+        plot = partial(figures_of.fretting_map, campaign)
         figures.append(
             Picture("fretting-map", caption, plot, "Regimes over amplitude and normal load")
         )
-    if (wear := campaign.wear()) is not None:
-        caption = "Worn volume over dissipated energy, and the straight line through zero."
-        plot = partial(worn, wear)
+    if wear := campaign.wear_laws(confidence):
+        caption = (
+            "Worn volume over dissipated energy, and over load times sliding distance (Archard), "
+            "with straight lines through zero; dashed: with a threshold."
+        )
+        plot = partial(figures_of.worn, wear)
         figures.append(Picture("wear", caption, plot, "Worn volume over dissipated energy"))
+    if campaign.drawn_over is not None:
+        caption = f"Means of the records with their intervals, over {campaign.drawn_over}."
+        plot = partial(figures_of.means_figure, campaign)
+        figures.append(Picture("means", caption, plot, "Means of the records"))
+    if (load_law := campaign.load_law(confidence)) is not None:
+        caption = "Stiffness after reversal over normal load, and the power law through it."
+        plot = partial(figures_of.stiffness_figure, campaign, load_law)
+        figures.append(Picture("stiffness", caption, plot, "Stiffness over normal load"))
+    if campaign.friction_logs():
+        caption = (
+            "Friction log: the force over displacement and cycle, on the way there (left) and back "
+            "(right); each cycle with its offsets taken off."
+        )
+        plot = partial(figures_of.friction_log_figure, campaign)
+        figures.append(Picture("friction-log", caption, plot, "Force over displacement and cycle"))
+    if laws := campaign.running_in(confidence):
+        caption = "Cycles that run in, and the exponential law through them."
+        plot = partial(figures_of.running_in_figure, laws)
+        figures.append(Picture("running-in", caption, plot, "Running in"))
     return {figure.name: figure for figure in figures}
 
 
@@ -119,13 +150,26 @@ def sections(
         texts = tuple(f"{shorten(name, 80)}: {why}" for name, why in skipped)
         words = Note(f"{len(skipped)} file{'s' * (len(skipped) > 1)} could not be measured:")
         first.append(Section("Left out", (words, Items(texts))))
-    figures = pictures(campaign)
+    figures = pictures(campaign, confidence)
     last = [Section("Evolution", (figures["evolution"],), brief=False)]
     if "fretting-map" in figures:
         last.append(Section("Fretting map", (figures["fretting-map"],), brief=False))
-    wear = campaign.wear(confidence)
-    if wear is not None:
-        last.append(Section("Wear", (Note(_wear_text(wear)), figures["wear"])))
+    if "means" in figures:
+        last.append(Section("Stages", (figures["means"],), brief=False))
+    if "friction-log" in figures:
+        last.append(Section("Friction log", (figures["friction-log"],), brief=False))
+    if found := campaign.pooled(confidence):
+        pooled_table, means_table = _specimens(found, confidence)
+        last.append(Section("Specimens", (pooled_table,)))
+        last.append(Section("Each specimen", (means_table,), brief=False))
+    if (load_law := campaign.load_law(confidence)) is not None:
+        words = Note(_load_text(load_law, confidence))
+        last.append(Section("Stiffness and load", (words, figures["stiffness"])))
+    if laws := campaign.running_in(confidence):
+        last.append(Section("Running in", (_run_in(laws, confidence), figures["running-in"])))
+    if wear := campaign.wear_laws(confidence):
+        texts = tuple(_wear_text(law) for law in wear)
+        last.append(Section("Wear", (Items(texts), figures["wear"])))
     if campaign.worn_volumes is not None and (uncounted := campaign.uncounted()):
         texts = tuple(f"{shorten(name, 80)}: {why}" for name, why in uncounted.items())
         words = Note("No energy wear coefficient of records whose dissipated energy is not known:")
@@ -135,16 +179,95 @@ def sections(
     return first, last
 
 
+def _ends(estimate: Any, write: Callable[[float], str]) -> str:
+    """A value, and its interval where it has one."""
+    if not estimate.number > 1 or not math.isfinite(estimate.low):
+        return write(estimate.value)
+    return f"{write(estimate.value)} ({write(estimate.low)} … {write(estimate.high)})"
+
+
 def _wear_text(wear: Wear) -> str:
-    coefficient = wear.coefficient
     # Of a cubic micrometre per joule, as papers have it.
-    value, low, high = (
-        significant(1e18 * x) for x in (coefficient.value, coefficient.low, coefficient.high)
+    text = _ends(wear.coefficient, lambda value: significant(1e18 * value))
+    count = f"{wear.coefficient.number} worn volume{'s' * (wear.coefficient.number > 1)}"
+    beside = (
+        "" if math.isnan(wear.scatter) else f", {significant(1e9 * wear.scatter, 2)} mm³ beside"
     )
-    text = f"Energy wear coefficient: {value} µm³/J"
-    if coefficient.number > 1:
-        text += f" ({low} … {high}, {coefficient.number} worn volumes)"
-    return f"{text}, after Fouvry et al. (2003): worn volume over energy dissipated in all cycles."
+    if wear.law == ARCHARD:
+        return f"Archard's coefficient: {text} µm³/(N m), {count}{beside}."
+    if wear.threshold is None:
+        return (
+            f"Energy wear coefficient: {text} µm³/J, {count}{beside}; after Fouvry et al. (2003): "
+            "worn volume over energy dissipated in all cycles."
+        )
+    threshold = _ends(wear.threshold, lambda value: engineering(value, "J"))
+    verdict = "nothing wears below it" if wear.has_threshold else "none is told, zero is within"
+    return f"With a threshold: {text} µm³/J from {threshold}{beside}; {verdict}."
+
+
+def _load_text(law: LoadLaw, confidence: float) -> str:
+    exponent = _ends(law.exponent, significant)
+    rig = (
+        " The rig's compliance is in these stiffnesses, which lowers the exponent: give its "
+        "stiffness to take it off."
+    )
+    return (
+        f"Stiffness after reversal grows with the load to the power {exponent}, "
+        f"{100.0 * confidence:g} % interval; {engineering(law.stiffness, 'N/m')} at "
+        f"{engineering(law.load, 'N')}.{rig * law.with_rig}"
+    )
+
+
+def _run_in(laws: Sequence[RunningIn], confidence: float) -> Table:
+    level = f"({100.0 * confidence:g} % interval)"
+    columns = (
+        Column("record", "record"),
+        Column("quantity", "quantity"),
+        Column("constant", f"cycles to 1/e {level}"),
+        Column("settled", f"tends to {level}"),
+        Column("change", "from"),
+    )
+    rows = tuple(
+        (
+            shorten(law.label, 40),
+            LABELS[law.column],
+            _ends(law.constant, significant),
+            _ends(law.settled, partial(cells.value, unit=UNITS[law.column])),
+            cells.value(law.settled.value + law.change, UNITS[law.column]),
+        )
+        for law in laws
+    )
+    return Table("Running in", columns, rows, noun="laws")
+
+
+def _specimens(found: Sequence[tuple[str, Pooled]], confidence: float) -> tuple[Table, Table]:
+    """What they say together, and each of them."""
+    columns = (
+        Column("quantity", "quantity"),
+        Column("condition", "condition"),
+        Column("specimens", "specimens"),
+        Column("mean", f"of all ({100.0 * confidence:g} % interval)"),
+        Column("between", "scatter between"),
+    )
+    rows, mean_rows = [], []
+    for condition, pool in found:
+        write = partial(cells.value, unit=UNITS[pool.quantity])
+        name = LABELS[pool.quantity]
+        rows.append(
+            (name, condition, len(pool.of_each), _ends(pool.mean, write), write(pool.between))
+        )
+        mean_rows += [(label, name, condition, _ends(mean, write)) for label, mean in pool.of_each]
+    caption = (
+        "Specimens are taken at random from all that could be: the interval holds what differs "
+        "between them and the errors of each. The scatter is what their own errors do not explain."
+    )
+    few = tuple(range(min(12, len(rows))))
+    mean = Column("mean", f"mean ({100.0 * confidence:g} % interval)")
+    heads = (Column("specimen", "specimen"), *columns[:2], mean)
+    return (
+        Table("Specimens together", columns, tuple(rows), caption=caption, few=few),
+        Table("Each specimen", heads, tuple(mean_rows), noun="means"),
+    )
 
 
 def _runs(campaign: Campaign, confidence: float) -> Table:
@@ -191,6 +314,36 @@ def data_of(
         "table": [dict(zip(keys, row, strict=True)) for row in rows_of(campaign)],
         "fretting_map": [point._asdict() for point in campaign.fretting_map()],
         "wear": None if wear is None else {"unit": "m^3/J", **wear.coefficient._asdict()},
+        "specimens": [
+            {
+                "condition": condition,
+                "quantity": pool.quantity,
+                "mean": pool.mean._asdict(),
+                "between": pool.between,
+                "each": {label: mean._asdict() for label, mean in pool.of_each},
+            }
+            for condition, pool in campaign.pooled(confidence)
+        ],
+        "stiffness_over_load": None
+        if (load_law := campaign.load_law(confidence)) is None
+        else {**load_law._asdict(), "exponent": load_law.exponent._asdict()},
+        "running_in": [
+            {
+                **{key: getattr(law, key) for key in ("label", "column", "change", "first")},
+                "settled": law.settled._asdict(),
+                "constant": law.constant._asdict(),
+            }
+            for law in campaign.running_in(confidence)
+        ],
+        "wear_laws": [
+            {
+                "law": law.law,
+                "coefficient": law.coefficient._asdict(),
+                "threshold": law.threshold and law.threshold._asdict(),
+                "scatter": law.scatter,
+            }
+            for law in campaign.wear_laws(confidence)
+        ],
         "comparison": [
             {**comparison._asdict(), "mean": comparison.mean._asdict()}
             for comparison in campaign.comparison(confidence)

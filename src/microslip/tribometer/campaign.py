@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -12,10 +13,30 @@ import numpy as np
 from microslip._core.checks import Floats, positive, show
 from microslip._core.frozen import Locked
 from microslip._core.units import engineering
+from microslip._core.wording import did_you_mean, quoted
 from microslip.errors import InputError
 from microslip.tribometer.counting import dissipated
 from microslip.tribometer.estimates import Estimate, quantile
+from microslip.tribometer.manifest import Cell, numeric, text_of
 from microslip.tribometer.measurement import Measurement
+from microslip.tribometer.regimes import RegimeBorders
+from microslip.tribometer.running_in import RunningIn, running_in
+from microslip.tribometer.specimens import Pooled, of_one, pooled
+from microslip.tribometer.wear import ARCHARD, Wear, proportional, with_threshold
+
+PerCycle = Callable[[Measurement], Floats]
+"""What each cycle of a record adds to a sum."""
+
+
+def energy_of(measured: Measurement) -> Floats:
+    """Energy [J] of each cycle."""
+    return measured.cycles["dissipated_energy"]
+
+
+def archard_of(measured: Measurement) -> Floats:
+    """Normal load times sliding distance [N m] of each cycle."""
+    return 4.0 * measured.cycles["normal_load"] * measured.cycles["sliding_distance"]
+
 
 COMPARED = ("friction_peak", "friction_energy", "reversal_stiffness", "dissipated_energy")
 """Columns whose means are compared between runs."""
@@ -23,6 +44,8 @@ SAME_CONDITION = 0.05
 """Share by which loads, and amplitudes, may differ to be of one condition."""
 _NEW = 0.05
 """Share of the cycles of a contact before its first logged one that is neglected."""
+_SPAN = 1.5
+"""Ratio of the loads from which on an exponent is asked for."""
 MIXED = 0.05
 """Probability of a second regime from which on a condition is mixed."""
 
@@ -39,16 +62,17 @@ class Point(NamedTuple):
     """The likeliest; "mixed" where another one is as likely as 1 in 20, or has as many cycles."""
 
 
-class Wear(NamedTuple):
-    """Energy wear coefficient: worn volume over dissipated energy."""
+class LoadLaw(NamedTuple):
+    """Stiffness after reversal against normal load: k = k_1 (N/N_1)^n."""
 
-    coefficient: Estimate
-    """[m^3/J], of a straight line through zero."""
-    records: tuple[str, ...]
-    energy: Floats
-    """Energy [J] dissipated in all cycles of each record."""
-    volume: Floats
-    """Worn volume [m^3]."""
+    exponent: Estimate
+    """n [-]."""
+    stiffness: float
+    """[N/m] at the middle load."""
+    load: float
+    """The middle load, of the logarithms [N]."""
+    with_rig: bool
+    """Whether the stiffness is that of rig and contact in series."""
 
 
 class BetweenRuns(NamedTuple):
@@ -81,10 +105,18 @@ class Campaign(Locked):
     area : float, optional
         Apparent area [m^2], for energies and stiffnesses per area.
 
+    columns : mapping of str to sequence, optional
+        What else is known of each record, as a manifest has it: "specimen", "stage" and others.
+    group : str, optional
+        Column whose values are specimens: without it "specimen", where there is one.
+    over : str, optional
+        Column of numbers over which the means are drawn: without it "stage", where there is one.
+    borders : RegimeBorders, optional
+        Where the regimes of a law end, for the fretting map.
+
     Notes
     -----
-    Wear after Fouvry, Liskiewicz, Kapsa, Hannel and Sauger (2003, DOI
-    10.1016/S0043-1648(03)00117-0); fretting maps after Vingsbo and Soderberg (1988, DOI
+    Fretting maps after Vingsbo and Soderberg (1988, DOI
     10.1016/0043-1648(88)90050-1); variance between runs as in ISO 5725-2.
     """
 
@@ -92,6 +124,10 @@ class Campaign(Locked):
     runs: Sequence[str] | None = None
     worn_volumes: Sequence[float | None] | None = None
     area: float | None = None
+    columns: Mapping[str, Sequence[Cell]] = field(default_factory=lambda: MappingProxyType({}))
+    group: str | None = None
+    over: str | None = None
+    borders: RegimeBorders | None = None
 
     def __post_init__(self) -> None:
         count = len(self.measurements)
@@ -103,18 +139,52 @@ class Campaign(Locked):
                 raise InputError(
                     f"`{name}` must be one for each of {count} records, got {show(labels)}"
                 )
+        for name, values in self.columns.items():
+            if len(values) != count:
+                raise InputError(f"column {name!r} must have a value for each of {count} records")
+        for name in filter(None, (self.group, self.over)):
+            if name not in self.columns:
+                raise InputError(
+                    f"no column {show(name)}{did_you_mean(name, self.columns)}; there are "
+                    f"{quoted(self.columns) if self.columns else 'none'}"
+                )
+        if self.over is not None and not numeric(self.columns[self.over]):
+            raise InputError(f"`over` must be a column of numbers, got {self.over!r}")
         for volume in self.worn_volumes or ():
             if volume is not None:
                 positive("worn_volumes", volume, "m^3", 1e-12)
         if self.area is not None:
             positive("area", self.area, "m^2", 2e-4)
 
-    def energies(self) -> Floats:
+    @property
+    def grouped_by(self) -> str | None:
+        """The column whose values are specimens."""
+        return self.group or ("specimen" if "specimen" in self.columns else None)
+
+    @property
+    def drawn_over(self) -> str | None:
+        """The column of numbers over which the means are drawn."""
+        stages = self.columns.get("stage")
+        return self.over or ("stage" if stages is not None and numeric(stages) else None)
+
+    @property
+    def specimens(self) -> tuple[str, ...]:
+        """Label of the specimen of each record; empty where none are told apart."""
+        return () if self.grouped_by is None else tuple(map(text_of, self.columns[self.grouped_by]))
+
+    @property
+    def contacts(self) -> tuple[str, ...]:
+        """Label of the contact of each record: of its specimen, else its run, else its own."""
+        if "specimen" in self.columns:
+            return tuple(map(text_of, self.columns["specimen"]))
+        return tuple(self.runs or map(str, range(len(self.measurements))))
+
+    def energies(self, of: PerCycle = energy_of) -> Floats:
         """Energy [J] dissipated in all cycles of each record, those not logged included.
 
         Not a number where these are not known.
         """
-        totals = [measured.dissipated() for measured in self.measurements]
+        totals = [measured.accumulated(of(measured)) for measured in self.measurements]
         return np.array([math.nan if up_to is None else up_to.energy[-1] for up_to in totals])
 
     def uncounted(self) -> dict[str, str]:
@@ -132,53 +202,63 @@ class Campaign(Locked):
                 )
         return reasons
 
-    def cumulative(self) -> list[Floats]:
-        """Energy [J] dissipated up to each cycle of each record, on from the last of its run.
+    def cumulative(self, of: PerCycle = energy_of) -> list[Floats]:
+        """Energy [J] dissipated up to each cycle of each record, on from the last of its contact.
 
-        Records without the label of a run are specimens of their own.
+        Records without the label of a run or a specimen are specimens of their own.
         """
-        labels = self.runs or [str(i) for i in range(len(self.measurements))]
-        by_run: dict[str, list[int]] = {}
-        for i, label in enumerate(labels):
-            by_run.setdefault(label, []).append(i)
         cumulated = {
             i: energy
-            for members in by_run.values()
-            for i, energy in zip(members, self._of_run(members), strict=True)
+            for members in self._by_contact().values()
+            for i, energy in zip(members, self._of_contact(members, of), strict=True)
         }
         return [cumulated[i] for i in range(len(self.measurements))]
 
-    def _of_run(self, members: Sequence[int]) -> list[Floats]:
-        """Energy [J] up to each cycle of the records of one run."""
-        measurements = [self.measurements[i] for i in members]
-        counts = [measured.count for measured in measurements]
+    def _by_contact(self) -> dict[str, list[int]]:
+        by_contact: dict[str, list[int]] = {}
+        for i, label in enumerate(self.contacts):
+            by_contact.setdefault(label, []).append(i)
+        return by_contact
+
+    def _numbered_through(self, members: Sequence[int]) -> list[Floats] | None:
+        """Numbers of the cycles of a contact's records, where one counter counts them all."""
+        counts = [self.measurements[i].count for i in members]
         numbers = [c.numbers for c in counts if c is not None and c.is_of_contact]
-        if len(members) > 1 and len(numbers) == len(members):
-            joined = np.concatenate([values for values in numbers if values is not None])
-            if np.all(np.diff(joined) > 0.0):
-                energy_of_each = np.concatenate(
-                    [m.cycles["dissipated_energy"] for m in measurements]
-                )
-                edges = np.cumsum([len(measured) for measured in measurements])[:-1]
-                return list(np.split(dissipated(joined, energy_of_each).energy, edges))
+        known = [values for values in numbers if values is not None]
+        if len(known) < len(members) or np.any(np.diff(np.concatenate(known)) <= 0.0):
+            return None
+        return known
+
+    def _of_contact(self, members: Sequence[int], of: PerCycle) -> list[Floats]:
+        """Energy [J] up to each cycle of the records of one contact."""
+        measurements = [self.measurements[i] for i in members]
+        numbers = self._numbered_through(members) if len(members) > 1 else None
+        if numbers is not None:
+            energy_of_each = np.concatenate([of(m) for m in measurements])
+            edges = np.cumsum([len(measured) for measured in measurements])[:-1]
+            joined = dissipated(np.concatenate(numbers), energy_of_each).energy
+            return list(np.split(joined, edges))
         before, energies = 0.0, []
         for measured in measurements:
-            up_to = measured.dissipated()
+            up_to = measured.accumulated(of(measured))
             energy_of_each = np.full(len(measured), np.nan) if up_to is None else up_to.energy
             energies.append(before + energy_of_each)
             before = float(energies[-1][-1])
         return energies
 
-    def _worn_by(self) -> Floats:
+    def _worn_by(self, of: PerCycle = energy_of) -> Floats:
         """Energy [J] that the contact of each record has dissipated since it was new."""
-        energies = self.energies()
+        energies = self.energies(of)
         for i, (measured, cumulated) in enumerate(
-            zip(self.measurements, self.cumulative(), strict=True)
+            zip(self.measurements, self.cumulative(of), strict=True)
         ):
             count = measured.count
+            if "specimen" in self.columns:
+                # A specimen is worn by all that was before, whatever numbers its cycles.
+                energies[i] = cumulated[-1]
             if count is None or count.numbers is None or not count.is_of_contact:
                 continue
-            energy_of_each, first = float(energies[i]), float(count.numbers[0])
+            energy_of_each, first = float(self.energies(of)[i]), float(count.numbers[0])
             # Of a run that the rig's counter numbers through, all that was before.
             energies[i] = cumulated[-1]
             if energy_of_each == cumulated[-1] and first > 1.0 + _NEW * float(count.numbers[-1]):
@@ -205,30 +285,147 @@ class Campaign(Locked):
 
     def wear(self, confidence: float = 0.95) -> Wear | None:
         """Energy wear coefficient of the worn records whose energy is known; None without any."""
+        return next(iter(self.wear_laws(confidence)), None)
+
+    def wear_laws(self, confidence: float = 0.95) -> tuple[Wear, ...]:
+        """Worn volume by dissipated energy, with a threshold, and by Archard's load times way."""
         volumes = self.worn_volumes or [None] * len(self.measurements)
-        energies = self._worn_by()
         rows = [i for i, volume in enumerate(volumes) if volume is not None]
+        energies = self._worn_by()
         rows = [i for i in rows if math.isfinite(energies[i])]
         if not rows:
-            return None
-        energy = energies[rows]
+            return ()
         volume = np.array([volumes[i] for i in rows], dtype=float)
-        if not np.all(energy > 0.0):
-            raise InputError(
-                "an energy wear coefficient needs records that dissipate energy, got "
-                f"{float(energy.min()):.3g} J; is the sign of the force right?"
-            )
-        square = float(energy @ energy)
-        slope = float(energy @ volume) / square
         names = tuple(self.measurements[i].name for i in rows)
-        if energy.size < 2:
-            nothing = math.nan
-            return Wear(Estimate(slope, nothing, nothing, nothing, 1), names, energy, volume)
-        residual = volume - slope * energy
-        error = math.sqrt(float(residual @ residual) / (energy.size - 1) / square)
-        half = quantile(confidence, energy.size - 1) * error
-        coefficient = Estimate(slope, slope - half, slope + half, error, int(energy.size))
-        return Wear(coefficient, names, energy, volume)
+        laws = [proportional(names, energies[rows], volume, confidence)]
+        threshold = with_threshold(names, energies[rows], volume, confidence)
+        laws += [] if threshold is None else [threshold]
+        if all("normal_load" in measured.mean for measured in self.measurements):
+            work = self._worn_by(archard_of)[rows]
+            if np.all(work > 0.0):
+                laws.append(proportional(names, work, volume, confidence, ARCHARD))
+        return tuple(laws)
+
+    def pooled(self, confidence: float = 0.95) -> list[tuple[str, Pooled]]:
+        """Specimens at each condition that at least two of them have: each, scatter, all."""
+        labels = self.specimens
+        found = []
+        for condition, members in self._conditions() if len(set(labels)) > 1 else []:
+            for column in COMPARED:
+                by_label: dict[str, list[Estimate]] = {}
+                for i in members:
+                    measured = self.measurements[i]
+                    mean = measured.mean.get(column)
+                    if mean is not None and math.isfinite(mean.value):
+                        if not measured.is_settled:  # how far its cycles range is no error
+                            mean = mean._replace(standard_error=math.nan)
+                        by_label.setdefault(labels[i], []).append(mean)
+                if len(by_label) > 1:
+                    estimates = [(label, of_one(m, confidence)) for label, m in by_label.items()]
+                    found.append((condition, pooled(column, estimates, confidence)))
+        return found
+
+    def load_law(self, confidence: float = 0.95) -> LoadLaw | None:
+        """How the stiffness grows with the load; None of loads that are few or alike.
+
+        A straight line of the logarithms; specimens have a height of their own.
+        """
+        rows = [
+            (label, load.value, stiffness.value, measured.rig_stiffness is None)
+            for label, measured in zip(
+                self.specimens or ("",) * len(self.measurements), self.measurements, strict=True
+            )
+            if (load := measured.mean.get("normal_load")) is not None
+            and (stiffness := measured.mean["reversal_stiffness"]).value > 0.0
+        ]
+        loads = np.array([row[1] for row in rows])
+        if loads.size < 3 or loads.max() < _SPAN * loads.min():
+            return None
+        x, y = np.log(loads), np.log([row[2] for row in rows])
+        middle = float(x.mean())
+        intercepts = {label for label, *_ in rows}
+        at_middle = float(y.mean())
+        for label in intercepts:
+            of = np.array([row[0] == label for row in rows])
+            x[of] -= x[of].mean()
+            y[of] -= y[of].mean()
+        square, freedom = float(x @ x), loads.size - len(intercepts) - 1
+        if freedom < 1 or square < 1e-3 * loads.size:
+            return None
+        slope = float(x @ y) / square
+        residual = y - slope * x
+        error = math.sqrt(float(residual @ residual) / freedom / square)
+        half = quantile(confidence, freedom) * error
+        exponent = Estimate(slope, slope - half, slope + half, error, int(loads.size))
+        return LoadLaw(exponent, math.exp(at_middle), math.exp(middle), any(r[3] for r in rows))
+
+    def _histories(self, alike: bool = False) -> list[tuple[str, list[int], list[Floats]]]:
+        """Each contact, or record, whose cycles are counted: its name, records and numbers.
+
+        With ``alike`` those of one amplitude and one load in all of their cycles.
+        """
+        found = []
+        for label, members in self._by_contact().items():
+            numbers = self._numbered_through(members)
+            if numbers is not None and not (alike and self._differ(members)):
+                is_named = "specimen" in self.columns or self.runs is not None
+                name = label if is_named else self.measurements[members[0]].name
+                found.append((name, members, numbers))
+                continue
+            for i in members:
+                up_to, measured = self.measurements[i].count, self.measurements[i]
+                if alike and self._differ([i]):
+                    continue
+                if up_to is None or up_to.numbers is not None:
+                    usual = np.arange(1.0, len(measured) + 1.0)
+                    file_numbers = (
+                        usual if up_to is None or up_to.numbers is None else up_to.numbers
+                    )
+                    found.append((measured.name, [i], [file_numbers]))
+        return found
+
+    def _differ(self, members: Sequence[int]) -> bool:
+        """Whether amplitudes or loads of the cycles of some records are unlike."""
+        columns = [self.measurements[i].cycles for i in members]
+        for name in ("amplitude", "normal_load"):
+            if all(name in c for c in columns):
+                sizes = np.concatenate([c[name] for c in columns])
+                if float(np.ptp(sizes)) > 2.0 * SAME_CONDITION * abs(float(np.median(sizes))):
+                    return True
+        return False
+
+    def running_in(self, confidence: float = 0.95) -> list[RunningIn]:
+        """How friction and energy of each contact run in, where they do."""
+        found = []
+        for name, members, numbers in self._histories(alike=True):
+            columns = [self.measurements[i].cycles for i in members]
+            for column in ("friction_energy", "dissipated_energy"):
+                if all(column in c for c in columns):
+                    values = np.concatenate([c[column] for c in columns])
+                    law = running_in(name, column, np.concatenate(numbers), values, confidence)
+                    found += [] if law is None else [law]
+        return found
+
+    def friction_logs(self) -> list[tuple[str, bool, Floats, Floats]]:
+        """Forces of each contact over way (there, back), cycle and place, most cycles first.
+
+        Each with the contact's name, whether they are over the load, and the cycles' numbers.
+        """
+        found = []
+        for name, members, numbers in self._histories():
+            records = [self.measurements[i] for i in members]
+            logs = [record.friction_log for record in records]
+            loads = [record.mean.get("normal_load") for record in records]
+            is_loaded = all(load is not None for load in loads)
+            parts = [
+                np.array([log.forward, log.backward]) / (load.value if is_loaded and load else 1.0)
+                for log, load in zip(logs, loads, strict=True)
+                if log is not None
+            ]
+            places = [n[log.rows] for n, log in zip(numbers, logs, strict=True) if log is not None]
+            if parts:
+                found.append((name, is_loaded, np.concatenate(places), np.concatenate(parts, 1)))
+        return sorted(found, key=lambda log: -float(log[2][-1]))
 
     def comparison(self, confidence: float = 0.95) -> list[BetweenRuns]:
         """Runs compared, at each condition that at least two of them have; none without runs."""
@@ -254,10 +451,12 @@ class Campaign(Locked):
             pressed = measured.mean.get("normal_load")
             amplitude = measured.mean["amplitude"].value
             places.append((amplitude, math.nan if pressed is None else pressed.value))
+        over = self.drawn_over
+        stages = None if over is None else self.columns[over]
         for i, place in enumerate(places):
             for group in groups:
                 first = places[group[0]]
-                if all(
+                if (stages is None or stages[i] == stages[group[0]]) and all(
                     (math.isnan(a) and math.isnan(b)) or abs(a - b) <= SAME_CONDITION * abs(b)
                     for a, b in zip(place, first, strict=True)
                 ):
@@ -269,7 +468,10 @@ class Campaign(Locked):
         for group in groups:
             amplitude, load = places[group[0]]
             text = engineering(amplitude, "m")
-            words.append(text if math.isnan(load) else f"{text}, {engineering(load, 'N')}")
+            text += "" if math.isnan(load) else f", {engineering(load, 'N')}"
+            if stages is not None:
+                text += f", {over} {text_of(stages[group[0]])}"
+            words.append(text)
         return list(zip(words, groups, strict=True))
 
 

@@ -26,6 +26,7 @@ from microslip.tribometer.cuts import Cuts
 from microslip.tribometer.cycle_columns import UNITS, columns_of
 from microslip.tribometer.cycles import cycles_of
 from microslip.tribometer.estimates import Estimate, mean_of, mean_of_inverses, trend
+from microslip.tribometer.friction_log import FrictionLog, friction_log
 from microslip.tribometer.options import CONFIDENCE
 from microslip.tribometer.record import Record
 from microslip.tribometer.regimes import REGIMES, Thresholds, regimes_of, thresholds
@@ -91,6 +92,8 @@ class Measurement(Plottable):
     count : Count
         ``numbers`` of the cycles in the life of the contact, None where gaps hide them, and the
         ``source`` of these.
+    friction_log : FrictionLog or None
+        Force over displacement of some of the cycles, for a picture.
 
     Notes
     -----
@@ -120,6 +123,7 @@ class Measurement(Plottable):
     probability: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
     levels: tuple[AmplitudeLevel, ...] = ()
     count: Count | None = None
+    friction_log: FrictionLog | None = None
 
     def __len__(self) -> int:
         return len(self.regimes)
@@ -129,14 +133,17 @@ class Measurement(Plottable):
         """The regime of most cycles."""
         return max(REGIMES, key=self.regimes.count)
 
-    def dissipated(self) -> Dissipated | None:
-        """Energy [J] up to each cycle, those that were not logged included; None if unknown."""
-        energy = self.cycles["dissipated_energy"]
+    def accumulated(self, values: Floats) -> Dissipated | None:
+        """Sum up to each cycle of what each adds, those not logged included; None if unknown."""
         if self.count is None:
-            return dissipated(np.arange(1.0, energy.size + 1.0, dtype=np.float64), energy)
+            return dissipated(np.arange(1.0, values.size + 1.0, dtype=np.float64), values)
         if self.count.numbers is None:
             return None
-        return dissipated(self.count.numbers, energy)
+        return dissipated(self.count.numbers, values)
+
+    def dissipated(self) -> Dissipated | None:
+        """Energy [J] up to each cycle, those that were not logged included; None if unknown."""
+        return self.accumulated(self.cycles["dissipated_energy"])
 
     def drift(self, column: str) -> Estimate:
         """How much a column changes from one cycle to the next: its trend by least squares.
@@ -311,6 +318,7 @@ def measure(
         notes=tuple(notes),
         is_settled=not counting.is_moving,
         count=judged.count,
+        friction_log=friction_log(x, force, columns),
         levels=tuple(
             AmplitudeLevel(
                 lock(stretch.selection),

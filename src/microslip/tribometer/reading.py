@@ -20,7 +20,16 @@ from microslip._core.verdicts import Remark
 from microslip._core.wording import plural, quoted, shorten, show
 from microslip.errors import InputError, in_python
 from microslip.numerics.runs import runs_of
-from microslip.readers import arrays, hdf5, json_files, laboratory, matlab, numpy_files, text
+from microslip.readers import (
+    arrays,
+    hdf5,
+    json_files,
+    laboratory,
+    matlab,
+    numpy_files,
+    sheets,
+    text,
+)
 from microslip.readers.files import foreign_kind, head_of, kind_of
 from microslip.readers.tables import Named, Table, find, listed, scale, understood
 from microslip.tribometer.roles import (
@@ -42,11 +51,12 @@ READERS: Mapping[str, Callable[[Path], Table]] = {
     "json": lambda path: arrays.table(json_files.read_arrays(path)),
     "parquet": laboratory.parquet_table,
     "uff": laboratory.uff_table,
+    "excel": sheets.excel_table,
     "text": text.table,
 }
 """How the columns of a file are had, by its format."""
 
-_KNOWN_FORMATS = "wanted text, MAT, TDMS, HDF5, Parquet, JSON, UFF or NumPy's"
+_KNOWN_FORMATS = "wanted text, Excel, MAT, TDMS, HDF5, Parquet, JSON, UFF or NumPy's"
 _BY_COEFFICIENT = "by its name, times the normal load"
 _MOST_LONE, _LONGEST_LONE = 0.01, 3
 """Share of rows that may lack a number, and how many of them in a row."""

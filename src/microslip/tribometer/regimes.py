@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -18,6 +18,9 @@ ONSET = 0.99
 """Of the force limit: gross slip, for a law that only tends to it."""
 RESOLVED = 1e-3
 """Least energy ratio that counts as a loss, for laws that have none below their yield."""
+
+
+_BORDER_POINTS = 25
 
 
 class Thresholds(NamedTuple):
@@ -49,6 +52,18 @@ def thresholds(model: BackboneLaw | None = None) -> Thresholds:
     """Where the regimes of a law end."""
     if model is None:
         return _of_sphere()
+    bent, onset, word = _ends_of(model)
+    peak = float(model.backbone(onset))
+    width = abs(onset - 2.0 * float(model.backbone_displacement(0.5 * peak)))
+    # Where the onset is the yield of a single slider nothing slides yet: any sliding is gross.
+    energy = float(model.dissipated_energy(onset))
+    gross = energy / (4.0 * peak * width) if width > 1e-6 * onset else 0.0
+    stick = max(float(model.energy_ratio(bent)), RESOLVED)
+    return Thresholds(stick, gross, f"{type(model).__name__} at {word}")
+
+
+def _ends_of(model: BackboneLaw) -> tuple[float, float, str]:
+    """Displacements [m] where a law leaves stick and where all of it slides, and what that is."""
     if not isinstance(model, BackboneLaw):
         raise InputError(f"`model` must be a backbone law, such as an Interface, got {show(model)}")
     first = model.tangential_stiffness
@@ -66,13 +81,37 @@ def thresholds(model: BackboneLaw | None = None) -> Thresholds:
         onset = _first(lambda u: float(model.backbone(u)) >= reached, nearly, 1.5 * nearly)
         word = "its limit"
     bent = _first(lambda u: float(model.backbone(u)) < 0.99 * first * u, 0.0, onset, 200)
-    peak = float(model.backbone(onset))
-    width = abs(onset - 2.0 * float(model.backbone_displacement(0.5 * peak)))
-    # Where the onset is the yield of a single slider nothing slides yet: any sliding is gross.
-    energy = float(model.dissipated_energy(onset))
-    gross = energy / (4.0 * peak * width) if width > 1e-6 * onset else 0.0
-    stick = max(float(model.energy_ratio(bent)), RESOLVED)
-    return Thresholds(stick, gross, f"{type(model).__name__} at {word}")
+    return bent, onset, word
+
+
+class RegimeBorders(NamedTuple):
+    """Amplitudes at the transducer between which the regimes of a law change, over the load."""
+
+    normal_load: Floats
+    """[N]."""
+    stick: Floats
+    """Up to which it sticks [m]."""
+    gross: Floats
+    """From which it slides as a whole [m]."""
+    source: str
+    """Whose they are."""
+
+
+def borders_of(
+    law_at: Callable[[float], BackboneLaw], loads: Sequence[float], rig_stiffness: float | None
+) -> RegimeBorders | None:
+    """The borders of a law that is known at any load, the rig in series; None where it is not."""
+    if not loads or not min(loads) > 0.0:
+        return None
+    grid = np.geomspace(min(loads) / 1.5, 1.5 * max(loads), _BORDER_POINTS)
+    compliance = 0.0 if rig_stiffness is None else 1.0 / rig_stiffness
+    rows = []
+    for load in grid:
+        law = law_at(float(load))
+        *ends, source = _ends_of(law)
+        rows.append([u + compliance * float(law.backbone(u)) for u in ends])
+    stick, gross = np.array(rows).T
+    return RegimeBorders(grid, stick, gross, f"{type(law).__name__}, at {source}")
 
 
 def _first(holds: Callable[[float], bool], low: float, high: float, steps: int = 100) -> float:

@@ -12,6 +12,7 @@ from microslip._core.units import significant
 from microslip._version import __version__
 from microslip.errors import InputError
 from microslip.identification import Comparison, Identification, figures, identify
+from microslip.identification.caveats import HAS_VALUE
 from microslip.identification.labels import label
 from microslip.identification.models import CycleModel, model_of
 from microslip.report.document import (
@@ -28,10 +29,12 @@ from microslip.report.document import (
 )
 from microslip.report.files import csv_text, header, plain, text_cell, text_file
 from microslip.results import measured_campaign as together
-from microslip.results.identified import numbers
+from microslip.results.identified import groups, numbers
+from microslip.results.identified.groups import Groups
 from microslip.results.identified.numbers import Summary, joint_text
-from microslip.tribometer import Record, measure
+from microslip.tribometer import Measurement, Record, measure
 from microslip.tribometer.campaign import Campaign
+from microslip.tribometer.regimes import RegimeBorders, borders_of
 
 if TYPE_CHECKING:
     from microslip.study.description import StudyDescription
@@ -83,6 +86,8 @@ class Identified:
     """Files that could not be read, and why."""
     campaign: Campaign | None = None
     """The cycles of several records, measured."""
+    groups: Groups | None = None
+    """A fit for each specimen, or stage."""
 
     @property
     def first(self) -> Identification:
@@ -152,26 +157,41 @@ def identified(
 
 def measured_together(
     records: Sequence[Record],
-    runs: Sequence[str],
-    volumes: Sequence[float | None],
     confidence: float,
     cycles: slice | None,
+    counted: Callable[[Measurement, int], Measurement],
+    first: Identification,
+    known: Callable[[list[int]], dict[str, Any]],
 ) -> Campaign | None:
-    """Several records measured; those that cannot be are left to what is said of their fit."""
+    """Several records measured; those that cannot be are left to what is said of their fit.
+
+    ``counted`` gives a record's cycles their numbers, ``known`` what else a campaign knows of some
+    records; the borders of the regimes are those of the law that was found ``first``.
+    """
     indices, measurements = [], []
     for index, record in enumerate(records if len(records) > 1 else ()):
         try:
-            measurements.append(measure(record, confidence=confidence, cycles=cycles))
+            measured = measure(record, confidence=confidence, cycles=cycles)
         except InputError:
             continue
+        measurements.append(counted(measured, index))
         indices.append(index)
     if len(measurements) < 2:
         return None
-    return Campaign(
-        tuple(measurements),
-        [runs[i] for i in indices] if runs else None,
-        [volumes[i] for i in indices] if volumes else None,
-    )
+    loads = [load.value for m in measurements if (load := m.mean.get("normal_load")) is not None]
+    borders = _borders(first, loads)
+    return Campaign(tuple(measurements), borders=borders, **known(indices))
+
+
+def _borders(first: Identification, loads: Sequence[float]) -> RegimeBorders | None:
+    """Where the regimes of the law that was found end, its rig in series; None without a rig."""
+    rig = first.parameters.get("rig_stiffness")
+    if first.law != "interface" or (rig is not None and rig.verdict not in HAS_VALUE):
+        return None
+    try:
+        return borders_of(first.joint, loads, None if rig is None else rig.value)
+    except InputError:  # the records do not tell the joint
+        return None
 
 
 # -- plain values ---------------------------------------------------------------------------------
@@ -263,6 +283,9 @@ def document(outcome: Identified, say: Say = str, files: bool = False) -> Docume
         sections.append(Section("Correlations", (correlations,)))
     if comparison is not None:
         sections.append(Section("Laws compared", tuple(_laws(comparison))))
+    if outcome.groups is not None:
+        sections.insert(2, groups.section(outcome.groups, fit["confidence"]))
+        summary["groups"] = plain(groups.data_of(outcome.groups, fit["confidence"]))
     if (campaign := outcome.campaign) is not None:
         tables.append(text_file("records.csv", lambda: together.csv_of(campaign)))
         table, last = together.sections(campaign, (), fit["confidence"])

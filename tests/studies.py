@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
-import re
+import tempfile
+from pathlib import Path
+
+import pytest
+
+import microslip as ms
 
 STUDY = """\
 schema = 1
@@ -32,6 +37,7 @@ curve = { from = "1 nm", to = "100 um", points = 20 }
 formats = ["csv"]
 """
 AMPLITUDES = '["0.1 um", "1 um"]'
+LINE = f"amplitudes = {AMPLITUDES}"
 CURVE = '{ from = "1 nm", to = "100 um", points = 20 }'
 GAUSSIAN = '{ kind = "gaussian", std = "0.5 um" }'
 LOADS = '["500 N", "2 kN"]'
@@ -56,6 +62,11 @@ SURFACES = {
 """Every law and kind of heights, to stand in place of :data:`SURFACE`."""
 
 
+def many(unit: str) -> str:
+    """A list of 1001 different quantities."""
+    return "[" + ", ".join(f'"{i} {unit}"' for i in range(1, 1002)) + "]"
+
+
 def edited(*edits: tuple[str, str]) -> str:
     """The study with texts replaced, each where it is first."""
     text = STUDY
@@ -65,16 +76,28 @@ def edited(*edits: tuple[str, str]) -> str:
     return text
 
 
-def says(message: object, wanted: str) -> None:
-    """A line names the key, shows what came and how to write it; the words between may change.
-
-    Held are the place before the first colon, all that stands in quotes, and all numbers.
-    """
-    line = str(message)
-    place, _, text = wanted.partition(": ")
-    held = re.findall(r'"[^"]*"|(?<![\w.])-?\d[\d.e+-]*', text)
+def _message(text: str, *overrides: str, record: str | bytes | None = None) -> str:
+    with tempfile.TemporaryDirectory() as folder:
+        if record is not None:
+            content = record if isinstance(record, bytes) else record.encode()
+            (Path(folder) / "x.csv").write_bytes(content)
+        with pytest.raises(ms.StudyError) as caught:
+            ms.Study.from_toml(text, "joint.toml", overrides, folder)
+    line = str(caught.value).removeprefix("joint.toml: ")
     assert "\n" not in line
-    assert line.startswith(f"{place}: "), (line, wanted)
-    for part in held:
-        assert part in line, (part, line)
-    assert not text.endswith(")") or line.endswith(")"), (line, wanted)
+    return line
+
+
+def wrong(*edits: str) -> str:
+    """What is said of the study with a text replaced by another, and so on."""
+    return _message(edited(*zip(edits[::2], edits[1::2], strict=True)))
+
+
+def wrong_override(override: str) -> str:
+    """What is said of the study with a wrong override."""
+    return _message(STUDY, override)
+
+
+def wrong_column(content: str | bytes, entry: str) -> str:
+    """What is said of a history in a file of this content."""
+    return _message(edited((LINE, f'history = {{ file = "x.csv", {entry} }}')), record=content)

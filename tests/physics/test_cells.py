@@ -84,16 +84,3 @@ def test_small_cycles_are_met_where_even_cells_miss_them() -> None:
         np.full(50, JOINT.force_limit / 50),
     )
     assert even.dissipated_energy(a) == 0.0
-
-
-@pytest.mark.parametrize(
-    ("given", "message"),
-    [
-        ({"smallest_amplitude": 1e-5, "largest_amplitude": 1e-6}, "must be above the smallest"),
-        ({"smallest_amplitude": 0.0}, "smallest_amplitude must be above zero"),
-        ({"largest_amplitude": float("nan")}, "largest_amplitude must be a finite number"),
-    ],
-)
-def test_bad_ranges(given: dict[str, float], message: str) -> None:
-    with pytest.raises(ms.InputError, match=message):
-        JOINT.to_iwan(20, **given)

@@ -706,51 +706,6 @@ def test_below_the_lowest_summit_the_law_is_asked_itself() -> None:
 # Errors
 
 
-REFUSED = [
-    (
-        {"displacement": [1e-7], "normal_load": -1.0},
-        "normal_load must not be negative [N], got -1",
-    ),
-    (
-        {"displacement": [1e-7, 2e-7], "normal_load": [1.0, 2.0, 3.0]},
-        "normal_load must be one number or one for each of the 2 samples, got shape (3,)",
-    ),
-    (
-        {"displacement": [1e-7]},
-        "normal_load=... [N] or separation=... [m] must be given, one of them, got neither",
-    ),
-    (
-        {"displacement": [1e-7], "normal_load": 1.0, "separation": 0.0},
-        "normal_load=... [N] or separation=... [m] must be given, one of them, got both",
-    ),
-    (
-        {"normal_load": 1.0},
-        "displacement [m] or force=... [N] must be given, one of them, got neither",
-    ),
-    (
-        {"displacement": [0.0], "force": [0.0], "normal_load": 1.0},
-        "displacement [m] or force=... [N] must be given, one of them, got both",
-    ),
-    (
-        {"displacement": [1e-7, 1e-7], "normal_load": [2000.0, 0.0]},
-        "normal_load must stay above zero on this surface, whose heights have no end: at any "
-        "separation some summit touches; got 0 at sample 1",
-    ),
-    (
-        {"force": [10.0, 600.0], "normal_load": [2000.0, 1000.0]},
-        "force must stay below the force limit mu N in size (no displacement holds it beyond), "
-        "got 600 N at sample 1, where the limit is 550 N",
-    ),
-]
-
-
-@pytest.mark.parametrize(("given", "message"), REFUSED)
-def test_what_has_no_answer_is_refused(given, message) -> None:
-    with pytest.raises(ms.InputError) as caught:
-        WORKED.coupled_response(**given)
-    assert str(caught.value) == message
-
-
 TABLE = ms.Interface(
     ms.TabulatedNormalLaw(WORKED.surface.pair, [0.0, 1e-6, 2e-6, 3e-6], [3000.0, 1000.0, 300.0, 0]),
     friction_coefficient=0.5,
@@ -827,13 +782,6 @@ def test_curves_are_the_law(law) -> None:
             wanted = slow.drop(place, width)
             # What the last place of a height costs a summit that only just touches.
             assert curve.drop(place, width) == pytest.approx(wanted, rel=1e-9)
-
-
-@pytest.mark.parametrize("bad", [[], [[1e-7]], [np.nan], ["1 um"]])
-def test_bad_records_are_refused(bad) -> None:
-    for call in (WORKED.coupled_force, WORKED.coupled_displacement):
-        with pytest.raises(ms.InputError):
-            call(bad, normal_load=2000.0)
 
 
 @pytest.mark.parametrize("joint", [WORKED, SPHERE, TABLE], ids=["rough", "sphere", "table"])

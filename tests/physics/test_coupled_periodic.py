@@ -202,6 +202,3 @@ def test_other_refusals() -> None:
     ):
         with pytest.raises(ms.InputError, match=message):
             call()
-    lifted = SPHERE.periodic([0.0, 1e-7], separation=[SPHERE.separation, 1.0])
-    with pytest.raises(ms.InputError, match="where nothing touches: sample 1"):
-        lifted.derivative(normal_load=[0.0, 1.0])

@@ -168,7 +168,3 @@ def test_many_cycles_at_once_lose_what_one_after_the_other_does() -> None:
     amplitudes = np.geomspace(1e-10, 1e-5, 20).reshape(5, 4)
     each = [field.dissipated_energy(row) for row in amplitudes]
     np.testing.assert_allclose(field.dissipated_energy(amplitudes), each, rtol=1e-14)
-    with pytest.raises(ms.InputError, match=r"shape \(4,\), one a node, or \(cycles, 4\)"):
-        field.dissipated_energy(amplitudes.T)
-    with pytest.raises(ms.InputError, match=r"not be negative .* at node 3"):
-        field.dissipated_energy(-np.eye(4)[[0, 3]][::-1])

@@ -259,25 +259,3 @@ def test_open_nodes_close_and_open() -> None:
     assert not cycle.load[:, d > 1e-6].any()
     closed = cycle.force[0, d < 1e-6]
     assert np.abs(closed).max() > 0.1 * 0.3 * cycle.load.max()
-
-
-CALLS: list[tuple[Any, str]] = [
-    (lambda: FIELD.periodic(X[:3]), r"displacements must have the shape \(12, samples\)"),
-    (lambda: FIELD.periodic(X, D[:, :5]), "as many samples, got 48 and 5"),
-    (lambda: FIELD.periodic(X * np.nan), "must be finite"),
-    (lambda: FIELD.periodic(X, rest="first"), 'rest must be a displacement .* or "mean"'),
-    (lambda: FIELD.periodic(X, rest=[0.0, 1.0]), "rest must be one number or one for each"),
-    (lambda: FIELD.harmonics(COEFFICIENTS, [1, 0]), "whole numbers that rise"),
-    (lambda: FIELD.harmonics(COEFFICIENTS, 3), "whole numbers that rise"),
-    (lambda: FIELD.harmonics(COEFFICIENTS, ORDERS, samples=6), "from 7, for harmonic 3"),
-    (lambda: FIELD.harmonics(COEFFICIENTS[:, :3], ORDERS), r"shape \(12, 5\)"),
-    (lambda: FIELD.periodic(X).derivative(X), r"shape \(48, directions\)"),
-    (lambda: FIELD.periodic(X).derivative(X.T, X.T), "separations stayed at rest"),
-    (lambda: FIELD.periodic(X, D).derivative(X.T, X.T[:, :2]), "shape of displacements"),
-]  # fmt: skip
-
-
-@pytest.mark.parametrize(("call", "message"), CALLS)
-def test_bad_input(call: Any, message: str) -> None:
-    with pytest.raises(ms.InputError, match=message):
-        call()

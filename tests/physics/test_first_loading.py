@@ -119,18 +119,3 @@ def test_from_no_contact_and_shapes() -> None:
     np.testing.assert_array_equal(lifted.tangent, 0.0)
     by_load = WORKED.first_loading(x, normal_load=3000.0)
     np.testing.assert_allclose(by_load.load, 3000.0, rtol=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("given", "message"),
-    [
-        ({"separation": 0.0, "normal_load": 1.0}, "one of them, got both"),
-        ({}, "one of them, got neither"),
-        ({"separation": [0.0, np.nan]}, "separation must be finite"),
-        ({"separation": [0.0, 1.0, 2.0]}, "must have shapes that go together"),
-        ({"normal_load": -1.0}, "load must be above zero"),
-    ],
-)
-def test_what_has_no_answer_is_refused(given, message) -> None:
-    with pytest.raises(ms.InputError, match=message):
-        WORKED.first_loading([1e-7, 2e-7], **given)

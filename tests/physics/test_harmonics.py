@@ -183,21 +183,3 @@ def test_rest_and_tiny_motions() -> None:
     assert held.force[0] == pytest.approx(177.0, abs=1.0)
     level = WORKED.harmonics([5e-7, 3e-7, 0.0], [0, 1], "mean")
     assert level.force[0] == pytest.approx(0.0, abs=1e-9)
-
-
-@pytest.mark.parametrize(
-    ("given", "message"),
-    [
-        (([0.0, 1.0], [0, 1]), "coefficients must hold 3 numbers"),
-        (([0.0, 1.0, 0.0], [1, 0]), "harmonics must be whole numbers that rise"),
-        (([0.0, 1.0, 0.0], [0.0, 1.5]), "harmonics must be whole numbers that rise"),
-        (([0.0, 1.0, 0.0], 1), "harmonics must be whole numbers that rise"),
-        (([0.0, np.nan, 0.0], [0, 1]), "coefficients must be finite"),
-        (([0.0, 1.0, 0.0], [0, 1], "zero"), "rest must be a displacement"),
-    ],
-)
-def test_what_has_no_answer_is_refused(given, message) -> None:
-    with pytest.raises(ms.InputError, match=message):
-        WORKED.harmonics(*given)
-    with pytest.raises(ms.InputError, match="rtol must be between"):
-        WORKED.harmonics([0.0, 1e-7, 0.0], rtol=0.0)

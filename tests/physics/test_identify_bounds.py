@@ -253,25 +253,6 @@ def test_intervals_of_a_delay_hold_it() -> None:
 # -- a rig that cannot be ------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("given", "start"),
-    [(1e7, False), (1e7, True), ((1e7, 1e5), False)],
-    ids=["value", "value-and-start", "with-uncertainty"],
-)
-def test_loops_stiffer_than_their_rig_are_told(given: Any, start: bool) -> None:
-    """With the stiffness that they have: 0.45 GN/m of rig and joint in series."""
-    values = {"friction_coefficient": 0.55, "slip_scale": 3.4e-7, "standardised_separation": 0.5}
-    with pytest.raises(
-        ms.InputError, match=r"loops are stiffer \(4[456]\d MN/m after a reversal\)"
-    ):
-        ms.identify(
-            loops(JOINT, None, 6e-6, 1),
-            rig_stiffness=given,
-            start=values if start else None,
-            summits=np.inf,
-        )
-
-
 def test_a_rig_a_little_too_soft_is_told_beside_the_misfit() -> None:
     """There a fit comes out, which leaves much."""
     found = ms.identify(

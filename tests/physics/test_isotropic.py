@@ -279,33 +279,6 @@ def test_harmonics_of_nodes_have_their_jacobian() -> None:
     assert own.shape == (NODES, 2, 2, 3, 3)
 
 
-CALLS: list[tuple[Any, str]] = [
-    (lambda: ms.IsotropicJoint(3.0), "joint must be a backbone law"),
-    (lambda: ms.IsotropicJoint(JOINT, 0), "sliders must be an integer from 1 to"),
-    (lambda: ms.IsotropicJoint(ms.Coulomb(1.0)), "rigid"),
-    (lambda: TWO.start(nodes=0), "nodes must be an integer from 1 to 1562500"),
-    (lambda: TWO.start().try_([1.0, 2.0, 3.0]), r"shape \(1, 2\), or \(2,\), got \(3,\)"),
-    (lambda: TWO.start().try_([1.0, np.nan]), "must be finite"),
-    (lambda: TWO.start().try_([0.0, 0.0], 1.0), "separations have no meaning"),
-    (lambda: TWO.start().commit(), "commit needs a trial"),
-    (lambda: TWO.start().dissipated_energy, "not counted"),
-    (lambda: TWO.force([1.0, 2.0]), r"shape \(samples, 2\)"),
-    (lambda: TWO.circle_energy(-1.0), "must not be negative"),
-    (lambda: TWO.harmonics([[0.0, 1.0]]), r"shape \(2, 3\)"),
-    (lambda: TWO.periodic(PATH, tolerance=0.0), "tolerance must be above zero"),
-    (lambda: FIELD.two_directions(1), "integer from 2 to"),
-    (lambda: FIELD.two_directions(nearest=1.0), "not be above the smallest separation at rest"),
-    (lambda: FIELD.two_directions().start().try_([0.0, 0.0], -1e-3), "nearest one .* at node 0"),
-    (lambda: FIELD.two_directions().periodic(PATH), r"shape \(4, samples, 2\)"),
-]  # fmt: skip
-
-
-@pytest.mark.parametrize(("call", "message"), CALLS)
-def test_bad_input(call: Any, message: str) -> None:
-    with pytest.raises(ms.InputError, match=message):
-        call()
-
-
 def test_states_in_two_directions_go_through_plain_arrays() -> None:
     joint = ms.IsotropicJoint(ms.Jenkins(5e7, 10.0), sliders=8)
     two = FIELD.two_directions(20, nearest=NEAREST)

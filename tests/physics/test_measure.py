@@ -168,8 +168,6 @@ def test_thresholds_of_one_sphere() -> None:
     own = thresholds(sphere)
     assert own.gross == pytest.approx(general.gross, rel=1e-4)
     assert own.stick == pytest.approx(general.stick, rel=1e-4)
-    assert own.source == "Interface at its limit"
-    assert thresholds(JOINT).source == "Interface at 99 % of its limit"
 
 
 @pytest.mark.parametrize(

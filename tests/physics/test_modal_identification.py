@@ -132,16 +132,3 @@ def test_fits_that_are_none(changes: dict[str, Any], message: str) -> None:
     } | changes
     with pytest.raises(ms.InputError, match=message):
         ms.identify_modal(small_joint(), surface(), **given)
-
-
-@pytest.mark.parametrize(
-    ("given", "message"),
-    [
-        (([1e-6, 2e-6], [900.0], [1e-3]), "must be of one length, got 2, 1 and 1"),
-        (([1e-6], [900.0], [-1e-3]), "damping_ratio must be above zero"),
-        (([1e-6], [900.0], [1e-3], -1), "mode must be an integer"),
-    ],
-)
-def test_tests_that_are_none(given: tuple[Any, ...], message: str) -> None:
-    with pytest.raises(ms.InputError, match=message):
-        ms.ModalTest(*given)

@@ -177,16 +177,6 @@ def test_large_heights_are_no_matter_for_warnings():
     assert heights.partial_moment(1.5, 1.0) == pytest.approx(wanted, rel=1e-12, abs=0)
 
 
-@pytest.mark.parametrize(
-    "distribution",
-    [stats.pareto(1.4), stats.pareto(1.5), stats.cauchy(), stats.t(1.2), stats.levy()],
-    ids=["pareto-1.4", "pareto-1.5", "cauchy", "t-1.2", "levy"],
-)
-def test_infinite_load_is_an_error(distribution):
-    with pytest.raises(ms.InputError, match="finite moment of order 3/2"):
-        ms.Statistical(distribution)
-
-
 def test_heavy_tail_with_a_finite_load():
     """b = 2.6: F_n(h) in closed form where the threshold lies below the support."""
     b = 2.6

@@ -141,33 +141,3 @@ def test_a_tightened_joint_was_tightened_under_the_same_pressure() -> None:
     assert lighter.laws[0].surface is joint.laws[0].surface
     np.testing.assert_array_equal(lighter.backbone(PLACES), fresh.backbone(PLACES))
     assert (lighter.normal_load, lighter.separation) == (900.0, fresh.separation)
-
-
-@pytest.mark.parametrize(
-    ("make", "words"),
-    [
-        (lambda: ms.Pressure.cone(0.0), "outer must be above zero"),
-        (lambda: ms.Pressure.cone(0.01, 0.02), "inner must be zero or more and below outer"),
-        (lambda: ms.Pressure.cone(0.01, count=0), "count must be an integer from 1"),
-        (lambda: ms.Pressure.table([0.0], [1.0]), "two at least, got 1 and 1"),
-        (lambda: ms.Pressure.table([0.0, 0.0], [1.0, 1.0]), "must rise"),
-        (lambda: ms.Pressure.patches([1.0], [-1.0]), "pressure must not be negative"),
-        (lambda: ms.Pressure.patches([1.0], [0.0]), "above zero somewhere"),
-        (lambda: ms.Pressure.patches([1.0, 2.0], [1.0, 1.0, 1.0]), "one for each of the 3"),
-        (lambda: ms.Pressure(1.0, 1.0, 0.5), "must be lists of one length"),  # type: ignore[arg-type]
-        (lambda: ms.Pressure([1e-4, 1e-4], [0.5, 0.4]), "must sum to 1"),  # type: ignore[arg-type]
-        (lambda: ms.Pressure([1e-4], [-1.0]), "shares must be above zero"),  # type: ignore[arg-type]
-        (lambda: ms.Pressure.bolt("8", [1e-3, 1e-3]), 'size must be one of "M3"'),
-        (lambda: ms.Pressure.bolt("M8", [1e-3]), "two thicknesses"),
-        (lambda: ms.Pressure.bolt("M8", [1e-3, 1e-3], hole=5e-3), "must fit into its hole"),
-        (lambda: pressed(ms.Pressure.annulus(0.1)), "within the area of the surface"),
-        (lambda: pressed("cone"), "must be a Pressure"),  # type: ignore[arg-type]
-        (
-            lambda: ms.PressedJoint(ms.SphereOnFlat(PAIR, 1e-3), 0.5, ms.Pressure.cone(1e-3), 1.0),
-            "must have an apparent area",
-        ),
-    ],
-)
-def test_wrong_input(make: object, words: str) -> None:
-    with pytest.raises(ms.InputError, match=words):
-        make()  # type: ignore[operator]

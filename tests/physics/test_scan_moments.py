@@ -333,11 +333,6 @@ def test_the_share_below_is_the_integral_of_the_density(alpha: float) -> None:
     assert theory.share_below([-50.0, 50.0]).tolist() == [0.0, 1.0]
 
 
-def test_a_narrow_band_has_no_alpha_below_three_halves() -> None:
-    with pytest.raises(ValueError, match=r"at least 1\.5"):
-        NayakSummits(1.0, 1.0, 1.4)
-
-
 # Two surfaces.
 
 

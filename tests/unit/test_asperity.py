@@ -54,115 +54,7 @@ def test_at() -> None:
     assert BALL.at(separation=-1e-6).indentation == 1e-6
 
 
-@pytest.mark.parametrize(
-    ("given", "message"),
-    [
-        ({}, "normal_load [N] or indentation [m] must be given, one of them, got neither"),
-        (
-            {"normal_load": 1.0, "indentation": 1e-6},
-            "normal_load [N] or indentation [m] must be given, one of them, got both",
-        ),
-        ({"normal_load": 0.0}, "normal_load must be above zero [N], got 0"),
-        ({"normal_load": -3.0}, "normal_load must be above zero [N], got -3"),
-        ({"indentation": 0.0}, "indentation must be above zero [m], got 0"),
-        (
-            {"indentation": "1 um"},
-            "indentation must be a finite number in m, got '1 um', for example indentation=1",
-        ),
-        ({"normal_load": 1.0, "radius": -1.0}, "radius must be above zero [m], got -1"),
-        (
-            {"normal_load": 1.0, "friction_coefficient": 0.0},
-            "friction_coefficient must be above zero, got 0",
-        ),
-        (
-            {"normal_load": 1.0, "pair": AL},
-            "pair must be a MaterialPair, got Material(6.9e+10, 0.33); write "
-            "MaterialPair(Material(69e9, 0.33), Material(69e9, 0.33))",
-        ),
-    ],
-)  # fmt: skip
-def test_what_it_refuses(given: dict[str, Any], message: str) -> None:
-    assert refusal(make, **given) == message
-
-
-def test_at_refuses() -> None:
-    one = "normal_load [N], separation [m] or indentation [m] must be given, one of them, got "
-    assert (
-        refusal(BALL.at, separation=-1e-6, indentation=1e-6) == one + "separation and indentation"
-    )
-    assert refusal(BALL.at) == one + "none"
-    assert refusal(BALL.at, separation=1e-6) == (
-        "separation must be below zero [m], where the sphere touches, got 1e-06"
-    )
-
-
 # -- asked -----------------------------------------------------------------------------------------
-
-ONE = "displacement [m] or force=... [N] must be given, one of them, got "
-QUESTIONS: dict[str, tuple[Callable[[], Any], str]] = {
-    "pressure": (lambda: BALL.pressure(-1e-6), "radius must not be negative [m], got -1e-06"),
-    "normal displacement": (
-        lambda: BALL.normal_displacement([0.0, -2.0]),
-        "radius must not be negative [m], got -2",
-    ),
-    "traction": (lambda: FIELDS.traction(-1.0), "radius must not be negative [m], got -1"),
-    "slip": (lambda: FIELDS.slip(-1.0), "radius must not be negative [m], got -1"),
-    "body": (
-        lambda: BALL.normal_displacement(0.0, body="third"),  # type: ignore[arg-type]
-        "body must be \"first\" or \"second\", or left out, got 'third'",
-    ),
-    "body of the fields": (
-        lambda: FIELDS.surface_displacement(0.0, body=1),  # type: ignore[arg-type]
-        'body must be "first" or "second", or left out, got 1',
-    ),
-    "places": (
-        lambda: FIELDS.surface_displacement([0.0, 1.0], [1.0, 2.0, 3.0]),
-        "x and y must have shapes that fit each other, got (2,) and (3,)",
-    ),
-    "stick radius of nothing": (BALL.stick_radius, ONE + "neither"),
-    "stick radius of both": (lambda: BALL.stick_radius(1e-6, force=1.0), ONE + "both"),
-    "stick radius beyond the limit": (
-        lambda: BALL.stick_radius(force=[1.0, -6.0]),
-        "force must not exceed the force limit 5.5 N in size, got 6 N",
-    ),
-    "reversed slip beyond the limit": (
-        lambda: BALL.reversed_slip_radius(6.0),
-        "peak_force must not exceed the force limit 5.5 N in size, got 6 N",
-    ),
-    "reversed slip beyond its peak": (
-        lambda: BALL.reversed_slip_radius(2.0, [1.0, -3.0]),
-        "force must be between the peak force 2 N and its negative, got -3 N",
-    ),
-    "reversed slip of two shapes": (
-        lambda: BALL.reversed_slip_radius([1.0, 2.0], [0.0, 0.0, 0.0]),
-        "peak_force and force must have shapes that fit each other, got (2,) and (3,)",
-    ),
-    "fields of nothing": (BALL.fields, ONE + "neither"),
-    "fields of both": (lambda: BALL.fields([0.0], force=[0.0]), ONE + "both"),
-    "fields of no record": (
-        lambda: BALL.fields([]),
-        "displacement must hold at least one number, got an empty array",
-    ),
-    "fields of a table": (
-        lambda: BALL.fields([[0.0, 1e-6]]),
-        "displacement must be one-dimensional, got shape (1, 2)",
-    ),
-    "fields at the limit": (
-        lambda: BALL.fields(force=[1.0, -5.5]),
-        "force must stay below the force limit 5.5 N in size (no single displacement answers it), "
-        "got 5.5 N",
-    ),
-    "fields of text": (
-        lambda: BALL.fields(force="2 N"),  # type: ignore[arg-type]
-        "force must be a number or an array of numbers, got '2 N'",
-    ),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("question", QUESTIONS)
-def test_questions_without_an_answer(question: str) -> None:
-    call, message = QUESTIONS[question]
-    assert refusal(call) == message
 
 
 SHAPED: dict[str, Callable[[Any], Any]] = {
@@ -199,15 +91,6 @@ def test_bad_numbers(name: str, bad: Any) -> None:
 
 
 # -- shown -----------------------------------------------------------------------------------------
-
-
-def test_reprs() -> None:
-    assert repr(BALL) == (
-        "Asperity(radius=0.005, friction_coefficient=0.55, normal_load=10, indentation=1.95789e-06)"
-    )
-    assert repr(BALL.fields(0.0)) == (
-        "AsperityFields(displacement=0, force=0, stick_radius=9.89417e-05, terms=1)"
-    )
 
 
 def test_zones_are_named() -> None:

@@ -177,20 +177,3 @@ def test_any_study_gives_what_the_exact_search_gives() -> None:
     changed = two.replace("0.55", repr(found.values["joint.friction_coefficient"]))
     ratios = [float(j.damping_ratio(1e-7)) for j in ms.Study.from_toml(changed).run().joints]
     assert min(ratios) == pytest.approx(0.06, rel=1e-4), "the heavier load decides"
-
-
-@pytest.mark.parametrize(
-    ("vary", "message"),
-    [
-        ("joint.nothing=1..2", "joint.nothing"),
-        ("joint.stiffness=1 N/m", "must read like"),
-        ("joint.stiffness=2 N/m..1 N/m", "wanted low below high"),
-        ("joint.stiffness=1 N..2 N", "joint.stiffness"),
-        ("joint.stiffness=nan..2", "finite ends"),
-    ],
-)
-def test_wrong_keys_of_any_study_are_told(vary: str, message: str) -> None:
-    study = ms.Study.from_toml(JENKINS)
-    with pytest.raises(ms.InputError) as caught:
-        open_search(study, Target.read("loss_factor >= 0.1 at 1 um"), [vary], 0.9)
-    assert message in str(caught.value)

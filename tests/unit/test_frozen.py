@@ -186,13 +186,6 @@ def test_repr_is_short(thing: Any) -> None:
 def test_repr_tells_what_it_is() -> None:
     assert repr(ms.Gaussian(5e-7)) == "Gaussian(std=5e-07, mean=0.0)"
     assert repr(ms.Exponential(5e-7)) == "Exponential(scale=5e-07)"
-    assert repr(ms.SphereOnFlat(PAIR, 5e-3)) == f"SphereOnFlat(pair={PAIR!r}, radius=0.005)"
-    joint = ms.Interface(ms.SphereOnFlat(PAIR, 5e-3), 0.55, 10.0)
-    assert repr(joint) == (
-        f"Interface(SphereOnFlat, friction_coefficient=0.55, normal_load=10, "
-        f"separation={joint.separation:g})"
-    )
-    assert repr(LOOP) == "Loop(5 samples, displacement_amplitude=1, force_amplitude=1)"
 
 
 def test_repr_names_the_distribution() -> None:

@@ -166,11 +166,6 @@ class Sharpened(ms.BackboneLaw):
         return self.height * self.sharpness / np.cosh(np.minimum(u * self.sharpness, 300.0)) ** 2
 
 
-def test_a_law_that_says_no_parameters_needs_a_guess() -> None:
-    with pytest.raises(ms.InputError, match=r"Sharpened must have a classmethod guess\(data\)"):
-        Sharpened.guess(ms.Jenkins(5e7, 100.0).loop(8e-6))
-
-
 # -- what is no data ------------------------------------------------------------------------------
 
 LOOP = ms.Jenkins(5e7, 100.0).loop(8e-6)
@@ -200,50 +195,3 @@ def test_bad_data(law: Any, data: Any, message: str) -> None:
         more["pressure"] = ms.Pressure.cone(outer=0.01)
     with pytest.raises(ms.InputError, match=message):
         law.guess(data, **more)
-
-
-def test_a_law_is_no_data() -> None:
-    with pytest.raises(ms.InputError, match="data must be what was measured"):
-        ms.Jenkins.guess([Plain(LOOP.displacement, ms.Jenkins(1.0, 1.0).force)])  # type: ignore[arg-type]
-
-
-@pytest.mark.parametrize("law", [ms.Interface, ms.Asperity])
-@pytest.mark.parametrize(
-    ("load", "message"),
-    [
-        (None, "normal_load must be known for every record"),
-        ([500.0, None], "one for each of the 1 records, got 2"),
-        (-5.0, "normal_load must be above zero"),
-        ("heavy", "normal_load must be a finite number"),
-    ],
-)
-def test_bad_loads(law: Any, load: Any, message: str) -> None:
-    with pytest.raises(ms.InputError, match=message):
-        law.guess(LOOP, pair=PAIR, normal_load=load)
-
-
-def test_bad_options() -> None:
-    with pytest.raises(ms.InputError, match="pair must be a MaterialPair"):
-        ms.Interface.guess(LOOP, pair="steel", normal_load=500.0)  # type: ignore[arg-type]
-    with pytest.raises(ms.InputError, match="heights must differ from one another"):
-        ms.Interface.guess(LOOP, pair=PAIR, normal_load=500.0, heights=[1e-6, 1e-6])
-    with pytest.raises(ms.InputError, match="heights must be"):
-        ms.Interface.guess(LOOP, pair=PAIR, normal_load=500.0, heights="gaussian")
-    with pytest.raises(ms.InputError, match="radius must be above zero"):
-        ms.Interface.guess(LOOP, pair=PAIR, normal_load=500.0, radius=-1.0)
-    with pytest.raises(ms.InputError, match="area must be above zero"):
-        ms.Interface.guess(LOOP, pair=PAIR, normal_load=500.0, area=0.0)
-    with pytest.raises(ms.InputError, match="cells must be an integer from 1 to 1000, got 0"):
-        ms.Iwan.guess(LOOP, cells=0)
-
-
-def test_an_uneven_pressure_must_be_told() -> None:
-    with pytest.raises(ms.InputError, match="pressure must be a Pressure, got None"):
-        ms.PressedJoint.guess(LOOP, pair=PAIR, normal_load=500.0)
-
-
-@pytest.mark.parametrize("law", [ms.Interface, ms.Asperity])
-def test_laws_of_materials_ask_for_the_pair(law: Any) -> None:
-    loop = ms.Interface.examples()[0].loop(1e-6)
-    with pytest.raises(ms.InputError, match=r"pair must be .*MaterialPair"):
-        law.guess(loop, normal_load=1000.0)

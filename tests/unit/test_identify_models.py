@@ -183,55 +183,8 @@ def test_scaled_heights(heights: ms.HeightDistribution) -> None:
 # -- what is refused ------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("law", "options", "message"),
-    [
-        ("bouc", {}, "law must be one of 'interface', 'jenkins', 'iwan', 'segalman', 'bouc-wen'"),
-        (7, {}, "the class or an instance of a law that says its parameters, got 7"),
-        (ms.Coulomb(3.0), {}, "got Coulomb"),
-        (ms.Asperity, {}, "law must be one of"),
-        ("jenkins", {"cells": 3}, "cells is no option of 'jenkins', which takes none"),
-        ("iwan", {"heights": None}, "heights is no option of 'iwan', which takes only cells"),
-        (
-            ms.Jenkins(1.0, 1.0),
-            {"cells": 3},
-            "cells is no option of the instance of Jenkins, which takes none",
-        ),
-        ("iwan", {"cells": 0}, "cells must be an integer from 1 to 64, got 0"),
-        ("iwan", {"cells": 2.5}, "cells must be an integer from 1 to 64, got 2.5"),
-        (ms.Iwan(np.ones(65), np.ones(65)), {}, "law must have at most 64 cells to be fitted"),
-        ("interface", {"reference_load": 0.0}, "reference_load must be above zero"),
-        ("interface", {"heights": "rough"}, "heights must be ms.Gaussian"),
-        ("interface", {"heights": [1e-6]}, "heights must differ from one another"),
-        (
-            "interface",
-            {"heights": ms.Gaussian(1.0), "surface": ms.Interface.examples()[0].surface},
-            "heights or surface must be given, one of them, got both",
-        ),
-        (model_of("jenkins"), {"cells": 3}, "law must be a name to take options"),
-    ],
-)
-def test_wrong_laws(law: Any, options: dict[str, Any], message: str) -> None:
-    with pytest.raises(ms.InputError) as caught:
-        model_of(law, **options)
-    assert message in str(caught.value)
-    assert "\n" not in str(caught.value)
-
-
 def test_what_is_missing() -> None:
-    model = model_of("interface")
-    values = {"friction_coefficient": 0.4, "slip_scale": 4e-7, "standardised_separation": 1.2}
     loop = ms.Jenkins(5e7, 100.0).loop(8e-6)
-    with pytest.raises(ms.InputError, match="normal_load must be known"):
-        model.branch(np.zeros(1), values, None)
-    with pytest.raises(ms.InputError, match="normal_load must be known for every record"):
-        model.prepared([loop], [None])
-    with pytest.raises(ms.InputError, match="loops know the length"):
-        model.build(values, 500.0)
-    with pytest.raises(ms.InputError, match="radius must be above zero"):
-        model.build(values, 500.0, pair=PAIR, radius=-1.0)
-    with pytest.raises(ms.InputError, match="area must be above zero"):
-        model.build(values, 500.0, pair=PAIR, area=-1.0)
     iwan: Any = model_of("iwan")
     with pytest.raises(ms.InputError, match="yields must be known"):
         iwan.branch(np.zeros(1), dict.fromkeys(iwan.names, 1.0), None)

@@ -123,20 +123,11 @@ def test_at() -> None:
     assert other.normal_load == 3000.0
     assert JOINT.normal_load == 2000.0
     assert JOINT.at(separation=1e-7).separation == 1e-7
-    assert repr(JOINT.at(normal_load=2000.0)) == repr(JOINT)
     x = np.array([1e-7, -3e-7])
     np.testing.assert_array_equal(JOINT.at(normal_load=2000.0).force(x), JOINT.force(x))
 
 
-BOTH_OR_NEITHER = "normal_load [N] or separation [m] must be given, one of them, got "
-
-
 def test_both_or_neither() -> None:
-    for call in (lambda **kw: ms.Interface(SURFACE, 0.55, **kw), JOINT.at):
-        assert refusal(call) == BOTH_OR_NEITHER + "neither"
-        assert refusal(call, normal_load=None, separation=None) == BOTH_OR_NEITHER + "neither"
-        assert refusal(call, normal_load=1.0, separation=1e-7) == BOTH_OR_NEITHER + "both"
-        assert refusal(call, normal_load=0.0, separation=0.0) == BOTH_OR_NEITHER + "both"
     with pytest.raises(TypeError):
         JOINT.at(3000.0)  # type: ignore[misc]
 
@@ -158,46 +149,6 @@ def test_surface_refused(surface: object) -> None:
 @pytest.mark.parametrize(
     ("value", "message"),
     [
-        (0, "must be above zero, got 0"),
-        (-0.0, "must be above zero, got -0"),
-        (-0.5, "must be above zero, got -0.5"),
-        (math.nan, "must be a finite number, got nan"),
-        (math.inf, "must be a finite number, got inf"),
-        (None, "must be a finite number, got None"),
-        ("0.5", "must be a finite number, got '0.5', for example friction_coefficient=1"),
-        (True, "must be a finite number, got True"),
-        (0.5j, "must be a finite number, got 0.5j"),
-        ([0.5], "must be a finite number, got [0.5]"),
-        (np.array([0.5, 0.6]), "must be a finite number, got array([0.5, 0.6])"),
-    ],
-    ids=str,
-)
-def test_friction_coefficient_refused(value: object, message: str) -> None:
-    assert refusal(ms.Interface, SURFACE, value, 2000.0) == f"friction_coefficient {message}"
-
-
-@pytest.mark.parametrize(
-    ("value", "message"),
-    [
-        (0, "must be above zero [N], got 0"),
-        (-2000.0, "must be above zero [N], got -2000"),
-        (math.nan, "must be a finite number in N, got nan"),
-        (math.inf, "must be a finite number in N, got inf"),
-        ("2 kN", "must be a finite number in N, got '2 kN', for example normal_load=1"),
-        (True, "must be a finite number in N, got True"),
-        (1j, "must be a finite number in N, got 1j"),
-        ([2000.0], "must be a finite number in N, got [2000.0]"),
-    ],
-    ids=str,
-)
-def test_normal_load_refused(value: object, message: str) -> None:
-    for call in (lambda **kw: ms.Interface(SURFACE, 0.55, **kw), JOINT.at):
-        assert refusal(call, normal_load=value) == f"normal_load {message}"
-
-
-@pytest.mark.parametrize(
-    ("value", "message"),
-    [
         (math.nan, "must be a finite number in m, got nan"),
         (-math.inf, "must be a finite number in m, got -inf"),
         ("1 um", "must be a finite number in m, got '1 um', for example separation=1"),
@@ -211,18 +162,6 @@ def test_separation_refused(value: object, message: str) -> None:
     for call in (lambda **kw: ms.Interface(SURFACE, 0.55, **kw), JOINT.at):
         # An example has to be one that works, or none.
         assert refusal(call, separation=value).startswith(f"separation {message}"[:60])
-
-
-@pytest.mark.parametrize(
-    ("surface", "separation"),
-    [(SPHERE, 0.0), (SPHERE, 1e-9), (POPULATION, 3e-7), (POPULATION, 1e-6), (TABLE, 1e-6),
-     (TABLE, 1.0), (SURFACE, 1e-4)],
-)  # fmt: skip
-def test_no_contact(surface: ms.NormalLaw, separation: float) -> None:
-    assert refusal(ms.Interface, surface, 0.55, separation=separation) == (
-        "separation must be one at which the surface carries a load, "
-        f"got {separation:g} m, where nothing touches"
-    )
 
 
 @pytest.mark.parametrize("surface", [SPHERE, POPULATION, SURFACE, TABLE])
@@ -311,9 +250,6 @@ def test_backbone_and_slope_are_enough() -> None:
     assert law.sliders().density(1e-6) == pytest.approx(1e14 * math.exp(-1), rel=1e-6, abs=0)
     response = law.periodic(1e-6 * np.cos(np.arange(8) * np.pi / 4))
     assert response.force[0] == pytest.approx(100 * (1 - math.exp(-1)), rel=1e-12, abs=0)
-    assert refusal(law.start().try_, 1e-7, 5.0) == (
-        "normal_load has no meaning for this law: it has no surface"
-    )
 
 
 def test_default_energy_of_a_law_with_a_kink() -> None:

@@ -183,38 +183,6 @@ def test_constant_force(level: float) -> None:
 
 # -- wrong samples ---------------------------------------------------------------------------------
 
-LENGTHS = "displacement and force must be of one length, at least four samples, got "
-
-
-@pytest.mark.parametrize(
-    ("displacement", "force", "message"),
-    [
-        ([1, 2, 3], [1, 2, 3], LENGTHS + "3 and 3"),
-        ([1, 2, 3, 4], [1, 2, 3], LENGTHS + "4 and 3"),
-        ([1, 2, 3, 4], [1, 2, 3, 4, 5], LENGTHS + "4 and 5"),
-        (1.0, 2.0, LENGTHS + "1 and 1"),
-        ([1, 2, 3, 4], 2.0, LENGTHS + "4 and 1"),
-        ([1e-6] * 4, [1, 2, 3, 4], "displacement must move, got 1e-06 m throughout"),
-        (
-            [1, 2, math.nan, 4],
-            [1, 2, 3, 4],
-            "displacement must be finite: 1 of 4 values are not, the first is nan at index 2",
-        ),
-        (
-            [1, 2, 3, 4],
-            [1, math.inf, 3, math.nan],
-            "force must be finite: 2 of 4 values are not, the first is inf at index 1",
-        ),
-        ([], [], "displacement must hold at least one number, got an empty array"),
-        (np.ones((2, 4)), [1.0] * 4, "displacement must be one-dimensional, got shape (2, 4)"),
-        ([0.0, 1, 2, 3], np.ones((4, 1)), "force must be one-dimensional, got shape (4, 1)"),
-        ("loop", [1] * 4, "displacement must be a number or an array of numbers, got 'loop'"),
-    ],
-    ids=str,
-)
-def test_refused(displacement: object, force: object, message: str) -> None:
-    assert refusal(displacement, force) == message
-
 
 def test_forms() -> None:
     loop = ms.Loop((0, 1, 2, 0), np.array([0, 1, 3, 0], dtype=np.int8))

@@ -126,84 +126,6 @@ def test_extreme_moduli_of_equal_bodies(modulus: float) -> None:
 
 # -- wrong values ----------------------------------------------------------------------------------
 
-MODULUS = "young_modulus must be a finite number in Pa, got "
-
-
-@pytest.mark.parametrize(
-    ("value", "message"),
-    [
-        (-69e9, "young_modulus must be above zero [Pa], got -6.9e+10"),
-        (0, "young_modulus must be above zero [Pa], got 0"),
-        (0.0, "young_modulus must be above zero [Pa], got 0"),
-        (math.nan, MODULUS + "nan"),
-        (-math.inf, MODULUS + "-inf"),
-        (math.inf, "young_modulus must be finite, got inf; a rigid body is Material.rigid()"),
-        ("69 GPa", MODULUS + "'69 GPa', for example young_modulus=6.9e+10"),
-        (None, MODULUS + "None"),
-        (True, MODULUS + "True"),
-        (np.True_, MODULUS + repr(np.True_)),
-        (69e9 + 1j, MODULUS + "(69000000000+1j)"),
-        (np.array(1j), MODULUS + "1j"),
-        ([69e9], MODULUS + "[69000000000.0]"),
-        (np.array([69e9]), MODULUS + "array([6.9e+10])"),
-        (np.array([1.0, 2.0]), MODULUS + "array([1., 2.])"),
-        (np.array([]), MODULUS + "array([], dtype=float64)"),
-        (b"1", MODULUS + "b'1'"),
-        (10**400, MODULUS + "1" + 56 * "0" + "..."),
-        (np.datetime64("2020"), MODULUS + repr(np.datetime64("2020"))),
-        (ms.Material, MODULUS + "<class 'microslip.materials.Material'>"),
-    ],
-    ids=str,
-)
-def test_young_modulus_refused(value: object, message: str) -> None:
-    assert refusal(ms.Material, value, 0.33) == message
-
-
-@pytest.mark.parametrize(
-    ("value", "message"),
-    [
-        (-1, "poisson_ratio must be in (-1, 0.5], got -1"),
-        (0.7, "poisson_ratio must be in (-1, 0.5], got 0.7"),
-        (-math.inf, "poisson_ratio must be a finite number, got -inf"),
-        (math.nan, "poisson_ratio must be a finite number, got nan"),
-        (None, "poisson_ratio must be a finite number, got None"),
-        (True, "poisson_ratio must be a finite number, got True"),
-        (0.3j, "poisson_ratio must be a finite number, got 0.3j"),
-        ([0.3], "poisson_ratio must be a finite number, got [0.3]"),
-    ],
-    ids=str,
-)
-def test_poisson_ratio_refused(value: object, message: str) -> None:
-    assert refusal(ms.Material, 69e9, value) == message
-
-
-@pytest.mark.parametrize(
-    ("value", "message"),
-    [
-        (-1e9, "hardness must be above zero [Pa], got -1e+09"),
-        (0, "hardness must be above zero [Pa], got 0"),
-        (math.inf, "hardness must be a finite number in Pa, got inf"),
-        (
-            "1 GPa",
-            "hardness must be a finite number in Pa, got '1 GPa', for example hardness=1.2e+09",
-        ),
-        (False, "hardness must be a finite number in Pa, got False"),
-    ],
-    ids=str,
-)
-def test_hardness_refused(value: object, message: str) -> None:
-    assert refusal(ms.Material, 69e9, 0.33, value) == message
-
-
-def test_timedelta_is_no_number() -> None:
-    # NumPy counts it among the integers.
-    assert "must be a finite number" in refusal(ms.Material, np.timedelta64(3, "s"), 0.33)
-
-
-def test_masked_number_is_no_number() -> None:
-    assert "poisson_ratio" in refusal(ms.Material, 69e9, np.ma.masked)
-    assert "young_modulus" in refusal(ms.Material, np.ma.array(69e9, mask=True), 0.33)
-
 
 def test_shown_value_is_not_one_that_would_do() -> None:
     message = refusal(ms.Material, 69e9, np.nextafter(0.5, 1.0))
@@ -229,11 +151,6 @@ def test_pair_of_something_else(place: int, value: object) -> None:
         f"{('first', 'second')[place]} must be a Material, got {value!r}; "
         "write MaterialPair(Material(69e9, 0.33), Material(210e9, 0.3))"
     )
-
-
-def test_two_rigid_bodies() -> None:
-    message = refusal(ms.MaterialPair, ms.Material.rigid(), ms.Material.rigid())
-    assert message == "a pair needs one body that deforms, got two rigid ones"
 
 
 @pytest.mark.parametrize("value", [5e-324, 9e-41, 1.1e40, 1e308])
@@ -290,7 +207,6 @@ def test_copies_are_equal(value: object) -> None:
 
 def test_repr_is_how_to_write_it() -> None:
     assert repr(AL) == "Material(6.9e+10, 0.33)"
-    assert repr(ms.Material(1e9, 0.2, 3e8)) == "Material(1e+09, 0.2, hardness=3e+08)"
     assert repr(ms.Material.rigid()) == "Material.rigid()"
     for body in (AL, ms.Material(1e9, 0.2, 3e8), ms.Material.rigid()):
         assert eval(repr(body), {"Material": ms.Material}) == body

@@ -190,39 +190,9 @@ def test_capitals_and_spaces_do_not_matter(written: str, name: str) -> None:
 # -- errors ----------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("name", "message"),
-    [
-        ("stel", "no metal is named 'stel'; did you mean 'steel'?"),
-        ("al 2071", "no metal is named 'al 2071'; did you mean 'al2017'?"),
-        ("Inconel", "no metal is named 'Inconel'; did you mean 'inconel-718'?"),
-        ("434", "no metal is named '434'; did you mean 'steel-4340'?"),
-        ("iron", "no metal is named 'iron'; did you mean 'grey-iron' or 'ductile-iron'?"),
-        (
-            "stainless",
-            "no metal is named 'stainless'; did you mean 'stainless-304' or 'stainless-316l' or "
-            "'stainless-17-4ph'?",
-        ),
-        ("oak", "no metal is named 'oak'; there are " + ", ".join(PRINTED)),
-        ("", "no metal is named ''; there are " + ", ".join(PRINTED)),
-        (2017, "name must be a text such as 'steel', got 2017"),
-        (None, "name must be a text such as 'steel', got None"),
-        (b"steel", "name must be a text such as 'steel', got b'steel'"),
-    ],
-    ids=str,
-)
-def test_names_refused(name: object, message: str) -> None:
-    assert refusal(name) == message
-
-
 def test_every_name_in_the_messages_is_one() -> None:
     listed = refusal("oak").partition("there are ")[2].split(", ")
     assert [ms.Material.named(name) for name in listed]
-
-
-def test_a_metal_checks_its_values() -> None:
-    with pytest.raises(ms.InputError, match=r"poisson_ratio must be in \(-1, 0.5\], got 0.7"):
-        Metal("unobtainium", "None", 1e9, 0.7, None, {})
 
 
 # -- frozen ----------------------------------------------------------------------------------------

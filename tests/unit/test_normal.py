@@ -250,22 +250,6 @@ def test_deep_in_loads_are_finite_or_refused(law: ms.NormalLaw, d: float) -> Non
         assert math.isfinite(value), name
 
 
-def test_left_of_a_table_there_is_no_answer() -> None:
-    message = "separation must be at least 0 m, where the table begins, got -1e-09"
-    for call in (PARABOLA.load, PARABOLA.stiffness):
-        assert refusal(call, -1e-9) == message
-        assert refusal(call, [1e-7, -1e-9]) == message
-    assert refusal(ms.Interface, PARABOLA, 0.5, separation=-1e-9) == message
-
-
-@pytest.mark.parametrize("name", ["contact_probability", "contact_count", "contact_area"])
-def test_tables_do_not_know_their_contacts(name: str) -> None:
-    assert refusal(getattr(PARABOLA, name), 1e-7) == (
-        f"{name} is unknown to TabulatedNormalLaw: it holds loads only; "
-        "a GreenwoodWilliamson surface or an AsperityPopulation knows its contacts"
-    )
-
-
 # -- what is refused when a law is made ------------------------------------------------------------
 
 MAKERS: dict[str, Callable[[Any], Any]] = {
@@ -321,118 +305,9 @@ def test_text_gets_an_example_that_works(name: str) -> None:
     ms.GreenwoodWilliamson(PAIR, ms.Gaussian(S), **(right | {name: float(value)}))
 
 
-@pytest.mark.parametrize(
-    ("heights", "radii", "message"),
-    [
-        ([], 1e-3, "heights must hold at least one number, got an empty array"),
-        ([0.0], [], "radii must hold at least one number, got an empty array"),
-        ([[0.0, 1.0]], 1e-3, "heights must be one-dimensional, got shape (1, 2)"),
-        (
-            [0.0, 1.0],
-            [1.0, 1.0, 1.0],
-            "radii must be one number or one for each of the 2 heights, got shape (3,)",
-        ),
-        (
-            [0.0, 1.0],
-            [[1.0, 1.0]],
-            "radii must be one number or one for each of the 2 heights, got shape (1, 2)",
-        ),
-        ([0.0, 1.0], [1.0, 0.0], "radii must be above zero [m], got 0"),
-        ([0.0, 1.0], -1e-3, "radii must be above zero [m], got -0.001"),
-        (
-            [0.0, 1.0],
-            [1.0, math.nan],
-            "radii must be finite: 1 of 2 values are not, the first is nan at index 1",
-        ),
-        (
-            [0.0, math.inf],
-            1e-3,
-            "heights must be finite: 1 of 2 values are not, the first is inf at index 1",
-        ),
-        ([0.0], None, "radii must be a number or an array of numbers, got None"),
-        (None, 1e-3, "heights must be a number or an array of numbers, got None"),
-        (
-            ms.Gaussian(S),
-            1e-3,
-            f"heights must be a number or an array of numbers, got {ms.Gaussian(S)!r}",
-        ),
-    ],
-    ids=str,
-)  # fmt: skip
-def test_population_refused(heights: object, radii: object, message: str) -> None:
-    assert refusal(ms.AsperityPopulation, PAIR, heights, radii) == message
-
-
-LENGTHS = "separation and load must be of one length, at least three, got "
-CONVEX = (
-    "load must be convex (its fall must slow down: N'' < 0 would be a negative density of "
-    "sliders), got a fall that grows at index {}, d = {:g} m"
-)
-
-
-@pytest.mark.parametrize(
-    ("d", "n", "message"),
-    [
-        ([0, 1, 2], [2, 2, 0], "load must fall, got 2 then 2 at index 1"),
-        ([0, 1, 2], [2, 3, 0], "load must fall, got 2 then 3 at index 1"),
-        ([0, 1, 2, 3], [3, 1, 0, 0], "load must fall, got 0 then 0 at index 3"),
-        ([0, 1, 2], [0, 1, 2], "load must fall, got 0 then 1 at index 1"),
-        ([0, 1, 2, 3], [9, 8, 2, 0], CONVEX.format(1, 1)),
-        ([0, 1, 2, 3], [9, 5, 3, 0], CONVEX.format(2, 2)),
-        ([0, 1, 2], [2, 1.0001, 0], CONVEX.format(1, 1)),
-        ([2, 1, 0], [0, 1, 3], "separation must rise, got 2 then 1 at index 1"),
-        ([0, 2, 1], [3, 1, 0], "separation must rise, got 2 then 1 at index 2"),
-        ([0, 0, 1], [3, 1, 0], "separation must rise, got 0 then 0 at index 1"),
-        ([0, 1], [1, 0], LENGTHS + "2 and 2"),
-        ([0], [1], LENGTHS + "1 and 1"),
-        (0.0, 1.0, LENGTHS + "1 and 1"),
-        ([0, 1, 2, 3], [3, 1, 0], LENGTHS + "4 and 3"),
-        ([], [], "separation must hold at least one number, got an empty array"),
-        ([[0, 1, 2]], [3, 1, 0], "separation must be one-dimensional, got shape (1, 3)"),
-        ([0, 1, 2], [[3], [1], [0]], "load must be one-dimensional, got shape (3, 1)"),
-        (
-            [0, 1, 2],
-            [3, 1, 0.5],
-            "load must end at zero, got 0.5 N at the last separation; add the point where contact "
-            'ends or state tail="exponential"',
-        ),
-        ([0, 1, 2], [3, 1, -0.5], "load must not be negative, got -0.5 at the end"),
-        (
-            [0, 1, math.nan],
-            [3, 1, 0],
-            "separation must be finite: 1 of 3 values are not, the first is nan at index 2",
-        ),
-        (
-            [0, 1, 2],
-            [math.inf, 1, 0],
-            "load must be finite: 1 of 3 values are not, the first is inf at index 0",
-        ),
-        (None, [3, 1, 0], "separation must be a number or an array of numbers, got None"),
-        (["0 um", "1 um"], [1, 0],
-         "separation must be a number or an array of numbers, got ['0 um', '1 um']"),
-    ],
-    ids=str,
-)  # fmt: skip
-def test_table_refused(d: object, n: object, message: str) -> None:
-    assert refusal(ms.TabulatedNormalLaw, PAIR, d, n) == message
-
-
-@pytest.mark.parametrize("tail", ["linear", "Exponential", True, 0, 1.0, b"exponential"], ids=repr)
-def test_tail_refused(tail: object) -> None:
-    assert refusal(ms.TabulatedNormalLaw, PAIR, D, N + 1, tail=tail) == (
-        f'tail must be None or "exponential", got {tail!r}'
-    )
-
-
 def test_tail_that_is_an_array() -> None:
     message = refusal(ms.TabulatedNormalLaw, PAIR, D, N + 1, tail=np.array([1.0, 2.0]))
     assert message.startswith('tail must be None or "exponential"')
-
-
-def test_tail_of_a_load_that_ends() -> None:
-    assert refusal(ms.TabulatedNormalLaw, PAIR, D, N, tail="exponential") == (
-        "tail must be None where the load ends at zero"
-    )
 
 
 def test_rounding_does_not_make_a_straight_table_concave() -> None:

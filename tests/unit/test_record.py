@@ -59,7 +59,6 @@ def test_a_record_holds_what_it_is_given() -> None:
     assert record.commanded is None
     assert record.notes == ()
     assert len(record) == 4
-    assert repr(record) == "Record('run 1', 4 samples, sample_rate=200)"
     timed = ms.Record(
         displacement=[1, 2], force=[3, 4], normal_load=[5, 6], time=[0, 1], commanded=[7, 8]
     )
@@ -85,68 +84,6 @@ def test_arrays_are_its_own_and_locked() -> None:
     # A locked array that nobody else can open is not copied again.
     again = ms.Record(record.displacement.copy(), record.force)
     assert np.shares_memory(ms.Record(again.displacement, again.force).force, again.force)
-
-
-WRONG_IN_PYTHON: dict[str, tuple[dict[str, Any], str]] = {
-    "one sample": (
-        {"displacement": [1.0], "force": [1.0]},
-        "displacement must hold at least two samples, got 1",
-    ),
-    "lengths": (
-        {"force": [1.0, 2.0]},
-        "force must hold a value for each of the 4 displacements, got 2",
-    ),
-    "load length": (
-        {"normal_load": [1.0, 2.0]},
-        "normal_load must hold a value for each of the 4 displacements, got 2",
-    ),
-    "shape": (
-        {"displacement": [[1.0, 2.0]]},
-        "displacement must be one-dimensional, got shape (1, 2)",
-    ),
-    "nan": (
-        {"force": [1.0, np.nan, np.nan, 0.0]},
-        "force must be finite: 2 of 4 values are not, the first is nan at index 1",
-    ),
-    "text": ({"force": "F"}, "force must be a number or an array of numbers, got 'F'"),
-    "none": (
-        {"force": None},
-        "force must be a number or an array of numbers, got None",
-    ),
-    "load": ({"normal_load": -5.0}, "normal_load must be above zero [N], got -5"),
-    "loads": (
-        {"normal_load": [-5.0, -5.0, -5.0, 1.0]},
-        "normal_load must be positive in compression [N], got -3.5 N on average; turn its sign",
-    ),
-    "rate": ({"sample_rate": 0.0}, "sample_rate must be above zero [Hz], got 0"),
-    "frequency": (
-        {"frequency": "2 Hz"},
-        "frequency must be a finite number in Hz, got '2 Hz', for example frequency=1000",
-    ),
-    "both": (
-        {"time": [0.0, 1.0, 2.0, 3.0], "sample_rate": 1.0},
-        "time and sample_rate say the same; give one of them, got both",
-    ),
-    "backwards": (
-        {"time": [0.0, 1.0, 0.5, 2.0]},
-        "time must increase, got 0.5 s after 1 s at sample 2",
-    ),
-    "rounded": (
-        {"time": [0.0, 0.1, 0.1, 0.2]},
-        "time must increase, got 0.1 s after 0.1 s at sample 2; "
-        "if it is rounded, give sample_rate instead",
-    ),
-    "name": ({"name": 3}, "name must be text, got 3"),
-    "notes": ({"notes": "a"}, "notes must be a tuple of texts, got 'a'"),
-}
-
-
-@pytest.mark.parametrize("case", WRONG_IN_PYTHON)
-def test_wrong_in_python(case: str) -> None:
-    given, message = WRONG_IN_PYTHON[case]
-    with pytest.raises(ms.InputError) as caught:
-        ms.Record(**({"displacement": X, "force": T} | given))
-    assert str(caught.value) == message
 
 
 # -- text ------------------------------------------------------------------------------------------

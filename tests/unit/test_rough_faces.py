@@ -176,9 +176,6 @@ def test_ranges_hold_every_surface_that_the_drawing_allows() -> None:
             assert low * (1 - 1e-12) <= getattr(found, name) <= high * (1 + 1e-12)
     assert ms.SurfaceFinish(rq=1e-6).rms == (1e-6, 1e-6, 1e-6)
     assert ms.SurfaceFinish(process="EDM").process == "eroded"
-    for wrong in ({"ra": -1e-6}, {"ra": 1e-6, "rsm": 0.0}, {}, {"process": "cast"}, {"rq": "1 um"}):
-        with pytest.raises(ms.InputError):
-            ms.SurfaceFinish(**wrong)  # type: ignore[arg-type]
 
 
 @pytest.mark.slow

@@ -6,7 +6,6 @@ import copy
 import pickle
 import time
 import tracemalloc
-from typing import Any
 
 import numpy as np
 import pytest
@@ -33,7 +32,6 @@ def test_a_scan_holds_what_it_is_given() -> None:
     )
     assert not scan.is_profile
     assert scan.missing == 0.0
-    assert repr(scan) == "Scan('plate', 40 x 30 points, pixel 2.00 µm x 3.00 µm)"
 
 
 def test_a_profile_is_a_scan_of_one_dimension() -> None:
@@ -75,78 +73,10 @@ def test_a_scan_is_frozen_and_its_own() -> None:
         assert not twin.heights.flags.writeable
 
 
-@pytest.mark.parametrize(
-    ("heights", "says"),
-    [
-        (np.zeros((1, 50)), "at least two rows and two columns, got 1 x 50; for a profile, give"),
-        (np.zeros((50, 1)), "got 50 x 1"),
-        (np.zeros((0, 0)), "got 0 x 0"),
-        (np.zeros(3), "at least four points, got 3"),
-        (np.zeros((2, 2, 2)), "got shape"),
-        (5.0, "got shape"),
-        (np.full((4, 4), NAN), "all 16 heights are missing"),
-        (np.ma.masked_all((4, 4)), "all 16 heights are missing"),
-        (np.where(np.eye(4), np.inf, 0.0), "4 of 16 are infinite"),
-        (np.where(np.eye(4), 1e200, 0.0), "must be heights in metres, got 1e.200 m"),
-        ("heights", "must be an array of numbers, got 'heights'"),
-        ([[1.0, 2.0], [3.0]], "must be an array of numbers"),
-        (HEIGHTS + 1j, "must be an array of numbers"),
-        (HEIGHTS > 0.0, "must be an array of numbers"),
-        (None, "must be an array of numbers, got None"),
-    ],
-    ids=lambda value: value[:20] if isinstance(value, str) else "",
-)
-def test_heights_that_are_none(heights: Any, says: str) -> None:
-    with pytest.raises(ms.InputError, match=says):
-        ms.Scan(heights, 1e-6)
-
-
-@pytest.mark.parametrize(
-    ("pixel", "says"),
-    [
-        (0.0, "pixel must be above zero"),
-        (-1e-6, "pixel must be above zero"),
-        (NAN, "pixel must be a finite number"),
-        (None, "pixel must be a finite number"),
-        (5e3, "between 1e-15 m and 1000 m"),
-        ("1.66", "no unit"),
-        ("1 s", "a time"),
-        ((1e-6, 1e-6, 1e-6), "got 3 of them"),
-        ((1e-6, 0.0), "above zero"),
-    ],
-)
-def test_pixels_that_are_none(pixel: Any, says: str) -> None:
-    with pytest.raises(ms.InputError, match=says):
-        ms.Scan(HEIGHTS, pixel)
-
-
-@pytest.mark.parametrize(
-    ("more", "says"),
-    [
-        ({"name": 5}, "name must be text"),
-        ({"notes": "one"}, "notes must be a tuple"),
-        ({"cutoff": 0.0}, "cutoff must be above zero"),
-        ({"long_cutoff": "x"}, "long_cutoff must be a finite number"),
-    ],
-)
-def test_words_that_are_none(more: dict[str, Any], says: str) -> None:
-    with pytest.raises(ms.InputError, match=says):
-        ms.Scan(HEIGHTS, 1e-6, **more)
-
-
 # -- what cannot be measured -----------------------------------------------------------------------
 
 
 MEASURES = ["statistics", "moments", "spectrum", "height_distribution", "over_cutoffs", "condition"]
-
-
-@pytest.mark.parametrize("method", MEASURES)
-def test_the_same_height_everywhere_is_no_scan(method: str) -> None:
-    flat = ms.Scan(np.full((20, 20), 1e-6), 1e-6, name="glass")
-    with pytest.raises(ms.InputError, match="glass: all heights are 1e-06 m"):
-        getattr(flat, method)()
-    with pytest.raises(ms.InputError, match="all heights are"):
-        flat.summits(None)
 
 
 @pytest.mark.parametrize("method", MEASURES)
@@ -182,42 +112,13 @@ def test_what_stands_on_a_flat_is_no_spike() -> None:
 # -- conditioning ----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("steps", "says"),
-    [
-        ({"level": "plan"}, 'level must be "plane", .* got "plan"; did you mean "plane"'),
-        ({"level": 1}, "level must be"),
-        ({"fill": True}, 'fill must be "interpolate" or None, got true'),
-        ({"outliers": 0.5}, "outliers must be at least 2, got 0.5"),
-        ({"outliers": "six"}, "outliers must be a finite number"),
-        ({"cutoff": 2e-6}, "cutoff must be between two pixels .* exactly two pixels"),
-        ({"cutoff": "30 um"}, "exactly the size of the scan"),
-        ({"cutoff": 1.9e-6}, r"two pixels \(2 µm\) .*\(30 µm\), got 1.9 µm: below two pixels"),
-        ({"cutoff": "10"}, "no unit"),
-        ({"cutoff": -1.0}, "cutoff must be above zero"),
-        ({"long_cutoff": 1.0}, "long_cutoff must be between .* beyond the size"),
-        ({"cutoff": 9e-6, "long_cutoff": 8e-6}, "long_cutoff must be longer than cutoff"),
-    ],
-    ids=str,
-)
-def test_steps_that_are_none(steps: dict[str, Any], says: str) -> None:
-    with pytest.raises(ms.InputError, match=says):
-        ms.Scan(HEIGHTS, 1e-6).condition(**steps)
-
-
 def test_cut_offs_of_two_passes_have_to_fit() -> None:
     scan = ms.Scan(HEIGHTS, 1e-6)
-    with pytest.raises(ms.InputError, match="longer than cutoff"):
-        scan.condition(cutoff=1e-5).condition(long_cutoff=9e-6)
-    with pytest.raises(ms.InputError, match="must be shorter than the long_cutoff"):
-        scan.condition(long_cutoff=1e-5).condition(cutoff=1.1e-5)
     twice = scan.condition(long_cutoff=2e-5).condition(long_cutoff=1e-5)
     assert twice.long_cutoff == 1e-5
 
 
 def test_the_longer_side_of_a_pixel_counts() -> None:
-    with pytest.raises(ms.InputError, match="two pixels"):
-        ms.Scan(HEIGHTS, (1e-6, 3e-6)).condition(cutoff=5e-6)
     assert band(ms.Scan(HEIGHTS, (1e-6, 3e-6)), "6.1 um", None) == (6.1e-6, None)
 
 
@@ -226,8 +127,6 @@ def test_too_few_points_for_a_form() -> None:
     heights[5] = np.arange(10.0)
     with pytest.raises(ms.InputError, match='level="plane": the 10 points that are there'):
         ms.Scan(heights, 1e-6).condition(level="plane")
-    with pytest.raises(ms.InputError, match='level="quadratic"'):
-        ms.Scan(HEIGHTS[:2], 1e-6).condition(level="quadratic")
 
 
 def test_conditioning_leaves_the_scan_alone_and_tells_what_it_did() -> None:

@@ -66,27 +66,6 @@ def test_a_law_of_ones_own() -> None:
     assert flat.to_surface(PAIR, 1e-4, heights=ms.Discrete([0.0])).radius == 1e-5
 
 
-@pytest.mark.parametrize(
-    ("wishes", "says"),
-    [
-        ({"area": 0.0}, "area must be above zero"),
-        ({"area": "2 cm"}, r'area: wanted an area such as "2 cm\^2", got "2 cm" \(a length\)'),
-        ({"heights": "table"}, "known to Summits only"),
-        ({"heights": np.ones(3)}, 'heights must be "gaussian"'),
-    ],
-)
-def test_surfaces_that_statistics_cannot_make(wishes: dict[str, Any], says: str) -> None:
-    statistics = SummitStatistics(1e10, 1e-5, 1e-7)
-    with pytest.raises(ms.InputError, match=says):
-        statistics.to_surface(PAIR, **({"area": 1e-4} | wishes))
-
-
-def test_scans_and_summits_do_not_combine_but_say_what_does() -> None:
-    found = ground().summits(None)
-    with pytest.raises(ms.InputError, match=r"as scan\.moments\(\) and summits\.statistics\(\)"):
-        combine(found, found)  # type: ignore[call-overload]
-
-
 # -- profiles --------------------------------------------------------------------------------------
 
 
@@ -150,11 +129,6 @@ def test_studies_of_profiles_say_what_is_wrong(home: Path, old: str, new: str, s
         ms.Study.from_toml(STUDY.format(surface=block.replace(old, new, 1)), folder=home)
     assert says in str(caught.value)
     assert "\n" not in str(caught.value)
-
-
-def test_a_profile_says_the_way_to_a_joint() -> None:
-    with pytest.raises(ms.InputError, match=r"mccool\(\), which has to_surface\(pair, area\)"):
-        ms.Scan(np.sin(np.arange(50.0)) * 1e-7, 1e-6).summits(None)
 
 
 # -- what a cut-off can be chosen from -------------------------------------------------------------

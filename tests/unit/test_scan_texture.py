@@ -70,15 +70,6 @@ def test_hills_of_an_egg_box() -> None:
     assert found.texture_aspect_ratio == pytest.approx(1.0, abs=0.15)
 
 
-def test_a_profile_has_none() -> None:
-    profile = ms.Scan(HEIGHT * np.cos(Q * PIXEL * SIDE), PIXEL)
-    for name in ("areal_parameters", "autocorrelation"):
-        with pytest.raises(ms.InputError, match="a profile has no areal"):
-            getattr(profile, name)()
-    with pytest.raises(ms.InputError, match="level must be between 0 and 1"):
-        self_affine(32, 0.5, 0).autocorrelation().decay_lengths(1.5)
-
-
 @pytest.mark.parametrize("hurst", [0.3, 0.8])
 def test_hursts_exponent_is_found_within_its_error(hurst: float) -> None:
     """Of ten surfaces the mean is right and the scatter is the error told."""

@@ -479,14 +479,6 @@ def test_correlations_that_no_numbers_have() -> None:
     pairs = [f'{{ between = ["{a}", "{b}"], value = -0.9 }}' for a in keys for b in keys if a < b]
     with pytest.raises(ms.StudyError, match="no numbers have all of these at"):
         ms.Study.from_toml(ROUGH + f"correlations = [{', '.join(pairs)}]\n")
-    with pytest.raises(ms.StudyError, match="samples: wanted a whole number from 64"):
-        ms.Study.from_toml(ROUGH.replace("samples = 128", "samples = 0"))
-
-
-def test_a_sample_without_an_answer_is_told() -> None:
-    text = SPHERE.replace('amplitudes = ["0.1 um"]', 'force_amplitudes = ["9 N"]')
-    with pytest.raises(ms.StudyError, match=r"sample \d+ of 140 has no answer: .*force"):
-        ms.Study.from_toml(text).run()
 
 
 @pytest.mark.parametrize(

@@ -307,12 +307,7 @@ def test_another_normal_load() -> None:
         assert state.try_(1e-7, normal_load=same) == plain
         assert state.try_(1e-7, same) == plain
     before = snapshot(state)
-    assert refusal(state.try_, 1e-7, -1.0) == "normal_load must not be negative [N], got -1"
     assert refusal(state.try_, 1e-7, 0.0).endswith("some summit touches; got 0")
-    assert refusal(state.try_, 1e-7, np.nan) == "normal_load must be a finite number in N, got nan"
-    assert refusal(state.try_, 1e-7, "2 kN") == (
-        "normal_load must be a finite number in N, got '2 kN', for example normal_load=1"
-    )
     assert snapshot(state) == before
 
 

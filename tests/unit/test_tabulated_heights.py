@@ -240,41 +240,6 @@ def test_from_samples() -> None:
 # -- mistakes --------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("height", "density", "says"),
-    [
-        ([0.0, 1e-7], [1.0], "one value for each of the 2 heights, got 1"),
-        ([0.0], [1.0], "at least two heights"),
-        ([0.0, 0.0], [1.0, 1.0], "at least two heights"),
-        ([0.0, 2e-7, 1e-7], [1.0, 1.0, 1.0], "1 fall"),
-        ([0.0, 1e-7], [1.0, -0.5], "must not be below zero"),
-        ([0.0, 1e-7], [0.0, 0.0], "integral above zero, got 0"),
-        ([0.0, np.nan], [0.0, 1.0], "height must be finite"),
-        ([0.0, 1e-7], [0.0, np.inf], "density must be finite"),
-        ("high", [0.0, 1.0], "height must be a number"),
-        ([[0.0, 1e-7]], [0.0, 1.0], "height must be one-dimensional"),
-        (np.array([-1e154, 0.0, 1e154]), np.ones(3), "at most 1e.40 m"),
-        (np.arange(6000.0), np.ones(6000), "at most 5000 panels, got 6000 heights"),
-    ],
-)
-def test_refused(height: Any, density: Any, says: str) -> None:
-    with pytest.raises(ms.InputError, match=says):
-        ms.TabulatedHeights(height, density)
-
-
-def test_refused_samples() -> None:
-    with pytest.raises(ms.InputError, match="at most 1e"):
-        ms.TabulatedHeights.from_samples([1e308, -1e308] * 3)
-    with pytest.raises(ms.InputError, match="at least two different heights"):
-        ms.TabulatedHeights.from_samples([1e-7, 1e-7])
-    with pytest.raises(ms.InputError, match="an integer from 1 to 4000"):
-        ms.TabulatedHeights.from_samples([1e-7, 2e-7], bins=0)
-    with pytest.raises(ms.InputError, match="an integer from 1 to 4000, got True"):
-        ms.TabulatedHeights.from_samples([1e-7, 2e-7], bins=True)
-    with pytest.raises(ms.InputError, match="from 1 to 4000, got 4001"):
-        ms.TabulatedHeights.from_samples([1e-7, 2e-7], bins=4001)
-
-
 @pytest.mark.parametrize("law", ["leaping", "of all sizes"])
 def test_panels_are_bounded_and_not_only_heights(law: str) -> None:
     """Few heights whose steps leap by many powers of ten are refused; evenly made, they are not."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from studies import LOADS, MATERIAL, SURFACE, SURFACES, edited
+from studies import LOADS, MATERIAL, edited
 
 import microslip as ms
 
@@ -56,30 +56,3 @@ def test_indentation_over_yield_is_the_mean_over_the_load() -> None:
     alone = ms.AsperityPopulation(pair, [0.0], [1e-3]).tightened(40.0, yield_stress=250e6)
     depth = -alone.closest_separation / (alone._model.yield_indentation * 1e-3)
     assert alone.mean_indentation == pytest.approx(depth, rel=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("edits", "says"),
-    [
-        ([TIGHTENED], "joint.yield_stress: missing, and the materials have no hardness"),
-        ([(LOADS, f'{LOADS}\nyield_stress = "1 MPa"')], "joint.yield_stress: wanted only beside"),
-        ([YIELDS, ("2 kN", "5 kN")], "joint.normal_load, item 2: wanted at most the tightening"),
-        (
-            [YIELDS, ("4 kN", "3 kN"), ("curve =", "load_variation = { share = 0.9 }\ncurve =")],
-            "excitation.load_variation.share: wanted loads up to the tightening load 3 kN",
-        ),
-        (
-            [YIELDS, (SURFACE, SURFACES["table"])],
-            "joint.tightening_load: wanted only for a",
-        ),
-        (
-            [(LOADS, f'{YIELDS[1]}\ntightening_model = "kogut"')],
-            'joint.tightening_model: wanted "jackson-green", "kogut-etsion" or "fully-plastic"',
-        ),
-    ],
-)
-def test_what_is_refused(edits: list[tuple[str, str]], says: str) -> None:
-    with pytest.raises(ms.StudyError) as caught:
-        ms.Study.from_toml(edited(*edits)).run()
-    assert says in str(caught.value)
-    assert "\n" not in str(caught.value)

@@ -282,8 +282,3 @@ def test_without_a_load_nothing_touches() -> None:
     assert found[COUNT][0].value == 0.0
     assert (found[COUNT][0].word, found[COUNT][1]) == ("outside", 0.0)
     assert found[SHARE][1] == 10.0
-
-
-def test_a_load_that_cannot_be_carried_is_an_error() -> None:
-    with pytest.raises(ms.InputError, match="load must be between"):
-        worst_validity(ms.Interface.examples()[0], [1e50])

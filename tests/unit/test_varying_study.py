@@ -413,40 +413,6 @@ def test_the_terminal_says_at_which_load(loads: str, lines: list[str]) -> None:
 
 
 KEY = "excitation.load_variation"
-ANGLE = f'{KEY}.phase: wanted an angle such as "90 deg", got '
-SIZES = 'wanted amplitude = "400 N" or share = 0.2, one of them, got'
-WRONG = [
-    ("", f"{KEY}: {SIZES} neither"),
-    ('share = 0.2, amplitude = "100 N"', f"{KEY}: {SIZES} both"),
-    ("amplitude = 0.2", f'{KEY}.amplitude: wanted a force such as "2 kN", got 0.2 (a number without a unit)'),
-    ('amplitude = "600 N"', f"{KEY}.amplitude: wanted at most the normal load 500 N, got 600 N (the load would go below zero)"),
-    ("share = 1.2", f"{KEY}.share: wanted a number in (0, 1] such as 0.2, got 1.2"),
-    ("share = 0.2, phase = 90", f"{ANGLE}90 (a number without a unit)"),
-    ('share = 0.2, phase = "90 N"', f'{ANGLE}"90 N" (a force)'),
-    ('share = 0.2, phase = "90 %"', f'{ANGLE}"90 %" (wanted in deg or rad)'),
-    ('share = 0.2, phase = "400 deg"', "excitation.load_variation.phase: wanted an angle in [-6.28319, 6.28319] [rad] (a turn at most), got \"400 deg\""),
-    ("share = 0.2, harmonic = 0", f"{KEY}.harmonic: wanted a whole number from 1 to 10 such as 2, got 0"),
-    ("share = 0.2, harmonic = 1.5", f"{KEY}.harmonic: wanted a whole number from 1 to 10 such as 2, got 1.5"),
-    ("share = 0.2, fase = 1", f'{KEY}.fase: unknown key; did you mean "phase"?'),
-]  # fmt: skip
-
-
-@pytest.mark.parametrize(("how", "message"), WRONG)
-def test_a_wrong_variation(how: str, message: str) -> None:
-    with pytest.raises(ms.StudyError) as caught:
-        ms.Study.from_toml(varying(how))
-    assert str(caught.value) == f"study: {message}"
-
-
-def test_a_variation_goes_with_displacements() -> None:
-    text = varying("share = 0.2", (f"amplitudes = {AMPLITUDES}", 'force_amplitudes = ["50 N"]'))
-    with pytest.raises(ms.StudyError) as caught:
-        ms.Study.from_toml(text)
-    assert str(caught.value) == (
-        "study: excitation.load_variation: wanted with displacement amplitudes, got "
-        "force_amplitudes; remove one (under force control a load that varies can make a joint "
-        "ratchet: no closed loop)"
-    )
 
 
 NO_END = "this surface never lifts off: its heights, or the tail of its table, have no end"

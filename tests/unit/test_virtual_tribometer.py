@@ -304,31 +304,3 @@ def test_wrong_rigs(message: str) -> None:
     with pytest.raises(ms.InputError) as caught:
         ms.VirtualTribometer(**given)
     assert str(caught.value) == message
-
-
-WRONG_RECORDS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
-    "amplitude must be within the limits of the rig, 1e-06 to 0.0001 m, got 0.001 m; "
-    "limits={'amplitude': (lowest, highest)} sets own ones": ({}, {"amplitude": 1e-3}),
-    "frequency must be within the limits of the rig, 0 to 200 Hz, got 300 Hz; "
-    "limits={'frequency': (lowest, highest)} sets own ones": ({}, {"frequency": 300.0}),
-    "force must be within the limits of the rig, -5000 to 5000 N, got -6000 N; "
-    "limits={'force': (lowest, highest)} sets own ones": ({"joint": ms.Coulomb(6e3)}, {}),
-    "cycles must be an integer from 1 to 100000000, got 0": ({}, {"cycles": 0}),
-    "sample_rate must give at least 16 samples a cycle, 160 Hz at 10 Hz, got 100 Hz": (
-        {"sample_rate": 100}, {"frequency": 10.0},
-    ),
-    "a record must have at most 100000000 samples, got 5.12e+08: "
-    "take fewer cycles or a lower sample_rate": ({}, {"cycles": 1_000_000}),
-    "a record must have at most 100000000 samples (1024 a cycle with load_ripple), got 2.048e+08: "
-    "take fewer cycles or a lower sample_rate": (
-        {"load_ripple": 0.02, "sample_rate": 16.0}, {"cycles": 200_000},
-    ),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("message", WRONG_RECORDS)
-def test_wrong_records(message: str) -> None:
-    rig, how = WRONG_RECORDS[message]
-    with pytest.raises(ms.InputError) as caught:
-        ms.VirtualTribometer(**{"joint": JOINT, **rig}).record(**{"amplitude": 5e-6, **how})
-    assert str(caught.value) == message

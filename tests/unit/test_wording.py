@@ -44,7 +44,7 @@ def told(expression: str, names: dict[str, Any]) -> str:
         text = str(eval(expression, names))
     except ms.InputError as error:
         text = str(error)
-    return re.sub(r"0x[0-9a-f]+", "0x…", text)
+    return re.sub(r"at 0x[0-9a-f]+", "at 0x…", text)
 
 
 @pytest.mark.parametrize("module", WORDING)

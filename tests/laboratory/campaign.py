@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import microslip as ms
 
+from .imperfections import IMPERFECTIONS, an_imperfect_set
 from .sets import KINDS, Set, a_set
 from .wrong_physics import WRONG, a_wrong_set
 
@@ -81,6 +82,16 @@ def wrong(seeds: range, names: tuple[str, ...] = tuple(WRONG)) -> dict[str, Tall
     return tallies
 
 
+def imperfect(seeds: range, names: tuple[str, ...] = IMPERFECTIONS) -> dict[str, Tally]:
+    """Tallies of sets of good joints on imperfect rigs, by the imperfections."""
+    tallies: dict[str, Tally] = {}
+    for name in names:
+        for seed in seeds:
+            found = judged(an_imperfect_set(name, seed), f"{name} {seed}")
+            tallies.setdefault(name, Tally()).add(found)
+    return tallies
+
+
 def table(tallies: dict[str, Tally]) -> list[str]:
     """Rows of a page."""
     names = ("friction_coefficient", "slip_scale", "standardised_separation", "rig_stiffness")
@@ -103,4 +114,4 @@ def table(tallies: dict[str, Tally]) -> list[str]:
     return lines
 
 
-__all__ = ["KINDS", "Tally", "coverage", "table", "wrong"]
+__all__ = ["IMPERFECTIONS", "KINDS", "Tally", "coverage", "imperfect", "table", "wrong"]

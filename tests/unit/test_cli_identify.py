@@ -12,7 +12,8 @@ import pytest
 from command import STUDY, fails, run
 
 import microslip as ms
-from microslip.cli.fit_values import calibration_of, contact_area_of, known_of, rig_stiffness_of
+from microslip.cli.fit_values import contact_area_of, known_of, rig_stiffness_of
+from microslip.cli.records import calibration_of
 
 JOINT = ms.Interface.examples()[0]
 RIG = 5e8

@@ -7,10 +7,10 @@ from typing import Any
 
 import click
 
-from microslip._core.units import AREA, DENSITY, FORCE, LENGTH, STIFFNESS, TIME, with_one_unit
+from microslip._core.units import AREA, DENSITY, FORCE, LENGTH, STIFFNESS, TIME
 from microslip._core.wording import did_you_mean
 from microslip.cli.options import ends_in, quantity
-from microslip.cli.records import pairs, slice_of, stiffness
+from microslip.cli.records import is_number, pairs, slice_of, stiffness, with_deviation
 
 _FOLLOWING = {
     "std": "m",
@@ -40,25 +40,6 @@ def options_of(values: dict[str, Any], laws: Sequence[str]) -> dict[str, Any]:
         "delay": "free" if values["free_delay"] else delay_of(values["lag"]),
         **{name: values[name] for name in plain},
     }
-
-
-def calibration_of(texts: tuple[str, ...]) -> tuple[tuple[str, ...], dict[str, float]]:
-    """What --calibration says of the factors, and relative errors of those that have one."""
-    factors, errors = [], {}
-    for role, text in pairs("calibration", texts).items():
-        value, deviation = _with_deviation(text)
-        if deviation is not None:
-            number, error = value.split()[0], deviation.removesuffix("%").split()[0]
-            if not (_is_number(number) and _is_number(error) and float(number) != 0.0):
-                raise click.UsageError(
-                    f"--calibration wants {role}=FACTOR±DEVIATION, such as {role}=1±0.01, got "
-                    f'"{text}"'
-                )
-            share = 0.01 if deviation.endswith("%") else 1.0 / abs(float(number))
-            errors[role] = float(error) * share
-        if deviation is None or not (_is_number(value) and float(value) == 1.0):
-            factors.append(f"{role}={value}")
-    return tuple(factors), errors
 
 
 def values_of(texts: tuple[str, ...], laws: Sequence[str]) -> dict[str, float]:
@@ -91,7 +72,7 @@ def known_of(texts: tuple[str, ...], laws: Sequence[str]) -> dict[str, tuple[flo
     units = {**_units_of(laws), **_FOLLOWING}
     measured = {}
     for name, text in pairs("known", texts).items():
-        value, deviation = _with_deviation(text)
+        value, deviation = with_deviation(text)
         if not value or not deviation:
             raise click.UsageError(f'--known wants {name}=VALUE±DEVIATION, got "{text}"')
         measured[name] = (
@@ -119,7 +100,7 @@ def _quantity(option: str, name: str, text: str, units: dict[str, str]) -> float
     kinds = (AREA, DENSITY, FORCE, LENGTH, STIFFNESS)
     kind = next((kind for kind in kinds if kind.unit == units[base]), None)
     if kind is None:
-        if not _is_number(text):
+        if not is_number(text):
             raise click.UsageError(f'{option}: {name} is a plain number, got "{text}"')
         return float(text)
     examples = {"m": "0.3 um", "N": "1 kN", "N/m": "200 N/um"}
@@ -152,7 +133,7 @@ def rig_stiffness_of(text: str) -> Any:
     words = text.strip()
     if words in ("free", "rigid"):
         return "free" if words == "free" else None
-    value, deviation = _with_deviation(words)
+    value, deviation = with_deviation(words)
     first = stiffness(value)
     return first if deviation is None else (first, stiffness(deviation))
 
@@ -169,22 +150,3 @@ def contact_area_of(text: str | None) -> tuple[float, float, float] | None:
         )
     area, deviation = (quantity("--contact-area", part, AREA, "6 mm^2") for part in parts[:2])
     return area, deviation, quantity("--contact-area", parts[2], FORCE, "2 kN")
-
-
-def _with_deviation(text: str) -> tuple[str, str | None]:
-    """A value and its deviation, if any, each with the unit, which may be written once."""
-    value, sign, deviation = (
-        part.strip() for part in text.replace("+/-", "±").replace("+-", "±").partition("±")
-    )
-    if not sign:
-        return value, None
-    value, deviation = with_one_unit((value, deviation))
-    return value, deviation
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True

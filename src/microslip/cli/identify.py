@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from microslip.cli.fit_values import calibration_of, options_of
+from microslip.cli.fit_values import options_of
 from microslip.cli.group import OneOf
 from microslip.cli.options import ANY_PATH, NamedOption, option, spelling, switch
 from microslip.cli.output import FIGURES, Output, writes
@@ -21,6 +21,7 @@ from microslip.cli.records import (
     WORN_VOLUMES,
     Listed,
     Reading,
+    calibration_of,
     each_of,
     listed,
     reads,
@@ -198,8 +199,7 @@ def identify(
         remedy = "; records of one rig need none"
         rigs = rigs or (files.manifest.texts("rig") if files.manifest is not None else ())
         rig_labels = each_of("--rig", rigs, len(records), "a label", remedy)
-        factors, gain_errors = calibration_of(reading.calibration)
-        reading = reading._replace(calibration=factors)
+        _, gain_errors = calibration_of(reading.calibration)
         options = {**options_of(values, laws), "rigs": list(rig_labels) or None}
         options["gain_errors"] = gain_errors or None
         description = None if study is None else _study(study)

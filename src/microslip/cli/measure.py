@@ -16,6 +16,7 @@ from microslip.cli.records import (
     OVER,
     WORN_VOLUMES,
     Reading,
+    calibration_of,
     listed,
     reads,
     slice_of,
@@ -23,7 +24,7 @@ from microslip.cli.records import (
 from microslip.cli.shell import complete_study
 from microslip.cli.structures import BAND, are_modal, measure_modes
 from microslip.cli.work import progress, stoppable
-from microslip.tribometer.options import AREA, CONFIDENCE, RIG_STIFFNESS
+from microslip.tribometer.options import AREA, CONFIDENCE, DELAY, RIG_STIFFNESS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -42,7 +43,7 @@ if TYPE_CHECKING:
 @GROUP
 @OVER
 @reads()
-@offers(RIG_STIFFNESS)
+@offers(RIG_STIFFNESS, DELAY)
 @option(
     "--model", "STUDY", "Study whose joint tells the regimes apart; without it one sphere does.",
     type=ANY_PATH, shell_complete=complete_study,
@@ -67,6 +68,7 @@ def measure(
     over: str | None,
     reading: Reading,
     rig_stiffness: float | None,
+    delay: float | None,
     model: Path | None,
     confidence: float,
     runs: tuple[str, ...],
@@ -104,6 +106,7 @@ def measure(
             joints = [] if model is None else _joints(model)
             files = listed(records, manifest, runs, worn_volumes)
             paths = files.paths
+            _, gain_errors = calibration_of(reading.calibration)
             spell = spelling(click.get_current_context())
             results, places = [], []
             skipped: list[tuple[str, str]] = []
@@ -118,6 +121,8 @@ def measure(
                         rig_stiffness=rig_stiffness,
                         confidence=confidence,
                         cycles=slice_of("--cycles", cycles),
+                        delay=delay or 0.0,
+                        gain_errors=gain_errors,
                     )
                 except InputError as error:
                     if not str(error).startswith(path_text(path)):

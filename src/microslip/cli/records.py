@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
-from microslip._core.units import VOLUME
+from microslip._core.units import VOLUME, with_one_unit
 from microslip._core.wording import plural
 from microslip.cli.options import ANY_PATH, Command, Decorator, offers, option, quantity
 from microslip.readers.files import LIMIT
@@ -75,7 +75,7 @@ class Reading(NamedTuple):
             cycle_number=_or_none(self.cycle_number),
             sign=-1 if self.flip_sign else None,
             units=pairs("unit", self.units) or None,
-            calibration=pairs("calibration", self.calibration) or None,
+            calibration=pairs("calibration", calibration_of(self.calibration)[0]) or None,
             zero=pairs("zero", self.zero) or None,
             rows=slice_of("--rows", self.rows),
             limit=self.limit,
@@ -250,3 +250,42 @@ def stiffness(text: str) -> float:
     except ValueError as error:
         raise click.UsageError(f"--rig-stiffness: {error}") from None
     return value
+
+
+def calibration_of(texts: tuple[str, ...]) -> tuple[tuple[str, ...], dict[str, float]]:
+    """What --calibration says of the factors, and relative errors of those that have one."""
+    factors, errors = [], {}
+    for role, text in pairs("calibration", texts).items():
+        value, deviation = with_deviation(text)
+        if deviation is not None:
+            number, error = value.split()[0], deviation.removesuffix("%").split()[0]
+            if not (is_number(number) and is_number(error) and float(number) != 0.0):
+                raise click.UsageError(
+                    f"--calibration wants {role}=FACTOR±DEVIATION, such as {role}=1±0.01, got "
+                    f'"{text}"'
+                )
+            share = 0.01 if deviation.endswith("%") else 1.0 / abs(float(number))
+            errors[role] = float(error) * share
+        if deviation is None or not (is_number(value) and float(value) == 1.0):
+            factors.append(f"{role}={value}")
+    return tuple(factors), errors
+
+
+def with_deviation(text: str) -> tuple[str, str | None]:
+    """A value and its deviation, if any, each with the unit, which may be written once."""
+    value, sign, deviation = (
+        part.strip() for part in text.replace("+/-", "±").replace("+-", "±").partition("±")
+    )
+    if not sign:
+        return value, None
+    value, deviation = with_one_unit((value, deviation))
+    return value, deviation
+
+
+def is_number(text: str) -> bool:
+    """Whether a text is a plain number."""
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True

@@ -11,12 +11,10 @@ import numpy as np
 
 from microslip._core.checks import exact, number, positive, show
 from microslip._core.units import engineering
-from microslip._core.wording import did_you_mean
 from microslip.errors import InputError
 from microslip.identification import fit_quality, parameter_choice
 from microslip.identification.caveats import Caveat
 from microslip.identification.conclusions import result_of
-from microslip.identification.coordinates import option_mapping
 from microslip.identification.fit import Fit, solve
 from microslip.identification.intervals import Progress, profiled
 from microslip.identification.models import model_of
@@ -35,13 +33,13 @@ from microslip.numerics.threads import single_threaded
 from microslip.tribometer.folding import MOST_BINS, averaged, stated_noise
 from microslip.tribometer.folding import Folded as Folded
 from microslip.tribometer.folding import fold as fold
+from microslip.tribometer.measurement import checked_gains
 from microslip.tribometer.record import Record
 
 _MOST_FORCES = 1 << 15
 _LEAST_CONFIDENCE = 1e-3
 _MOST_DELAYS = 10
 INTERVALS = ("profile", "curvature")
-_SENSORS = ("force", "displacement", "normal_load")
 _IN_TIME, _LATEST = 1e-5, 1.0  # rad
 _CERTAIN, _ALIKE = 5.0, 0.2  # standard deviations; correlation of force and displacement
 
@@ -219,7 +217,7 @@ def identify(
         free_delay=free_delay,
         lags=lags,
         summits=count_of_summits,
-        gains=_checked_gains(gain_errors),
+        gains=checked_gains(gain_errors),
         effects=effects,
         beside=[columns_of(record, effects) for record in folded] if effects else None,
     )
@@ -383,25 +381,6 @@ def _checked_summits(count: Any, model: Model, notes: list[Caveat]) -> float | N
     number = "..." if law is None else round(law.surface.density * law.surface.area)
     notes.append(Caveat("continuum", {"count": number}))
     return None
-
-
-def _checked_gains(errors: Any) -> dict[str, float]:
-    """Relative standard deviations of the gains of the sensors, by what these measure."""
-    errors = option_mapping("gain_errors", errors)
-    for role in errors:
-        if role not in _SENSORS:
-            raise InputError(
-                f"`gain_errors` must be of {', '.join(_SENSORS)}, got {show(role)}"
-                f"{did_you_mean(role, _SENSORS) if isinstance(role, str) else ''}"
-            )
-    checked = {role: positive(f"error of the gain of {role}", e) for role, e in errors.items()}
-    for role, error in checked.items():
-        if error >= 1.0:
-            raise InputError(
-                f"`gain_errors`: that of {role} must be a share below 1, such as 0.01 for 1 %, got "
-                f"{exact(error)}"
-            )
-    return checked
 
 
 def _checked_delay(delay: Any, folded: Sequence[Folded]) -> tuple[bool, list[float]]:

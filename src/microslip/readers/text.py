@@ -167,9 +167,38 @@ def table(path: Path) -> Table:
         for line in file.above
         if (match := _STATED.fullmatch(line.text))
     }
-    return Table(
-        file.kind, file.columns, file.load, lambda row: f"line {file.line_of(row)}", stated
-    )
+    columns = file.columns
+    if file.above and file.above[0].text.startswith("LabVIEW Measurement"):
+        columns = _of_labview(file, stated)
+    return Table(file.kind, columns, file.load, lambda row: f"line {file.line_of(row)}", stated)
+
+
+def _of_labview(file: TextFile, stated: dict[str, Stated]) -> tuple[Column, ...]:
+    """Columns of LabVIEW's .lvm, whose units and time step stand in lines of their own above.
+
+    The cells of these stand above the columns; without a column of X the step is the time's.
+    """
+    said = {line.text.split("\t", 1)[0].strip(): line for line in file.above}
+
+    def cells(name: str) -> list[str]:
+        return split(said[name].text, "\t") if name in said else []
+
+    units, dimensions = cells("Y_Unit_Label"), cells("X_Dimension")
+    has_x = cells("X_Columns")[1:2] != ["No"]
+    if "Time" in dimensions and not has_x:
+        texts = [cell.replace(",", ".") for cell in cells("Delta_X")[1:]]
+        steps = [float(text) for text in texts if NUMBER["."].fullmatch(text)]
+        if steps and steps[0] > 0.0:
+            stated.setdefault("sample_rate", Stated(1.0 / steps[0], "Delta_X"))
+    columns = []
+    for place, column in enumerate(file.columns):
+        unit = units[place] if place and place < len(units) else ""
+        if column.heading != "X_Value":
+            column = column._replace(unit=column.unit or unit or None)
+        elif has_x and "Time" in dimensions:
+            column = Column("time", "s")
+        columns.append(column)
+    return tuple(columns)
 
 
 def whole_text(path: Path) -> str:

@@ -133,6 +133,11 @@ def _answer(measurements: Sequence[Measurement]) -> str:
         ends = _joules(min(values), max(values))
         return f"Mostly {' and '.join(regimes)}: a cycle dissipates {ends}."
     measured, energy = measurements[0], energies[0]
+    if energy.value < 0.0:
+        return (
+            f"{len(measured)} cycles whose loops run the wrong way round, {_joules(energy.value)} "
+            "each: no regime and no friction is known before the sign of the force is right."
+        )
     if len(measured.levels) > 1:
         return f"{len(measured)} cycles at {len(measured.levels)} amplitudes: {_ends(measured)}."
     cycles = f"{len(measured)} cycle{'s' * (len(measured) > 1)}"

@@ -31,6 +31,7 @@ _COLUMNS_SHOWN = (
     "dissipated_energy",
     "loss_factor",
 )
+_NO_MEAN = (None, None, None)
 _BRIEF = ("amplitude", "normal_load", "friction_energy", "dissipated_energy", "loss_factor")
 
 
@@ -87,7 +88,19 @@ def csv_of(campaign: Campaign) -> str:
     """The rows as a file, all digits."""
     heads = [c.key if c.unit is None else f"{c.key} [{c.unit or '-'}]" for c in _columns(campaign)]
     rows = rows_of(campaign)
-    return csv_text(heads, ([text_cell(v) if isinstance(v, str) else v for v in r] for r in rows))
+    # Behind the row of a terminal the intervals, which it has no room for.
+    ends = [f"{name} {end} [{UNITS[name]}]" for name in _COLUMNS_SHOWN for end in ("low", "high")]
+    intervals = [
+        [end for name in _COLUMNS_SHOWN for end in m.mean.get(name, _NO_MEAN)[1:3]]
+        for m in campaign.measurements
+    ]
+    return csv_text(
+        [*heads, *ends],
+        (
+            [*(text_cell(v) if isinstance(v, str) else v for v in row), *map(plain, behind)]
+            for row, behind in zip(rows, intervals, strict=True)
+        ),
+    )
 
 
 def pictures(campaign: Campaign, confidence: float = 0.95) -> dict[str, Picture]:

@@ -1,11 +1,11 @@
 from .campaign import Campaign as Campaign
 from .conditioning import condition as condition
 from .conditioning import delay_of as delay_of
-from .conditioning import rate_dependence as rate_dependence
-from .conditioning import rig_stiffness_of as rig_stiffness_of
 from .estimates import Estimate as Estimate
 from .measurement import Measurement as Measurement
 from .measurement import measure as measure
 from .record import Record as Record
 from .regimes import Thresholds as Thresholds
+from .several_loads import rate_dependence as rate_dependence
+from .several_loads import rig_stiffness_of as rig_stiffness_of
 from .virtual import VirtualTribometer as VirtualTribometer

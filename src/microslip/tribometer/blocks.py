@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from microslip._core.checks import Floats
-from microslip._core.units import engineering
+from microslip._core.units import engineering, significant
+from microslip._core.wording import plural
 from microslip.errors import InputError
 from microslip.numerics.runs import runs_of
 from microslip.tribometer.cuts import (
@@ -36,6 +37,8 @@ _JUMP = 1.5
 """Of the counter of cycles, beyond which some were not logged."""
 _SAME_PERIOD = 0.1
 """Share by which their period may differ: what hums while the rig rests is no motion."""
+_STOOD, _RESTING = 0.75, 8.0
+"""Of a cycle, for which a rig that is logged stands still at least; range then, over the noise."""
 _OVER_NOISE = 10.0
 """Their amplitude over the noise, at least."""
 
@@ -91,10 +94,39 @@ def gaps_of(record: Record) -> NDArray[np.intp]:
 
 
 @once_a_record
+def stops_of(record: Record) -> NDArray[np.intp]:
+    """First sample of each stretch in which the rig stood while it was logged, and one past it."""
+    x, motion = record.displacement, motion_of(record.displacement, record.force)
+    size = max(int(0.25 * _STOOD * motion.period), 2)
+    number = x.size // size
+    # A few samples of each piece show whether it moves.
+    pieces = x[: number * size].reshape(number, size)[:, :: max(size // 8, 1)]
+    pieces = np.ascontiguousarray(pieces)
+    rest_range = max(_RESTING * motion.noise, 1e-6 * motion.amplitude)
+    is_still = np.ptp(pieces, axis=1) <= rest_range
+    stops = []
+    for begin, end in runs_of(is_still).tolist():
+        # A stretch of slow creep is no stop.
+        if end - begin < 3 or np.ptp(pieces[begin:end]) > 2.0 * rest_range:
+            continue
+        level = float(pieces[begin:end].mean())
+        is_near = np.abs(x - level) <= rest_range
+        first, stop = begin * size, end * size
+        first -= int(np.argmin(np.append(is_near[:first][::-1], False)))
+        stop += int(np.argmin(np.append(is_near[stop:], False)))
+        if stop - first >= _STOOD * motion.period:
+            stops.append((first, stop))
+    return np.array(stops, dtype=np.intp).reshape(-1, 2)
+
+
+@once_a_record
 def blocks_of(record: Record) -> Blocks:
     """The cycles of a record, block by block; stretches of far smaller cycles are blocks, too."""
     x, force = record.displacement, record.force
-    gaps = gaps_of(record)
+    gaps, stops = gaps_of(record), stops_of(record)
+    # The way to a stop and that from it belong to no whole cycle.
+    inner_stops = stops[(stops[:, 0] > 0) & (stops[:, 1] < x.size)]
+    gaps = np.unique(np.concatenate((gaps, inner_stops[:, 0] - 1, inner_stops[:, 1] - 1)))
     motion = motion_of(x, force, [int(gap) for gap in gaps])
     edges = [0, *(int(gap) + 1 for gap in gaps), x.size]
     pieces = list(pairwise(edges))
@@ -109,10 +141,18 @@ def blocks_of(record: Record) -> Blocks:
     if not blocks:
         raise no_cycle(motion)
     notes: tuple[str, ...] = ()
+    gaps = gaps_of(record)
     if gaps.size and record.time is not None:
-        notes = (_gap_note(record.time, gaps, len(pieces) - len(blocks)),)
+        empty = len(pieces) - len(blocks) - len(inner_stops)
+        notes = (_gap_note(record.time, gaps, max(empty, 0)),)
     elif gaps.size:
         notes = (f"the counter of cycles jumps {gaps.size} times: cycles are cut there",)
+    if len(inner_stops):
+        longest_stop = float(np.diff(inner_stops, axis=1).max()) / motion.period
+        notes += (
+            f"the rig stood still {plural(len(inner_stops), 'time')} while it was logged, for "
+            f"{significant(longest_stop, 2)} cycles at most: cycles are cut there",
+        )
     small = [part for block in blocks for part in _with_smaller(x, force, block, motion, kind)]
     return Blocks(tuple(small), notes)
 

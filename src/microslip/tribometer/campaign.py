@@ -16,7 +16,8 @@ from microslip._core.units import engineering
 from microslip._core.wording import did_you_mean, quoted
 from microslip.errors import InputError
 from microslip.tribometer.counting import dissipated
-from microslip.tribometer.estimates import Estimate, quantile
+from microslip.tribometer.cycle_columns import gain_error
+from microslip.tribometer.estimates import Estimate, quantile, with_gain
 from microslip.tribometer.manifest import Cell, numeric, text_of
 from microslip.tribometer.measurement import Measurement
 from microslip.tribometer.regimes import RegimeBorders
@@ -300,6 +301,10 @@ class Campaign(Locked):
         laws = [proportional(names, energies[rows], volume, confidence)]
         threshold = with_threshold(names, energies[rows], volume, confidence)
         laws += [] if threshold is None else [threshold]
+        gain = gain_error("dissipated_energy", self.measurements[0].gain_errors)
+        laws = [
+            law._replace(coefficient=with_gain(law.coefficient, gain, confidence)) for law in laws
+        ]
         if all("normal_load" in measured.mean for measured in self.measurements):
             work = self._worn_by(archard_of)[rows]
             if np.all(work > 0.0):
@@ -315,14 +320,17 @@ class Campaign(Locked):
                 by_label: dict[str, list[Estimate]] = {}
                 for i in members:
                     measured = self.measurements[i]
-                    mean = measured.mean.get(column)
+                    mean = (measured.own_mean or measured.mean).get(column)
                     if mean is not None and math.isfinite(mean.value):
                         if not measured.is_settled:  # how far its cycles range is no error
                             mean = mean._replace(standard_error=math.nan)
                         by_label.setdefault(labels[i], []).append(mean)
                 if len(by_label) > 1:
                     estimates = [(label, of_one(m, confidence)) for label, m in by_label.items()]
-                    found.append((condition, pooled(column, estimates, confidence)))
+                    pool = pooled(column, estimates, confidence)
+                    gain = gain_error(column, self.measurements[0].gain_errors)
+                    mean_of_all = with_gain(pool.mean, gain, confidence)
+                    found.append((condition, pool._replace(mean=mean_of_all)))
         return found
 
     def load_law(self, confidence: float = 0.95) -> LoadLaw | None:

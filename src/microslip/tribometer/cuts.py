@@ -109,6 +109,25 @@ def crossings_of(x: Floats, band: float) -> int:
     return int(_crossings(x, band)[0].size)
 
 
+_REPEATED, _CLOSED = 0.3, 4.0
+"""Steps between its samples by which both ends of a loop are one sample, or follow each other."""
+
+
+def one_loop(x: Floats, force: Floats) -> tuple[int, bool, bool]:
+    """Samples of one loop, without a last one that is the first again; is it one; does it close.
+
+    One goes to and fro once; it closes where its ends follow each other as its samples do.
+    """
+    spans = [float(np.ptp(values)) or 1.0 for values in (x, force)]
+    way = np.hypot(np.diff(x) / spans[0], np.diff(force) / spans[1])
+    gap = math.hypot((x[-1] - x[0]) / spans[0], (force[-1] - force[0]) / spans[1])
+    usual = float(np.median(way))
+    size = x.size - 1 if gap < _REPEATED * usual else x.size
+    low, high = np.percentile(x, (1.0, 99.0)).tolist()  # without spikes
+    turns = crossings_of(np.tile(x[:size] - 0.5 * (low + high), 3), BAND * 0.5 * (high - low))
+    return size, 5 <= turns <= 6, gap <= _CLOSED * usual
+
+
 def candidates(displacement: Floats, motion: Motion) -> tuple[Cuts | None, ...]:
     """Cycles from peak to peak, trough to trough, up to up and down to down; None without any.
 

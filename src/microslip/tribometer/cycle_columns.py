@@ -15,6 +15,8 @@ from microslip.tribometer.cuts import Cuts
 from microslip.tribometer.record import Record
 from microslip.tribometer.reversal import stiffness_columns
 
+_FEW_BEYOND = 0.05
+
 UNITS: Mapping[str, str] = MappingProxyType(
     {
         "start": "-",
@@ -41,6 +43,27 @@ UNITS: Mapping[str, str] = MappingProxyType(
     }
 )
 """Columns of the cycles, with their SI units."""
+
+SENSORS: Mapping[str, tuple[str, ...]] = MappingProxyType(
+    {
+        **dict.fromkeys(("amplitude", "displacement_offset"), ("displacement",)),
+        **dict.fromkeys(("sliding_distance", "linear_range"), ("displacement",)),
+        **dict.fromkeys(("force_amplitude", "force_offset"), ("force",)),
+        "normal_load": ("normal_load",),
+        **dict.fromkeys(("friction_peak", "friction_energy"), ("force", "normal_load")),
+        "dissipated_energy": ("force", "displacement"),
+        **dict.fromkeys(
+            ("reversal_stiffness", "stiffness_left", "stiffness_right"), ("force", "displacement")
+        ),
+    }
+)
+"""Sensors in whose gains a column is linear, or inverse; ratios of a loop to itself know none."""
+
+
+def gain_error(name: str, gain_errors: Mapping[str, float]) -> float:
+    """Relative standard deviation of a column by the gains of its sensors [-]."""
+    return math.hypot(*(gain_errors.get(sensor, 0.0) for sensor in SENSORS.get(name, ())))
+
 
 LABELS: Mapping[str, str] = MappingProxyType(
     {
@@ -128,6 +151,12 @@ def _block_columns(
         columns["friction_peak"] = _ratio(force_amplitude, pressed)
         columns["friction_energy"] = _ratio(energy, 4.0 * pressed * sliding)
     columns |= stiffness_columns(moved, force, cycles, high - low, compliance)
+    # From one reversal to the next a contact has no further to go.
+    with np.errstate(invalid="ignore"):
+        is_beyond = columns["linear_range"] > 2.0 * np.abs(amplitude)
+    if np.mean(is_beyond) > _FEW_BEYOND:
+        is_beyond[:] = True  # those that are left would be the small ones
+    columns["linear_range"][is_beyond] = np.nan
     gap = np.abs(force[last] - force[first])
     columns["closure_error"] = _ratio(gap, 2.0 * np.abs(force_amplitude))
     return columns

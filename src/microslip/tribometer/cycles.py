@@ -81,7 +81,7 @@ class Delay(NamedTuple):
         remedy = "`sample_rate` makes a time of it"
         if self.seconds is not None:
             size = engineering(abs(self.seconds), "s")
-            remedy = f"`condition(record, delay={self.seconds:.3g})` takes it off"
+            remedy = f"`delay={self.seconds:.3g}` takes it off"
         way = "behind" if self.samples > 0.0 else "ahead of"
         return (
             f"the force seems {size} {way} the displacement, by a delay or a filter of its "

@@ -22,6 +22,8 @@ _BLOCKS = 20
 _LIKELY, _UPPER = 2.3, 0.8
 """Standard errors from which on a correlation is no chance; those that are added to it, since one
 that is found too small costs more than one that is found too large."""
+_NORMAL = 100_000
+"""Degrees of freedom at which Student's distribution is the normal one."""
 _HIGHEST, _FARTHEST = 0.999, 1.25
 
 
@@ -142,6 +144,22 @@ def _of_mean(values: Floats, confidence: float, fitted_count: int) -> tuple[floa
     # What wanders has its mean not much farther off than it went.
     half = min(quantile(confidence, dependence.freedom) * error, _FARTHEST * float(np.ptp(values)))
     return error, half
+
+
+def with_gain(estimate: Estimate, relative: float, confidence: float) -> Estimate:
+    """A mean whose interval also knows an error of the gain, common to all of its values."""
+    if relative == 0.0 or not math.isfinite(estimate.value):
+        return estimate
+    error = relative * abs(estimate.value)
+    half = quantile(confidence, _NORMAL) * error
+    low, high = (
+        math.hypot(*np.nan_to_num([estimate.value - estimate.low, half]).tolist()),
+        math.hypot(*np.nan_to_num([estimate.high - estimate.value, half]).tolist()),
+    )
+    total_error = math.hypot(float(np.nan_to_num(estimate.standard_error)), error)
+    return estimate._replace(
+        low=estimate.value - low, high=estimate.value + high, standard_error=total_error
+    )
 
 
 def mean_of_inverses(values: Floats, confidence: float, moving: bool = False) -> Estimate:

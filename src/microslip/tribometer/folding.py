@@ -14,7 +14,7 @@ from microslip._core.frozen import Locked, lock
 from microslip._core.units import engineering
 from microslip.errors import InputError
 from microslip.loops import Loop
-from microslip.tribometer.cuts import BAND, FEWEST_SAMPLES, crossings_of
+from microslip.tribometer.cuts import FEWEST_SAMPLES, one_loop
 from microslip.tribometer.cycles import Cycles, cycles_of, judged
 from microslip.tribometer.estimates import Estimate, trend
 from microslip.tribometer.mean_cycle import QUIET, MeanCycle, drift_of, error_of_mean, series_of
@@ -28,8 +28,6 @@ _JUDGED, _LIKELY = 8, 2.0
 """Cycles from which their growth is told, and standard errors from which on it is likely."""
 _CHANGED = 0.2
 """Range of the loads of the cycles, of their mean, that no law with one load stands for."""
-_REPEATED = 0.3
-"""Of a usual step: a last sample as near to the first one is that one again."""
 
 
 CLIPPED = "found from a record that looks clipped"
@@ -401,21 +399,15 @@ def stated_noise(stated: Any) -> tuple[float, float]:
 
 def averaged(record: Record, noise: tuple[float, float], bins: int = MOST_BINS) -> Folded:
     """A single cycle, averaged already; its last sample may be the first one again."""
-    x, force, load = record.displacement, record.force, record.normal_load
-    size = x.size
-    spans = [float(np.ptp(values)) or 1.0 for values in (x, force)]
-    way = np.hypot(np.diff(x) / spans[0], np.diff(force) / spans[1])
-    gap = math.hypot((x[-1] - x[0]) / spans[0], (force[-1] - force[0]) / spans[1])
-    if gap < _REPEATED * float(np.median(way)):
-        size -= 1
-    x, force = x[:size], force[:size]
-    middle = 0.5 * float(x.max() + x.min())
-    turns = crossings_of(np.tile(x - middle, 3), BAND * 0.5 * spans[0])
-    if size < FEWEST_SAMPLES or not 5 <= turns <= 6:
+    load = record.normal_load
+    size, is_one, _ = one_loop(record.displacement, record.force)
+    x, force = record.displacement[:size], record.force[:size]
+    span = float(np.ptp(x)) or 1.0
+    if size < FEWEST_SAMPLES or not is_one:
         raise InputError(
             f"{record.name}: an averaged loop is one cycle of {FEWEST_SAMPLES} samples or "
-            f"more, got {size} samples that cross their middle {turns // 3} times; of whole "
-            "records the noise is found, without `noise`"
+            f"more, to and fro once, got {size} samples of another way; of whole records the noise "
+            "is found, without `noise`"
         )
     phase = 2.0 * math.pi * np.arange(size) / size
     rate = None
@@ -429,7 +421,7 @@ def averaged(record: Record, noise: tuple[float, float], bins: int = MOST_BINS) 
     first = int(np.argmax(x))
     x, force, phase = (np.roll(values, -first) for values in (x, force, phase))
     phase = np.mod(phase - phase[0], 2.0 * math.pi)
-    floor = QUIET * 0.5 * spans[0]
+    floor = QUIET * 0.5 * span
     harmonics, coefficients, covariance, series_noise = series_of(phase, x, size)
     stated = max(noise[1], floor)
     column = np.arange(size) * min(size, bins) // size

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
@@ -13,19 +13,20 @@ from numpy.typing import NDArray
 
 from microslip._core.checks import Floats, exact, positive, show
 from microslip._core.frozen import lock
-from microslip._core.units import engineering
-from microslip._core.wording import plural
+from microslip._core.units import engineering, significant
+from microslip._core.wording import did_you_mean, plural
 from microslip.errors import InputError, in_python
 from microslip.friction import BackboneLaw
 from microslip.report.files import plain
 from microslip.report.plot import Plot
 from microslip.report.plottable import Plottable
 from microslip.tribometer.blocks import Block, Blocks
+from microslip.tribometer.conditioning import condition
 from microslip.tribometer.counting import Count, Dissipated, dissipated
-from microslip.tribometer.cuts import Cuts
-from microslip.tribometer.cycle_columns import UNITS, columns_of
+from microslip.tribometer.cuts import Cuts, one_loop
+from microslip.tribometer.cycle_columns import LABELS, UNITS, columns_of, gain_error
 from microslip.tribometer.cycles import cycles_of
-from microslip.tribometer.estimates import Estimate, mean_of, mean_of_inverses, trend
+from microslip.tribometer.estimates import Estimate, mean_of, mean_of_inverses, trend, with_gain
 from microslip.tribometer.friction_log import FrictionLog, friction_log
 from microslip.tribometer.options import CONFIDENCE
 from microslip.tribometer.record import Record
@@ -33,6 +34,16 @@ from microslip.tribometer.regimes import REGIMES, Thresholds, regimes_of, thresh
 from microslip.tribometer.reversal import STIFFNESSES
 
 _FOLDS = 64
+_SENSORS = ("force", "displacement", "normal_load")
+MOST_OF_LOOP = 1 << 17
+"""Samples of a record that may be a single averaged loop, at most."""
+_MOST = {
+    "amplitude": (0.1, "m", "displacement"),
+    "force_amplitude": (1e7, "N", "force"),
+    "dissipated_energy": (1e3, "J", "force"),
+    "friction_peak": (5.0, "", "normal_load"),
+}
+"""Sizes from which on a unit is more likely wrong than the rig large."""
 
 
 class AmplitudeLevel(NamedTuple):
@@ -94,6 +105,10 @@ class Measurement(Plottable):
         ``source`` of these.
     friction_log : FrictionLog or None
         Force over displacement of some of the cycles, for a picture.
+    gain_errors : mapping of str to float
+        Relative standard deviations [-] of the gains of the sensors that ``mean`` knows.
+    own_mean : mapping of str to Estimate
+        The means without these errors, which all cycles and records of a rig share.
 
     Notes
     -----
@@ -124,6 +139,8 @@ class Measurement(Plottable):
     levels: tuple[AmplitudeLevel, ...] = ()
     count: Count | None = None
     friction_log: FrictionLog | None = None
+    gain_errors: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
+    own_mean: Mapping[str, Estimate] = field(default_factory=lambda: MappingProxyType({}))
 
     def __len__(self) -> int:
         return len(self.regimes)
@@ -214,6 +231,8 @@ def measure(
     rig_stiffness: float | None = None,
     confidence: float = 0.95,
     cycles: slice | None = None,
+    delay: float = 0.0,
+    gain_errors: Mapping[str, float] | None = None,
 ) -> Measurement:
     """Measure every cycle of a record.
 
@@ -230,6 +249,12 @@ def measure(
         Level of the confidence intervals [-], between 0 and 1.
     cycles : slice, optional
         Cycles that the means are of, the first being 0; without it the settled ones.
+    delay : float, optional
+        Time [s] by which the force lags behind the displacement, which is taken off.
+    gain_errors : mapping, optional
+        Relative standard deviations [-] of the gains of the sensors, as their calibration has them,
+        by "force", "displacement" and "normal_load": errors that all cycles share, which the
+        intervals then know.
 
     Returns
     -------
@@ -266,7 +291,9 @@ def measure(
         )
     level: float = CONFIDENCE.checked(confidence)
     limits = thresholds(model)
-    judged = cycles_of(record)
+    gains = checked_gains(gain_errors)
+    record = condition(record, delay=delay) if delay else record
+    judged = cycles_of(_turned_to_its_peak(record))
     record, blocks, columns = judged.record, judged.blocks, judged.columns
     x, force = record.displacement, record.force
     counting = judged.selected(cycles)
@@ -291,6 +318,7 @@ def measure(
     ]
     if judged.delay is not None:
         notes.append(judged.delay.note())
+    notes += _beyond_all_rigs(columns)
     columns = {name: columns[name] for name in UNITS if name in columns}
     record_regimes = regimes_of(columns, limits, counting.selection, counting.is_moving)
     regimes = record_regimes.of_each
@@ -307,7 +335,9 @@ def measure(
         cycles=MappingProxyType({name: lock(values) for name, values in columns.items()}),
         regimes=regimes,
         thresholds=limits,
-        mean=_means(columns, counting.selection, level, counting.is_moving),
+        mean=_means(columns, counting.selection, level, counting.is_moving, gains),
+        own_mean=_means(columns, counting.selection, level, counting.is_moving),
+        gain_errors=MappingProxyType(gains),
         probability=MappingProxyType(record_regimes.probability),
         confidence=level,
         frequency=_frequency(record, blocks),
@@ -323,7 +353,7 @@ def measure(
             AmplitudeLevel(
                 lock(stretch.selection),
                 not stretch.is_moving,
-                _means(columns, stretch.selection, level, stretch.is_moving),
+                _means(columns, stretch.selection, level, stretch.is_moving, gains),
             )
             for stretch in counting.levels
         ),
@@ -331,13 +361,21 @@ def measure(
 
 
 def _means(
-    columns: Mapping[str, Floats], rows: NDArray[Any], level: float, is_moving: bool
+    columns: Mapping[str, Floats],
+    rows: NDArray[Any],
+    level: float,
+    is_moving: bool,
+    gains: Mapping[str, float] = MappingProxyType({}),
 ) -> Mapping[str, Estimate]:
     """Means of the columns over some cycles."""
     return MappingProxyType(
         {
-            name: (mean_of_inverses if name in STIFFNESSES else mean_of)(
-                values[rows], level, is_moving
+            name: with_gain(
+                (mean_of_inverses if name in STIFFNESSES else mean_of)(
+                    values[rows], level, is_moving
+                ),
+                gain_error(name, gains),
+                level,
             )
             for name, values in columns.items()
             if name != "start"
@@ -347,6 +385,68 @@ def _means(
 
 def _with_units(means: Mapping[str, Estimate]) -> dict[str, Any]:
     return {name: {"unit": UNITS[name], **mean._asdict()} for name, mean in means.items()}
+
+
+def checked_gains(errors: Mapping[str, float] | None) -> dict[str, float]:
+    """Relative standard deviations of the gains of the sensors, by what these measure."""
+    if errors is not None and not isinstance(errors, Mapping):
+        raise InputError(
+            f"`gain_errors` must be a mapping such as {{'force': 0.01}}, got {show(errors)}"
+        )
+    for role in errors or ():
+        if role not in _SENSORS:
+            raise InputError(
+                f"`gain_errors` must be of {', '.join(_SENSORS)}, got {show(role)}"
+                f"{did_you_mean(role, _SENSORS) if isinstance(role, str) else ''}"
+            )
+    checked = {
+        role: positive(f"error of the gain of {role}", error)
+        for role, error in (errors or {}).items()
+    }
+    for role, error in checked.items():
+        if error >= 1.0:
+            raise InputError(
+                f"`gain_errors`: that of {role} must be a share below 1, such as 0.01 for 1 %, got "
+                f"{exact(error)}"
+            )
+    return checked
+
+
+def _turned_to_its_peak(record: Record) -> Record:
+    """A record of a single averaged loop, from its highest place on; others as they are."""
+    x, force = record.displacement, record.force
+    if x.size > MOST_OF_LOOP or not all(one_loop(x, force)[1:]):
+        return record
+    size = one_loop(x, force)[0]
+    first = int(np.argmax(x[:size]))
+    order = (first + np.arange(size + 1)) % size
+    channels: dict[str, Any] = {
+        key: values[order]
+        for key in ("displacement", "force", "normal_load", "commanded")
+        if isinstance(values := getattr(record, key), np.ndarray)
+    }
+    rate = record.sample_rate
+    if record.time is not None:
+        rate = (x.size - 1) / float(record.time[-1] - record.time[0])
+    notes = (*record.notes, "one closed loop: measured from its highest place on, as averaged")
+    channels |= {"time": None, "sample_rate": rate, "cycle_number": None, "notes": notes}
+    return replace(record, **channels)
+
+
+def _beyond_all_rigs(columns: Mapping[str, Floats]) -> list[str]:
+    """Remarks on sizes that no contact has: a unit is wrong."""
+    notes = []
+    for name, (most, unit, role) in _MOST.items():
+        if name not in columns:
+            continue
+        size = abs(float(np.nanmedian(columns[name])))
+        if size > most:
+            text = engineering(size, unit) if unit else significant(size)
+            notes.append(
+                f"{LABELS[name]} of {text} is beyond all rigs; are the units right? "
+                f"`units={in_python({role: 'um' if role == 'displacement' else 'N'})}` states them"
+            )
+    return notes
 
 
 # -- the record as a whole ------------------------------------------------------------------------

@@ -37,8 +37,8 @@ FLIP_SIGN = option(
 UNITS = option("units", f"Unit of {_ROLES}; may be repeated.", flag="unit", metavar="WHAT=UNIT")
 CALIBRATION = option(
     "calibration",
-    'Factor of a sensor, such as force="12.5 N/V", in a fit with its deviation: force=1±0.01; '
-    "may be repeated.",
+    'Factor of a sensor, such as force="12.5 N/V", or with its deviation, force=1±0.01, which the '
+    "intervals then know; may be repeated.",
     metavar="WHAT=FACTOR",
 )
 ZERO = option(
@@ -53,6 +53,15 @@ CUTOFF = option(
     "cutoff", 'Low-pass without phase, such as "800 Hz".', units.FREQUENCY, example="800 Hz"
 )
 DRIFT = option("drift", "Remove a linear trend from both channels.", bool, default=False)
+DELAY = option(
+    "delay",
+    "Time by which the force lags behind the displacement, to be taken off; a plain number is in "
+    "s.",
+    units.TIME,
+    example="50 us",
+    bare=True,
+    sign="any",
+)
 COLUMNS = (DISPLACEMENT, FORCE, NORMAL_LOAD, TIME)
 SCALING = (UNITS, CALIBRATION, ZERO)
 

@@ -537,3 +537,89 @@ def test_a_structure_needs_no_law_of_its_own(folder: Path) -> None:
     text = STUDY.replace("friction_coefficient = { low = 0.1, high = 0.6 }", keys)
     with pytest.raises(ms.StudyError, match="structure: wanted none beside joint"):
         ms.Study.from_toml(text, folder=folder)
+
+
+KNOWN = (
+    ("{ low = 0.1, high = 0.6 }", "0.35"),
+    ('{ mean = "5 kN", cv = 0.15 }', '"5 kN"'),
+    ('form = { file = "form.csv", factor = { low = 0.0, high = 1.0 } }\n', ""),
+    ('measured = { file = "test.csv" }\n', ""),
+)
+
+
+def known(*changes: tuple[str, str]) -> Any:
+    """The structure of the study above, all of it known but for some changes."""
+    text = STUDY
+    for old, new in (*KNOWN, *changes):
+        assert old in text
+        text = text.replace(old, new)
+    result = ms.Study.from_toml(text).run()
+    assert result.structure is not None
+    return result.structure
+
+
+def test_base_damping_unless_given_is_a_range_that_is_added() -> None:
+    plain = known().modes[0]
+    assert plain.bands is None
+    mode = known(("base_damping_ratio = 0.0005\n", "")).modes[0]
+    of_joint = plain.curve.damping_ratio - 5e-4
+    assert mode.bands is not None
+    for row, share in zip(mode.bands.damping_ratio, (0.05, 0.5, 0.95), strict=True):
+        np.testing.assert_allclose(row, of_joint + 1e-4 + share * 9e-4, rtol=2e-3)
+    np.testing.assert_allclose(mode.bands.frequency, np.tile(plain.curve.frequency, (3, 1)))
+
+
+def test_samples_of_a_modulus_are_multiples_of_one_model() -> None:
+    steel = '[material.mine]\nyoung_modulus = {}\npoisson_ratio = 0.3\n\n[surface]\nmaterials = ["mine", "mine"]'
+    header = '[surface]\nmaterials = ["steel", "steel"]'
+    uncertain = '{ values = ["160 GPa", "240 GPa"] }'
+    bands = known((header, steel.format(uncertain))).modes[0].bands
+    assert bands is not None
+    low, high = (
+        known((header, steel.format(f'"{e} GPa"'))).modes[0].curve.frequency for e in (160, 240)
+    )
+    np.testing.assert_allclose(bands.frequency[[0, 2]], [low, high], rtol=1e-9)
+
+
+def test_masses_and_accelerations() -> None:
+    free = known()
+    heavy = known(
+        ("samples = 16", 'samples = 16\nmasses = [{ at = ["0.1 m", "0 m", "0 m"], mass = "2 g" }]')
+    )
+    sensed = free.joint.sensor("sensor") @ free.modes[0].curve.shape[0]
+    lower = np.sqrt(1.0 + 2e-3 * abs(sensed) ** 2)  # Rayleigh: its shape hardly changes
+    ratio = free.modes[0].curve.linear_frequency / heavy.modes[0].curve.linear_frequency
+    assert lower > 1.003
+    assert ratio - 1.0 == pytest.approx(lower - 1.0, rel=0.03)
+    slow, fast = (
+        free.modes[0].curve,
+        known(
+            (
+                '{ from = "0.1 um", to = "10 um", points = 3 }',
+                '{ from = "3 m/s^2", to = "300 m/s^2", points = 3 }',
+            )
+        )
+        .modes[0]
+        .curve,
+    )
+    places = fast.amplitude / (2.0 * np.pi * fast.frequency) ** 2
+    np.testing.assert_allclose(
+        np.interp(np.log(places), np.log(slow.amplitude), slow.frequency), fast.frequency, rtol=2e-3
+    )
+    np.testing.assert_allclose(fast.amplitude, [3.0, 30.0, 300.0])
+    with pytest.raises(
+        ms.StudyError, match=r"amplitude\.to: wanted acceleration as in from, got displacement"
+    ):
+        known(('from = "0.1 um"', 'from = "3 m/s^2"'))
+
+
+@pytest.mark.slow
+def test_patches_unless_given_are_halved_where_energy_is_lost() -> None:
+    usual = known(
+        ("patches = [3, 2]\n", ""), ('lap = "30 mm"', 'lap = "60 mm"'),
+        ('element_size = "12 mm"', 'element_size = "4 mm"'),
+    )  # fmt: skip
+    assert 30 < usual.joint.patches < 60
+    sizes = np.diff(usual.joint.patch_boxes)[:, 0]
+    fine = sizes < 0.7 * sizes.max()
+    assert usual.modes[0].loss()[fine].sum() > 0.5

@@ -81,6 +81,8 @@ STIFFNESS = Kind(
 TORQUE = Kind("torque", "N*m", ("N m", "N*m", "kN m", "lbf in", "lbf ft"))
 MASS_DENSITY = Kind("mass per volume", "kg/m^3", ("kg/m^3", "g/cm^3", "t/m^3", "lb/in^3"))
 TIME = Kind("time", "s", ("us", "µs", "ms", "s", "min"))
+VELOCITY = Kind("velocity", "m/s", ("m/s", "mm/s", "um/s"))
+ACCELERATION = Kind("acceleration", "m/s^2", ("m/s^2", "mm/s^2"))
 FREQUENCY = Kind("frequency", "Hz", ("Hz", "kHz"))
 RATIO = Kind("plain number", "", ())
 PER_LENGTH = Kind("number per length", "1/m", ("1/nm", "1/um", "1/mm", "1/m", "um^-1"))
@@ -90,7 +92,7 @@ _KINDS = {
     kind.unit: kind
     for kind in (
         *(LENGTH, AREA, VOLUME, FORCE, PRESSURE, DENSITY, ANGLE, MASS, STIFFNESS, TORQUE),
-        *(MASS_DENSITY, TIME, FREQUENCY, PER_LENGTH, SPECTRAL_DENSITY),
+        *(MASS_DENSITY, TIME, VELOCITY, ACCELERATION, FREQUENCY, PER_LENGTH, SPECTRAL_DENSITY),
     )
 }
 

@@ -22,11 +22,13 @@ from microslip.structures import (
     identify_modal,
 )
 from microslip.structures.periodic_motion import moving_modes
+from microslip.structures.reduction_convergence import refined
 from microslip.study.build import blame, build_surface
 from microslip.study.description import StudyDescription
 from microslip.study.draws import Design, at_middle, is_uncertain
 from microslip.study.modal_tests import MeasuredPart
 from microslip.study.structure import StructurePart
+from microslip.study.uncertain import Spread, value_at
 from microslip.sweeps.quantiles import quantiles
 from microslip.sweeps.ranking import ranking
 
@@ -35,10 +37,13 @@ _NAMES = {
     "structure.bolts.tension": "bolt tension",
     "structure.bolts.torque": "bolt torque",
     "structure.form.factor": "factor on the form",
+    "structure.base_damping_ratio": "base damping ratio",
 }
 _OF_LAWS = ("bolts.tension", "bolts.torque", "bolts.nut_factor", "bolts.thread_friction",
             "bolts.bearing_friction", "form.factor", "base_damping_ratio")  # fmt: skip
 """Keys of a structure that leave its reduced model as it is."""
+_SIDES = ["structure.lap", "structure.width"]
+_BASE = "structure.base_damping_ratio"
 _DENSE = 4096  # points at which bands interpolate between the samples
 
 
@@ -49,7 +54,7 @@ def run(study: StudyDescription, progress: Progress | None = None) -> StructureP
     middle = at_middle(study)
     part = middle.structure
     assert part is not None  # who calls has looked
-    joint = _reduced(middle)
+    joint = _refined(middle)
     tell(0.2)
     with blame(study, "structure"):
         formed, state = _tightened(middle, joint)
@@ -68,7 +73,7 @@ def run(study: StudyDescription, progress: Progress | None = None) -> StructureP
     inputs: tuple[tuple[str, str], ...] = ()
     if design is not None:
         inputs = tuple((_NAMES.get(entry.key, entry.key), entry.written) for entry in design.inputs)
-        samples = _samples(design, joint, lambda s: tell(0.5 + 0.5 * s))
+        samples = _samples(design, middle, joint, curves, lambda s: tell(0.5 + 0.5 * s))
     names = tuple(name for name, _ in inputs)
     modes = tuple(
         Mode(number, curve, curve.other_method, _bands(samples[index], part, names, convergence))
@@ -82,13 +87,35 @@ def run(study: StudyDescription, progress: Progress | None = None) -> StructureP
     return StructurePrediction(part, formed, state, modes, inputs, identified, tests, convergence)
 
 
-def _reduced(study: StudyDescription) -> ReducedJoint:
-    """The reduced model of a study without anything uncertain."""
+def _reduced(study: StudyDescription, patches: Floats | None = None) -> ReducedJoint:
+    """The reduced model of a study without anything uncertain; its patches unless given."""
     part = study.structure
     assert part is not None  # who calls has looked
     with blame(study, "structure"):
         materials = {name: material.build() for name, material in study.material.items()}
-        return part.reduce(materials, study.surface.materials[0])
+        reduction = part.reduction if patches is None else part.reduction | {"patches": patches}
+        return part.reducer(materials, study.surface.materials[0]).reduce(**reduction)
+
+
+def _refined(study: StudyDescription) -> ReducedJoint:
+    """The same; without given patches those are halved where the first mode loses most."""
+    part = study.structure
+    assert part is not None  # who calls has looked
+    if part.patches is not None or part.converge:
+        return _reduced(study)
+    with blame(study, "structure"):
+        materials = {name: material.build() for name, material in study.material.items()}
+        form = None if part.form is None else part.form.table * [1.0, 1.0, part.form.factor]
+        return refined(
+            part.reducer(materials, study.surface.materials[0]),
+            part.least_patch,
+            build_surface(study),
+            study.joint.friction_coefficient,
+            part.modes[0] - 1,
+            part.amplitudes[-1:],
+            quantity=part.quantity,
+            reduction={**part.reduction, "form": form},
+        )
 
 
 def _converged(study: StudyDescription, joint: ReducedJoint, state: Preload) -> Convergence:
@@ -176,6 +203,7 @@ def _curve(part: StructurePart, joint: ReducedJoint, state: Preload, number: int
         number - 1,
         part.amplitudes,
         at=joint.sensor("sensor"),
+        quantity=part.quantity,  # type: ignore[arg-type]
         damping_ratio=part.base_damping_ratio,
         harmonics=part.harmonics,
     )
@@ -197,37 +225,87 @@ class Sampled(NamedTuple):
     """The same at many more points."""
     frequency: Floats
     """(samples, amplitudes) [Hz]; NaN where the balance was not reached."""
-    damping_ratio: Floats
-    """The same [-]."""
+    joint_damping: Floats
+    """Damping ratio of the joint alone, the same [-]."""
+    base_damping: tuple[Floats, Floats]
+    """What is added to it, at the samples and at those many points [-]."""
 
 
-def _samples(design: Design, joint: ReducedJoint, progress: Progress) -> list[Sampled | None]:
-    """The curves of each mode over Sobol' points; the model anew where its drawing scatters."""
+def _samples(
+    design: Design,
+    middle: StudyDescription,
+    joint: ReducedJoint,
+    curves: list[ModalCurve],
+    progress: Progress,
+) -> list[Sampled | None]:
+    """The curves of each mode over Sobol' points; the model anew where its drawing scatters.
+
+    Of the modulus and the mass density of a drawing the reduced model is a multiple, and base
+    damping is added: those need neither a mesh nor, the latter, a balance.
+    """
     study = design.study
     part = study.structure
     assert part is not None  # who calls has looked
-    bodies = "material." if part.mesh else f"material.{study.surface.materials[0]}."
+    body = f"material.{study.surface.materials[0]}."
+    elastic = [f"{body}young_modulus", *(() if part.masses else ["structure.density"])]
+    scaled = [] if part.mesh else elastic
     anew = any(
-        key.startswith((bodies, "structure."))
+        key.startswith(("material." if part.mesh else body, "structure."))
         and not key.endswith(".hardness")
         and key.removeprefix("structure.") not in _OF_LAWS
+        and key not in scaled
         for key in design.changed_keys
     )
     scores = design.scores(design.points(part.samples, 1)[0])
-    curves = np.full((len(part.modes), 2, len(scores), len(part.amplitudes)), math.nan)
+    dense = design.scores(design.points(_DENSE, 1)[0])
+    base = _base_damping(design, part, scores), _base_damping(design, part, dense)
+    if design.changed_keys == {_BASE}:  # the same curve for all
+        repeats = (len(scores), 1)
+        return [
+            Sampled(
+                scores,
+                dense,
+                np.tile(curve.frequency, repeats),
+                np.tile(curve.damping_ratio - curve.base_damping, repeats),
+                base,
+            )
+            for curve in curves
+        ]
+    samples = np.full((len(part.modes), 2, len(scores), len(part.amplitudes)), math.nan)
     for row, place in enumerate(scores):
         sample = design.at(place)
         sample_part = sample.structure
         assert sample_part is not None  # as in the study
         with blame(study, "structure"):
-            model = _reduced(sample) if anew else joint
+            if anew:
+                lap, width = _scales(middle, sample, [] if part.mesh else _SIDES) or (1.0, 1.0)
+                model = _reduced(sample, joint.patch_boxes * [lap, lap, width, width])
+            else:
+                model = joint.scaled(*_scales(middle, sample, scaled))
             _, state = _tightened(sample, model)
             for index, number in enumerate(sample_part.modes):
                 curve = _curve(sample_part, model, state, number)
-                curves[index, :, row] = curve.frequency, curve.damping_ratio
+                samples[index, :, row] = curve.frequency, curve.damping_ratio - curve.base_damping
         progress((row + 1) / len(scores))
-    dense = design.scores(design.points(_DENSE, 1)[0])
-    return [Sampled(scores, dense, frequency, damping) for frequency, damping in curves]
+    return [Sampled(scores, dense, frequency, damping, base) for frequency, damping in samples]
+
+
+def _scales(middle: StudyDescription, sample: StudyDescription, keys: list[str]) -> list[float]:
+    """How many times stiffer and heavier than the middle a sample is."""
+    return [value_at(sample, key) / value_at(middle, key) for key in keys]  # type: ignore[operator]
+
+
+def _base_damping(design: Design, part: StructurePart, scores: Floats) -> Floats:
+    """The damping of all but the joint at rows of scores [-]."""
+    from scipy.special import ndtr
+
+    base = part.base_damping_ratio
+    source = (base.of or _BASE) if isinstance(base, Spread) else ""
+    if source not in design.spreads:
+        return np.full(len(scores), float(base))
+    column = list(design.spreads).index(source)
+    factor = 1.0 if base.of is None else base.factor  # type: ignore[attr-defined]
+    return np.asarray(factor * design.spreads[source].quantiles(ndtr(scores[:, column])))
 
 
 def _bands(
@@ -240,34 +318,28 @@ def _bands(
     if sampled is None:
         return None
     scores, dense = sampled.scores, sampled.dense
-    joints = sampled.damping_ratio - part.base_damping_ratio
     with np.errstate(invalid="ignore", divide="ignore"):
-        logs = np.log(sampled.frequency), np.log(joints)
-    (frequency, frequency_error), (damping, damping_error) = (
-        quantiles(scores, log, dense, SHARES) for log in logs
-    )
-    model = _model_error(convergence)
+        logs = np.log(sampled.frequency), np.log(sampled.joint_damping)
+    frequency, frequency_error = quantiles(scores, logs[0], dense, SHARES)
+    damping, damping_error = quantiles(scores, logs[1], dense, SHARES, sampled.base_damping)
+    model = None if convergence is None else convergence.error
     if model is not None:
         outwards = np.array([-1.0, 0.0, 1.0])[:, None]
-        frequency, damping = frequency + model[0] * outwards, damping + model[1] * outwards
+        frequency = frequency + model[0] * outwards
+        # Of the damping ratio only the joint's part has this error.
+        of_joint = 1.0 - float(sampled.base_damping[0].mean()) / np.exp(damping)
+        damping = damping + model[1] * np.maximum(of_joint, 0.0) * outwards
+    middle = len(part.amplitudes) // 2
+    total = sampled.joint_damping[:, middle] + sampled.base_damping[0]
     return Bands(
         np.exp(frequency),
-        np.exp(damping) + part.base_damping_ratio,
-        _ranking(scores, joints[:, len(part.amplitudes) // 2], names),
+        np.exp(damping),
+        _ranking(scores, total, names),
         float(np.nanmax(frequency_error, initial=0.0)),
         float(np.nanmax(damping_error, initial=0.0)),
         int((~np.isfinite(sampled.frequency)).any(axis=1).sum()),
         model,
     )
-
-
-def _model_error(convergence: Convergence | None) -> tuple[float, float] | None:
-    """Of frequency and damping ratio [-]: the changes that were tried, as independent errors."""
-    if convergence is None:
-        return None
-    changes = np.array([(c.frequency, c.damping_ratio) for c in convergence.changes])
-    frequency, damping = np.sqrt((changes**2).sum(axis=0))
-    return float(frequency), float(damping)
 
 
 def _ranking(

@@ -28,11 +28,11 @@ class Bands:
     frequency: Floats  # quantiles at each amplitude [Hz], shape (3, amplitudes)
     damping_ratio: Floats  # the same [-]
     ranking: tuple[tuple[str, float], ...]
-    """Share of each input in the scatter of ln(joint damping ratio) [-], the largest first."""
+    """Share of each input in the scatter of ln(damping ratio) [-], the largest first."""
     frequency_error: float
     """Largest relative standard error of the quantiles, for there are so few samples [-]."""
     damping_error: float
-    """The same of the joint's damping ratio [-]."""
+    """The same of the damping ratio [-]."""
     unsolved: int
     """Samples that do not reach all amplitudes; at those they do not count."""
     model_error: tuple[float, float] | None

@@ -18,6 +18,7 @@ from microslip.materials import Material
 from microslip.normal import NormalLaw
 from microslip.structures.bolts import Bolts
 from microslip.structures.mesh import (
+    SIDE,
     Body,
     ContactFaces,
     JointMesh,
@@ -118,7 +119,10 @@ class LapJoint:
         density = positive("density", density, "kg/m^3", 7800.0)
         for body in (material, self.bolts.material or material):
             check_elastic(body)
-        size = self._size(element_size)
+        return self._mesh(material, density, self.size_of_elements(element_size))
+
+    def _mesh(self, material: Material, density: float, size: float, side: int = SIDE) -> JointMesh:
+        """The same with so many cells along the squares around bolts, and layers to match."""
         bolts = self.bolts
         half = square_half(bolts, self.lap, self.width)
         end, edge = 0.5 * self.lap, 0.5 * self.width
@@ -128,12 +132,12 @@ class LapJoint:
         arm = 0.5 * self.thickness if self.style == "half-lap" else self.thickness
         longest = max(self.lap, self.width, arm)
         check_count(math.ceil(max(longest - 2.0 * half * len(bolts), 0.8 * arm) / size))
-        columns = lines(-end, end, marks[0], size)
-        rows = lines(-edge, edge, marks[1], size)
-        layers = max(2, round(0.8 * arm / size))
+        columns = lines(-end, end, marks[0], size, side)
+        rows = lines(-edge, edge, marks[1], size, side)
+        layers = max(side // 2, round(0.8 * arm / size))
         check_count(4 * layers * (len(columns) - 1) * (len(rows) - 1))
         scale = 1e-7 * min(self.lap, self.width, self.thickness)
-        lap = plan(columns, rows, bolts, half, scale)
+        lap = plan(columns, rows, bolts, half, scale, side)
         below, above = np.linspace(-arm, 0.0, layers + 1), np.linspace(0.0, arm, layers + 1)
         solids = Solids(scale)
         arm_cells = [*lap.plate, *(quad for ring in lap.washer for quad in ring)]
@@ -154,9 +158,9 @@ class LapJoint:
         grip = np.linspace(-arm, arm, 2 * layers + 1)
         for k in range(len(bolts)):
             ends = [*lap.washer[k], *lap.clearance[k], *lap.shank[k]]
-            for level, side in ((-arm - head, "left"), (arm, "right")):
+            for level, end_face in ((-arm - head, "left"), (arm, "right")):
                 heights = np.array([level, level + head])
-                fixings += solids.extrude(lap.points, ends, heights, [side, side])
+                fixings += solids.extrude(lap.points, ends, heights, [end_face] * 2)
             sides = ["left"] + ["shank"] * (2 * layers - 1) + ["right"]
             shank = solids.extrude(lap.points, lap.shank[k], grip, sides)
             fixings += shank
@@ -283,13 +287,21 @@ class LapJoint:
         Notes
         -----
         Of all patches those that lose 80 % of the energy together are halved, along or across as
-        it matters more. A step takes three reductions of the same factors.
+        it matters more. A step takes three reductions of the same factors. The mesh is compared
+        with one of half as many elements in all directions, rings and layers included.
         """
         from microslip.structures.reduction_convergence import converge
 
+        size = self.size_of_elements(element_size)
+
+        def mesh_of(coarse: bool) -> JointMesh:
+            if coarse:
+                return self._mesh(material, density, 2.0 * size, SIDE // 2)
+            return self.mesh(material, density, element_size)
+
         return converge(
-            lambda size: self.mesh(material, density, size),
-            self._size(element_size),
+            mesh_of,
+            size,
             np.array([1.0, 0.0, 0.0]),
             surface,
             friction_coefficient,
@@ -304,8 +316,8 @@ class LapJoint:
             masses=masses,
         )
 
-    def _size(self, element_size: float | None) -> float:
-        """Size of the elements in the lap [m]."""
+    def size_of_elements(self, element_size: float | None = None) -> float:
+        """Size of the elements in the lap [m], as given or as usual."""
         usual = min(self.lap / 24.0, self.width / 4.0)
         return usual if element_size is None else positive("element_size", element_size, "m", 5e-3)
 

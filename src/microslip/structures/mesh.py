@@ -144,11 +144,13 @@ class _Points:
         return self.index[key]
 
 
-def plan(columns: Floats, rows: Floats, bolts: Bolts, half: float, scale: float) -> Plan:
+def plan(
+    columns: Floats, rows: Floats, bolts: Bolts, half: float, scale: float, side: int = SIDE
+) -> Plan:
     """The lap in plan: cells between columns and rows, and rings in the squares around bolts.
 
     The grid lines [m] hold the sides of the squares, of ``half`` a side [m]; points nearer to each
-    other than ``scale`` [m] are one.
+    other than ``scale`` [m] are one. ``side`` cells lie along each side of a square.
     """
     at = _Points(scale)
     plate: list[tuple[int, ...]] = []
@@ -164,13 +166,15 @@ def plan(columns: Floats, rows: Floats, bolts: Bolts, half: float, scale: float)
     for i, j in zip(*np.nonzero(~inside), strict=True):
         xs, ys = columns[[i, i + 1, i + 1, i]], rows[[j, j, j + 1, j + 1]]
         plate.append(tuple(at(place) for place in zip(xs, ys, strict=True)))
-    count = 4 * SIDE
+    count = 4 * side
     # Polygons with the area of the circles: then shanks have their stiffness and plates their mass.
     swell = math.sqrt(2.0 * math.pi / count / math.sin(2.0 * math.pi / count))
+    if 0.5 * swell * bolts.washer >= half:
+        raise InputError("rings of so few elements do not fit between washers and what is beside")
     angles = -0.75 * math.pi + 2.0 * math.pi * np.arange(count) / count
     circle = np.stack([np.cos(angles), np.sin(angles)], axis=1)
-    along = np.linspace(-1.0, 1.0, SIDE + 1)[:-1]
-    unit = np.ones(SIDE)
+    along = np.linspace(-1.0, 1.0, side + 1)[:-1]
+    unit = np.ones(side)
     square = np.concatenate(
         [
             np.stack(pair, axis=1)
@@ -203,13 +207,12 @@ def plan(columns: Floats, rows: Floats, bolts: Bolts, half: float, scale: float)
         plate += ring(radii["washer"], half * square, 1)
         washer.append(ring(radii["hole"], radii["washer"], 1))
         clearance.append(ring(radii["shank"], radii["hole"], 1))
-        shank.append(ring(core, radii["shank"], 1) + _core(at, centre, core))
+        shank.append(ring(core, radii["shank"], 1) + _core(at, centre, core, side))
     return Plan(np.array(at.places), plate, washer, clearance, shank)
 
 
-def _core(at: _Points, centre: Floats, border: Floats) -> list[tuple[int, ...]]:
-    """A grid inside a closed border of 4 SIDE points, by transfinite interpolation."""
-    n = SIDE
+def _core(at: _Points, centre: Floats, border: Floats, n: int) -> list[tuple[int, ...]]:
+    """A grid inside a closed border of 4 n points, by transfinite interpolation."""
     bottom, right = border[: n + 1], border[n : 2 * n + 1]
     top = border[2 * n : 3 * n + 1][::-1]
     left_side = np.concatenate([border[3 * n :], border[:1]])[::-1]
@@ -231,12 +234,14 @@ def _core(at: _Points, centre: Floats, border: Floats) -> list[tuple[int, ...]]:
     ]
 
 
-def lines(start: float, stop: float, marks: Iterable[tuple[float, float]], size: float) -> Floats:
-    """Grid lines from start to stop, with SIDE cells in each marked span and cells of a size."""
+def lines(
+    start: float, stop: float, marks: Iterable[tuple[float, float]], size: float, side: int = SIDE
+) -> Floats:
+    """Grid lines from start to stop, ``side`` cells in each marked span and cells of a size."""
     places = [start]
     for low, high in sorted(marks):
         places += list(_steps(places[-1], low, size)[1:])
-        places += list(np.linspace(low, high, SIDE + 1)[1:])
+        places += list(np.linspace(low, high, side + 1)[1:])
     places += list(_steps(places[-1], stop, size)[1:])
     return np.array(places)
 

@@ -15,7 +15,17 @@ from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, positive, record, show, whole_number
 from microslip._core.frozen import Locked, assign, lock
-from microslip._core.units import ANGLE, FORCE, FREQUENCY, LENGTH, RATIO, Kind, factor_of
+from microslip._core.units import (
+    ACCELERATION,
+    ANGLE,
+    FORCE,
+    FREQUENCY,
+    LENGTH,
+    RATIO,
+    TIME,
+    VELOCITY,
+    factor_of,
+)
 from microslip._core.verdicts import Verdict
 from microslip._core.wording import did_you_mean, quoted, shorten
 from microslip.errors import InputError
@@ -206,9 +216,6 @@ class ModalTest(Locked):
         return cls(*values, **{**read_as, **attributes})
 
 
-TIME = Kind("time", "s", ("s", "ms", "us"))
-VELOCITY = Kind("velocity", "m/s", ("m/s", "mm/s", "um/s"))
-ACCELERATION = Kind("acceleration", "m/s^2", ("m/s^2", "mm/s^2"))
 KINDS = {
     "time": TIME,
     "frequency": FREQUENCY,
@@ -322,7 +329,7 @@ def _fits(unit: str, role: str) -> bool:
 
 def _kind(roles: Mapping[str, Named], columns: Sequence[Named]) -> str | None:
     moved = any(role in roles for role in POWERS)
-    if {"amplitude", "frequency", "damping_ratio"} <= set(roles):
+    if {"frequency", "damping_ratio"} <= set(roles) and (moved or "amplitude" in roles):
         return "curve"
     if {"frequency", "phase"} <= set(roles) and (moved or "amplitude" in roles):
         return "stepped sine"
@@ -342,29 +349,34 @@ def _refuse_band(kind: str, band: Any) -> None:
 def _values(kind: str, table: Table, roles: dict[str, Named], band: Any, points: Any) -> Values:
     _refuse_band(kind, band)
     if kind == "curve":
-        return tuple(_column(table, roles, r) for r in ("amplitude", "frequency", "damping_ratio"))  # type: ignore[return-value]
-    (signal,) = _signals(roles)
-    return ring_down(
-        _column(table, roles, "time"), _column(table, roles, signal), points, signal, band
-    )
+        sensed, frequency = _sensed(table, roles), _column(table, roles, "frequency")
+        amplitude = sensed[0] / (2.0 * math.pi * frequency) ** POWERS[sensed[1]]
+        return amplitude, frequency, _column(table, roles, "damping_ratio")
+    signal, quantity = _sensed(table, roles)
+    return ring_down(_column(table, roles, "time"), signal, points, quantity, band)
 
 
 def _stepped_sine(table: Table, roles: dict[str, Named], points: Any) -> SteppedSine:
-    quantity = next(iter(_signals(roles)), None)
-    names = ("frequency", quantity or "amplitude", "phase")
     force: Any = _column(table, roles, "force") if "force" in roles else 1.0
-    f, size, phase = (_column(table, roles, name) for name in names)
-    return stepped_sine(f, size, phase, force, points, quantity or "displacement")
+    frequency, phase = (_column(table, roles, name) for name in ("frequency", "phase"))
+    size, quantity = _sensed(table, roles)
+    return stepped_sine(frequency, size, phase, force, points, quantity)
 
 
-def _signals(roles: Mapping[str, Named]) -> list[str]:
-    """What the sensor shows, of one quantity."""
+def _sensed(table: Table, roles: Mapping[str, Named]) -> tuple[Floats, str]:
+    """What the sensor shows [SI], and of which quantity it is."""
     signals = [role for role in POWERS if role in roles]
     if len(signals) > 1:
         raise InputError(
             f"wanted one signal of the sensor, got {quoted(signals, 'and')}; take the others out"
         )
-    return signals
+    if signals:
+        return _column(table, roles, signals[0]), signals[0]
+    unit = roles["amplitude"].unit
+    quantities = (role for role in POWERS if unit is not None and _fits(unit, role))
+    quantity = next(quantities, "displacement")
+    named = {quantity: roles["amplitude"]}
+    return _column(table, named, quantity), quantity
 
 
 def _column(table: Table, roles: Mapping[str, Named], role: str) -> Floats:

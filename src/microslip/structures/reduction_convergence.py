@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -19,6 +19,11 @@ from microslip.structures.reduction import Reducer
 from microslip.structures.reduction_model import ReducedJoint
 
 _SHARE = 0.8  # of the loss, whose patches are halved in one step
+_HALVED = 4.0 / 3.0
+"""Of what halving changes, what the limit changes: second order. Measured on a bolted beam: 1.06
+for patches; for elements 1.20 in frequency, 0.97 in damping."""
+NARROWEST = 0.9
+"""Of an element: those are quadratic, more than two patches in a row in each say nothing new."""
 
 
 class Change(NamedTuple):
@@ -32,6 +37,10 @@ class Change(NamedTuple):
     """Largest change of the frequency over the amplitudes, relative to the coarser model [-]."""
     damping_ratio: float
     """That of the damping ratio [-]."""
+    frequency_left: float
+    """What is left of it from the model to its limit, extrapolated [-]."""
+    damping_left: float
+    """The same of the damping ratio [-]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +50,7 @@ class Convergence(Locked):
     :meth:`LapJoint.converge` makes it.
 
     After the refinement by share of loss, as for finite elements after Babuska and Rheinboldt
-    (1978), DOI 10.1137/0715049.
+    (1978), DOI 10.1137/0715049. Extrapolated after Richardson (1911), DOI 10.1098/rsta.1911.0009.
     """
 
     joint: ReducedJoint
@@ -55,28 +64,40 @@ class Convergence(Locked):
     step."""
     tolerance: float
     """The change of damping that was wanted [-]."""
+    asked: tuple[float, float]
+    """From the model with the first patches to the limit: largest change of frequency and damping
+    ratio over the amplitudes [-]."""
     untried: tuple[str, ...] = ()
     """What of the model could not be made finer, or coarser, with elements of this size."""
 
     @property
     def largest(self) -> Change:
-        """The change that moves the damping most."""
-        return max(self.changes, key=lambda change: abs(change.damping_ratio))
+        """The change that leaves most of the damping."""
+        return max(self.changes, key=lambda change: abs(change.damping_left))
 
     @property
     def converged(self) -> bool:
-        """Whether all was tried, and nothing moves the damping by more than the tolerance."""
-        return not self.untried and abs(self.largest.damping_ratio) <= self.tolerance
+        """Whether all was tried, and nothing leaves more of the damping than the tolerance."""
+        return not self.untried and abs(self.largest.damping_left) <= self.tolerance
+
+    @property
+    def error(self) -> tuple[float, float]:
+        """Of frequency and damping ratio of ``joint`` [-]: all that is left, as independent."""
+        left = np.array([(c.frequency_left, c.damping_left) for c in self.changes])
+        frequency, damping = np.sqrt((left**2).sum(axis=0))
+        return float(frequency), float(damping)
 
     @property
     def message(self) -> str:
         """What came of it, in a sentence."""
-        worst = self.largest
-        within = abs(worst.damping_ratio) <= self.tolerance
+        worst, first = self.largest, self.steps[0][0]
+        within = abs(worst.damping_left) <= self.tolerance
         sentences = [
-            f"{self.joint.patches} patches",
-            f"{worst.what} ({worst.coarse} to {worst.fine}) moves the damping by "
-            f"{worst.damping_ratio:+.2%} and the frequency by {worst.frequency:+.3%}, the most of "
+            f"from the {first} patches asked for to the limit the damping changes by "
+            f"{self.asked[1]:+.1%} and the frequency by {self.asked[0]:+.2%}"
+            + (", as far as these elements tell" if self.untried else ""),
+            f"refined to {self.joint.patches} patches: {worst.what} ({worst.coarse} to "
+            f"{worst.fine}) leaves {worst.damping_left:+.2%} of the damping, the most of "
             f"{len(self.changes)} changes tried",
             f"that is within {self.tolerance:.2g}"
             if within
@@ -94,7 +115,7 @@ class _Trial(NamedTuple):
 
 
 def converge(
-    mesh_of: Callable[[float], JointMesh],
+    mesh_of: Callable[[bool], JointMesh],
     element_size: float,
     along: Floats,
     surface: NormalLaw,
@@ -110,68 +131,97 @@ def converge(
 ) -> Convergence:
     """Refine patches by their share of the loss, then change one thing at a time.
 
-    ``options`` are those of :meth:`Reducer.reduce` that stay as they are.
+    ``mesh_of`` makes the mesh, or one of twice the size in all directions; ``options`` are those of
+    :meth:`Reducer.reduce` that stay as they are.
     """
-    reducer = Reducer(mesh_of(element_size), masses, along)
+    reducer = Reducer(mesh_of(False), masses, along)
 
     def trial(boxes: Any, refined: Reducer = reducer, kept_modes: int = 14) -> _Trial:
         joint = refined.reduce(patches=boxes, kept_modes=kept_modes, **options)
         state = joint.tightened(surface, friction_coefficient)
         return _Trial(joint, state.modes(mode, amplitudes))
 
-    # Elements are quadratic: more than two patches in a row in each of them say nothing new.
-    narrowest = 0.9 * element_size
-    current = trial(patches)
+    def finer(coarse: _Trial, selected: Any, axis: int) -> _Trial:
+        """With some patches halved; the same where the elements cannot tell those apart."""
+        try:
+            return trial(halved_boxes(coarse.joint.patch_boxes, selected, axis))
+        except InputError:
+            return coarse
+
+    narrowest = NARROWEST * element_size
+    current = first = trial(patches)
     steps = [_step(current)]
     while True:
         boxes = current.joint.patch_boxes
         wide = {axis: np.diff(boxes)[:, 2 * axis] > narrowest for axis in (0, 1)}
-        halved = {axis: trial(halved_boxes(boxes, wide[axis], axis)) for axis in (0, 1)}
+        halved = {axis: finer(current, wide[axis], axis) for axis in (0, 1)}
         moved = {axis: _change(current.curve, fine.curve) for axis, fine in halved.items()}
         worse = max(moved, key=lambda axis: abs(moved[axis][1]))
-        losers = losing_patches(current.curve.loss, _SHARE) & wide[worse]
+        losers = losing_patches(current.curve.loss) & wide[worse]
         if not losers.any():  # those are as fine as the elements: then the others
             losers = wide[worse]
         enough = abs(moved[worse][1]) <= tolerance
         if enough or not losers.any() or len(boxes) + losers.sum() > most_patches:
             break
-        current = trial(halved_boxes(boxes, losers, worse))
+        current, last = finer(current, losers, worse), current
+        if current is last:
+            break
         steps.append(_step(current))
     count = current.joint.patches
     changes, untried = [], []
+
+    def tell(what: str, coarse: str, fine: str, moved: tuple[float, float], share: float) -> None:
+        changes.append(Change(what, coarse, fine, *moved, *(share * part for part in moved)))
+
     for axis, word in ((0, "along"), (1, "across")):
-        finer, aspect = halved[axis].joint.patches, f"patches halved {word}"
-        if finer > count:
-            changes.append(Change(aspect, str(count), str(finer), *moved[axis]))
+        fine_count, aspect = halved[axis].joint.patches, f"patches halved {word}"
+        if fine_count > count:
+            tell(aspect, str(count), str(fine_count), moved[axis], _HALVED)
         else:
             untried.append(aspect)
     richer = trial(boxes, kept_modes=28)
-    changes.append(Change("kept modes", "14", "28", *_change(current.curve, richer.curve)))
-    coarse = _coarser(
-        current, lambda factor: trial(boxes, Reducer(mesh_of(factor * element_size), masses, along))
-    )
-    if coarse is None:
+    tell("kept modes", "14", "28", _change(current.curve, richer.curve), 1.0)
+    try:
+        coarse = trial(boxes, Reducer(mesh_of(True), masses, along))
+    except InputError:
         untried.append("finite elements")
     else:
         sizes = (f"{coarse.joint.full_size} degrees of freedom", str(current.joint.full_size))
-        changes.append(Change("finite elements", *sizes, *_change(coarse.curve, current.curve)))
+        change = _change(coarse.curve, current.curve)
+        tell("finite elements", *sizes, change, _HALVED - 1.0)
     by_harmonics = _largest(*current.curve.harmonic_changes.T)
-    changes.append(Change("harmonics", "0, 1, 2, 3", "0 … 5", *by_harmonics))
+    tell("harmonics", "0, 1, 2, 3", "0 … 5", by_harmonics, 1.0)
+    left = np.prod([(1.0 + c.frequency_left, 1.0 + c.damping_left) for c in changes], axis=0)
+    to_last = np.add(_change(first.curve, current.curve), 1.0)
+    asked = to_last * left - 1.0
     return Convergence(
-        current.joint, current.curve, tuple(changes), tuple(steps), tolerance, tuple(untried)
-    )
+        current.joint, current.curve, tuple(changes), tuple(steps), tolerance,
+        (float(asked[0]), float(asked[1])), tuple(untried),
+    )  # fmt: skip
 
 
-def _coarser(current: _Trial, trial: Callable[[float], _Trial]) -> _Trial | None:
-    """The model on a mesh that is coarser, where there is one that the patches bear."""
-    for factor in (1.4, 2.0, 2.8):
-        try:
-            coarse = trial(factor)
-        except InputError:
-            return None
-        if coarse.joint.full_size < current.joint.full_size:
-            return coarse
-    return None
+def refined(
+    reducer: Reducer,
+    narrowest: float,
+    surface: NormalLaw,
+    friction_coefficient: ArrayLike,
+    mode: int,
+    amplitudes: Floats,
+    quantity: Any,
+    reduction: Mapping[str, Any],
+) -> ReducedJoint:
+    """A flat model, its patches halved along where it loses most of its energy with its form."""
+    coarse = reducer.reduce(**reduction)
+    state = coarse.tightened(surface, friction_coefficient)
+    boxes = coarse.patch_boxes
+    sensor = coarse.sensor("sensor")
+    loss = state.modes(mode, amplitudes, at=sensor, quantity=quantity).loss
+    losers = losing_patches(loss) & (np.diff(boxes)[:, 0] > narrowest)
+    flat = {**reduction, "form": None}
+    try:
+        return reducer.reduce(**{**flat, "patches": halved_boxes(boxes, losers, 0)})
+    except InputError:  # the elements cannot tell those apart
+        return reducer.reduce(**flat)
 
 
 def _step(trial: _Trial) -> tuple[int, float, float]:
@@ -191,10 +241,10 @@ def _largest(frequency: Floats, damping: Floats) -> tuple[float, float]:
     return next(largest), next(largest)
 
 
-def losing_patches(loss: Floats, share: float) -> Any:
+def losing_patches(loss: Floats, share: float = _SHARE) -> Any:
     """The patches that lose most, together this share at any of the amplitudes."""
     selected = np.zeros(loss.shape[1], dtype=bool)
-    for row in loss:
+    for row in loss[np.isfinite(loss).all(axis=1)]:
         order = np.argsort(-row)
         until = np.searchsorted(np.cumsum(row[order]), share * row.sum()) + 1
         selected[order[:until]] = True

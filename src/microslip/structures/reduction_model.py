@@ -272,6 +272,30 @@ class ReducedJoint(LockedArrays):
         pushed = vector("static_force", static_force, self.size)[self._bolts]
         return self.bolt_stiffness * moved - pushed
 
+    def scaled(self, stiffness: float = 1.0, mass: float = 1.0) -> ReducedJoint:
+        """The same joint of a stiffer or a heavier material, everything so many times.
+
+        Parameters
+        ----------
+        stiffness : float
+            How many times as stiff all bodies are [-].
+        mass : float
+            How many times as heavy [-].
+
+        Returns
+        -------
+        ReducedJoint
+            Exactly what its mesh reduces to (Craig and Bampton 1968, DOI 10.2514/3.4741).
+        """
+        if stiffness == mass == 1.0:
+            return self
+        return replace(
+            self,
+            mass=mass * self.mass,
+            stiffness=stiffness * self.stiffness,
+            bolt_stiffness=stiffness * self.bolt_stiffness,
+        )
+
     def save(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
         """Write the model to an ``.npz`` file.
 

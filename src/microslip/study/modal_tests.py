@@ -9,12 +9,10 @@ import numpy as np
 from microslip._core.checks import Floats
 from microslip._core.parameters import REQUIRED, JsonSchema
 from microslip._core.units import FREQUENCY
-from microslip.study.columns import FILE, column_values
+from microslip.study.columns import FILE
 from microslip.study.fields import (
-    AMPLITUDE,
     LINE,
     SHARE,
-    number,
     one_of,
     quantity,
     whole_number,
@@ -25,10 +23,10 @@ from microslip.study.readers import Items, Place
 FITTED = ("friction_coefficient", "tension", "form", "base_damping_ratio")
 """What can be fitted to a test."""
 
+_COLUMNS = ("amplitude", "frequency", "damping_ratio")
 MOST_MODES = 10
 MODE = whole_number(1, MOST_MODES, "1", noun="a mode counted from 1")
 _HERTZ = quantity(FREQUENCY, "150 Hz")
-_RATIO = number("0.001", above=0.0)
 
 
 class MeasuredPart(Part):
@@ -44,7 +42,8 @@ class MeasuredPart(Part):
     )
     amplitude: str = key(
         LINE,
-        "Column of the displacement amplitudes at the sensor.",
+        "Column of the amplitudes at the sensor: displacement, velocity or acceleration, as its "
+        "unit says.",
         '"amplitude"',
         default="amplitude",
     )
@@ -82,29 +81,16 @@ class MeasuredPart(Part):
     def check(self, place: Place) -> None:
         """Read the test."""
         from microslip.structures import ModalTest
-        from microslip.structures.modal_test import modal_kind
 
-        path = place.reading.path(self.file)
-        named = self._keys_in_file & {"amplitude", "frequency", "damping_ratio"}
-        kind = modal_kind(path)
-        if self.band is not None or kind in ("ring-down", "stepped sine") or (kind and not named):
-            test = ModalTest.read(path, band=self.band)
-            self._table = np.stack([test.amplitude, test.frequency, test.damping_ratio], axis=1)
-            doubts = [
-                f"{v.name} is {v.value:.3g}: {v.remedy}"
-                for v in test.verdicts
-                if v.value is not None and v.word != "ok"
-            ]
-            place.reading.notes.extend(f"structure.measured: {n}" for n in (*test.notes, *doubts))
-            return
-        columns = (
-            (AMPLITUDE, self.amplitude, None),
-            (_HERTZ, self.frequency, None),
-            (_RATIO, self.damping_ratio, "1"),
-        )
-        self._table = np.array(
-            [column_values(size, place, self.file, name, unit) for size, name, unit in columns]
-        ).T
+        named = {name: getattr(self, name) for name in _COLUMNS if name in self._keys_in_file}
+        test = ModalTest.read(place.reading.path(self.file), band=self.band, columns=named)
+        self._table = np.stack([test.amplitude, test.frequency, test.damping_ratio], axis=1)
+        doubts = [
+            f"{v.name} is {v.value:.3g}: {v.remedy}"
+            for v in test.verdicts
+            if v.value is not None and v.word != "ok"
+        ]
+        place.reading.notes.extend(f"structure.measured: {n}" for n in (*test.notes, *doubts))
 
     @property
     def table(self) -> Floats:

@@ -9,12 +9,15 @@ import numpy as np
 
 from microslip._core.checks import Floats
 from microslip._core.parameters import REQUIRED
+from microslip._core.units import ACCELERATION, VELOCITY
 from microslip.structures.bolts import TIGHTENING, Bolts, tensions
 from microslip.structures.lap_joint import LapJoint
 from microslip.study.columns import FILE, column_values
 from microslip.study.fields import (
+    AMPLITUDE,
     LENGTH,
     LINE,
+    MASS,
     MASS_DENSITY,
     PLACE,
     VISCOUS_RATIO,
@@ -22,20 +25,28 @@ from microslip.study.fields import (
     number,
     one_of,
     optional,
+    quantity,
     whole_number,
 )
 from microslip.study.mesh import MeshPart
 from microslip.study.modal_tests import MODE, MOST_MODES, TESTS, MeasuredPart
 from microslip.study.part import Part, Table, key
-from microslip.study.readers import Items, KeyedError, Place
-from microslip.study.uncertain import Unsure
+from microslip.study.readers import Items, KeyedError, Place, Plain
+from microslip.study.uncertain import Spread, Unsure
 
 if TYPE_CHECKING:
     from microslip.materials import Material
     from microslip.normal import NormalLaw
-    from microslip.structures import Convergence, ReducedJoint
+    from microslip.structures import Convergence
+    from microslip.structures.reduction import Reducer
 
+AMPLITUDES = {
+    "displacement": AMPLITUDE,
+    "velocity": quantity(VELOCITY, "1 mm/s"),
+    "acceleration": quantity(ACCELERATION, "1 m/s^2"),
+}
 MOST_POINTS, MOST_SAMPLES = 100, 4096
+USUAL_PATCHES = (15, 2)
 
 _PLACES = Unsure(PLACE)
 _ALONG = Items(_PLACES, '["-30 mm", "0 mm", "30 mm"]', (1, 200), single=True)
@@ -95,15 +106,52 @@ class SensorPart(Part):
     )
 
 
-class AmplitudeRange(Part):
-    """Displacement amplitudes at the sensor [m], evenly spaced on a log axis."""
+class MassPart(Part):
+    """A mass fixed to the structure, such as a sensor or the armature of a shaker."""
 
-    start: float = key(LENGTH, "Smallest amplitude.", '"0.1 um"', alias="from")
-    to: float = key(LENGTH, "Largest amplitude.", '"30 um"')
+    at: tuple[float, float, float] = key(
+        Items(_PLACES, '["0.3 m", "0 m", "12.7 mm"]', (3, 3)),
+        "Its place from the middle of the lap: along, across, upwards.",
+    )
+    mass: float = key(Unsure(MASS), "What it weighs.")
+
+
+class SensedAmplitude(float):
+    """An amplitude at the sensor in SI units, and of which quantity it is."""
+
+    quantity: str
+
+
+class _Sensed(Plain):
+    """An amplitude of displacement, velocity or acceleration, as its unit says."""
+
+    def read(self, raw_value: object, place: Place) -> Any:
+        """The amplitude with its quantity."""
+        for name, declared in AMPLITUDES.items():
+            try:
+                value = SensedAmplitude(declared.read(raw_value))
+            except ValueError:
+                continue
+            value.quantity = name
+            return value
+        return super().read(raw_value, place)  # says what is wrong with it
+
+
+class AmplitudeRange(Part):
+    """Amplitudes at the sensor, of displacement, velocity or acceleration, even on a log axis."""
+
+    start: SensedAmplitude = key(
+        _Sensed(AMPLITUDE), "Smallest amplitude; its unit says of what.", '"0.1 um"', alias="from"
+    )
+    to: SensedAmplitude = key(_Sensed(AMPLITUDE), "Largest amplitude.", '"30 um"')
     points: int = key(whole_number(2, MOST_POINTS, "10"), "How many.", default=10)
 
     def check(self, place: Place) -> None:
-        """It rises."""
+        """It rises, in one quantity."""
+        if self.start.quantity != self.to.quantity:
+            raise KeyedError(
+                ".to", f"wanted {self.start.quantity} as in `from`, got {self.to.quantity}"
+            )
         if not self.start < self.to:
             raise KeyedError(".to", "wanted more than `from`")
 
@@ -154,10 +202,16 @@ class StructurePart(Part):
     )
     density: float | None = key(Unsure(MASS_DENSITY), "Mass density of the parts.", default=None)
     bolts: BoltsPart = key(Table(BoltsPart), "The bolts.")
-    patches: tuple[int, int] = key(
+    patches: tuple[int, int] | None = key(
         Items(whole_number(1, 100), "[15, 2]", (2, 2)),
-        "Contact patches along and across the lap.",
-        default=(15, 2),
+        "Contact patches along and across the lap; 15 x 2 unless given, those that lose most of "
+        "the energy halved along.",
+        default=None,
+    )
+    masses: tuple[MassPart, ...] = key(
+        Items(Table(MassPart), '[{ at = ["0.3 m", "0 m", "12.7 mm"], mass = "10 g" }]', (1, 100)),
+        "Masses fixed to the structure.",
+        default=(),
     )
     element_size: float | None = key(
         LENGTH,
@@ -187,9 +241,10 @@ class StructurePart(Part):
     )
     base_damping_ratio: float = key(
         Unsure(VISCOUS_RATIO),
-        "Damping of all but the joint, which is added: an input, no result.",
-        "0.0005",
-        default=0.0,
+        "Damping of all but the joint, which is added: an input, no result; 0.01 to 0.1 %, as free "
+        "structures of steel have, unless given.",
+        "{ low = 0.0001, high = 0.001 }",
+        default=Spread.between(1e-4, 1e-3),
     )
     harmonics: tuple[int, ...] = key(
         Items(whole_number(0, 16, "1"), "[0, 1, 2, 3]", (1, 17), distinct=True),
@@ -251,11 +306,16 @@ class StructurePart(Part):
 
     @property
     def amplitudes(self) -> Floats:
-        """Amplitudes at the sensor [m]."""
+        """Amplitudes at the sensor, of its quantity [SI]."""
         span = self.amplitude
         if span is None:
             return np.geomspace(1e-7 * self.extent, 5e-5 * self.extent, 10)
         return np.geomspace(span.start, span.to, span.points)
+
+    @property
+    def quantity(self) -> str:
+        """Of what the amplitudes are: displacement, velocity or acceleration."""
+        return "displacement" if self.amplitude is None else self.amplitude.start.quantity
 
     @property
     def extent(self) -> float:
@@ -296,19 +356,36 @@ class StructurePart(Part):
         bolts = self.build().bolts
         return [(float(x), float(y), bolts.hole, 0) for x, y in bolts.positions]
 
-    def reduce(self, materials: Mapping[str, Material], usual: str) -> ReducedJoint:
-        """The structure as a small linear model; ``usual`` names the material of its parts."""
-        sensors = {"sensor": self.sensing}
+    def reducer(self, materials: Mapping[str, Material], usual: str) -> Reducer:
+        """The meshed structure; ``usual`` names the material of its parts."""
+        from microslip.structures.reduction import Reducer
+
+        masses = {part.at: part.mass for part in self.masses}
         if self.mesh is not None:
             joint = self.mesh.build(materials, usual, self.density, self.tension)
-            return joint.reduce(self.patches, sensors=sensors, along=self.mesh.along)
-        return self.build().reduce(
-            materials[usual],
-            cast(float, self.density),
-            self.patches,
-            element_size=self.element_size,
-            sensors=sensors,
-        )
+            along = None if self.mesh.along is None else np.array(self.mesh.along)
+            return Reducer(joint.mesh, masses, along)
+        mesh = self.build().mesh(materials[usual], cast(float, self.density), self.element_size)
+        return Reducer(mesh, masses, np.array([1.0, 0.0, 0.0]))
+
+    @property
+    def reduction(self) -> dict[str, Any]:
+        """How it is reduced."""
+        return {
+            "tension": self.tension,
+            "patches": self.patches or USUAL_PATCHES,
+            "sensors": {"sensor": self.sensing},
+        }
+
+    @property
+    def least_patch(self) -> float:
+        """Length of the least patch that its elements can tell [m]."""
+        from microslip.structures.reduction_convergence import NARROWEST
+
+        if self.mesh is None:
+            return NARROWEST * self.build().size_of_elements(self.element_size)
+        mesh = self.mesh.joint.mesh
+        return NARROWEST * float(np.sqrt(self.face_area / sum(len(c.lower) for c in mesh.contacts)))
 
     def convergence(
         self, material: Material, surface: NormalLaw, friction: float, amplitudes: Floats
@@ -322,10 +399,11 @@ class StructurePart(Part):
             friction,
             amplitudes,
             mode=self.modes[0] - 1,
-            patches=self.patches,
+            patches=self.patches or USUAL_PATCHES,
             form=form,
             element_size=self.element_size,
             sensors={"sensor": self.sensing},
+            masses={part.at: part.mass for part in self.masses},
         )
 
     def build(self) -> LapJoint:

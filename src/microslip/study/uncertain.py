@@ -283,7 +283,7 @@ def _entries(part: Any, path: str) -> Iterator[tuple[Any, str, Any]]:
     elif isinstance(part, dict):
         for key, value in part.items():
             yield key, f"{path}.{key}", value
-    elif isinstance(part, tuple) and any(isinstance(value, Spread) for value in part):
+    elif isinstance(part, tuple) and any(isinstance(value, (Spread, Part)) for value in part):
         for index, value in enumerate(part, start=1):
             yield index, path if len(part) == 1 else f"{path}, item {index}", value
 

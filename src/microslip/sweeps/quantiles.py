@@ -13,7 +13,11 @@ _TELLING = 0.9  # share of the scatter that points left out must follow from the
 
 
 def quantiles(
-    scores: Floats, values: Floats, dense: Floats, shares: Sequence[float]
+    scores: Floats,
+    values: Floats,
+    dense: Floats,
+    shares: Sequence[float],
+    added: tuple[Floats, Floats] | None = None,
 ) -> tuple[Floats, Floats]:
     """Quantiles of each column of values, and their standard errors by the jackknife.
 
@@ -22,7 +26,9 @@ def quantiles(
     from the rest, quantiles are those of a cubic interpolation at all of ``dense``: a smooth
     function of a few inputs has them within 1 % from 32 points, whose own order tells them within
     10 %. Elsewhere they are those of the points. The error is that of eight times seven eighths of
-    the points (Efron and Tibshirani 1993, DOI 10.1201/9780429246593).
+    the points (Efron and Tibshirani 1993, DOI 10.1201/9780429246593). Where there is something
+    ``added``, known at the scores and at all of ``dense``, the values are logarithms of what it is
+    added to, and quantiles are those of the logarithm of the sum.
     """
     middles, errors = np.full((2, len(shares), values.shape[1]), np.nan)
     finite = np.isfinite(values)
@@ -30,13 +36,20 @@ def quantiles(
     for pattern in patterns:
         columns = np.flatnonzero((finite == pattern[:, None]).all(axis=0))
         if pattern.any():
-            estimate = _of_columns(scores[pattern], values[pattern][:, columns], dense, shares)
+            known = None if added is None else (added[0][pattern], added[1])
+            estimate = _of_columns(
+                scores[pattern], values[pattern][:, columns], dense, shares, known
+            )
             middles[:, columns], errors[:, columns] = estimate
     return middles, errors
 
 
 def _of_columns(
-    scores: Floats, values: Floats, dense: Floats, shares: Sequence[float]
+    scores: Floats,
+    values: Floats,
+    dense: Floats,
+    shares: Sequence[float],
+    added: tuple[Floats, Floats] | None,
 ) -> tuple[Floats, Floats]:
     count = len(values)
     group = np.arange(count) % _GROUPS
@@ -49,10 +62,13 @@ def _of_columns(
                 scores[fold], values[fold], scores[~fold]
             )
         scatter = ((values - values.mean(axis=0)) ** 2).sum()
-        smooth = bool((residual**2).sum() <= (1.0 - _TELLING) * scatter)
+        rounding = 1e-24 * residual.size  # of logarithms that are all the same
+        smooth = bool((residual**2).sum() <= (1.0 - _TELLING) * scatter + rounding)
 
     def of(fold: Floats | slice) -> Floats:
         points = _interpolated(scores[fold], values[fold], dense) if smooth else values[fold]
+        if added is not None:
+            points = np.log(np.exp(points) + (added[1] if smooth else added[0][fold])[:, None])
         return np.quantile(points, shares, axis=0)
 
     parts = np.array([of(fold) for fold in folds])

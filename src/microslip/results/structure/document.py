@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -33,6 +34,7 @@ from microslip.results.structure.pictures import (
 )
 from microslip.runs.structure_prediction import Bands, Mode, StructurePrediction
 from microslip.structures import Convergence, ModalCurve, ModalIdentification, ModalTest
+from microslip.study.structure import AMPLITUDES
 
 _PATCH = ("x", "y", "area", "gap", "normal_load")
 FIGURES = ("modal_curves", "pressure_map", "slip_map", "loss_map", "mode_shapes")
@@ -45,7 +47,7 @@ def answer(prediction: StructurePrediction) -> str:
     band = "" if mode.bands is None else f" (5–95 %: {_band(mode.bands, last)})"
     return (
         f"Mode {mode.number} lies at {curve.linear_frequency:.5g} Hz fully stuck; at "
-        f"{engineering(float(curve.amplitude[last]), 'm', 3)} at the sensor it is at "
+        f"{engineering(float(curve.amplitude[last]), _unit(prediction), 3)} at the sensor it is at "
         f"{curve.frequency[last]:.5g} Hz, and its damping ratio is "
         f"{cells.ratio(float(curve.damping_ratio[last]))}{band}."
     )
@@ -54,12 +56,17 @@ def answer(prediction: StructurePrediction) -> str:
 def number(prediction: StructurePrediction) -> Number:
     """The damping ratio at the largest amplitude, with its band."""
     mode, last = prediction.modes[0], prediction.modes[0].last
-    place = engineering(float(mode.curve.amplitude[last]), "m", 3)
+    place = engineering(float(mode.curve.amplitude[last]), _unit(prediction), 3)
     band = f"quasi-static: {cells.ratio(float(mode.quick.damping_ratio[last]))}"
     if mode.bands is not None:
         band = f"5 to 95 %: {_band(mode.bands, last)}"
     value = cells.ratio(float(mode.curve.damping_ratio[last]))
     return Number(f"damping ratio ζ of mode {mode.number} at {place}", value, band)
+
+
+def _unit(prediction: StructurePrediction) -> str:
+    """SI unit of the amplitudes."""
+    return AMPLITUDES[prediction.part.quantity].unit
 
 
 def _band(bands: Bands, place: int) -> str:
@@ -69,7 +76,7 @@ def _band(bands: Bands, place: int) -> str:
 def sections(prediction: StructurePrediction) -> tuple[Section, ...]:
     """The parts of a document that are about the structure, the first ones to read."""
     parts = [Section("Structure", (_model(prediction),))]
-    blocks: list[Block] = [_table(mode) for mode in prediction.modes]
+    blocks: list[Block] = [_table(mode, _unit(prediction)) for mode in prediction.modes]
     ranking = [_ranking(mode) for mode in prediction.modes if mode.bands is not None]
     parts.append(Section("Frequency and damping", (*blocks, Note(_remark(prediction), small=True))))
     if prediction.convergence is not None:
@@ -90,8 +97,9 @@ def pictures(prediction: StructurePrediction) -> tuple[Picture, ...]:
     figures = {
         "modal_curves": (
             curve_plot,
-            "Frequency and damping ratio of each mode against the displacement amplitude at the "
-            f"sensor, by balance of harmonics; dashed: quasi-static.{bands}{markers}{fitted}",
+            f"Frequency and damping ratio of each mode against the {prediction.part.quantity} "
+            "amplitude at the sensor, by balance of harmonics; dashed: quasi-static."
+            f"{bands}{markers}{fitted}",
             "Frequency and damping of the modes against amplitude",
         ),
         "pressure_map": (
@@ -129,10 +137,13 @@ def numbers(prediction: StructurePrediction) -> dict[str, Any]:
     joint, state, convergence = prediction.joint, prediction.state, prediction.convergence
     parts = {
         "convergence": convergence and [change._asdict() for change in convergence.changes],
+        "from_asked_patches_to_limit": convergence
+        and dict(zip(("frequency", "damping_ratio"), convergence.asked, strict=True)),
         "identified": prediction.identified and _identified(prediction.identified),
     }
     return {
         "answer": answer(prediction),
+        "amplitude_quantity": prediction.part.quantity,
         "degrees_of_freedom": {"elements": joint.full_size, "reduced": joint.size},
         "equilibrium_error": state.equilibrium_error,
         "bolt_tension": joint.tensions(state.displacement, state.static_force).tolist(),
@@ -204,12 +215,11 @@ def _mode_numbers(mode: Mode) -> dict[str, Any]:
         result["modal_frequency_bands"] = plain(bands.frequency)
         result["modal_damping_ratio_bands"] = plain(bands.damping_ratio)
         result["sampling_error"] = {
-            "modal_frequency": bands.frequency_error, "joint_damping_ratio": bands.damping_error
+            "modal_frequency": bands.frequency_error, "modal_damping_ratio": bands.damping_error
         }  # fmt: skip
         if bands.model_error is not None:
-            result["model_error"] = dict(
-                zip(result["sampling_error"], bands.model_error, strict=True)
-            )
+            frequency, damping = bands.model_error
+            result["model_error"] = {"modal_frequency": frequency, "joint_damping_ratio": damping}
         result["unsolved_samples"] = bands.unsolved
         result["ranking"] = dict(bands.ranking)
     return result
@@ -244,9 +254,13 @@ _COLUMNS = (
 )
 
 
-def _table(mode: Mode) -> Table:
+def _table(mode: Mode, unit: str) -> Table:
     curves = _curves(mode)
-    listed = tuple(column for column in _COLUMNS if column.key in curves)
+    listed = tuple(
+        replace(column, unit=unit) if column.key == "amplitude" else column
+        for column in _COLUMNS
+        if column.key in curves
+    )
     rows = tuple(zip(*(plain(curves[column.key]) for column in listed), strict=True))
     title = f"Mode {mode.number}, {mode.curve.linear_frequency:.5g} Hz fully stuck"
     return Table(title, listed, rows, caption=mode.curve.message, noun="amplitudes")
@@ -270,7 +284,7 @@ def _bands_remark(mode: Mode) -> str:
     text = (
         f"Bands of mode {mode.number} are the 5, 50 and 95 % over a balance of harmonics at each "
         "of Sobol' points, interpolated between them; so few points leave the quantiles of the "
-        f"joint's damping a standard error of up to {mode.bands.damping_error:.1%}."
+        f"damping a standard error of up to {mode.bands.damping_error:.1%}."
     )
     if mode.bands.unsolved:
         text += (
@@ -281,8 +295,8 @@ def _bands_remark(mode: Mode) -> str:
             f"{text} The error of patches, mesh and reduction is no part of them: converge = true."
         )
     return (
-        f"{text} Their ends lie {mode.bands.model_error[1]:.1%} further out for the error of "
-        "patches, mesh and reduction."
+        f"{text} Their ends lie {mode.bands.model_error[1]:.1%} of the joint's damping further out "
+        "for the error of patches, mesh and reduction."
     )
 
 
@@ -313,7 +327,7 @@ def _fitted(prediction: StructurePrediction, identified: ModalIdentification) ->
 
 
 _COMPARED = (
-    Column("amplitude", "Amplitude at the sensor", "m", 3, short="amplitude"),
+    Column("amplitude", "Displacement amplitude at the sensor", "m", 3, short="amplitude"),
     Column("test_frequency", "Frequency, test", "Hz", write=lambda f: f"{f:.5g}"),
     Column("fitted_frequency", "fitted", "Hz", write=lambda f: f"{f:.5g}"),
     Column("test_damping_ratio", "ζ, test", "", write=cells.ratio),
@@ -348,6 +362,8 @@ def _convergence_section(convergence: Convergence, number: int) -> Section:
         Column("to", "To"),
         Column("frequency", "Frequency", "", write=lambda change: f"{change:+.3%}"),
         Column("damping_ratio", "ζ", "", write=lambda change: f"{change:+.2%}"),
+        Column("frequency_left", "Frequency, left", "", write=lambda change: f"{change:+.3%}"),
+        Column("damping_left", "ζ, left", "", write=lambda change: f"{change:+.2%}"),
     )
     title = f"Mode {number}, the largest changes over its amplitudes"
     table = Table(title, listed, convergence.changes, noun="changes")
@@ -379,7 +395,12 @@ def labelled(prediction: StructurePrediction) -> tuple[dict[str, int], Labelled,
     numbers = np.array([mode.number for mode in prediction.modes], dtype=np.int32)
     coords = {
         "mode": Variable(("mode",), numbers, QUANTITIES["mode"].attributes),
-        AMPLITUDE: _named((AMPLITUDE,), amplitude, "m", "displacement amplitude at the sensor"),
+        AMPLITUDE: _named(
+            (AMPLITUDE,),
+            amplitude,
+            _unit(prediction),
+            f"{prediction.part.quantity} amplitude at the sensor",
+        ),
         "patch_x": _named((PATCH,), joint.patch_centres[:, 0], "m", "place along the lap"),
         "patch_y": _named((PATCH,), joint.patch_centres[:, 1], "m", "place across the lap"),
     }

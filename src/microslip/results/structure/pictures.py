@@ -20,6 +20,9 @@ from microslip.report.plot import (
     stacked,
 )
 from microslip.runs.structure_prediction import Mode, StructurePrediction
+from microslip.structures import ModalCurve, ModalTest
+from microslip.structures.periodic_motion import POWERS
+from microslip.study.structure import AMPLITUDES
 
 _LIGHT, _DARK = np.array([240.0, 244.0, 248.0]), np.array([0.0, 76.0, 130.0])
 _PALE = ("#dddddd", "#cfe3f1", "#f6dccb", "#cfe9df", "#f0dce8", "#f8ebcc")
@@ -28,8 +31,16 @@ _PALE = ("#dddddd", "#cfe3f1", "#f6dccb", "#cfe9df", "#f0dce8", "#f8ebcc")
 def curve_plot(prediction: StructurePrediction) -> Plot:
     """Frequency over its value at rest, and damping ratio, against amplitude."""
     unit, letter = prefix(float(prediction.modes[0].curve.amplitude[-1]))
+    quantity = prediction.part.quantity
+    si = AMPLITUDES[quantity].unit.replace("^2", "²")
+
+    def sensed(test: ModalTest | ModalCurve) -> Floats:
+        """Displacement amplitudes in the quantity and unit of the axis."""
+        omega = 2.0 * np.pi * test.frequency
+        return np.asarray(test.amplitude * omega ** POWERS[quantity] / unit)
+
     upper, lower = (
-        Panel(Axis(f"Amplitude at the sensor [{letter}m]", log=True, margin=0.0), axis)
+        Panel(Axis(f"Amplitude at the sensor [{letter}{si}]", log=True, margin=0.0), axis)
         for axis in (Axis("Frequency change [%]"), Axis("Damping ratio ζ [–]", log=True))
     )
     panels = ((upper, "frequency"), (lower, "damping_ratio"))
@@ -59,7 +70,7 @@ def curve_plot(prediction: StructurePrediction) -> Plot:
         index = [mode.number for mode in prediction.modes].index(test.mode + 1)
         color = look_of(index).color
         for panel, name in panels:
-            panel.marks(test.amplitude / unit, values(prediction.modes[index], test, name), color)
+            panel.marks(sensed(test), values(prediction.modes[index], test, name), color)
         legend.append(Entry(f"test of mode {test.mode + 1}", color, marker="o", line=False))
     fitted = () if prediction.identified is None else prediction.identified.curves
     for curve in fitted:
@@ -67,7 +78,7 @@ def curve_plot(prediction: StructurePrediction) -> Plot:
         order = np.argsort(curve.amplitude, kind="stable")
         for panel, name in panels:
             y = values(prediction.modes[index], curve, name)[order]
-            panel.line(curve.amplitude[order] / unit, y, look_of(index).color, dash=DOTTED)
+            panel.line(sensed(curve)[order], y, look_of(index).color, dash=DOTTED)
     legend.append(Entry("quasi-static", COLORS[0], DASHED))
     if fitted:
         legend.append(Entry("fitted to the tests", COLORS[0], DOTTED))

@@ -78,6 +78,7 @@ from .structures import ModalTest as ModalTest
 from .structures import Motion as Motion
 from .structures import Oscillator as Oscillator
 from .structures import Preload as Preload
+from .structures import RandomResponse as RandomResponse
 from .structures import ReducedJoint as ReducedJoint
 from .structures import RingDown as RingDown
 from .structures import Structure as Structure

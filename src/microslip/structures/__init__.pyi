@@ -11,6 +11,7 @@ from .modal_test import ModalTest as ModalTest
 from .motion import Motion as Motion
 from .oscillator import Oscillator as Oscillator
 from .preload import Preload as Preload
+from .random_vibration import RandomResponse as RandomResponse
 from .reduction_convergence import Convergence as Convergence
 from .reduction_identification import ModalIdentification as ModalIdentification
 from .reduction_identification import identify_modal as identify_modal

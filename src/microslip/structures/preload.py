@@ -31,6 +31,12 @@ from microslip.structures.periodic_motion import (
     checked_amplitudes,
     harmonic_basis,
 )
+from microslip.structures.random_vibration import (
+    RandomMethod,
+    RandomResponse,
+    by_joints,
+    by_modes,
+)
 
 Method = Literal["harmonic-balance", "quasi-static"]
 
@@ -324,6 +330,70 @@ class Preload:
         return base_response(
             base, acceleration, frequencies, control, at, level, quantity, harmonics, samples
         )
+
+    @single_threaded
+    def random_response(
+        self,
+        psd: Any,
+        *,
+        directions: ArrayLike,
+        method: RandomMethod | None = None,
+        modes: int = 2,
+        supports: Sequence[int] | None = None,
+        damping_frame: Frame | None = None,
+        joints_on_base: bool = False,
+        damping_ratio: float = 0.0,
+        harmonics: Sequence[int] = HARMONICS,
+        samples: int = 64,
+    ) -> RandomResponse:
+        """Stationary motion on a base that moves at random.
+
+        Parameters
+        ----------
+        psd : array_like
+            Frequencies [Hz] and one-sided levels [(m/s^2)^2/Hz] of the base's acceleration, shape
+            (2, points) or (points, 2), straight in between and nothing outside.
+        directions, supports, damping_frame, joints_on_base : optional
+            As for :meth:`base_response`, of one input.
+        method : {"joints", "modes"}, optional
+            Each joint linearised by itself, for laws along directions; or the first modes by their
+            curves, which fields of contact need. What the joints allow unless given.
+        modes : int, optional
+            How many modes, by ``modes``; those above are linear.
+        damping_ratio : float, optional
+            Base damping [-] of the curves, by ``modes``.
+        harmonics, samples : optional
+            Of the curves, as for :meth:`modes`.
+
+        Returns
+        -------
+        RandomResponse
+            Standard deviations, peaks, equivalent frequencies and damping ratios, the power that
+            joints lose, and verdicts on what was assumed.
+
+        Notes
+        -----
+        The amplitude a of a joint in narrow-band noise is distributed as Rayleigh has it. A spring
+        E[a^2 k(a)]/E[a^2] and a dashpot that loses the mean energy of a cycle stand for it, k(a)
+        the stiffness of the fundamental harmonic. Spring and dashpot depend on the motion that they
+        allow: a fixed point, found in some ten rounds. Two modes that move one joint, and gross
+        slip, are judged by ``verdicts``.
+        """
+        base = self._base(directions, supports, damping_frame, joints_on_base)
+        fields = any(isinstance(a, FieldAttachment) for a in self.attachments)
+        if method not in (None, *get_args(RandomMethod)):
+            words = quoted(get_args(RandomMethod))
+            raise InputError(f"method must be {words}, got {show(method)}")
+        if (method or ("modes" if fields else "joints")) == "joints":
+            return by_joints(base, psd)
+        basis = harmonic_basis(harmonics, samples)
+        share = number("damping_ratio", damping_ratio, example=0.001)
+
+        def curve(index: int, amplitudes: Floats) -> ModalCurve:
+            measure = amplitude_measure(None, "displacement", base.model.shapes, index)
+            return ModeSolver(base.model, index, amplitudes, measure, basis, share).balanced()
+
+        return by_modes(base, psd, whole_number("modes", modes, 1, _MOST_MODES), curve)
 
     # -- motion in time ---------------------------------------------------------------------------
 

@@ -41,6 +41,7 @@ from microslip.structures.matrices import (
 from microslip.structures.modal_curve import ModalCurve
 from microslip.structures.motion import Motion
 from microslip.structures.preload import LinearModes, Preload
+from microslip.structures.random_vibration import RandomResponse
 from microslip.structures.static import static_state
 
 
@@ -260,6 +261,13 @@ class Structure:
         Arguments and result are those of :meth:`microslip.Preload.base_response`.
         """
         return self._undeformed.base_response(**options)
+
+    def random_response(self, psd: Any, **options: Any) -> RandomResponse:
+        """Stationary motion on a base that moves at random, its levels in (m/s^2)^2/Hz.
+
+        Arguments and result are those of :meth:`microslip.Preload.random_response`.
+        """
+        return self._undeformed.random_response(psd, **options)
 
     def integrate(self, force: Any, time: ArrayLike, **options: Any) -> Motion:
         """The motion in time [s], one-dimensional, under forces [N].

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import microslip as ms
+from microslip.friction.harmonics import harmonic_force
 from microslip.normal import NORMAL_LAWS
 
 AL = ms.Material(69e9, 0.33)
@@ -242,9 +243,77 @@ def test_a_cycle_loses_what_the_joint_says() -> None:
     assert errors[-1] < 1e-4
 
 
+class Untabulated:
+    """A joint without its table: what integrates it is Python's rule of Gauss, cut at kinks."""
+
+    _table = None
+
+    def __init__(self, law: ms.Interface) -> None:
+        self._law = law
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._law, name)
+
+
+@pytest.mark.parametrize("rest", [0.0, 2e-7, "mean"])
+@pytest.mark.parametrize("orders", [(0, 1, 3), (1, 2, 5, 7), (0, 1)])
+def test_without_samples_the_kernel_is_the_integral_of_another_rule(
+    orders: tuple[int, ...], rest: Any
+) -> None:
+    size = 2 * len(orders) - (orders[0] == 0)
+    c = 4e-7 * np.random.default_rng(11).normal(size=(NODES, size))
+    force, jacobian = FIELD.harmonics(c, orders, rest=rest)
+    for i in range(NODES):
+        own = joint(FIELD, i)
+        wanted = harmonic_force(Untabulated(own), c[i], orders, rest, 1e-12)
+        for found in ((force[i], jacobian[i]), own.harmonics(c[i], orders, rest)):
+            off = np.abs(found[0] - wanted.force).max() / own.force_limit
+            assert off < 1e-12, (i, off)
+            off = np.abs(found[1] - wanted.jacobian).max() / own.tangential_stiffness
+            assert off < 1e-10, (i, off)
+
+
+def test_without_samples_the_jacobian_is_that_of_differences() -> None:
+    _, jacobian = FIELD.harmonics(COEFFICIENTS, ORDERS)
+    h = 1e-12
+    for k in range(5):
+        step = h * np.eye(5)[k]
+        up, down = (FIELD.harmonics(COEFFICIENTS + s * step, ORDERS)[0] for s in (1.0, -1.0))
+        slopes = (up - down) / (2.0 * h)
+        off = np.abs(slopes - jacobian[:, :, k]) / FIELD.tangential_stiffnesses[:, None]
+        assert off.max() < 2e-5  # of second order, and digits that differences lose
+
+
+def test_without_samples_a_cycle_loses_what_the_joint_says() -> None:
+    a = np.geomspace(1e-10, 1e-5, 9)
+    for amplitude in a.tolist():
+        force, _ = FIELD.harmonics([0.0, amplitude, 0.0], (0, 1))
+        wanted = FIELD.dissipated_energy(amplitude)
+        scale = FIELD.tangential_stiffnesses * amplitude**2
+        off = np.abs(-np.pi * amplitude * force[:, 2] - wanted) / np.maximum(wanted, 1e-6 * scale)
+        assert off.max() < 1e-8
+
+
+def test_without_samples_corners_and_laws_without_a_profile_are_met() -> None:
+    heights = 5e-7 * np.random.default_rng(3).normal(size=60)
+    rough = ms.AsperityPopulation(SURFACE.pair, heights, radii=1e-3)
+    for surface in (rough, ms.SphereOnFlat(SURFACE.pair, radius=5e-3)):
+        field = ms.JointField(surface, 0.3, areas=[1e-4, 1e-4], loads=[2.0, 0.0], surface_area=1e-4)
+        c = 3e-7 * SHAPE
+        force, jacobian = field.harmonics(c, ORDERS, rtol=1e-9)
+        law = ms.Interface(surface, 0.3, normal_load=2.0)
+        wanted = harmonic_force(Untabulated(law), c, ORDERS, 0.0, 1e-10)
+        np.testing.assert_allclose(force[0], wanted.force, rtol=0, atol=1e-7 * law.force_limit)
+        off = np.abs(jacobian[0] - wanted.jacobian) / law.tangential_stiffness
+        assert off.max() < 1e-5
+        assert not force[1].any()
+        assert not jacobian[1].any()
+
+
 def test_from_nothing_the_stiffness_is_that_at_rest() -> None:
-    force, jacobian = FIELD.harmonics(np.zeros(5), ORDERS, samples=SAMPLES)
-    assert not force.any()
+    for samples in (SAMPLES, None):
+        force, jacobian = FIELD.harmonics(np.zeros(5), ORDERS, samples=samples)
+        assert not force.any()
     stiff = FIELD.tangential_stiffnesses[:, None, None]
     np.testing.assert_allclose(jacobian / stiff, np.tile(np.eye(5), (NODES, 1, 1)), atol=1e-13)
 

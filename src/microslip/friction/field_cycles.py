@@ -8,11 +8,18 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
+from microslip import kernels
 from microslip._core.checks import Floats, floats
 from microslip._core.frozen import Locked, lock
 from microslip.errors import InputError
 from microslip.friction.cycles import rest_of
-from microslip.friction.harmonics import Basis, coefficients_of
+from microslip.friction.field_backbone import FieldBackbone
+from microslip.friction.harmonics import (
+    Basis,
+    checked_tolerance,
+    coefficients_of,
+    harmonic_force,
+)
 from microslip.friction.node_cycles import NodeCycles
 from microslip.memory import Nodes
 
@@ -146,7 +153,8 @@ class SettledField:
         *,
         separations: ArrayLike | None = None,
         rest: ArrayLike | str = 0.0,
-        samples: int = 64,
+        samples: int | None = None,
+        rtol: float = 1e-10,
     ) -> tuple[Floats, ...]:
         """Fourier coefficients of the settled forces with their Jacobians: balance of harmonics.
 
@@ -163,7 +171,11 @@ class SettledField:
         rest : array_like or "mean", optional
             As for :meth:`periodic`.
         samples : int, optional
-            Equidistant samples of the period [-].
+            Equidistant samples of the period [-]. Without it there are none where the nodes stay
+            at their separations, and 64 where these vary.
+        rtol : float, optional
+            Without samples, the error of the coefficients [-] over the largest force; that of the
+            Jacobian over the stiffness at rest is a hundred times as much.
 
         Returns
         -------
@@ -180,10 +192,12 @@ class SettledField:
         -----
         The derivative runs down the tree of reversals and is exactly that of the sampled cycle.
         Samples miss the true turning points by up to half a step, which is an error of second
-        order.
+        order: with 64 and a third harmonic some 3e-3 of the force limit, and 8 % in the Jacobian.
         """
         nodes, basis = self._nodes, Basis(harmonics)
-        waves, analysis = basis.sampled(samples)
+        if samples is None and separations is None:
+            return _without_samples(nodes, coefficients, basis, rest, checked_tolerance(rtol))
+        waves, analysis = basis.sampled(64 if samples is None else samples)
         x = coefficients_of("coefficients", coefficients, basis, nodes.size) @ waves.T
         begin, is_mean = rest_of(rest, x, nodes)
         steps, by_step = None, np.zeros((1, len(waves), 0))
@@ -216,3 +230,42 @@ def _per_sample(nodes: Nodes, name: str, value: ArrayLike) -> Floats:
             f"alike, got {array.shape}"
         )
     return np.ascontiguousarray(np.broadcast_to(array, (nodes.size, array.shape[-1])))
+
+
+def _without_samples(
+    nodes: Nodes, coefficients: ArrayLike, basis: Basis, rest: ArrayLike | str, rtol: float
+) -> tuple[Floats, Floats]:
+    """Coefficients of the forces at held separations, and their Jacobians."""
+    rows = coefficients_of("coefficients", coefficients, basis, nodes.size).copy()
+    means = rows[:, :1] if basis.has_mean else np.zeros((nodes.size, 1))
+    begin, is_mean = rest_of(rest, means, nodes)
+    if is_mean:
+        begin = 0.0
+        rows[:, : basis.has_mean] = 0.0
+    profile = nodes.curve.profile(*nodes.reach(None))
+    if profile is not None and basis.in_kernel:
+        with np.errstate(over="ignore"):  # beyond 1e100 slips there is no more to come
+            places = np.clip(rows / nodes.slips[:, None], -1e100, 1e100)
+            begin = np.clip(begin / nodes.slips, -1e100, 1e100)
+        kernel = kernels.compiled.field_harmonics
+        force, jacobian = basis.integrated(
+            places, begin, rtol, kernel, nodes.rests, *profile.arguments
+        )
+        force *= nodes.weights[:, None]
+        jacobian *= (nodes.weights / nodes.slips)[:, None, None]
+    else:
+        force = np.zeros(rows.shape)
+        jacobian = np.zeros((*rows.shape, basis.size))
+        starts, limits = np.broadcast_to(begin, nodes.size), nodes.curve.load(nodes.rests)[0]
+        for i in np.flatnonzero(limits > 0.0):
+            weight, slip, step = (
+                part[i : i + 1] for part in (nodes.weights, nodes.slips, nodes.rests)
+            )
+            limit = float(nodes.weights[i] * limits[i])
+            law = FieldBackbone(nodes.curve, weight, slip, step, limit)
+            force[i], jacobian[i] = harmonic_force(
+                law, rows[i], basis.orders, float(starts[i]), rtol
+            )
+    if is_mean and basis.has_mean:
+        jacobian[:, :, 0] = 0.0  # rests move along
+    return force, jacobian

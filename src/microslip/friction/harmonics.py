@@ -4,6 +4,9 @@ Between the turning points of the displacement, where inner loops close and wher
 the settled force is smooth: the rule of Gauss and Legendre takes its coefficients to rounding from
 a few dozen places, where equidistant samples would miss the turning points. With D = dT/dp and
 c = dx/dp on the branch that began at reversal r, D = D_r + k (c - c_r), k the branch's stiffness.
+
+Laws with a table, and fields, are integrated in the kernel (`_harmonics.h`); what stands here
+serves laws without one, cut at their kinks.
 """
 
 from __future__ import annotations
@@ -15,10 +18,12 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
+from microslip import kernels
 from microslip._core.checks import Floats, floats, is_whole, number, rising_orders, show
 from microslip._core.frozen import lock
 from microslip.errors import InputError
 from microslip.friction.cycles import Backbone, Rest, rest_of
+from microslip.kernels.table import Table
 from microslip.numerics.quadrature import gauss_legendre
 
 _NODES, _WEIGHTS = gauss_legendre(16)
@@ -28,6 +33,7 @@ _SHARE_WEIGHTS = 0.5 * math.pi * np.sin(math.pi * _NODES) * _WEIGHTS
 _MAX_PIECES = 1 << 15  # pieces at a time
 _LEVELS = 48
 _MOST_SAMPLES = 1 << 20
+_MOST_ORDERS = 200  # highest harmonic that the kernel takes: its work grows with the square
 
 
 class KinkedBackbone(Backbone, Protocol):
@@ -36,6 +42,9 @@ class KinkedBackbone(Backbone, Protocol):
     @property
     def tangential_stiffness(self) -> float:
         """Stiffness at rest [N/m]."""
+
+    @property
+    def _table(self) -> Table | None: ...
 
     @property
     def _kinks(self) -> Floats:
@@ -101,6 +110,32 @@ class Basis:
             )
         return _sampled(tuple(self.orders), int(samples))
 
+    @property
+    def in_kernel(self) -> bool:
+        """Whether the kernel takes so high a harmonic."""
+        return self.orders[-1] <= _MOST_ORDERS
+
+    def integrated(
+        self, rows: Floats, begin: Floats | float, tolerance: float, kernel: Any, *line: Any
+    ) -> tuple[Floats, Floats]:
+        """Coefficients (rows, size) of forces and their derivatives, by a kernel, of ``line``.
+
+        Rows begin at displacements ``begin``, one each or one for all; a mean of the motion that
+        begins there, too, is to be taken off both.
+        """
+        top = self.orders[-1]
+        dense = np.zeros((len(rows), 2 * top + 1))
+        columns = [k for n in self.orders for k in ((2 * n - 1, 2 * n) if n else (0,))]
+        dense[:, columns] = rows
+        dense[:, 0] -= begin
+        force, jacobian = np.empty(dense.shape), np.empty((*dense.shape, dense.shape[1]))
+        if kernel(dense, *dense.shape, tolerance, force, jacobian, *line):
+            raise InputError(
+                f"`rtol` must be one that is reached on this law, whose load curve has too many "
+                f"corners for {tolerance:g}; for example rtol={100.0 * tolerance:g}"
+            )
+        return force[:, columns], jacobian[:, columns][:, :, columns]
+
     def moving(self, functions: Floats, from_mean: bool) -> Floats:
         """How a displacement moves from its rest with each coefficient, for one node of many."""
         if not (from_mean and self.has_mean):
@@ -148,13 +183,25 @@ def harmonic_force(
     begin, from_mean = rest_of(rest, np.zeros(1))
     if from_mean and basis.has_mean:
         c[0], moves[0] = 0.0, 0.0
-    tolerance = number("rtol", rtol)
-    if not 1e-14 <= tolerance <= 0.1:
-        raise InputError(f"rtol must be between 1e-14 and 0.1, got {tolerance:g}")
+    tolerance = checked_tolerance(rtol)
+    table = law._table
+    if table is not None and basis.in_kernel:
+        values, slopes = basis.integrated(
+            c[None], begin, tolerance, kernels.compiled.table_harmonics, *table.arguments
+        )
+        return HarmonicForce(values[0], slopes[0] * moves)
     motion = _Motion(basis, c, begin, moves)
     if motion.turns.size < 2:
         return _at_rest(law, motion)
     return _Cycle(law, motion).coefficients(tolerance)
+
+
+def checked_tolerance(rtol: float) -> float:
+    """A relative error [-] that integrals reach."""
+    tolerance = number("rtol", rtol)
+    if not 1e-14 <= tolerance <= 0.1:
+        raise InputError(f"rtol must be between 1e-14 and 0.1, got {tolerance:g}")
+    return tolerance
 
 
 class _Motion:

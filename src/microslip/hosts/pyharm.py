@@ -110,9 +110,8 @@ class _Element(NodeToNodeElement):  # type: ignore[misc]
 class JointElement(_Element):
     """A backbone law in one direction.
 
-    Data: ``law``, a backbone law; ``rest``, where the joint began, 0.0 [m] or "mean"; ``exact``,
-    False: pyHarm's own ``nti`` samples, True: harmonics without samples, which takes ten times as
-    long and has no sampling error.
+    Data: ``law``, a backbone law; ``rest``, where the joint began, 0.0 [m] or "mean". There are no
+    samples.
     """
 
     factory_keyword = "microslip_joint"
@@ -123,17 +122,11 @@ class JointElement(_Element):
         """Any backbone law."""
         self.law = law
         self.rest = self.data.get("rest", 0.0)
-        self.exact = bool(self.data.get("exact", False))
 
     def response(self, motion: Floats) -> tuple[Floats, Floats]:
         """Harmonics of the settled cycle."""
-        if self.exact:
-            harmonics = self.law.harmonics(motion[0], self.harmonics, self.rest)
-            return harmonics.force[None], harmonics.jacobian[None, None]
-        to_time, to_harmonics = self.D["ft"], self.D["tf"]
-        cycle = self.law.periodic(motion[0] @ to_time, self.rest)
-        slopes = to_harmonics.T @ cycle.derivative(to_time.T)
-        return (cycle.force @ to_harmonics)[None], slopes[None, None]
+        harmonics = self.law.harmonics(motion[0], self.harmonics, self.rest)
+        return harmonics.force[None], harmonics.jacobian[None, None]
 
 
 class PlanarJointElement(_Element):

@@ -27,6 +27,7 @@
 #include "_losses.h"
 #include "_cycles.h"
 #include "_states.h"
+#include "_harmonics.h"
 #include "_vector.h"
 #include "_moments.h"
 #include "_questions.h"
@@ -80,6 +81,12 @@ static const Kernel kernels[] = {
      "field_slopes(place, step or None, rest, samples, by_place, places, by_step, steps, stride, "
      "weights, rows, spectrum, jacobian, load_spectrum, load_jacobian, *curve): directions are "
      "(samples, places) and (samples, steps), with a stride of 1 for each node its own."},
+    {"field_harmonics", "anndAAaP", "n", run_field_harmonics, 0,
+     "field_harmonics(place, rows, size, tolerance, value, jacobian, rest, *profile) -> whether "
+     "the tolerance was missed: of rows of 2 H + 1 coefficients, mean, cos 1, sin 1, ..."},
+    {"table_harmonics", "anndAAT", "n", run_table_harmonics, 0,
+     "table_harmonics(displacement, rows, size, tolerance, force, jacobian, *table) -> whether it "
+     "was missed"},
     {"field_try", "aa?aaaaaaiiAAAIAA?A?A?C", "", run_field_try, 0,
      "field_try(place, step or None, rest, last_place, last_step, last_value, rows, marks, begin, "
      "depth, front, density, value, code, by_place, load, fall, by_step, *curve)"},

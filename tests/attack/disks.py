@@ -15,7 +15,7 @@ from pathlib import Path
 import microslip as ms
 
 from .campaign import Random, Tally, demand
-from .files import STUDY
+from .seeds import STUDY
 
 SOURCES = str(Path(ms.__file__).parents[1])
 

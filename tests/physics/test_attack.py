@@ -13,8 +13,9 @@ import pytest
 from attack import ATTACKS
 from attack.campaign import LONGEST_MESSAGE, Tally, demand, run
 from attack.entrances import entrances
-from attack.files import placed, seeds
+from attack.files import placed
 from attack.memory_by_rule import ExactContact
+from attack.seeds import seeds
 
 import microslip as ms
 
@@ -61,8 +62,13 @@ def test_the_attack_sees_what_is_wrong() -> None:
 
 
 def test_files_are_sound_before_they_are_mutated(tmp_path: Path) -> None:
-    for name, content, read in seeds():
-        assert read(placed(tmp_path, name, content)) is not None
+    for seed in seeds():
+        path = placed(tmp_path, seed.name, seed.content)
+        if seed.refused:
+            with pytest.raises(ms.InputError):
+                seed.read(path)
+        else:
+            assert seed.read(path) is not None
 
 
 def test_the_rule_by_hand() -> None:

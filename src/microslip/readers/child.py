@@ -25,10 +25,10 @@ from typing import Any, Final
 import numpy as np
 
 from microslip.errors import InputError
-from microslip.readers.files import Unusable, allowed_points, decoded, first_line, limited
+from microslip.readers.files import POINTS, Unusable, allowed_points, decoded, first_line, limited
 
 _BYTES_A_POINT: Final = 16  # as read, and as written for the parent
-_BESIDE: Final = 1 << 28  # beside the numbers, and what the child had before
+_BESIDE: Final = 1 << 27  # beside the numbers, and what the child had before
 _UNKNOWN: Final = 1 << 30  # address space of Python with libraries, where nothing tells it
 _SECONDS: Final = 10.0
 _PATIENCE: Final = 10  # seconds for one of computing, on a machine that has other things to do
@@ -79,6 +79,10 @@ def parsed(
             raise ValueError(_cause(status, seconds))
         with np.load(answer, allow_pickle=False) as archive:
             tree = json.loads(str(archive["tree"]))
+            if tree.get("error") == "memory":
+                if (points := allowed_points()) > POINTS:
+                    raise MemoryError
+                raise ValueError(f"unpacks to more than the limit of {points} points can need")
             if "error" in tree:
                 raise _ERRORS.get(tree["error"], ValueError)(tree["text"])
             return _joined(tree["value"], archive)
@@ -228,8 +232,7 @@ def _answer(request: Mapping[str, Any]) -> None:
             )
         tree = {"value": _split(value, arrays)}
     except MemoryError:
-        text = f"unpacks to more than the limit of {request['points']} points can need"
-        tree, arrays = {"error": "other", "text": text}, {}
+        tree, arrays = {"error": "memory", "text": ""}, {}
     except InputError as error:
         tree, arrays = {"error": "input", "text": error.text}, {}
     except Unusable as error:

@@ -1,9 +1,12 @@
-"""HDF5: data sets, tables of several fields, and netCDF-4 with them; nothing of another file."""
+"""HDF5: data sets, tables of several fields, and netCDF-4 with them; nothing of another file.
+
+A damaged file can keep the HDF5 library busy for ever, so a child process reads.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from functools import partial
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Final
 
@@ -13,18 +16,61 @@ from microslip._core.packages import needed_for
 from microslip._core.wording import shorten
 from microslip.errors import InputError
 from microslip.readers.arrays import Arrays, Leaf, is_number, rate_by
-from microslip.readers.files import decoded, refuse_beyond
+from microslip.readers.child import parsed
+from microslip.readers.files import refuse_beyond
 
+_LEAF: Final = "a data set"
 _TEXT: Final = 1 << 16  # bytes of a text that says a unit or a name
 
 
 def read_arrays(path: Path) -> Arrays:
     """Data sets by their paths, such as "run1/force"; units from their attribute "units"."""
+    return Arrays("HDF5 file", stored(path, "HDF5 file", read_tree), "/")
+
+
+def stored(path: Path, kind: str, reader: Callable[[Path], Any]) -> Any:
+    """What a reader makes of a file in a child, the numbers of its data sets not read yet."""
+
+    def leaf(shape: list[int], where: str, field: str | None, unit: Any, rate: Any) -> Leaf:
+        turned = reader is not read_tree  # MATLAB's order is the other one
+
+        def get() -> Any:
+            values = parsed(kind, path, values_at, libraries=["h5py"], where=where, field=field)
+            return values.T if turned else values
+
+        return Leaf(tuple(shape[::-1] if turned else shape), get, unit, rate)
+
+    def known(node: Any) -> Any:
+        if isinstance(node, dict):
+            if _LEAF in node:
+                return leaf(*node[_LEAF])
+            return {name: known(below) for name, below in node.items()}
+        return [known(below) for below in node] if isinstance(node, list) else node
+
+    return known(parsed(kind, path, reader, libraries=["h5py"]))
+
+
+# ------------------------------------------------------------------ what runs in the child
+
+
+def read_tree(path: Path) -> Any:
+    """Groups as mappings, data sets by where they are."""
+    with opened(path) as file:
+        return _node(file, set())
+
+
+@contextmanager
+def opened(path: Path) -> Iterator[Any]:
+    """A file of HDF5."""
     with needed_for("HDF5 files are read by"):
         import h5py
+    with h5py.File(path, "r") as file:
+        yield file
 
-    with decoded("HDF5 file"), h5py.File(path, "r") as file:
-        return Arrays("HDF5 file", _node(path, file, set()), "/")
+
+def leaf_of(item: Any, field: str | None = None, unit: Any = None, rate: Any = None) -> Any:
+    """Where numbers are, and of what shape."""
+    return {_LEAF: [list(item.shape), item.name, field, unit, rate]}
 
 
 def members(group: Any, skip: str = "\0") -> Iterator[tuple[str, Any]]:
@@ -65,7 +111,7 @@ def _elsewhere(name: str, file: object) -> InputError:
     )
 
 
-def _node(path: Path, item: Any, visited: set[int]) -> Any:
+def _node(item: Any, visited: set[int]) -> Any:
     """A group as a tree, a data set as numbers; groups that hold themselves are met once."""
     import h5py
 
@@ -74,32 +120,26 @@ def _node(path: Path, item: Any, visited: set[int]) -> Any:
         if address in visited:
             return None
         visited.add(address)
-        below = {name: _node(path, child, visited) for name, child in members(item)}
+        below = {name: _node(child, visited) for name, child in members(item)}
         return _attributes(item) | below
     fields = item.dtype.names
     if fields:
         plain = [name for name in fields if item.dtype[name].kind in "iuf"]
-        where = item.name
-        return {name: Leaf(item.shape, partial(values_at, path, where, name)) for name in plain}
+        return {name: leaf_of(item, name) for name in plain}
     if item.dtype.kind not in "iuf" or not item.shape:
         small = item.shape == () and item.dtype.itemsize <= _TEXT
         return _attribute(item[()]) if small else None
     about = {name.casefold(): value for name, value in _attributes(item).items()}
     unit = about.get("units", about.get("unit"))
     rate = next(filter(None, (rate_by(name, value) for name, value in about.items())), None)
-    return Leaf(
-        item.shape,
-        partial(values_at, path, item.name),
-        unit if isinstance(unit, str) else None,
-        rate.value if rate else None,
+    return leaf_of(
+        item, None, unit if isinstance(unit, str) else None, rate.value if rate else None
     )
 
 
-def values_at(path: Path, where: str, field: str | None = None) -> Any:
+def values_at(path: Path, where: str, field: str | None) -> Any:
     """Values of a data set, or of one field of a table."""
-    import h5py
-
-    with h5py.File(path, "r") as file:
+    with opened(path) as file:
         item = file[where]
         refuse_beyond(*item.shape)
         return item[()] if field is None else item[field]

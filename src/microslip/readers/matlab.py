@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from microslip._core.packages import needed_for
 from microslip.readers.arrays import Arrays, Leaf, is_number
-from microslip.readers.files import decoded, refuse_beyond
-from microslip.readers.hdf5 import members, values_at
+from microslip.readers.files import refuse_beyond
+from microslip.readers.hdf5 import leaf_of, members, opened, stored
 from microslip.readers.scipy_files import variables
 
 # MATLAB keeps tables, time tables and timeseries in a form of its own, which nobody else reads.
@@ -25,12 +23,7 @@ def read_arrays(path: Path) -> Arrays:
     if not new:
         tree = {name: _node(path, name, value) for name, value in variables(path).items()}
         return Arrays("MAT-file", tree, ".", _ADVICE)
-    with needed_for("MAT-files of version 7.3 are read by"):
-        import h5py
-
-    with decoded("MAT-file"), h5py.File(path, "r") as file:
-        tree = {name: _hdf_node(path, file, item) for name, item in members(file, skip="#")}
-    return Arrays("MAT-file of version 7.3", tree, ".", _ADVICE)
+    return Arrays("MAT-file of version 7.3", stored(path, "MAT-file", read_new), ".", _ADVICE)
 
 
 def _node(path: Path, name: str, value: Any) -> Any:
@@ -48,12 +41,21 @@ def _node(path: Path, name: str, value: Any) -> Any:
     return value if isinstance(value, str) or is_number(value) else None
 
 
-def _hdf_node(path: Path, file: Any, item: Any) -> Any:
+# ------------------------------------------------------------------ what runs in the child
+
+
+def read_new(path: Path) -> Any:
+    """Variables of version 7.3."""
+    with opened(path) as file:
+        return {name: _hdf_node(file, item) for name, item in members(file, skip="#")}
+
+
+def _hdf_node(file: Any, item: Any) -> Any:
     """A variable of version 7.3 as a tree; arrays of structs are references to elsewhere."""
     import h5py
 
     if isinstance(item, h5py.Group):
-        fields = {name: _hdf_node(path, file, below) for name, below in members(item)}
+        fields = {name: _hdf_node(file, below) for name, below in members(item)}
         lists = {name: node for name, node in fields.items() if isinstance(node, list)}
         if lists and len(lists) == len(fields) and len({*map(len, lists.values())}) == 1:
             rows = zip(*lists.values(), strict=True)
@@ -63,7 +65,7 @@ def _hdf_node(path: Path, file: Any, item: Any) -> Any:
         return None
     if item.dtype == h5py.ref_dtype:
         refuse_beyond(*item.shape)
-        return [_hdf_node(path, file, file[ref]) for ref in np.ravel(item[()])]
+        return [_hdf_node(file, file[ref]) for ref in np.ravel(item[()])]
     if item.attrs.get("MATLAB_class", b"") == b"char":
         refuse_beyond(*item.shape)
         return "".join(map(chr, np.ravel(item[()])))
@@ -71,9 +73,4 @@ def _hdf_node(path: Path, file: Any, item: Any) -> Any:
         return None
     if item.size == 1:
         return np.ravel(item[()])[0].item()
-    # MATLAB's order is the other one.
-    return Leaf(item.shape[::-1], partial(_hdf_values, path, item.name))
-
-
-def _hdf_values(path: Path, where: str) -> Any:
-    return values_at(path, where).T
+    return leaf_of(item)

@@ -1,0 +1,426 @@
+"""Small sound files of every format, written by the libraries of their kinds or by the format."""
+
+from __future__ import annotations
+
+import io
+import json
+import struct
+import tempfile
+import warnings
+import zipfile
+from collections.abc import Callable, Iterator
+from functools import lru_cache
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import h5py
+import numpy as np
+from laps import DENSITY, STEEL, fork, small_joint
+from scipy import io as scipy_io
+from scipy import sparse
+
+import microslip as ms
+from microslip.runs.batch import items_of
+
+
+class Seed(NamedTuple):
+    """A sound file and what reads it."""
+
+    name: str
+    content: bytes
+    read: Callable[[Path], Any]
+    parsed_apart: bool = False
+    """Whether a child process parses it."""
+    refused: bool = False
+    """Whether the file is of a kind that nobody reads here."""
+
+
+TIME = np.linspace(0.0, 2.0, 200)
+MOTION = 1e-5 * np.sin(2.0 * np.pi * 3.0 * TIME)
+FORCE = 50.0 * np.sign(np.gradient(MOTION)) + 1e5 * MOTION
+HEIGHTS = np.random.default_rng(1).standard_normal((24, 20)) * 1e-7
+MASS = np.diag([2.0, 3.0])
+STIFFNESS = 1e6 * np.array([[2.0, -1.0], [-1.0, 2.0]])
+UNITS = {"time": "s", "displacement": "m", "force": "N"}
+
+
+@lru_cache
+def seeds() -> tuple[Seed, ...]:
+    """A file of each format whose library is installed."""
+    with tempfile.TemporaryDirectory() as folder:
+        here = Path(folder)
+        groups = (_records, _scans, _matrices, _meshes, _tables, _studies)
+        return tuple(seed for group in groups for seed in group(here))
+
+
+def _arrays(path: Path) -> ms.Record:
+    return ms.Record.read(path, units=UNITS)
+
+
+def _of(path: Path, read: Callable[[Path], Any], **more: bool) -> Seed:
+    return Seed(path.name, path.read_bytes(), read, **more)
+
+
+def _records(here: Path) -> Iterator[Seed]:
+    columns = {"time": TIME, "displacement": MOTION, "force": FORCE}
+    table = np.column_stack([TIME, MOTION * 1e6, FORCE, np.full_like(TIME, 100.0)])
+    np.savetxt(here / "record.csv", table, delimiter=",", comments="", fmt="%.6g",
+               header="time [s],displacement [um],force [N],normal load [N]")  # fmt: skip
+    yield _of(here / "record.csv", ms.Record.read)
+    np.savez(here / "record.npz", **columns)
+    yield _of(here / "record.npz", _arrays)
+    fields = np.rec.fromarrays([*columns.values()], names=[*columns])
+    np.save(here / "fields.npy", np.asarray(fields))
+    yield _of(here / "fields.npy", _arrays)
+    in_micrometres = {
+        "displacement": {"unit": "um", "data": MOTION * 1e6},
+        "force": {"unit": "N", "data": FORCE},
+        "fs": 100.0,
+    }
+    scipy_io.savemat(here / "record.mat", in_micrometres, do_compression=True)
+    yield _of(here / "record.mat", ms.Record.read, parsed_apart=True)
+    scipy_io.savemat(here / "record4.mat", columns, format="4")
+    yield _of(here / "record4.mat", _arrays, parsed_apart=True)
+    (here / "record.json").write_text(
+        json.dumps({
+            "displacement [um]": (MOTION * 1e6).tolist(),
+            "force [N]": FORCE.tolist(),
+            "sample_rate": 100.0,
+        })
+    )  # fmt: skip
+    yield _of(here / "record.json", ms.Record.read)
+    with h5py.File(here / "record.h5", "w") as file:
+        for name, unit in UNITS.items():
+            file.create_dataset(f"run/{name}", data=columns[name], compression="gzip")
+            file[f"run/{name}"].attrs["units"] = unit
+        file["run/linked"] = h5py.SoftLink("/run/force")
+    yield _of(here / "record.h5", ms.Record.read, parsed_apart=True)
+    with h5py.File(here / "record73.mat", "w", userblock_size=512) as file:
+        for name in columns:
+            file[name] = columns[name][None, :]
+            file[name].attrs["MATLAB_class"] = np.bytes_("double")
+        reference = np.array([[file["force"].ref]], dtype=h5py.ref_dtype)
+        file.create_dataset("cell", data=reference, dtype=h5py.ref_dtype)
+    content = (here / "record73.mat").read_bytes()
+    head = b"MATLAB 7.3 MAT-file".ljust(512)
+    yield Seed("record73.mat", head + content[512:], _arrays, parsed_apart=True)
+    if find_spec("nptdms"):
+        from nptdms import ChannelObject, TdmsWriter
+
+        rate = {"wf_increment": 0.01}
+        with TdmsWriter(here / "record.tdms") as writer:
+            writer.write_segment([
+                ChannelObject("run", "displacement", MOTION * 1e6, rate | {"unit_string": "um"}),
+                ChannelObject("run", "force", FORCE, rate | {"unit_string": "N"}),
+            ])  # fmt: skip
+        yield _of(here / "record.tdms", ms.Record.read)
+    if find_spec("pyarrow"):
+        import pyarrow
+        from pyarrow import parquet
+
+        frame = pyarrow.table({"displacement [um]": MOTION * 1e6, "force [N]": FORCE})
+        parquet.write_table(frame, here / "record.parquet")
+        yield _of(here / "record.parquet", ms.Record.read)
+    if find_spec("pyuff"):
+        yield Seed("record.uff", _universal(), ms.Record.read)
+    if find_spec("openpyxl"):
+        import openpyxl
+
+        book = openpyxl.Workbook()
+        for row in (["time [s]", "displacement [um]", "force [N]"], *table[:40, :3].tolist()):
+            book.active.append(row)
+        book.save(here / "record.xlsx")
+        yield _of(here / "record.xlsx", ms.Record.read, refused=True)
+
+
+def _universal() -> bytes:
+    """Data sets 58 of displacement and force, lines of eighty letters."""
+    lines = []
+    for name, unit, values in (("displacement", "um", MOTION * 1e6), ("force", "N", FORCE)):
+        lines += ["    -1", "    58", name, "NONE", "NONE", "NONE", "NONE"]
+        lines += [f"{1:5}{0:10}{0:5}{0:10} {'NONE':10}{1:10}{0:4} {'NONE':10}{1:10}{0:4}"]
+        lines += [f"{4:10}{len(values):10}{1:10}{0.0:13.5e}{0.01:13.5e}{0.0:13.5e}"]
+        lines += [f"{17:10}{0:5}{0:5}{0:5} {'Time':20} {'s':20}"]
+        lines += [f"{8:10}{0:5}{0:5}{0:5} {name:20} {unit:20}"]
+        lines += [f"{0:10}{0:5}{0:5}{0:5} {'NONE':20} {'NONE':20}"] * 2
+        rows = (values[at : at + 4] for at in range(0, len(values), 4))
+        lines += ["".join(f"{value:20.11e}" for value in row) for row in rows]
+        lines += ["    -1"]
+    return "\n".join([*lines, ""]).encode()
+
+
+def _scan(path: Path) -> ms.Scan:
+    return ms.Scan.read(path, "hdf5", pixel=1e-6, unit="m")
+
+
+def _scans(here: Path) -> Iterator[Seed]:
+    np.save(here / "scan.npy", HEIGHTS)
+    yield _of(here / "scan.npy", lambda path: ms.Scan.read(path, pixel=1e-6, unit="m"))
+    y, x = np.mgrid[:12, :10] * 1e-6
+    np.savetxt(
+        here / "scan.xyz", np.column_stack([x.ravel(), y.ravel(), HEIGHTS[:12, :10].ravel()])
+    )
+    yield _of(here / "scan.xyz", lambda path: ms.Scan.read(path, unit="m"))
+    with h5py.File(here / "scan.h5", "w") as file:
+        file["z"] = HEIGHTS
+    yield _of(here / "scan.h5", _scan, parsed_apart=True)
+    if not find_spec("SurfaceTopography"):
+        return
+    yield Seed("scan.opd", wyko(HEIGHTS), ms.Scan.read, parsed_apart=True)
+    yield Seed("scan.x3p", x3p(HEIGHTS), ms.Scan.read, parsed_apart=True)
+    yield Seed("scan.nms", _nms(HEIGHTS), ms.Scan.read, parsed_apart=True)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of what it imports
+        from SurfaceTopography import Topography
+
+        surface = Topography(HEIGHTS * 1e6, (24.0, 20.0), unit="um", info={"unit": "um"})
+        surface.to_netcdf(str(here / "scan.nc"))
+    yield _of(here / "scan.nc", ms.Scan.read, parsed_apart=True)
+    for real in sorted((Path(__file__).parents[2] / "../shared/data/scans").glob("*.[ap]l*")):
+        yield _of(real, ms.Scan.read, parsed_apart=True)
+
+
+def wyko(heights: Any, pixel: float = 1e-3, wavelength: float = 600.0) -> bytes:
+    """A Wyko OPD file: a directory of blocks of 24 bytes each, then their contents in its order.
+
+    Heights in metres, stored as waves of the wavelength [nm]; pixel in millimetres.
+    """
+    rows = np.asarray(heights / (wavelength * 1e-9), dtype="<f4")[::-1].T
+    raster = struct.pack("<3H", *rows.shape, 4) + rows.tobytes()
+    blocks = [
+        (b"RAW DATA", 3, raster),
+        (b"Wavelength", 7, struct.pack("<f", wavelength)),
+        (b"Mult", 6, struct.pack("<h", 1)),
+        (b"Aspect", 7, struct.pack("<f", 1.0)),
+        (b"Pixel_size", 7, struct.pack("<f", pixel)),
+        (b"Title", 5, b"a milled face".ljust(20, b"\0")),
+        (b"Date", 5, b"03/17/2021".ljust(12, b"\0")),
+        (b"Time", 5, b"10:11:12".ljust(10, b"\0")),
+    ]
+    entries = [(b"Directory", 1, 24 * (len(blocks) + 1))]
+    entries += [(name, kind, len(content)) for name, kind, content in blocks]
+    directory = b"".join(struct.pack("<16shlH", *entry, 0) for entry in entries)
+    return b"\x01\x00" + directory + b"".join(content for _, _, content in blocks)
+
+
+def x3p(heights: Any) -> bytes:
+    """An archive by ISO 25178-72 of heights in metres."""
+    rows, columns = heights.shape
+    axis = (
+        "<AxisType>I</AxisType><DataType>D</DataType><Increment>1e-6</Increment><Offset>0</Offset>"
+    )
+    main = f"""<?xml version="1.0" encoding="UTF-8"?>
+<p:ISO5436_2 xmlns:p="http://www.opengps.eu/2008/ISO5436_2">
+<Record1><Revision>ISO5436 - 2000</Revision><FeatureType>SUR</FeatureType>
+<Axes><CX>{axis}</CX><CY>{axis}</CY><CZ><AxisType>A</AxisType><DataType>D</DataType></CZ></Axes>
+</Record1>
+<Record2><Date>2021-03-17T10:11:12</Date></Record2>
+<Record3><MatrixDimension><SizeX>{columns}</SizeX><SizeY>{rows}</SizeY><SizeZ>1</SizeZ>
+</MatrixDimension><DataLink><PointDataLink>bindata/data.bin</PointDataLink></DataLink></Record3>
+<Record4><ChecksumFile>md5checksum.hex</ChecksumFile></Record4>
+</p:ISO5436_2>"""
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("main.xml", main)
+        archive.writestr("bindata/data.bin", np.asarray(heights, dtype="<f8").tobytes())
+    return packed.getvalue()
+
+
+def _nms(heights: Any) -> bytes:
+    """A NanoFocus file: micrometres of heights between two ends as 16 bits."""
+    head = bytearray(3468)
+    struct.pack_into("<dd", head, 16, -1.0, 1.0)
+    struct.pack_into("<IIdd", head, 1368, *heights.shape[::-1], 1.6e-3, 1.6e-3)
+    return bytes(head) + np.rint((heights * 1e6 + 1.0) / 2.0 * (2**16 - 2)).astype("<u2").tobytes()
+
+
+def _matrices(here: Path) -> Iterator[Seed]:
+    load = ms.Structure.load
+    np.savez(here / "matrices.npz", M=MASS, K=STIFFNESS)
+    yield _of(here / "matrices.npz", load)
+    by_columns = sparse.csc_matrix(STIFFNESS)
+    parts = {f"K.{name}": getattr(by_columns, name) for name in ("data", "indices", "indptr")}
+    np.savez(here / "sparse.npz", M=MASS, **parts, **{"K.shape": np.array(by_columns.shape)})
+    yield _of(here / "sparse.npz", load)
+    scipy_io.savemat(here / "matrices.mat", {"M": MASS, "K": by_columns})
+    yield _of(here / "matrices.mat", load, parsed_apart=True)
+    market = b"%%MatrixMarket matrix coordinate real symmetric\n2 2 3\n1 1 2e6\n2 1 -1e6\n2 2 2e6\n"
+    yield Seed("market/stiffness.mtx", market, lambda path: load(path.parent), parsed_apart=True)
+    if find_spec("pyyeti"):
+        yield Seed(
+            "model.pch", (punched("KAAX", STIFFNESS) + punched("MAAX", MASS)).encode(), load, True
+        )
+        yield Seed("model.op2", output2(KAAX=STIFFNESS, MAAX=MASS), load, parsed_apart=True)
+        with np.printoptions(), warnings.catch_warnings():  # pyYeti sets them for everybody
+            warnings.simplefilter("ignore")
+            from pyyeti.nastran import op4
+        for name, binary in (("binary.op4", True), ("text.op4", False)):
+            op4.write(str(here / name), ["kgg", "mgg"], [STIFFNESS, MASS], binary=binary)
+            yield _of(here / name, load, parsed_apart=True)
+
+
+def output2(**matrices: Any) -> bytes:
+    """Matrices as Nastran's OUTPUT2 writes them: records between their lengths, keys between."""
+
+    def record(data: bytes) -> bytes:
+        return struct.pack("=i", len(data)) + data + struct.pack("=i", len(data))
+
+    def keys(*values: int) -> bytes:
+        return b"".join(record(struct.pack("=i", value)) for value in values)
+
+    content = keys(3) + record(struct.pack("=3i", 11, 22, 26)) + keys(7)
+    content += record(b"NASTRAN FORT TAPE ID CODE - ") + keys(2) + record(b"XXXXXXXX") + keys(-1, 0)
+    for name, matrix in matrices.items():
+        title, size = record(name.ljust(8).encode()), len(matrix)
+        trailer = struct.pack("=7i", 101, size, size, 6, 2, size, 0)
+        content += keys(2) + title + keys(-1, 7) + record(trailer) + keys(-2, 1, 0, 2) + title
+        content += keys(-3, 1, 1)
+        for number, column in enumerate(matrix.T, start=1):
+            content += keys(1 + 2 * size) + record(struct.pack(f"=i{size}d", 1, *column))
+            content += keys(-3 - number, 1, int(number < size))
+        content += keys(0)
+    return content + keys(0)
+
+
+def punched(name: str, matrix: Any) -> str:
+    """A matrix as DMIG cards of a punch file: grids 10, 20, ... along x, the upper half."""
+    cards = f"DMIG    {name:8}{0:8}{6:8}{2:8}{0:8}{'':8}{'':8}{len(matrix):8}\n"
+    for j in range(len(matrix)):
+        cards += f"DMIG*   {name:16}{'':16}"[:24] + f"{10 * (j + 1):16}{1:16}\n"
+        for i in range(j + 1):
+            number = f"{matrix[i, j]:16.9E}".replace("E", "D")
+            cards += f"*       {10 * (i + 1):16}{1:16}{number}\n" if matrix[i, j] else ""
+    return cards
+
+
+NAMED: dict[str, Any] = {
+    "bodies": dict.fromkeys(("post", "low", "high"), (STEEL, DENSITY)),
+    "contacts": [("low face", "high face")],
+    "bolts": {"post": 1e3},
+}
+
+
+def mesh_file(path: Path, *, nameless: bool = False, elements: tuple[int, int] = (5, 8)) -> Path:
+    """A small fork as a file of Gmsh or Abaqus, or without names as any other of meshio's."""
+    import meshio
+
+    mesh = fork(*elements)
+    contact = mesh.contacts[0]
+    names = {"post": 1, "low": 2, "high": 3, "low face": 4, "high face": 5}
+    solids = np.empty(len(mesh.cells), dtype=int)
+    for body in mesh.bodies:
+        solids[body.cells] = names[body.name]
+    faces = np.concatenate([contact.lower, contact.upper])
+    tags = np.repeat([4, 5], [len(contact.lower), len(contact.upper)])
+    blocks = [("hexahedron", mesh.cells), ("quad", faces)]
+    if path.suffix == ".inp":
+        sets = {body.name: [body.cells, np.zeros(0, dtype=int)] for body in mesh.bodies} | {
+            "unused": [np.zeros(0, dtype=int), np.arange(3)]
+        }
+        nodes = {"low face": np.unique(contact.lower), "high face": np.unique(contact.upper)}
+        meshio.Mesh(mesh.points, blocks, cell_sets=sets, point_sets=nodes).write(path)
+        return path
+    data = {} if nameless else {
+        "gmsh:physical": [solids, tags], "gmsh:geometrical": [solids, tags]
+    }  # fmt: skip
+    field = {} if nameless else {n: np.array([t, 3 if t < 4 else 2]) for n, t in names.items()}
+    meshio.Mesh(mesh.points, blocks, cell_data=data, field_data=field).write(
+        path, file_format="gmsh22" if path.suffix == ".msh" else None
+    )
+    return path
+
+
+def _meshes(here: Path) -> Iterator[Seed]:
+    def read(path: Path) -> ms.MeshedJoint:
+        return ms.MeshedJoint.read(path, **NAMED)
+
+    if find_spec("meshio"):
+        for suffix in (".msh", ".inp", ".vtu", ".vtk"):
+            nameless = suffix.startswith(".vt")
+            path = mesh_file(here / f"mesh{suffix}", nameless=nameless, elements=(2, 2))
+            yield _of(path, read, parsed_apart=True, refused=nameless)
+
+
+def _tables(here: Path) -> Iterator[Seed]:
+    gaps = np.linspace(0.0, 1.0, 40)
+    table = {"normzinterp": gaps, "pzinterp": gaps * np.exp(-4.0 * gaps), "z_max": 1e-5, "Re": 1e-3}
+    np.savez(here / "gaps.npz", area_density=1e7, **table)
+    yield _of(here / "gaps.npz", ms.read_gap_table)
+    scipy_io.savemat(here / "gaps.mat", table | {"area_density": 1e7})
+    yield _of(here / "gaps.mat", ms.read_gap_table, parsed_apart=True)
+    small_joint().save(here / "reduced.npz")
+    yield _of(here / "reduced.npz", ms.ReducedJoint.load)
+    decay = np.exp(-3.0 * np.arange(2000) * 2e-4) * np.cos(1e3 * np.arange(2000) * 2e-4)
+    np.savetxt(here / "decay.csv", np.column_stack([np.arange(2000) * 2e-4, decay * 1e-6]),
+               delimiter=",", comments="", fmt="%.5g",
+               header="time [s],displacement [m]")  # fmt: skip
+    yield _of(here / "decay.csv", ms.ModalTest.read)
+    listed = b"name,joint.normal_load\n1,100 N\n2,200 N\n3,1 kN\n"
+    yield Seed("list.csv", listed, lambda path: items_of(path, path.parent / "study.toml"))
+
+
+def _studies(here: Path) -> Iterator[Seed]:
+    yield Seed("study.toml", STUDY.encode(), ms.Study.load)
+    yield Seed("structure.toml", BEAM.encode(), ms.Study.load)
+
+
+STUDY = """schema = 1
+title = "A milled joint"
+
+[material.al]
+young_modulus = "69 GPa"
+poisson_ratio = 0.33
+hardness = "1.2 GPa"
+
+[surface]
+law = "greenwood-williamson"
+materials = ["al", "al"]
+radius = "1 mm"
+density = "100 1/mm^2"
+area = "2 cm^2"
+heights = { kind = "gaussian", std = "0.5 um" }
+
+[joint]
+friction_coefficient = 0.55
+normal_load = ["100 N", "2 kN"]
+
+[excitation]
+amplitudes = ["0.1 um", "1 um"]
+"""
+
+
+BEAM = """schema = 1
+
+[surface]
+law = "greenwood-williamson"
+materials = ["steel", "steel"]
+heights = { kind = "gaussian", std = "1 um" }
+radius = "1 mm"
+density = "50 1/mm^2"
+area = "2 cm^2"
+
+[joint]
+friction_coefficient = { low = 0.1, high = 0.6 }
+
+[structure]
+length = "200 mm"
+width = "20 mm"
+thickness = "12 mm"
+lap = "30 mm"
+density = "7800 kg/m^3"
+patches = [3, 2]
+modes = [1, 3]
+amplitude = { from = "0.1 um", to = "10 um", points = 3 }
+base_damping_ratio = 0.0005
+sensor = { at = ["0.1 m", "0 m", "0 m"], direction = "z" }
+
+[structure.bolts]
+positions = ["0 mm"]
+shank = "6 mm"
+hole = "6.6 mm"
+washer = "12 mm"
+torque = { mean = "10 N m", cv = 0.15 }
+thread = "6 mm"
+nut_factor = 0.2
+"""

@@ -131,7 +131,7 @@ def _records(here: Path) -> Iterator[Seed]:
         for row in (["time [s]", "displacement [um]", "force [N]"], *table[:40, :3].tolist()):
             book.active.append(row)
         book.save(here / "record.xlsx")
-        yield _of(here / "record.xlsx", ms.Record.read, refused=True)
+        yield _of(here / "record.xlsx", ms.Record.read, parsed_apart=True)
 
 
 def _universal() -> bytes:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from microslip._core.checks import Floats
-from microslip.readers.files import decoded
+from microslip.readers.files import Unusable, decoded
 from microslip.readers.tables import Column, Table, refuse_long
 
 
@@ -119,7 +119,7 @@ def library(module: str, kind: str, name: str, extra: str) -> Any:
     try:
         return import_module(module)
     except ImportError:
-        raise ValueError(
+        raise Unusable(
             f"{kind} files are read by {name}, which is not installed: "
             f'pip install "microslip[{extra}]"'
         ) from None

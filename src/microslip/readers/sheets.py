@@ -13,6 +13,7 @@ import numpy as np
 
 from microslip._core.checks import Floats
 from microslip._core.wording import show
+from microslip.readers.child import parsed
 from microslip.readers.dialect import NUMBER, Line, find_layout, is_missing
 from microslip.readers.files import allowed_points, decoded, refuse_beyond
 from microslip.readers.laboratory import library
@@ -21,6 +22,7 @@ from microslip.readers.text import whole_text
 
 _BYTES = 64
 """Of an unpacked workbook for each number that is allowed: cells are written out as XML."""
+_BYTES_A_SECOND = 3e5  # of openpyxl, which reads cell by cell
 _HEAD = 400
 """Rows by which the layout of a sheet is told."""
 _SEPARATORS = "\t;,"
@@ -91,17 +93,24 @@ def _numbers(rows: Rows, first: int, place: int, heading: str) -> Floats:
 
 def _sheets(path: Path) -> dict[str, Rows]:
     """Cells of each sheet of a workbook, of the last values that Excel computed."""
+    sheets: dict[str, Rows] = parsed(
+        "Excel workbook", path, read_sheets, libraries=["openpyxl"], bytes_a_second=_BYTES_A_SECOND
+    )
+    return sheets
+
+
+# ------------------------------------------------------------------ what runs in the child
+
+
+def read_sheets(path: Path) -> dict[str, Rows]:
+    """The same by openpyxl."""
     openpyxl = library("openpyxl", "Excel", "openpyxl", "excel")
-    with decoded("Excel workbook"):
-        # What the archive declares is what is unpacked: a longer member fails by its checksum.
-        with zipfile.ZipFile(path) as archive:
-            declared = sum(member.file_size for member in archive.infolist())
-        refuse_beyond(declared // _BYTES)
-        book = openpyxl.load_workbook(path, read_only=True, data_only=True)
-        try:
-            return {sheet.title: _cells(sheet) for sheet in book.worksheets}
-        finally:
-            book.close()
+    # What the archive declares is what is unpacked: a longer member fails by its checksum.
+    with zipfile.ZipFile(path) as archive:
+        declared = sum(member.file_size for member in archive.infolist())
+    refuse_beyond(declared // _BYTES)
+    book = openpyxl.load_workbook(path, read_only=True, data_only=True)
+    return {sheet.title: _cells(sheet) for sheet in book.worksheets}
 
 
 def _cells(sheet: Any) -> Rows:

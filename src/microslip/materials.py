@@ -6,7 +6,7 @@ import math
 import sys
 import warnings
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from types import MappingProxyType
 
@@ -291,3 +291,11 @@ class MaterialPair:
         """Hardness of the softer body [Pa]; None where neither is known."""
         hardnesses = [m.hardness for m in (self.first, self.second) if m.hardness is not None]
         return min(hardnesses) if hardnesses else None
+
+    def with_hardness(self, hardness: float) -> MaterialPair:
+        """The same pair with another hardness [Pa] of what deforms."""
+        first, second = (
+            body if body.is_rigid else replace(body, hardness=hardness)
+            for body in (self.first, self.second)
+        )
+        return MaterialPair(first, second)

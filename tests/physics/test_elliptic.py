@@ -110,6 +110,27 @@ def test_in_a_study_and_wrong() -> None:
         assert says in str(caught.value)
 
 
+def test_tightened_ellipses() -> None:
+    """Without yield the elastic ones, round ones are spheres, and yield makes them stiff."""
+    across = lay(0.1, 0.5 * math.pi)
+    elastic = across.tightened(500.0, yield_stress=1e12)
+    d = across.separation([1.0, 50.0, 400.0])
+    for name in ("load", "stiffness", "contact_area", "contact_count", "contact_probability"):
+        np.testing.assert_allclose(getattr(elastic, name)(d), getattr(across, name)(d), rtol=1e-7)
+    assert elastic.stiffness_ratio == across.stiffness_ratio
+    joint = ms.Interface(elastic, 0.4, normal_load=300.0)
+    wanted = ms.Interface(across, 0.4, normal_load=300.0)
+    assert joint.dissipated_energy(1e-7) == pytest.approx(wanted.dissipated_energy(1e-7), rel=1e-6)
+    round_ones = lay(1.0, 0.0).tightened(500.0, yield_stress=2e8)
+    spheres = ms.GreenwoodWilliamson(
+        across.pair, across.heights, across.radius, across.density, across.area
+    ).tightened(500.0, yield_stress=2e8)
+    at = spheres.separation(200.0)
+    assert round_ones.load(at) == pytest.approx(200.0, rel=1e-9)
+    yielded = across.tightened(500.0, yield_stress=2e8)
+    assert ms.Interface(yielded, 0.4, normal_load=300.0).normal_stiffness > wanted.normal_stiffness
+
+
 def test_from_the_principal_curvatures_of_a_scan() -> None:
     """Stretched four times along y, the lay is y; as it is made, no direction is another."""
     made = random_surface((256, 256), 1e-6, m0=4e-14, m2=1e-3, m4=2e8, seed=2)

@@ -115,7 +115,8 @@ def test_a_surface_knows_its_area_and_its_end() -> None:
     np.testing.assert_allclose(part.load(d), 0.25 * law.load(d), rtol=1e-12)
     steel = ms.Material(210e9, 0.3, hardness=1e9)
     hard = ms.PerssonCurve(ms.MaterialPair(steel, steel), LAW.wavenumber, LAW.spectrum, LAW.area)
-    (verdict,) = ms.Interface(hard.to_surface(400), 0.5, normal_load=100.0).validity
+    verdict, factor = ms.Interface(hard.to_surface(400), 0.5, normal_load=100.0).validity
+    assert factor.word == "outside", "a light load stands on the highest summits"
     # At light loads a contact bears E* h' sqrt(pi/8) in the mean.
     modulus = hard.pair.composite_modulus
     assert verdict.value == pytest.approx(

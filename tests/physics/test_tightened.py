@@ -216,6 +216,16 @@ def test_the_engine_works_on_it() -> None:
     assert joint.to_iwan(30).force_limit == pytest.approx(1100.0, rel=1e-12)
 
 
-def test_loads_above_the_tightening_load_are_refused() -> None:
+def test_loads_above_the_tightening_load_tighten_anew() -> None:
     law = surface().tightened(5000.0, yield_stress=250e6)
+    again = surface().tightened(5001.0, yield_stress=250e6)
+    joint = ms.Interface(law, 0.55, normal_load=5001.0)
+    assert (
+        joint.tangential_stiffness
+        == ms.Interface(again, 0.55, normal_load=5001.0).tangential_stiffness
+    )
+    with pytest.raises(ms.InputError, match="at most the tightening load 5000 N"):
+        law.separation(5001.0)
+    with pytest.raises(ms.InputError, match="that of the tightening load"):
+        law.load(law.closest_separation - 1e-7)
     assert ms.Interface(law, 0.55, normal_load=5000.0).normal_load == 5000.0

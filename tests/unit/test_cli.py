@@ -233,7 +233,7 @@ def printed(text: str) -> str:
 def test_verdicts_say_where_ok_is() -> None:
     text = printed(STUDY.replace("2 kN", "30 kN"))
     assert "  watch   plasticity index: 0.721 (ok up to 0.6) – assumed: summits deform" in text
-    assert re.search(r"  outside real over apparent area: \d\d\.\d % \(ok up to 2 %\) – ", text)
+    assert re.search(r"  outside real over apparent area: \d\d\.\d % \(ok up to 1 %\) – ", text)
     text = printed(STUDY.replace("100 1/mm^2", "0.1 1/mm^2"))
     assert re.search(r"  (watch  |outside) contacts: [\d.]+ \(ok from 30\) – assumed: ", text)
 

@@ -41,6 +41,15 @@ def test_hardness_and_model_decide() -> None:
     assert ms.Study.from_toml(other).run().joints[0].surface.model == "fully-plastic"
 
 
+def test_a_heavier_load_tightens_further() -> None:
+    """The last load is above the tightening: its joint is that of a surface tightened to it."""
+    joints = ms.Study.from_toml(edited(YIELDS, ("2 kN", "5 kN"))).run().joints
+    again = joints[0].surface.tightened(5000.0)
+    assert [joint.surface.tightening_load for joint in joints] == [4000.0, 5000.0]
+    wanted = ms.Interface(again, 0.55, normal_load=5000.0).tangential_stiffness
+    assert joints[1].tangential_stiffness == wanted
+
+
 def test_indentation_over_yield_is_the_mean_over_the_load() -> None:
     """Against a sum over a million summits, and of one summit its own."""
     al = ms.Material(69e9, 0.33)

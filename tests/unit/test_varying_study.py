@@ -392,7 +392,7 @@ def test_constant_loads_say_nothing_of_another_one() -> None:
     [
         (
             '"5 kN"',
-            ["real over apparent area at 5 kN, as it grows to 9.75 kN: 11.2 % (ok up to 2 %)"],
+            ["real over apparent area at 5 kN, as it grows to 9.75 kN: 11.2 % (ok up to 1 %)"],
         ),
         (
             '["4 N", "5 kN"]',

@@ -140,6 +140,8 @@ class JointField(SettledField, Locked):
         loads = values * self.areas if kind == "pressures" else values
         shares = loads / self._scale
         if curve is None:
+            assign(self, surface=self.surface._under(float(shares.max())))
+        if curve is None:
             heaviest = int(np.argmax(shares))
             nearest = self._separation_of(shares, heaviest) if shares[heaviest] > 0.0 else np.inf
             curve = shared_curve(self.surface, min(nearest, LARGEST))

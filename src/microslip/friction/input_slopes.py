@@ -16,6 +16,7 @@ from microslip.heights import Discrete, HeightDistribution
 from microslip.materials import Material, MaterialPair
 from microslip.normal import NormalLaw
 from microslip.normal.persson import PerssonSurface
+from microslip.normal.rough import RoughSurface
 
 _STEP = 0.02
 """Half of the logarithm over which a slope is taken: its error is of the order of its square."""
@@ -76,6 +77,15 @@ def _inputs(joint: Interface) -> dict[str, Callable[[float], Interface]]:
         inputs["young_modulus"] = lambda f: on(
             replace(curve, pair=_stiffer(surface.pair, f)).to_surface()
         )
+    if isinstance(surface, RoughSurface):
+        names = {"heights": "rms", "young_modulus": "pair", "hardness": "hardness"}
+        names |= {name: name for name in ("roll_off", "shortest", "hurst")}
+        if surface.hardness is None:
+            del names["hardness"]
+        return inputs | {
+            input_name: lambda f, name=name: on(_scaled(surface, name, f))
+            for input_name, name in names.items()
+        }
     parameters: set[str] = set()
     if is_dataclass(surface):
         parameters = {field.name for field in fields(surface)}
@@ -99,6 +109,8 @@ def _scaled(surface: Any, name: str, factor: float) -> NormalLaw:
         changes: dict[str, Any] = {"pair": _stiffer(surface.pair, factor)}
     elif name == "heights":
         changes = _higher(surface, factor)
+    elif name == "hardness":
+        changes = {"pair": surface.pair.with_hardness(factor * surface.pair.hardness)}
     else:
         changes = {name: getattr(surface, name) * factor}
     law: NormalLaw = replace(surface, **changes)

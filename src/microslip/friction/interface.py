@@ -93,6 +93,7 @@ class Interface(CoupledLaw):
         check_one_of("normal_load [N] or separation [m]", load, separation)
         if separation is None:
             load = positive("normal_load", load, "N")
+            assign(self, surface=self.surface._under(load))
             separation = self.surface.separation(load)
         else:
             separation = number("separation", separation, "m")

@@ -5,6 +5,7 @@ from .laws import NORMAL_LAWS as NORMAL_LAWS
 from .measured import MeasuredContact as MeasuredContact
 from .persson import PerssonCurve as PerssonCurve
 from .population import AsperityPopulation as AsperityPopulation
+from .rough import RoughSurface as RoughSurface
 from .sphere import SphereOnFlat as SphereOnFlat
 from .table import TabulatedNormalLaw as TabulatedNormalLaw
 from .tightened import TightenedSurface as TightenedSurface

@@ -21,6 +21,10 @@ from microslip.numerics import quadrature
 
 PRESSURE = "mean contact pressure over hardness"
 """Name of what is judged of a law that knows contacts but no summits."""
+STIFFNESS = "normal stiffness over that of boundary elements"
+"""Name of what is judged of a theory that is known to be off by a factor."""
+ANISOTROPY = "stiffness across over along the lay, over that of boundary elements"
+"""Name of what is judged of summits that all have one shape."""
 YIELD = "Hertz pressure over that of first yield"
 """Name of what is judged of one sphere."""
 
@@ -179,6 +183,10 @@ class NormalLaw(Parametric, ABC):
             f"`direction` must be left out: a {type(self).__name__} has no lay in the plane, as a "
             "MeasuredContact has"
         )
+
+    def _under(self, load: float) -> NormalLaw:
+        """The surface as it is under a load [N]: tightened anew where that makes it yield."""
+        return self
 
     def _patch(self, area: float, share: float) -> NormalLaw:
         """The same surface on another area [m^2], which bears a share of the load."""

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from typing import Any, NamedTuple
 
 from numpy.typing import ArrayLike
 
 from microslip._core.parameters import parameter
-from microslip.errors import InputError
 from microslip.heights import Gaussian
 from microslip.materials import MaterialPair
-from microslip.normal.base import NormalLaw, aluminium
+from microslip.normal.base import ANISOTROPY, NormalLaw, aluminium
 from microslip.normal.greenwood_williamson import GreenwoodWilliamson
 from microslip.normal.tightened import TightenedSurface
 
@@ -137,11 +136,34 @@ class EllipticSummits(GreenwoodWilliamson):
         hardness: float | None = None,
         model: str = "jackson-green",
     ) -> TightenedSurface:
-        """Not known of ellipses: the models of yielding summits are of spheres."""
-        raise InputError(
-            "EllipticSummits cannot be tightened: what is known of summits that yield is of "
-            "spheres; take a GreenwoodWilliamson surface of the same radius"
+        """The surface after its summits yielded under a load [N], as :class:`TightenedSurface`.
+
+        Arguments as of :meth:`GreenwoodWilliamson.tightened`. What is known of summits that yield
+        is of spheres, so spheres stand for each ellipse that have its load, its area and its mean
+        pressure at any indentation, R (A/P)^2 their radius and P^2/A their number, by the ratios
+        :attr:`ellipse` of area and load. Ellipses yield at a pressure up to 12 % higher (Johnson
+        1985, section 6.2).
+        """
+        ellipse = self.ellipse
+        count = ellipse.load**2 / ellipse.area
+        spheres = GreenwoodWilliamson(
+            self.pair,
+            self.heights,
+            self.radius * (ellipse.area / ellipse.load) ** 2,
+            self.density * count,
+            self.area,
         )
+        return replace(
+            spheres.tightened(
+                normal_load, yield_stress=yield_stress, hardness=hardness, model=model
+            ),
+            compliance_ratio=self.stiffness_ratio,
+            spheres_per_summit=count,
+        )
+
+    def _assumptions(self, separation: float | None) -> dict[str, float | None]:
+        longer = math.log(max(1.0 / self.curvature_ratio, 1.0)) / math.log(36.0)
+        return {**super()._assumptions(separation), ANISOTROPY: 1.0 - 0.05 * longer}
 
     @classmethod
     def examples(cls) -> tuple[NormalLaw, ...]:

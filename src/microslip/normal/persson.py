@@ -29,13 +29,15 @@ from microslip._core.frozen import Locked, assign, lock
 from microslip._core.parameters import Parametric, parameter
 from microslip.errors import InputError
 from microslip.materials import MaterialPair
-from microslip.normal.base import PRESSURE, NormalLaw, check_pair
+from microslip.normal.base import PRESSURE, STIFFNESS, NormalLaw, check_pair
 from microslip.normal.table import TabulatedNormalLaw
 from microslip.numerics.quadrature import gauss_legendre
 
 _END = 6.6  # beyond, exp(-x^2) is no part of anything
 _PIECE = 10  # nodes between two points of the spectrum
 _MOST_PIECES = 400
+_FACTORS = ((3e-4, 0.55), (1e-3, 0.62), (3e-3, 0.72), (1e-2, 0.81), (3e-2, 0.94), (0.1, 1.0))
+"""p/E*h' [-] and the stiffness there over that of boundary elements, on self-affine faces."""
 
 if TYPE_CHECKING:
 
@@ -302,6 +304,17 @@ class PerssonCurve(Locked, Parametric):
             gaps[part] = inner @ weights
         return plain(gaps.reshape(loads.shape))
 
+    def stiffness(self, load: ArrayLike) -> Any:
+        """Normal stiffness -dN/du [N/m] under loads [N] of any shape."""
+        from scipy.special import erf
+
+        loads = positives("load", load, "N")
+        v, weights = self._nodes
+        scale = math.sqrt(math.pi) * self.pair.composite_modulus * self.area
+        x = loads.reshape(-1, 1) / (scale * v)
+        stored = self.stored_share + 3.0 * (1.0 - self.stored_share) * erf(x) ** 2
+        return plain(loads / ((stored * np.exp(-x * x)) @ weights).reshape(loads.shape))
+
     def contact_share(self, load: ArrayLike) -> Any:
         """Real over apparent area [-] at the shortest waves, under loads [N] of any shape."""
         from scipy.special import erf
@@ -360,10 +373,15 @@ class PerssonSurface(TabulatedNormalLaw):
 
     def _assumptions(self, separation: float | None) -> dict[str, float | None]:
         hardness = self.pair.hardness
-        if separation is None or hardness is None:
-            return {PRESSURE: None if hardness is None else 0.0}
+        if separation is None:
+            return {PRESSURE: None if hardness is None else 0.0, STIFFNESS: _FACTORS[0][1]}
         d = max(separation, float(np.asarray(self.separations)[0]))
-        return {PRESSURE: float(self.load(d)) / float(self.contact_area(d)) / hardness}
+        load = float(self.load(d))
+        touching = None if hardness is None else load / float(self.contact_area(d)) / hardness
+        modulus = self.pair.composite_modulus * self.curve.rms_slope
+        at, factors = np.transpose(_FACTORS)
+        factor = np.interp(math.log(load / self.area / modulus), np.log(at), factors)
+        return {PRESSURE: touching, STIFFNESS: float(factor)}
 
     def _solve(self, loads: Floats) -> Floats:
         heaviest = float(np.asarray(self.loads)[0])

@@ -118,12 +118,17 @@ class TightenedSurface(NormalLaw):
         "jackson-green", "kogut-etsion" or "fully-plastic".
     area : float, optional
         Apparent area [m^2].
+    compliance_ratio : float, optional
+        Normal over tangential stiffness of its contacts [-], where they are not round.
+    spheres_per_summit : float, optional
+        How many spheres stand for one summit [-], likewise.
 
     Notes
     -----
     After Jackson and Green (2005), DOI 10.1115/1.1866166, for the way in, and Etsion, Kligerman and
     Kadin (2005, Int. J. Solids Struct. 42, 3716) for what a summit keeps of it. Loads above the
-    tightening load would be plastic again: they are refused. Junction growth is not covered.
+    tightening load are plastic again: a joint under one stands on the surface tightened to it.
+    Loads that vary must stay below. Junction growth is not covered.
     """
 
     pair: MaterialPair
@@ -134,6 +139,8 @@ class TightenedSurface(NormalLaw):
     yield_stress: float
     model: str = "jackson-green"
     area: float | None = None
+    compliance_ratio: float | None = None
+    spheres_per_summit: float = 1.0
 
     def __post_init__(self) -> None:
         for name, unit in (("tightening_load", "N"), ("yield_stress", "Pa")):
@@ -148,6 +155,11 @@ class TightenedSurface(NormalLaw):
     def _stiff(self) -> Floats:
         """What each summit's Hertz constant (4/3) E* sqrt(R) [N/m^1.5] counts, all alike."""
         return np.asarray(4.0 / 3.0 * self.pair.composite_modulus * np.sqrt(self.radius))
+
+    @property
+    def stiffness_ratio(self) -> float:
+        """Normal over tangential stiffness of the contacts [-]; E*/4G* of round ones."""
+        return super().stiffness_ratio if self.compliance_ratio is None else self.compliance_ratio
 
     # -- tightening -------------------------------------------------------------------------------
 
@@ -252,6 +264,20 @@ class TightenedSurface(NormalLaw):
             values["real over apparent area, tightened"] = tightest
         return {**values, "indentation over yield": self.mean_indentation}
 
+    def _under(self, load: float) -> NormalLaw:
+        """The same once tightened anew, where a load [N] makes summits yield further."""
+        if load <= self.tightening_load * (1.0 + 1e-12):
+            return self
+        return dataclasses.replace(self, tightening_load=load)
+
+    def tightened(self, normal_load: float, **how: Any) -> NormalLaw:
+        """The surface after another tightening to a load [N]; the largest of all counts."""
+        if how:
+            raise InputError(
+                f"`{next(iter(how))}` is that of the first tightening, {self!r}; leave it out"
+            )
+        return self._under(positive("normal_load", normal_load, "N", 5000.0))
+
     def _patch(self, area: float, share: float) -> NormalLaw:
         """A part, which bore its share of the load that tightened the whole."""
         if self.area is None:
@@ -342,16 +368,18 @@ class TightenedSurface(NormalLaw):
 
     def contact_probability(self, separation: ArrayLike) -> Any:
         """Probability that a summit is in contact, for separations [m] of any shape."""
-        return plain(np.asarray(self.contact_count(separation)) / self.summit_count)
+        summits = self.summit_count / self.spheres_per_summit
+        return plain(np.asarray(self.contact_count(separation)) / summits)
 
     def contact_count(self, separation: ArrayLike) -> Any:
         """Number of summits in contact, for separations [m] of any shape."""
         d = self._separations(separation)
         if self._spheres is not None:
             touching = np.searchsorted(-self._spheres.heights, -d, side="left")
-            share = self.summit_count / self._spheres.heights.size
+            share = self.summit_count / self.spheres_per_summit / self._spheres.heights.size
             return plain(np.asarray(touching, dtype=float) * share)
-        return plain(self.summit_count * self._counting._moment(0, d))
+        summits = self.summit_count / self.spheres_per_summit
+        return plain(summits * self._counting._moment(0, d))
 
     def contact_area(self, separation: ArrayLike) -> Any:
         """Real contact area [m^2] of the flattened summits, for separations [m] of any shape."""

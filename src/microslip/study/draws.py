@@ -14,6 +14,7 @@ from microslip.normal import GreenwoodWilliamson
 from microslip.study.build import build_summits
 from microslip.study.description import StudyDescription
 from microslip.study.joints import Joint
+from microslip.study.part import Part
 from microslip.study.readers import KeyedError
 from microslip.study.sense import check
 from microslip.study.surfaces import ScanSurface
@@ -37,6 +38,7 @@ class Design:
     """From normal scores, a column an input, to a study without anything uncertain."""
 
     def __init__(self, study: StudyDescription) -> None:
+        study = with_model_spreads(study)
         self.study = study
         self.part = study.uncertainty or UncertaintyPart()
         self.spreads = dict(spreads_of(study))
@@ -196,6 +198,23 @@ class Design:
                 sobol = qmc.Sobol(len(self.inputs), scramble=True, rng=rng)
                 groups.append(sobol.random(size))
         return np.array(groups)
+
+
+def with_model_spreads(part: Any) -> Any:
+    """The same table with the scatter of laws that are known to be off by so much."""
+    if isinstance(part, dict):
+        after = {name: with_model_spreads(value) for name, value in part.items()}
+        return after if any(after[name] is not part[name] for name in part) else part
+    if not isinstance(part, Part):
+        return part
+    changes = {name: getattr(part, name) for name in part.attributes.values()}
+    changes = {
+        name: after
+        for name, before in changes.items()
+        if (after := with_model_spreads(before)) is not before
+    }
+    changes |= getattr(part, "model_spreads", {})
+    return part.copy(**changes) if changes else part
 
 
 def is_uncertain(study: StudyDescription) -> bool:

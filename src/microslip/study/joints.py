@@ -7,7 +7,7 @@ from typing import Any
 from microslip._core.parameters import key_of, parameter_of
 from microslip.errors import InputError
 from microslip.friction import LAWS, BackboneLaw, Interface, PressedJoint
-from microslip.normal import AsperityPopulation, GreenwoodWilliamson, NormalLaw
+from microslip.normal import AsperityPopulation, GreenwoodWilliamson, NormalLaw, RoughSurface
 from microslip.normal.elastic_plastic import MODELS
 from microslip.study.fields import (
     LOAD,
@@ -86,8 +86,13 @@ class Joint(Part):
 
     def tightened(self, surface: NormalLaw) -> NormalLaw:
         """The surface as it is once it was tightened, if it was."""
-        if self.tightening_load is None:
+        load = self.tightening_load
+        if load is None and self._bolted(surface):
+            load = self.normal_load[0]
+        if load is None:
             return surface
+        if isinstance(surface, RoughSurface):
+            return surface.tightened(load, yield_stress=self.yield_stress)
         if not isinstance(surface, (GreenwoodWilliamson, AsperityPopulation)):
             raise InputError(
                 "`tightening_load` wanted only for a surface of summits that can yield, such as "
@@ -102,7 +107,16 @@ class Joint(Part):
             )
         model = self.tightening_model or "jackson-green"
         return surface.tightened(
-            self.tightening_load, yield_stress=self.yield_stress, hardness=hardness, model=model
+            load, yield_stress=self.yield_stress, hardness=hardness, model=model
+        )
+
+    def _bolted(self, surface: NormalLaw) -> bool:
+        """Whether summits yielded under the bolts that press: where a hardness is known."""
+        return (
+            self.pressure is not None
+            and self.pressure.load is not None
+            and isinstance(surface, (GreenwoodWilliamson, AsperityPopulation))
+            and (self.yield_stress is not None or surface.pair.hardness is not None)
         )
 
     @property
@@ -113,8 +127,9 @@ class Joint(Part):
     def build(self, surface: NormalLaw, normal_load: float) -> Interface | PressedJoint:
         """The joint at one of its loads."""
         if self.pressure is not None:
-            # Each ring of a tightened surface yielded by itself, which takes its time.
-            spread = self.pressure.spread(*(() if self.tightening_load is None else (8,)))
+            # Each ring of a surface that yields yielded by itself, which takes its time.
+            yields = hasattr(surface, "tightening_load")
+            spread = self.pressure.spread(*((8,) if yields else ()))
             return PressedJoint(surface, self.friction_coefficient, spread, normal_load)
         return Interface(surface, self.friction_coefficient, normal_load)
 

@@ -3,12 +3,19 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import Any
+import math
+from typing import Any, cast
 
 import numpy as np
 
 from microslip._core.parameters import key_of, parameter_of, parameters_of
-from microslip._core.units import FORCE, PER_LENGTH, SPECTRAL_DENSITY
+from microslip._core.units import (
+    FORCE,
+    PER_LENGTH,
+    SPECTRAL_DENSITY,
+    engineering,
+    significant,
+)
 from microslip._core.wording import nearest
 from microslip.materials import Material, MaterialPair, metals
 from microslip.normal import (
@@ -16,8 +23,12 @@ from microslip.normal import (
     AsperityPopulation,
     NormalLaw,
     PerssonCurve,
+    RoughSurface,
     TabulatedNormalLaw,
 )
+from microslip.normal.rough import ERROR as ROUGH_ERROR
+from microslip.scans.finish import GAUSSIAN_RQ
+from microslip.scans.options import RA, RQ
 from microslip.study.columns import Numbers
 from microslip.study.faces import DrawnSurface, FacedSurface, TwoFaces
 from microslip.study.fields import (
@@ -29,6 +40,7 @@ from microslip.study.fields import (
     SHARE,
     Described,
     key_for,
+    number,
     one_of,
     quantity,
     table_of,
@@ -37,6 +49,7 @@ from microslip.study.heights import ANY_HEIGHTS, HEIGHTS_TABLES, GivenHeights, S
 from microslip.study.part import Key, Part, SurfaceTable, Table, key, tag
 from microslip.study.readers import KeyedError, Place
 from microslip.study.scanned_surface import ScanSurface
+from microslip.study.uncertain import Spread, Unsure
 
 __all__ = [
     "SURFACE_TABLES",
@@ -243,7 +256,81 @@ class SpectralSurface(Surface):
         return self._curve(pair).to_surface()
 
 
-_OWN_TABLES: dict[str, type[Part]] = {"population": PopulationSurface, "table": TableSurface}
+class RoughFaceSurface(Surface):
+    """A rough face by what a drawing says of it; no summits, and what is pressed flat yields."""
+
+    law: str = tag("rough", "A rough face by Rq or Ra, its cut-offs and Hurst exponent.")
+    rq: float | None = key(Unsure(RQ), default=None)
+    ra: float | None = key(Unsure(RA), default=None)
+    roll_off: float = key_for(
+        parameter_of(RoughSurface, "roll_off"),
+        help="Longest wave of the roughness: the cut-off of the filter, or RSm times two to four.",
+        example='"0.8 mm"',
+    )
+    shortest: float | None = key(
+        ROUGHNESS, "Shortest wave; or the slope says it.", '"10 um"', default=None
+    )
+    slope: float | None = key(
+        Unsure(number("0.1", above=0.0, most=2.0)),
+        "Rms slope Rdq of profiles, in place of the shortest wave.",
+        default=None,
+    )
+    hurst: float = key(
+        Unsure(SHARE), "Hurst exponent; 0.8 where nobody has measured it.", "0.8", default=0.8
+    )
+    area: float = key(AREA, "Apparent area.")
+    stiffness_factor: float = key_for(
+        parameter_of(RoughSurface, "stiffness_factor"),
+        help="Factor on the normal stiffness; bands of what is uncertain draw it with 12 % unless "
+        "it is given.",
+        default=1.0,
+    )
+
+    def check(self, place: Place) -> None:
+        """One height and one end of the spectrum."""
+        for names in (("rq", "ra"), ("shortest", "slope")):
+            given = [name for name in names if getattr(self, name) is not None]
+            if len(given) != 1:
+                came = "both; remove one" if given else "neither"
+                where = names[1 if given else 0]
+                raise KeyedError(f".{where}", f"wanted {names[0]} or {names[1]}, got {came}")
+        super().check(place)
+
+    @property
+    def model_spreads(self) -> dict[str, Spread]:
+        """What the law itself leaves open, by the key that it is drawn at."""
+        if "stiffness_factor" in self._keys_in_file:
+            return {}
+        return {"stiffness_factor": Spread.about(1.0, ROUGH_ERROR)}
+
+    def build(self, pair: MaterialPair) -> NormalLaw:
+        """The law; of Ra as of Gaussian heights."""
+        rms = self.rq if self.rq is not None else GAUSSIAN_RQ * float(self.ra or 0.0)
+        numbers = {"rms": rms, "roll_off": self.roll_off, "area": self.area, "hurst": self.hurst}
+        if self.slope is None:
+            shortest, factor = cast(float, self.shortest), self.stiffness_factor
+            return RoughSurface(pair, shortest=shortest, stiffness_factor=factor, **numbers)
+        law = RoughSurface.from_slope(pair, slope=self.slope, **numbers)
+        return dataclasses.replace(law, stiffness_factor=self.stiffness_factor)
+
+    def sentences(self) -> list[str]:
+        """What the law stands on, and what no drawing says."""
+        law = cast(RoughSurface, self.build(_ANY_PAIR))
+        left_out = "the Hurst exponent, " if "hurst" not in self._keys_in_file else ""
+        return [
+            f"surface: waves from {engineering(law.roll_off, 'm')} to "
+            f"{engineering(law.shortest, 'm')}, Rq {engineering(law.rms, 'm')}, Rdq "
+            f"{significant(law.rms_slope / math.sqrt(2.0))}. The stiffness of such Gaussian, "
+            f"isotropic faces is within {100.0 * ROUGH_ERROR:.0f} % of boundary elements (the "
+            f"worst 30 %). A drawing does not say {left_out}how the heights are "
+            "distributed, a lay, and form and waviness beyond the cut-off."
+        ]
+
+
+_OWN_TABLES: dict[str, type[Part]] = {
+    "population": PopulationSurface,
+    "table": TableSurface,
+}
 _HEIGHTS = key(
     ANY_HEIGHTS, "Distribution of the summit heights.", '{ kind = "gaussian", std = "0.5 um" }'
 )
@@ -263,6 +350,7 @@ SURFACE_TABLES: dict[str, type[Any]] = {
         if (name := key_of(kind)) in _OWN_TABLES or parameters_of(kind)
     },
     "persson": SpectralSurface,
+    "rough": RoughFaceSurface,
     "scan": ScanSurface,
     "drawing": DrawnSurface,
     "two-faces": TwoFaces,

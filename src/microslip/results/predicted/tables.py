@@ -43,6 +43,9 @@ _INPUTS = {
     "cutoff": "short-wave cut-off",
     "yield_stress": "yield stress",
     "tightening_load": "tightening load",
+    "roll_off": "longest wave",
+    "shortest": "shortest wave",
+    "hurst": "Hurst exponent",
 }
 _MOST_INPUTS = 3
 _DAMPING = Column("damping_ratio", "Damping ratio ζ", "", write=cells.ratio, short="ζ")

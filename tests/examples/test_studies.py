@@ -18,7 +18,7 @@ FOLDER = Path(__file__).parents[2] / "examples"
 PINNED = {
     # Of the last load: stiffness [N/m], force limit [N], loss factor at 10 nm.
     "tightened": (1.101619e10, 400.0, 0.0411264),
-    "bolted_joint": (2.355623e11, 12800.0, 0.0301163),
+    "bolted_joint": (2.355632e11, 12800.0, 0.0292549),
     "two_faces": (4.784542e09, 150.0, 0.0557803),
     "drawing": (5.143515e09, 150.0, 0.0621586),
     "lay": (2.922107e09, 200.0, 0.02623),

@@ -43,8 +43,9 @@ RULES: tuple[Rule, ...] = (
         watch=0.01,
         outside=0.1,
         meaning="contacts are sparse and do not feel each other",
-        reason="a boundary-element solution is up to 20 % stiffer at 0.01 (7 % in the mean), 5 to 20 % at "
-        "0.02, 20 to 50 % at 0.06 and 30 to 80 % at 0.1 (Gaussian surfaces, benchmarks/real_area.py)",
+        reason="a boundary-element solution is up to 20 % stiffer at 0.01 (7 % in the mean), 5 to "
+        "20 % at 0.02, 20 to 50 % at 0.06 and 30 to 80 % at 0.1 (Gaussian surfaces, "
+        "benchmarks/real_area.py)",
         remedy='a smaller load, or a law whose contacts feel each other: "rough", or "measured"',
     ),
     Rule(

@@ -29,7 +29,7 @@ ERROR = 0.12
 """Standard deviation of ln stiffness against boundary elements [-]; the worst are 30 % off."""
 _LARGER = 1.06  # than both theories, in the mean
 _BY_LOAD = 1.2768192821378979  # radius of equal spheres over that of the mean curvature
-_YIELDED, _SHRINK, _RELIEVED = 0.95, 0.6, 0.7
+_YIELDED, _SHRINK, _RELIEVED = 0.95, 0.6, 2.0 / 3.0
 _TOUCHING = 2.2 / math.sqrt(8.0 / math.pi)  # area at light loads, over that of Persson
 _HARDEST = 0.6  # mean pressure over hardness beyond which nothing was compared
 _FULL = 0.5  # of full contact, to which the elastic theory goes
@@ -72,7 +72,7 @@ class RoughSurface(TabulatedNormalLaw):
     2008, DOI 10.1088/0953-8984/20/21/215214), which is right where they feel each other.
 
     Where it yields, the real area tends to p/H and the face is elastic afterwards on what was
-    pressed flat: K_y = 0.95 E* <q> A (1 - 0.6 A) (p/p_t)^0.7, A = p_t/H, with the mean wavenumber
+    pressed flat: K_y = 0.95 E* <q> A (1 - 0.6 A) (p/p_t)^(2/3), A = p_t/H, with the mean wavenumber
     <q> of the spectrum and the tightening pressure p_t. Together K = sqrt(K_e^2 + K_y^2). This
     second part is fitted to boundary elements with a bound on pressure (Almqvist et al. 2007,
     DOI 10.1115/1.2401208): H/E*h' from 0.03 to 1, Hurst exponents 0.3 to 1, shortest waves 3 to 32
@@ -226,8 +226,7 @@ class RoughSurface(TabulatedNormalLaw):
     @property
     def _full(self) -> float:
         """Load of full contact [N] in Persson's theory."""
-        load: float = self.area * self.pair.composite_modulus * self.rms_slope / math.sqrt(2.0)
-        return load
+        return self.area * self.pair.composite_modulus * self.rms_slope / math.sqrt(2.0)
 
     def _stiffness_under(self, loads: Floats) -> Floats:
         """-dN/dd under loads [N/m]; first loads each, or relieved from the tightening."""
@@ -336,7 +335,7 @@ def _power(low: float, high: float, exponent: float) -> float:
     n = exponent + 1.0
     if abs(n) < 1e-9:
         return math.log(high / low)
-    return (high**n - low**n) / n
+    return float(high**n - low**n) / n
 
 
 def moments(rms: float, hurst: float, low: float, high: float) -> tuple[float, float, float]:

@@ -413,5 +413,9 @@ def test_normal_law_is_decreasing_convex_and_its_inverse_inverts(surface):
         surface, (ms.TabulatedNormalLaw, ms.TightenedSurface)
     )
     lost = 1e-15 * load[:-1] / area
-    assert np.mean(error <= 1e-12 + lost) > (0.999 if smooth else 0.98)
+    between = np.ones(error.size, dtype=bool)
+    if isinstance(surface, ms.TabulatedNormalLaw):  # whose bends are where its pieces meet
+        between = np.diff(np.searchsorted(surface._spline.knots, d)) == 0
+    assert between.sum() > 100
+    assert np.mean((error <= 1e-12 + lost)[between]) > (0.999 if smooth else 0.98)
     assert np.all(error < 1e-2)

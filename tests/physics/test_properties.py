@@ -536,7 +536,7 @@ def test_dimensional_scaling(law, x, length, force):
     assert other.tangential_stiffness == pytest.approx(
         force / length * law.tangential_stiffness, **near
     )
-    if law.contact_area is not None:
+    if law.contact_count is not None:
         assert other.contact_count == pytest.approx(law.contact_count, **near)
         assert other.contact_area == pytest.approx(length**2 * law.contact_area, **near)
     x = x * reach_of(law)

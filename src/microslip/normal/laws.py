@@ -5,6 +5,7 @@ from microslip.normal.elliptic import EllipticSummits
 from microslip.normal.greenwood_williamson import GreenwoodWilliamson
 from microslip.normal.measured import MeasuredContact
 from microslip.normal.population import AsperityPopulation
+from microslip.normal.rough import RoughSurface
 from microslip.normal.sphere import SphereOnFlat
 from microslip.normal.table import TabulatedNormalLaw
 from microslip.normal.tightened import TightenedSurface
@@ -17,5 +18,6 @@ NORMAL_LAWS: tuple[type[NormalLaw], ...] = (
     TightenedSurface,
     EllipticSummits,
     MeasuredContact,
+    RoughSurface,
 )
 """Every normal load law; the shared tests run over it."""

@@ -12,12 +12,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, exact, plain, positive
-from microslip._core.frozen import assign, lock
+from microslip._core.frozen import assign, lock, made_once
 from microslip._core.parameters import parameter
 from microslip.errors import InputError
 from microslip.heights import Gaussian
 from microslip.materials import Material, MaterialPair
-from microslip.normal.base import NormalLaw, check_pair
+from microslip.normal.base import NormalLaw, aluminium, check_pair
 from microslip.normal.elastic_plastic import HARDNESS_RATIO
 from microslip.normal.greenwood_williamson import GreenwoodWilliamson
 from microslip.normal.measured_face import OVER_HARDNESS
@@ -277,6 +277,11 @@ class RoughSurface(TabulatedNormalLaw):
         load = None if self.tightening_load is None else share * self.tightening_load
         return dataclasses.replace(self, area=area, tightening_load=load)
 
+    @cached_property
+    def _span(self) -> tuple[float, float]:
+        heaviest = int(np.argmin(np.abs(np.asarray(self.loads) - self._heaviest_first)))
+        return float(np.asarray(self.separations)[heaviest]), super()._span[1]
+
     def _separations(self, value: ArrayLike) -> Floats:
         return NormalLaw._separations(self, value)  # also closer than its end, for trial steps
 
@@ -327,6 +332,16 @@ class RoughSurface(TabulatedNormalLaw):
             f"RoughSurface(rms={self.rms:g}, roll_off={self.roll_off:g}, "
             f"shortest={self.shortest:g}, hurst={self.hurst:g}, area={self.area:g}, "
             f"tightening_load={self.tightening_load})"
+        )
+
+    @classmethod
+    @made_once
+    def examples(cls) -> tuple[NormalLaw, ...]:
+        """A ground face of Al 2017 that stays elastic, and one that was tightened."""
+        metal = aluminium().with_hardness(1.2e9)
+        return (
+            cls(aluminium(), 5e-7, 1e-4, 1e-5, 2e-4),
+            cls(metal, 5e-7, 1e-4, 1e-5, 2e-4, tightening_load=5000.0),
         )
 
 

@@ -330,6 +330,7 @@ class RoughFaceSurface(Surface):
 _OWN_TABLES: dict[str, type[Part]] = {
     "population": PopulationSurface,
     "table": TableSurface,
+    "rough": RoughFaceSurface,
 }
 _HEIGHTS = key(
     ANY_HEIGHTS, "Distribution of the summit heights.", '{ kind = "gaussian", std = "0.5 um" }'
@@ -350,7 +351,6 @@ SURFACE_TABLES: dict[str, type[Any]] = {
         if (name := key_of(kind)) in _OWN_TABLES or parameters_of(kind)
     },
     "persson": SpectralSurface,
-    "rough": RoughFaceSurface,
     "scan": ScanSurface,
     "drawing": DrawnSurface,
     "two-faces": TwoFaces,

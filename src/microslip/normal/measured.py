@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import os
 from dataclasses import dataclass, field
@@ -190,6 +191,23 @@ class MeasuredContact(TabulatedNormalLaw):
     def along(self, direction: float | None) -> MeasuredContact:
         """The same face, moved in another direction [rad] from x of the scan; None is the mean."""
         return self._changed(direction=direction)
+
+    def of_pieces(self, pieces: ArrayLike) -> MeasuredContact:
+        """The law of some of the pieces, by their numbers; one may stand for several.
+
+        So pieces that are drawn anew say how far the scan stands for the joint.
+        """
+        old, columns = self.solution, np.asarray(pieces)
+        p, s = old.pressure[:, columns], old.slope[:, columns]
+        count = int(np.count_nonzero(p.mean(axis=1) > 0.0))  # further out none of these touches
+        solution = dataclasses.replace(
+            old,
+            separation=old.separation[:count],
+            pressure=p[:count],
+            slope=s[:count],
+            contact=old.contact[:count],
+        )
+        return self._made_of(solution, self.numbers, self.pair, self.area, self.direction)
 
     def _patch(self, area: float, share: float) -> NormalLaw:
         return self._changed(area=area)

@@ -7,13 +7,15 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from microslip._core.checks import Floats
 from microslip.errors import InputError, StudyError
-from microslip.normal import GreenwoodWilliamson
+from microslip.normal import GreenwoodWilliamson, MeasuredContact
 from microslip.study.build import build_summits
 from microslip.study.description import StudyDescription
 from microslip.study.joints import Joint
+from microslip.study.measured_face import MeasuredFace
 from microslip.study.part import Part
 from microslip.study.readers import KeyedError
 from microslip.study.sense import check
@@ -50,6 +52,10 @@ class Design:
         if self._patches is not None:
             count = " x ".join(map(str, self.part.scan_patches or ()))
             self.inputs.append(Input("surface.scan", f"{count} patches, drawn anew together"))
+        self._pieces = self._drawn_pieces()
+        if self._pieces is not None:
+            count = self._pieces.shape[1]
+            self.inputs.append(Input("surface.scan", f"{count} pieces, drawn anew together"))
         names: tuple[str, ...] = ()
         if self.part.identification is not None:
             names, self._fitted, covariance = self.part.fit
@@ -101,6 +107,20 @@ class Design:
         axis = np.linalg.svd(logs - logs.mean(axis=0), full_matrices=False)[2][0]
         return np.asarray(means[np.argsort(logs @ axis)])
 
+    def _drawn_pieces(self) -> NDArray[np.intp] | None:
+        """Pieces of a face solved point by point, drawn anew, in the order of the stiffness."""
+        if not isinstance(self.study.surface, MeasuredFace):
+            return None
+        law = build_summits(at_middle(self.study))
+        assert isinstance(law, MeasuredContact)
+        p, s = law.solution.pressure[0], law.solution.slope[0]
+        if p.size < 2:
+            return None
+        rng = np.random.default_rng([self.part.seed, 19])
+        rows = rng.integers(0, p.size, (_REPLICATES, p.size))
+        order = np.argsort(s[rows].mean(axis=1) / p[rows].mean(axis=1), kind="stable")
+        return np.asarray(rows[order])
+
     def scores(self, points: Floats) -> Floats:
         """Correlated normal scores of points in the unit cube."""
         from scipy.special import ndtri
@@ -146,6 +166,12 @@ class Design:
         if self._patches is not None:
             row = min(int(shares[place] * _REPLICATES), _REPLICATES - 1)
             std, radius, density = self._patches[row].tolist()
+            place += 1
+        if self._pieces is not None:
+            row = min(int(shares[place] * _REPLICATES), _REPLICATES - 1)
+            law = build_summits(study)
+            assert isinstance(law, MeasuredContact)
+            study._law = law.of_pieces(self._pieces[row])
             place += 1
         if self._names:
             std, density = self._identified(study, scores[place:])

@@ -7,7 +7,13 @@ from typing import Any
 from microslip._core.parameters import key_of, parameter_of
 from microslip.errors import InputError
 from microslip.friction import LAWS, BackboneLaw, Interface, PressedJoint
-from microslip.normal import AsperityPopulation, GreenwoodWilliamson, NormalLaw, RoughSurface
+from microslip.normal import (
+    AsperityPopulation,
+    GreenwoodWilliamson,
+    MeasuredContact,
+    NormalLaw,
+    RoughSurface,
+)
 from microslip.normal.elastic_plastic import MODELS
 from microslip.study.fields import (
     LOAD,
@@ -91,12 +97,14 @@ class Joint(Part):
             load = self.normal_load[0]
         if load is None:
             return surface
-        if isinstance(surface, RoughSurface):
+        if isinstance(surface, (RoughSurface, MeasuredContact)):
+            if self.tightening_model is not None and isinstance(surface, MeasuredContact):
+                raise InputError("`tightening_model` wanted only for summits, not a measured face")
             return surface.tightened(load, yield_stress=self.yield_stress)
         if not isinstance(surface, (GreenwoodWilliamson, AsperityPopulation)):
             raise InputError(
                 "`tightening_load` wanted only for a surface of summits that can yield, such as "
-                'law = "greenwood-williamson", "population" or "scan", got '
+                'law = "greenwood-williamson", "population", "scan" or "measured", got '
                 f"{type(surface).__name__}"
             )
         hardness = surface.pair.hardness if self.yield_stress is None else None

@@ -55,17 +55,14 @@ def _single(values: Any) -> Any:
     return values[0] if values and len(values) == 1 else values
 
 
-class Scanned(SurfaceTable):
-    """How scans are read, and what counts as a summit in them."""
+class ReadScan(SurfaceTable):
+    """How a scan is read and conditioned."""
 
     cutoff: float | None = key_of(options.CUTOFF)
     long_cutoff: float | None = key_of(options.LONG_CUTOFF)
     level: str | None = key_of(options.LEVEL)
     outliers: float | None = key_of(options.OUTLIERS)
     fill: bool = key_of(options.FILL)
-    method: str = key_of(options.METHOD)
-    prominence: float | None = key_of(options.PROMINENCE)
-    estimate: str = key_of(options.ESTIMATE)
     format: str | None = key_of(options.FORMAT)
     unit: tuple[str, ...] | None = key_of(options.UNIT)
     pixel: tuple[float, ...] | None = key_of(options.PIXEL)
@@ -74,29 +71,14 @@ class Scanned(SurfaceTable):
     valid: tuple[float, ...] | None = key_of(options.VALID, example='["-1 mm", "1 mm"]')
     limit: int = key_of(options.LIMIT)
 
-
-class ScanSurface(Scanned):
-    """Summits of a scanned surface; its short-wave cut-off [m] decides what a summit is."""
-
-    law: str = tag("scan", "Summits found in a scan of a surface.")
-    materials: tuple[str, str] = MATERIALS
-    scan: str = key_of(SCAN, "File of the scan, relative to the folder of the study.")
-    heights: str = key_of(options.HEIGHTS)
-    direction: float | None = key_of(options.DIRECTION)
-    area: float | None = key_of(options.SCAN_AREA)
-
     _scan: Scan
-    _summits: Summits | None = None
-    _profile: Scan | None = None
-    _other_summits: dict[float, Summits]
 
-    def check(self, place: Place) -> None:
-        """Read the scan, and refuse what goes with none such."""
+    def read_file(self, place: Place, file: str) -> None:
+        """Read the scan, or say at its key what is wrong."""
         from microslip.scans import Scan
 
-        reading, name = place.reading, shorten(self.scan, 100)
-        self._other_summits = {}
-        here = reading.path(self.scan)
+        reading, name = place.reading, shorten(file, 100)
+        here = reading.path(file)
         try:
             self._scan = Scan.read(
                 here,
@@ -112,10 +94,53 @@ class ScanSurface(Scanned):
             message = " ".join(error.said(as_key).split()).replace(str(here), name)
             message = message if message.startswith(name) else f"{name}: {message}"
             if not here.exists():
-                message = reading.message(message, self.scan)
+                message = reading.message(message, file)
             raise KeyedError(".scan", message) from None
         notes = " ".join(said(note, as_key) for note in self._scan.notes)
         reading.notes.append(f"{place.key}.scan: {notes}")
+
+    @property
+    def read_scan(self) -> Scan:
+        """The scan as it is in the file."""
+        return self._scan
+
+    @property
+    def conditioned(self) -> Scan:
+        """The scan without outliers, form and long waves; short waves come later."""
+        return self.read_scan.condition(
+            outliers=self.outliers,
+            level=self.level,  # type: ignore[arg-type]
+            fill="interpolate" if self.fill else None,
+            long_cutoff=self.long_cutoff,
+        )
+
+
+class Scanned(ReadScan):
+    """How scans are read, and what counts as a summit in them."""
+
+    method: str = key_of(options.METHOD)
+    prominence: float | None = key_of(options.PROMINENCE)
+    estimate: str = key_of(options.ESTIMATE)
+
+
+class ScanSurface(Scanned):
+    """Summits of a scanned surface; its short-wave cut-off [m] decides what a summit is."""
+
+    law: str = tag("scan", "Summits found in a scan of a surface.")
+    materials: tuple[str, str] = MATERIALS
+    scan: str = key_of(SCAN, "File of the scan, relative to the folder of the study.")
+    heights: str = key_of(options.HEIGHTS)
+    direction: float | None = key_of(options.DIRECTION)
+    area: float | None = key_of(options.SCAN_AREA)
+
+    _summits: Summits | None = None
+    _profile: Scan | None = None
+    _other_summits: dict[float, Summits]
+
+    def check(self, place: Place) -> None:
+        """Read the scan, and refuse what goes with none such."""
+        self._other_summits = {}
+        self.read_file(place, self.scan)
         if self._scan.is_profile:
             self._check_profile()
         # Summits one by one are counted ones, and have their own heights.
@@ -164,21 +189,6 @@ class ScanSurface(Scanned):
     def is_population(self) -> bool:
         """Whether each summit stands for itself."""
         return "population" in (self.estimate, self.heights)
-
-    @property
-    def read_scan(self) -> Scan:
-        """The scan as it is in the file."""
-        return self._scan
-
-    @property
-    def conditioned(self) -> Scan:
-        """The scan without outliers, form and long waves; short waves are the summits' affair."""
-        return self.read_scan.condition(
-            outliers=self.outliers,
-            level=self.level,  # type: ignore[arg-type]
-            fill="interpolate" if self.fill else None,
-            long_cutoff=self.long_cutoff,
-        )
 
     def summits_of(self, scan: Scan, cutoff: float | None) -> Summits:
         """Summits of a conditioned scan, or of a patch of it, at a cut-off."""

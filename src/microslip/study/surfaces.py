@@ -46,6 +46,7 @@ from microslip.study.fields import (
     table_of,
 )
 from microslip.study.heights import ANY_HEIGHTS, HEIGHTS_TABLES, GivenHeights, ScipyHeights
+from microslip.study.measured_face import MeasuredFace
 from microslip.study.part import Key, Part, SurfaceTable, Table, key, tag
 from microslip.study.readers import KeyedError, Place
 from microslip.study.scanned_surface import ScanSurface
@@ -57,6 +58,7 @@ __all__ = [
     "ExponentialHeights",
     "FacedSurface",
     "GaussianHeights",
+    "MeasuredFace",
     "PopulationSurface",
     "Rigid",
     "ScanSurface",
@@ -352,6 +354,7 @@ SURFACE_TABLES: dict[str, type[Any]] = {
     },
     "persson": SpectralSurface,
     "scan": ScanSurface,
+    "measured": MeasuredFace,
     "drawing": DrawnSurface,
     "two-faces": TwoFaces,
 }

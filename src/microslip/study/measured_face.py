@@ -1,0 +1,141 @@
+"""The surface of a study that is a scan, point by point: boundary elements in place of summits."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from microslip._core.parameters import option
+from microslip._core.units import PRESSURE, engineering
+from microslip._core.wording import shorten
+from microslip.normal import MeasuredContact, NormalLaw
+from microslip.scans import options
+from microslip.study.fields import MATERIALS
+from microslip.study.part import key as key_of
+from microslip.study.part import tag
+from microslip.study.readers import KeyedError, Place
+from microslip.study.scanned_surface import SCAN, ReadScan
+
+if TYPE_CHECKING:
+    from microslip.materials import MaterialPair
+
+HARDNESS = option(
+    "hardness",
+    "Most that a point of the face bears; that of the softer material if absent.",
+    PRESSURE,
+    example="2.5 GPa",
+    metavar="PRESSURE",
+)
+TIGHTENING = option(
+    "tightening_pressure",
+    "Mean pressure that the face has been tightened to, under which it yields; heavier loads are "
+    "refused. Without it nothing yields.",
+    PRESSURE,
+    example="100 MPa",
+    metavar="PRESSURE",
+)
+PIECE = option(
+    "piece",
+    "Points along a side of the pieces that the scan is solved in, about; none solves it as one.",
+    int,
+    default=256,
+    least=16,
+    none="none",
+    metavar="POINTS",
+)
+
+
+class MeasuredFace(ReadScan):
+    """A scan solved point by point: contacts that feel each other, and yield."""
+
+    law: str = tag("measured", "A scan itself, point by point, with contacts that yield.")
+    materials: tuple[str, str] = MATERIALS
+    scan: str = key_of(SCAN, "File of the scan, relative to the folder of the study.")
+    cutoff: float | None = key_of(options.CUTOFF.but(default=None))
+    hardness: float | None = key_of(HARDNESS)
+    tightening_pressure: float | None = key_of(TIGHTENING)
+    direction: float | None = key_of(
+        options.DIRECTION,
+        help="Direction of motion, from the x of the scan towards its y; the mean over all "
+        "directions if absent.",
+    )
+    area: float | None = key_of(options.SCAN_AREA)
+    piece: int | None = key_of(PIECE)
+
+    _law: MeasuredContact | None = None
+
+    def check(self, place: Place) -> None:
+        """Read the scan, and refuse a profile."""
+        if self.hardness is not None and self.tightening_pressure is None:
+            raise KeyedError(".hardness", "wanted only beside tightening_pressure")
+        self.read_file(place, self.scan)
+        if self.read_scan.is_profile:
+            raise KeyedError(
+                ".scan", "a profile does not tell how contacts feel each other: wanted an area"
+            )
+
+    @cached_property
+    def face(self) -> Any:
+        """The scan, conditioned."""
+        scan = self.conditioned
+        return scan if self.cutoff is None else scan.condition(cutoff=self.cutoff)
+
+    def build(self, pair: MaterialPair) -> NormalLaw:
+        """Normal law of the face; the same face is solved once."""
+        self._law = self.face.to_contact(
+            pair,
+            hardness=self.hardness,
+            tightening_pressure=self.tightening_pressure,
+            area=self.area,
+            direction=self.direction,
+            piece=self.piece,
+        )
+        return self._law
+
+    @property
+    def apparent_area(self) -> float:
+        """Apparent area [m^2], that of the scan if no other is given."""
+        return self.area or self.read_scan.area
+
+    def findings(self) -> dict[str, Any]:
+        """What was solved, in SI units."""
+        scan = self.face
+        numbers: dict[str, Any] = {
+            "name": scan.name,
+            "cutoff": self.cutoff,
+            "long_cutoff": self.long_cutoff,
+            "direction": self.direction,
+            "area": scan.area,
+            "notes": list(scan.notes),
+        }
+        if self._law is not None:
+            numbers |= asdict(self._law.numbers)
+        return {"scan": numbers}
+
+    def sentences(self) -> list[str]:
+        """What was solved, in words."""
+        name = shorten(Path(self.scan).name, 100)
+        cutoff = "" if self.cutoff is None else f", cut-off {engineering(self.cutoff, 'm')}"
+        start = f"surface.scan: {name}{cutoff}, solved point by point"
+        if self._law is None:
+            return [start + "."]
+        n = self._law.numbers
+        state = "elastic"
+        if n.hardness is not None:
+            state = (
+                f"tightened to {engineering(n.pressure, 'Pa')} at a hardness of "
+                f"{engineering(n.hardness, 'Pa')}, {100.0 * n.hard_share:.0f} % of the contact "
+                "at it"
+            )
+        scatter = ""
+        if n.scatter is not None:
+            scatter = f", whose stiffness scatters by {100.0 * n.scatter:.0f} %"
+        low, high = n.stiffness_ratios
+        return [
+            f"{start}: {state}; {n.points} points in contact, {100.0 * n.contact_share:.1f} % of "
+            f"the face; p/E*h' {n.relative_pressure:.2g}, h' {n.slope:.2g}; {n.pieces} "
+            f"piece{'s' if n.pieces > 1 else ''}{scatter}; normal over tangential stiffness "
+            f"{low:.3f} to {high:.3f} by direction."
+        ]

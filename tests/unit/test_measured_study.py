@@ -1,0 +1,104 @@
+"""A study of a measured face: its keys, what it says, what it refuses, and its uncertainty."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import microslip as ms
+from microslip.scans import random_surface
+
+TEXT = """
+schema = 1
+title = "A face point by point"
+[material.steel]
+young_modulus = "210 GPa"
+poisson_ratio = 0.3
+hardness = "2.5 GPa"
+[surface]
+law = "measured"
+materials = ["steel", "steel"]
+scan = "face.npy"
+unit = "um"
+pixel = "2 um"
+tightening_pressure = "100 MPa"
+area = "2 cm^2"
+piece = 48
+[joint]
+friction_coefficient = 0.3
+normal_load = "15 kN"
+[excitation]
+amplitudes = ["30 nm"]
+"""
+
+
+@pytest.fixture
+def study(tmp_path):
+    face = random_surface((96, 96), 2e-6, m0=2.5e-13, m2=4e-3, m4=1.5e8, seed=3)
+    np.save(tmp_path / "face.npy", 1e6 * face.heights)
+
+    def loaded(*changes: tuple[str, str]) -> ms.Study:
+        text = TEXT
+        for old, new in changes:
+            assert old in text
+            text = text.replace(old, new)
+        (tmp_path / "joint.toml").write_text(text, encoding="utf-8")
+        return ms.Study.load(tmp_path / "joint.toml")
+
+    loaded.face = face
+    return loaded
+
+
+def test_a_study_is_what_python_makes_of_the_scan(study) -> None:
+    result = study().run()
+    steel = ms.Material(210e9, 0.3, hardness=2.5e9)
+    how = {"area": 2e-4, "piece": 48}
+    law = study.face.to_contact(ms.MaterialPair(steel, steel), tightening_pressure=1e8, **how)
+    joint = ms.Interface(law, 0.3, normal_load=15e3)
+    data = result.summary
+    assert data["scan"]["hard_share"] == pytest.approx(law.numbers.hard_share, rel=1e-2)
+    (own,) = data["joints"]
+    assert own["tangential_stiffness"] == pytest.approx(joint.tangential_stiffness, rel=1e-4)
+    words = {verdict["name"]: verdict["word"] for verdict in own["validity"]}
+    assert words["tightening pressure over hardness"] == "ok"
+
+
+def test_a_direction_and_a_tightening_load_reach_the_law(study) -> None:
+    tight = study(
+        ('tightening_pressure = "100 MPa"', 'direction = "90 deg"'),
+        ('normal_load = "15 kN"', 'normal_load = "15 kN"\ntightening_load = "20 kN"'),
+    ).run()
+    plain = study().run()
+    stiff = [r.summary["joints"][0]["tangential_stiffness"] for r in (tight, plain)]
+    assert stiff[0] == pytest.approx(stiff[1], rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        (
+            '"100 MPa"',
+            '"2 GPa"',
+            "surface.tightening_pressure: must be at most 0.7 of the hardness",
+        ),
+        (
+            'tightening_pressure = "100 MPa"',
+            'hardness = "2 GPa"',
+            "only beside tightening_pressure",
+        ),
+        ('"15 kN"', '"25 kN"', "at most the tightening load"),
+        ('unit = "um"', 'unit = "m"', "in metres"),
+        ("piece = 48", "piece = 4", "surface.piece"),
+    ],
+)
+def test_what_is_wrong_is_said_at_its_key(study, old, new, words) -> None:
+    with pytest.raises(ms.StudyError, match=words):
+        study((old, new)).run()
+
+
+def test_pieces_drawn_anew_are_a_range_of_their_own(study) -> None:
+    table = "[uncertainty]\nsamples = 64\n"
+    sure = "friction_coefficient = { mean = 0.3, cv = 0.01 }"
+    result = study(("friction_coefficient = 0.3", sure), ("[excitation]", table + "[excitation]"))
+    design = result.run().summary["uncertainty"]
+    assert design["inputs"]["surface.scan"] == "4 pieces, drawn anew together"

@@ -223,7 +223,7 @@ def test_laws_and_kinds_are_named() -> None:
     surfaces = schema_tree()["properties"]["surface"]["oneOf"]
     assert [surface["title"] for surface in surfaces] == [
         *("greenwood-williamson", "population", "sphere", "table", "elliptic-summits"),
-        *("rough", "persson", "scan", "drawing", "two-faces"),
+        *("rough", "persson", "scan", "measured", "drawing", "two-faces"),
     ]
     heights = surfaces[0]["properties"]["heights"]["oneOf"]
     assert [kind["title"] for kind in heights] == [

@@ -193,7 +193,7 @@ class MeasuredContact(TabulatedNormalLaw):
         return self._changed(direction=direction)
 
     def of_pieces(self, pieces: ArrayLike) -> MeasuredContact:
-        """The law of some of the pieces, by their numbers; one may stand for several.
+        """The law of some of the pieces, by their numbers [-] from 0; one may stand for several.
 
         So pieces that are drawn anew say how far the scan stands for the joint.
         """

@@ -193,9 +193,10 @@ class MeasuredContact(TabulatedNormalLaw):
         return self._changed(direction=direction)
 
     def of_pieces(self, pieces: ArrayLike) -> MeasuredContact:
-        """The law of some of the pieces, by their numbers [-] from 0; one may stand for several.
+        """The law of some of the pieces, by their numbers [-], one-dimensional.
 
-        So pieces that are drawn anew say how far the scan stands for the joint.
+        Numbers count from 0, and one may come twice: pieces drawn anew say how far the scan stands
+        for the joint.
         """
         old, columns = self.solution, np.asarray(pieces)
         p, s = old.pressure[:, columns], old.slope[:, columns]

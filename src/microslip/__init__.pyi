@@ -79,9 +79,11 @@ from .structures import ModalTest as ModalTest
 from .structures import Motion as Motion
 from .structures import Oscillator as Oscillator
 from .structures import Preload as Preload
+from .structures import Pulse as Pulse
 from .structures import RandomResponse as RandomResponse
 from .structures import ReducedJoint as ReducedJoint
 from .structures import RingDown as RingDown
+from .structures import ShockResponse as ShockResponse
 from .structures import Structure as Structure
 from .structures import identify_modal as identify_modal
 from .structures import read_decay as read_decay

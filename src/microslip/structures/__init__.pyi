@@ -17,4 +17,6 @@ from .reduction_identification import ModalIdentification as ModalIdentification
 from .reduction_identification import identify_modal as identify_modal
 from .reduction_model import ReducedJoint as ReducedJoint
 from .ring_down import RingDown as RingDown
+from .shock import Pulse as Pulse
+from .shock import ShockResponse as ShockResponse
 from .structure import Structure as Structure

@@ -37,6 +37,7 @@ from microslip.structures.random_vibration import (
     by_joints,
     by_modes,
 )
+from microslip.structures.shock import ShockMethod, ShockResponse, shock
 
 Method = Literal["harmonic-balance", "quasi-static"]
 
@@ -394,6 +395,55 @@ class Preload:
             return ModeSolver(base.model, index, amplitudes, measure, basis, share).balanced()
 
         return by_modes(base, psd, whole_number("modes", modes, 1, _MOST_MODES), curve)
+
+    @single_threaded
+    def shock(
+        self,
+        pulse: Any,
+        *,
+        directions: ArrayLike,
+        method: ShockMethod | None = None,
+        duration: float | None = None,
+        supports: Sequence[int] | None = None,
+        damping_frame: Frame | None = None,
+        joints_on_base: bool = False,
+        damping_ratio: float = 0.0,
+    ) -> ShockResponse:
+        """The motion under a pulse of the base.
+
+        Parameters
+        ----------
+        pulse : Pulse or pair of array_like
+            ``ms.Pulse.half_sine(amplitude, duration)``, or times [s] and accelerations [m/s^2],
+            one-dimensional.
+        directions, supports, damping_frame, joints_on_base : optional
+            As for :meth:`base_response`, of one rigid base.
+        method : {"integration", "oscillator"}, optional
+            With the state of each joint, as :meth:`integrate` has it; or quickly, the mode that the
+            base moves most along its quasi-static curve and the others linear. Structures with
+            fields of contact take the latter unless given.
+        duration : float, optional
+            End of the motion [s]; five periods after the pulse unless given.
+        damping_ratio : float, optional
+            Base damping of each mode [-], besides C.
+
+        Returns
+        -------
+        ShockResponse
+            ``peak(at)`` and ``history(at)`` of displacements, velocities and accelerations.
+
+        Notes
+        -----
+        The oscillator's peaks are within some 6 % of integration, where linear ones are wrong by
+        up to 65 %. Its ring-down long after a short pulse is not: it is refused.
+        """
+        fields = any(isinstance(a, FieldAttachment) for a in self.attachments)
+        if method not in (None, *get_args(ShockMethod)):
+            raise InputError(f"method must be {quoted(get_args(ShockMethod))}, got {show(method)}")
+        base = self._base(directions, supports, damping_frame, joints_on_base)
+        share = number("damping_ratio", damping_ratio, example=0.001)
+        chosen: ShockMethod = method or ("oscillator" if fields else "integration")
+        return shock(base, pulse, chosen, duration, share)
 
     # -- motion in time ---------------------------------------------------------------------------
 

@@ -42,6 +42,7 @@ from microslip.structures.modal_curve import ModalCurve
 from microslip.structures.motion import Motion
 from microslip.structures.preload import LinearModes, Preload
 from microslip.structures.random_vibration import RandomResponse
+from microslip.structures.shock import ShockResponse
 from microslip.structures.static import static_state
 
 
@@ -268,6 +269,13 @@ class Structure:
         Arguments and result are those of :meth:`microslip.Preload.random_response`.
         """
         return self._undeformed.random_response(psd, **options)
+
+    def shock(self, pulse: Any, **options: Any) -> ShockResponse:
+        """The motion under a pulse of the base, its acceleration in m/s^2.
+
+        Arguments and result are those of :meth:`microslip.Preload.shock`.
+        """
+        return self._undeformed.shock(pulse, **options)
 
     def integrate(self, force: Any, time: ArrayLike, **options: Any) -> Motion:
         """The motion in time [s], one-dimensional, under forces [N].

@@ -7,7 +7,7 @@ set -eu
 root=$(cd "$(dirname "$0")/.." && pwd)
 python=$1
 shift
-hosts=${*:-opensees fmu nastran lsdyna pyharm calculix}
+hosts=${*:-opensees fmu nastran lsdyna pyharm jax calculix}
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 export OPENBLAS_NUM_THREADS=1 PIP_DISABLE_PIP_VERSION_CHECK=1
@@ -43,6 +43,7 @@ for host in $hosts; do
     nastran) try nastran "tests/physics/test_hosts_syntax.py -k nastran" "pyNastran>=1.4" ;;
     lsdyna) try lsdyna "tests/physics/test_hosts_syntax.py -k lsdyna" "ansys-dyna-core>=0.12" ;;
     pyharm) try pyharm tests/physics/test_hosts_pyharm.py "pyHarm-os>=1.2,<1.3" ;;
+    jax) try jax tests/physics/test_hosts_jax.py "jax>=0.4.34" ;;
     calculix) try calculix "tests/physics/test_hosts_calculix.py tests/physics/test_hosts_calculix_card.py" ;;  # needs ccx on the PATH
     *) echo "no host $host"; exit 2 ;;
     esac

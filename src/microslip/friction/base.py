@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, TypeVar
 
@@ -12,16 +13,23 @@ from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, floats, plain, record
 from microslip._core.frozen import lock
-from microslip._core.parameters import Parametric
+from microslip._core.parameters import Parametric, parameters_of
 from microslip.friction.cycle_measures import CycleMeasures
 from microslip.friction.cycles import PeriodicResponse, Rest, settled_cycle
 from microslip.friction.guesses import guessed_law
 from microslip.friction.harmonics import HarmonicForce, harmonic_force
+from microslip.friction.parameter_derivatives import (
+    DerivativeBackbone,
+    derivatives_by_parameters,
+)
 from microslip.friction.sliders import Sliders
 from microslip.kernels.table import Table
 from microslip.memory import Memory, State
 from microslip.normal.load_curve import LoadCurve
 from microslip.numerics.inversion import adaptive, invert
+from microslip.numerics.quadrature import gauss_legendre
+
+_NODES, _WEIGHTS = gauss_legendre(16)
 
 Self = TypeVar("Self", bound="BackboneLaw")
 
@@ -104,6 +112,32 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
     def _parameter_derivatives(self, u: Floats) -> Floats | None:
         """T0 by each parameter (parameters, places), u >= 0 [m]; None where differences must do."""
         return None
+
+    def _derivative_backbones(self) -> Mapping[str, DerivativeBackbone]:
+        """DT0/dp of each parameter that is known exactly; none where differences must do."""
+        if self._parameter_derivatives(np.zeros(1)) is None:
+            return {}
+        names = [item.name for item in parameters_of(type(self))]
+
+        def derivative_of(i: int) -> DerivativeBackbone:
+            def backbone(u: Floats) -> Floats:
+                by_values = self._parameter_derivatives(u)
+                return np.asarray(by_values[i])  # type: ignore[index]
+
+            def energy(a: Floats) -> Floats:
+                area = np.zeros_like(a)
+                cuts = np.concatenate(([0.0], self._kinks, [np.inf]))
+                for low, high in itertools.pairwise(cuts.tolist()):
+                    begin, end = np.minimum(low, a), np.minimum(high, a)
+                    places = begin[:, None] + (end - begin)[:, None] * _NODES
+                    values = backbone(places.reshape(-1)).reshape(places.shape)
+                    area += (end - begin) * (values @ _WEIGHTS)
+                return 8.0 * area - 4.0 * a * backbone(a)
+
+            value = abs(float(getattr(self, names[i])))
+            return DerivativeBackbone(backbone, energy, self._kinks, 1.0 / max(value, 1e-3))
+
+        return {name: derivative_of(i) for i, name in enumerate(names)}
 
     _quantities: ClassVar[tuple[tuple[str, str], ...]] = ()
     """Properties that follow from the parameters and are worth telling, with their units."""
@@ -247,6 +281,48 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
         of the positive one; a displacement that does not move has the tangents of small cycles.
         """
         return harmonic_force(self, coefficients, harmonics, rest, rtol)
+
+    def parameter_derivatives(
+        self,
+        quantity: str,
+        at: ArrayLike,
+        names: Sequence[str] | None = None,
+        *,
+        harmonics: Any = (0, 1),
+        rest: Rest = 0.0,
+    ) -> dict[str, Any]:
+        """Exact derivatives of what the law does by its parameters.
+
+        Parameters
+        ----------
+        quantity : str
+            ``backbone``, ``force`` (along a history), ``periodic`` (the settled force), or
+            ``harmonics`` [N]; ``dissipated_energy`` [J], ``secant_stiffness`` [N/m],
+            ``loss_factor`` or ``damping_ratio`` [-] of a closed cycle.
+        at : array_like
+            Displacements or amplitudes [m] of any shape; histories, cycles or coefficients [m]
+            along the last axis, a row each of any number.
+        names : sequence of str, optional
+            Parameters; all without it. Those of an :class:`microslip.Interface` are
+            friction_coefficient and normal_load, and of its Greenwood-Williamson surface std (all
+            heights times a number), radius, density, area, young_modulus and poisson_ratio, of
+            both bodies or of the first, with other_young_modulus and other_poisson_ratio.
+        harmonics, rest
+            As of :meth:`harmonics`.
+
+        Returns
+        -------
+        dict of str to float or ndarray
+            Derivatives a unit of each parameter, in the shape of ``at``. An interface keeps its
+            load: its separation moves with what it is made of.
+
+        Notes
+        -----
+        All of these are linear in the backbone, along branches that depend on the displacement
+        alone (Masing's rules; Jaeger 1998, DOI 10.1115/1.2833765): they are those of the law whose
+        backbone is dT0/dp.
+        """
+        return derivatives_by_parameters(self, quantity, at, names, harmonics, rest)
 
     @property
     def _kinks(self) -> Floats:

@@ -174,9 +174,14 @@ def coefficients_of(
 
 
 def harmonic_force(
-    law: KinkedBackbone, coefficients: ArrayLike, harmonics: Any, rest: Rest, rtol: float
+    law: KinkedBackbone,
+    coefficients: ArrayLike,
+    harmonics: Any,
+    rest: Rest,
+    rtol: float,
+    least: float = 0.0,
 ) -> HarmonicForce:
-    """See :meth:`microslip.BackboneLaw.harmonics`."""
+    """See :meth:`microslip.BackboneLaw.harmonics`; a force [N] below ``least`` is rounding."""
     basis = Basis(harmonics)
     c = coefficients_of("coefficients", coefficients, basis).copy()
     moves = np.ones(basis.size)  # whether a coefficient moves the joint from its rest
@@ -193,7 +198,7 @@ def harmonic_force(
     motion = _Motion(basis, c, begin, moves)
     if motion.turns.size < 2:
         return _at_rest(law, motion)
-    return _Cycle(law, motion).coefficients(tolerance)
+    return _Cycle(law, motion).coefficients(tolerance, least)
 
 
 def checked_tolerance(rtol: float) -> float:
@@ -300,7 +305,7 @@ def _at_rest(law: KinkedBackbone, motion: _Motion) -> HarmonicForce:
     np.fill_diagonal(jacobian, law.tangential_stiffness)
     if basis.has_mean:
         place = np.array([abs(x)])
-        force[0] = math.copysign(float(law._backbone(place)[0]), x)
+        force[0] = math.copysign(1.0, x) * float(law._backbone(place)[0])
         jacobian[0, 0] = float(law._slope(place)[0]) * motion.moves[0]
     return HarmonicForce(force, jacobian)
 
@@ -331,7 +336,7 @@ class _Cycle:
         half, stack = np.array([abs(x[0])]), [0]
         self.force = np.empty(count)
         self.derivative = np.empty((count, self.motion.basis.size))
-        self.force[0] = math.copysign(float(law._backbone(half)[0]), x[0])
+        self.force[0] = math.copysign(1.0, x[0]) * float(law._backbone(half)[0])
         self.derivative[0] = float(law._slope(half)[0]) * self.changes[0]
         pieces = []
         for way in range(count):
@@ -391,15 +396,15 @@ class _Cycle:
         inside = np.flatnonzero((np.diff(of) == 0) & (np.diff(t) > 0.0))
         return t[inside], t[inside + 1], np.column_stack((parent[of[inside]], way[of[inside]]))
 
-    def coefficients(self, tolerance: float) -> HarmonicForce:
+    def coefficients(self, tolerance: float, least: float) -> HarmonicForce:
         """Piece by piece, halved until the halves agree with the whole."""
         size = self.motion.basis.size
         begin, end, of = self._cut()
         total, slopes = np.zeros(size), np.zeros((size, size))
-        force_scale = max(float(np.abs(self.force).max()), 1e-300)
+        force_scale = max(float(np.abs(self.force).max()), least, 1e-200)
         coarse = self._integrals(begin, end, of)
         stiff = float(np.abs(coarse[1]).sum(axis=0).max())
-        stiff = max(stiff / (2.0 * math.pi), float(np.abs(self.derivative).max()), 1e-300)
+        stiff = max(stiff / (2.0 * math.pi), float(np.abs(self.derivative).max()), 1e-200)
         for _ in range(_LEVELS):
             middle = 0.5 * (begin + end)
             ends = np.column_stack((begin, middle)), np.column_stack((middle, end))

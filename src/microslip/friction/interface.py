@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import InitVar, dataclass, field
 from functools import cached_property
 from typing import Any
@@ -25,6 +26,7 @@ from microslip._core.frozen import assign, made_once
 from microslip._core.parameters import parameter
 from microslip.errors import InputError
 from microslip.friction.coupled import CoupledLaw
+from microslip.friction.parameter_derivatives import DerivativeBackbone, of_interface
 from microslip.friction.sliders import Sliders
 from microslip.friction.validity import Verdict, validity
 from microslip.kernels.table import Table
@@ -286,6 +288,9 @@ class Interface(CoupledLaw):
             places = self.surface._spheres.heights
         steps = np.unique(places) - self.separation
         return self.slip_per_indentation * steps[steps > 0.0]
+
+    def _derivative_backbones(self) -> Mapping[str, DerivativeBackbone]:
+        return of_interface(self)
 
     def sliders(self) -> Sliders:
         """The interface as a parallel Iwan model (Iwan 1966, DOI 10.1115/1.3625199).

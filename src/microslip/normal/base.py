@@ -188,6 +188,11 @@ class NormalLaw(Parametric, ABC):
         """The surface as it is under a load [N]: tightened anew where that makes it yield."""
         return self
 
+    @property
+    def _scales(self) -> dict[str, tuple[float, float, float]] | None:
+        """Of numbers p with N = C F(d/L) their value, d ln C/d ln p and d ln L/d ln p."""
+        return None
+
     def _patch(self, area: float, share: float) -> NormalLaw:
         """The same surface on another area [m^2], which bears a share of the load."""
         if not any(item.name == "area" for item in dataclasses.fields(self)):  # type: ignore[arg-type]

@@ -75,6 +75,15 @@ class GreenwoodWilliamson(NormalLaw):
         stiff = 4.0 / 3.0 * self.pair.composite_modulus * math.sqrt(self.radius)
         return self.summit_count * stiff
 
+    @property
+    def _scales(self) -> dict[str, tuple[float, float, float]]:
+        spread = self.heights.spread
+        return ({"std": (spread, 1.5, 1.0)} if spread > 0.0 else {}) | {
+            "radius": (self.radius, 0.5, 0.0),
+            "density": (self.density, 1.0, 0.0),
+            "area": (self.area, 1.0, 0.0),
+        }
+
     @cached_property
     def _spheres(self) -> Spheres | None:
         """The summits themselves where the heights were given one by one."""

@@ -1,0 +1,199 @@
+"""Derivatives of what a law does by its parameters, exact: one more backbone for each of them.
+
+A force along a history, a settled cycle, its harmonics and its energy are linear in the backbone,
+and which branch a sample lies on depends on the displacements alone. So their derivatives by a
+parameter p are theirs of the law whose backbone is dT0/dp.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from microslip._core.checks import Floats, floats, plain, record, show
+from microslip.errors import InputError
+from microslip.friction.cycles import Rest, settled_cycle
+from microslip.friction.harmonics import harmonic_force
+from microslip.memory import Memory
+
+if TYPE_CHECKING:
+    from microslip.materials import Material
+
+QUANTITIES = (
+    "backbone", "force", "periodic", "harmonics",
+    "dissipated_energy", "secant_stiffness", "loss_factor", "damping_ratio",
+)  # fmt: skip
+"""What is differentiated by parameters."""
+
+
+@dataclass(frozen=True)
+class DerivativeBackbone:
+    """DT0/dp of a law by one of its parameters, as its cycles and harmonics ask for a backbone."""
+
+    _backbone: Callable[[Floats], Floats]
+    """DT0/dp for displacements u >= 0 [m], one-dimensional."""
+    _energy: Callable[[Floats], Floats]
+    """Derivatives of the energies of closed cycles for amplitudes >= 0."""
+    _kinks: Floats
+    """Displacements [m] at which it is not smooth."""
+    size: float
+    """How large what it is the sum of may be over T0 [1/unit of the parameter]."""
+
+    _table = None
+    tangential_stiffness = 0.0  # slopes only make Jacobians, which nobody asks of it
+
+    def _slope(self, u: Floats) -> Floats:
+        return np.zeros_like(u)
+
+
+class Differentiable(Protocol):
+    """What derivatives ask of a law, for displacements >= 0 [m]."""
+
+    def _backbone(self, u: Floats) -> Floats: ...
+
+    def _energy(self, amplitude: Floats) -> Floats: ...
+
+    def _derivative_backbones(self) -> Mapping[str, DerivativeBackbone]: ...
+
+
+def derivatives_by_parameters(
+    law: Differentiable,
+    quantity: str,
+    at: ArrayLike,
+    names: Sequence[str] | None,
+    harmonics: Any,
+    rest: Rest,
+) -> dict[str, Any]:
+    """See :meth:`microslip.BackboneLaw.parameter_derivatives`."""
+    if quantity not in QUANTITIES:
+        raise InputError(f"`quantity` must be one of {', '.join(QUANTITIES)}, got {show(quantity)}")
+    known = law._derivative_backbones()
+    if not known:
+        raise InputError(
+            f"{type(law).__name__} does not know its derivatives by parameters; an Interface and "
+            "laws of numbers such as SegalmanIwan do, and of others a difference of two laws tells"
+        )
+    chosen = tuple(known) if names is None else names
+    if isinstance(chosen, str) or not set(chosen) <= set(known):
+        raise InputError(f"`names` must be a list of {', '.join(known)}, got {show(names)}")
+    of: Callable[[DerivativeBackbone], Any]
+    if quantity in ("force", "periodic", "harmonics"):
+        rows = floats("at", at)
+        if rows.ndim == 0:
+            raise InputError(f"`at` must be a row of numbers for {quantity} [m], got {rows:g}")
+        batch = [record("at", row) for row in rows.reshape(-1, rows.shape[-1])]
+
+        def of_row(backbone: DerivativeBackbone, row: Floats) -> Floats:
+            if quantity == "force":
+                return Memory().respond(row, backbone._backbone, None)
+            if quantity == "periodic":
+                return settled_cycle(backbone, row, rest).force
+            farthest = np.abs(row).sum() + (0.0 if isinstance(rest, str) else abs(rest))
+            least = backbone.size * float(law._backbone(np.array([farthest]))[0])
+            return harmonic_force(backbone, row, harmonics, rest, 1e-10, least).force
+
+        def of(backbone: DerivativeBackbone) -> Any:
+            return np.array([of_row(backbone, row) for row in batch]).reshape(rows.shape)
+
+    else:
+        of = _at_amplitudes(law, quantity, at)
+    return {name: of(known[name]) for name in chosen}
+
+
+def _at_amplitudes(
+    law: Differentiable, quantity: str, at: ArrayLike
+) -> Callable[[DerivativeBackbone], Any]:
+    """What depends on one displacement, or on the amplitude of a cycle."""
+    x = floats("at", at)
+    a = np.abs(x).reshape(-1)
+    if quantity == "backbone":
+        return lambda backbone: plain(
+            np.copysign(1.0, x) * np.asarray(backbone._backbone(a)).reshape(x.shape)
+        )
+    if np.any(x < 0.0) or (quantity != "dissipated_energy" and not np.all(x > 0.0)):
+        raise InputError(f"`at` must be amplitudes above zero for {quantity} [m], got {x.min():g}")
+    force, energy = law._backbone(a), law._energy(a)
+    value = {"loss_factor": 1.0, "damping_ratio": 0.5}.get(quantity, 0.0) * energy / np.pi / a
+
+    def of(backbone: DerivativeBackbone) -> Any:
+        if quantity == "dissipated_energy":
+            result = backbone._energy(a)
+        elif quantity == "secant_stiffness":
+            result = backbone._backbone(a) / a
+        else:  # energy over pi a T0, or half of that
+            share = backbone._energy(a) / energy - backbone._backbone(a) / force
+            result = value / force * share
+        return plain(result.reshape(x.shape))
+
+    return of
+
+
+def of_interface(joint: Any) -> Mapping[str, DerivativeBackbone]:
+    """By friction and load of an Interface; on summits of one radius also by what they are.
+
+    With N = C F(d/L) and s = u/kappa, at a given load, T0 = mu N drop(s)/N and the energy is
+    8 mu kappa excess(s), of which the separation moves by -(N/k_n) d ln(N/C) and s by
+    -s d ln(kappa L).
+    """
+    surface, d = joint.surface, joint.separation
+    load, fall = joint.normal_load, joint.normal_stiffness
+    mu, kappa = joint._friction, joint.slip_per_indentation
+
+    def derivative(
+        friction: float, pressed: float, stiff: float, slip: float, length: float
+    ) -> Any:
+        """By logarithms of mu, N, C, kappa and L a unit of the parameter."""
+        shift = -load / fall * (pressed - stiff)
+        direct, reach = friction + pressed, -(slip + length)
+
+        def backbone(u: Floats) -> Floats:
+            s = joint._steps(u)
+            drop, far = surface._drop(d, s), surface._fall(d, s)
+            moved = (far - fall + drop * fall / load) * shift + far * s * reach
+            return np.asarray(mu * (drop * direct + moved))
+
+        def energy(a: Floats) -> Floats:
+            s = joint._steps(a)
+            excess, slope = surface._excess(d, s), surface._excess_slope(d, s)
+            far = surface._fall(d, s)
+            moved = (2.0 * slope - 0.5 * s * (fall - far) + excess * fall / load) * shift
+            total = excess * (direct + slip + length) + moved + s * slope * reach
+            return np.asarray(8.0 * mu * kappa * total)
+
+        size = abs(direct) + abs(reach) + abs(shift) * fall / load
+        return DerivativeBackbone(backbone, energy, joint._kinks, size)
+
+    friction = 1.0 / joint.friction_coefficient
+    result = {
+        "friction_coefficient": derivative(friction, 0.0, 0.0, friction, 0.0),
+        "normal_load": derivative(0.0, 1.0 / load, 0.0, 0.0, 0.0),
+    }
+    numbers = surface._scales
+    if numbers is None:
+        return result
+    for name, (value, stiff, length) in numbers.items():
+        result[name] = derivative(0.0, 0.0, stiff / value, 0.0, length / value)
+    pair = surface.pair
+    bodies: dict[str, tuple[Material, ...]] = {"": (pair.first, pair.second)}
+    if pair.first != pair.second:
+        bodies = {"": (pair.first,), "other_": (pair.second,)}
+    normal, shear = pair.composite_modulus, pair.composite_shear_modulus
+    for prefix, alike in bodies.items():
+        if alike[0].is_rigid:
+            continue
+        modulus, nu, count = alike[0].young_modulus, alike[0].poisson_ratio, len(alike)
+        by = {  # d ln E* and d ln G*, of (19.4) and (19.11)
+            "young_modulus": (
+                normal * (1.0 - nu**2) / modulus**2,
+                shear * 2.0 * (2.0 - nu) * (1.0 + nu) / modulus**2,
+            ),
+            "poisson_ratio": (2.0 * nu * normal / modulus, -shear * (2.0 - 4.0 * nu) / modulus),
+        }
+        for name, (stiffer, firmer) in by.items():
+            stiff, slip = count * stiffer, count * (stiffer - firmer)
+            result[prefix + name] = derivative(0.0, 0.0, stiff, slip, 0.0)
+    return result

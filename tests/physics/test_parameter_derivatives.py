@@ -1,0 +1,167 @@
+"""Derivatives by parameters: against differences of whole joints, of sweeps, and in closed form."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import numpy as np
+import pytest
+
+import microslip as ms
+from microslip.sweeps.derivatives import log_derivatives
+
+VALUES = {
+    "friction_coefficient": 0.55, "normal_load": 2000.0, "std": 5e-7, "radius": 1e-3,
+    "density": 1e8, "area": 2e-4, "young_modulus": 69e9, "poisson_ratio": 0.33,
+    "other_young_modulus": 210e9, "other_poisson_ratio": 0.29,
+}  # fmt: skip
+HISTORY = 4e-7 * np.sin(np.arange(90) * 0.31) * (1.0 + 0.5 * np.sin(np.arange(90) * 0.047))
+ROW = np.array([1e-7, 3e-7, -5e-8, 1e-7, 4e-8])
+ORDERS = (0, 1, 3)
+AMPLITUDES = np.array([[1e-9, 1e-7], [6e-7, 4e-6]])
+
+
+def joint(heights: Any = ms.Gaussian, **changes: float) -> ms.Interface:
+    v = {**VALUES, **changes}
+    metals = [ms.Material(v[f"{k}young_modulus"], v[f"{k}poisson_ratio"]) for k in ("", "other_")]
+    spread = heights(v["std"])
+    surface = ms.GreenwoodWilliamson(
+        ms.MaterialPair(*metals), spread, v["radius"], v["density"], v["area"]
+    )
+    return ms.Interface(surface, v["friction_coefficient"], normal_load=v["normal_load"])
+
+
+def answer(law: Any, quantity: str) -> np.ndarray:
+    if quantity == "force":
+        return law.force(HISTORY)
+    if quantity == "periodic":
+        return law.periodic(HISTORY, 1e-8).force
+    if quantity == "harmonics":
+        return law.harmonics(ROW, ORDERS, 1e-8).force
+    return getattr(law, quantity)(AMPLITUDES)
+
+
+def place(quantity: str) -> dict[str, Any]:
+    if quantity in ("force", "periodic"):
+        return {"at": HISTORY, "rest": 0.0 if quantity == "force" else 1e-8}
+    if quantity == "harmonics":
+        return {"at": ROW, "harmonics": ORDERS, "rest": 1e-8}
+    return {"at": AMPLITUDES}
+
+
+QUANTITIES = (
+    "backbone", "force", "periodic", "harmonics",
+    "dissipated_energy", "secant_stiffness", "loss_factor", "damping_ratio",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("heights", [ms.Gaussian, ms.Exponential])
+@pytest.mark.parametrize("quantity", QUANTITIES)
+def test_they_are_differences_of_whole_joints(quantity: str, heights: Any) -> None:
+    found = joint(heights).parameter_derivatives(quantity, **place(quantity))
+    assert set(found) == set(VALUES)
+    for name, value in VALUES.items():
+        rows = []
+        for share in (1e-3, 2e-3):  # of fourth order
+            ends = (joint(heights, **{name: value * (1.0 + s * share)}) for s in (1.0, -1.0))
+            up, down = (answer(law, quantity) for law in ends)
+            rows.append((up - down) / (2.0 * share * value))
+        wanted = (4.0 * rows[0] - rows[1]) / 3.0
+        base = answer(joint(heights), quantity)
+        if quantity in ("force", "periodic", "harmonics"):
+            scale = np.abs(base).max() / value
+        else:
+            scale = np.abs(base) / value  # each amplitude by itself
+        assert np.max(np.abs(found[name] - wanted) / scale) < 2e-8, name
+        assert found[name].shape == base.shape
+
+
+def test_they_are_those_of_sweeps() -> None:
+    given = {k: v for k, v in VALUES.items() if not k.startswith("other_")}
+    same = {"other_young_modulus": VALUES["young_modulus"], "other_poisson_ratio": 0.33}
+    law, a = joint(**same), np.array([3e-8, 4e-7])
+    names = ["friction_coefficient", "normal_load", "std", "radius", "density", "area"]
+    for quantity in ("dissipated_energy", "loss_factor"):
+        slopes = log_derivatives(quantity, {**given, "amplitude": a}, names)
+        found = law.parameter_derivatives(quantity, a, names)
+        value = getattr(law, quantity)(a)
+        for name in names:
+            np.testing.assert_allclose(
+                found[name] * VALUES[name] / value, slopes[name], rtol=1e-9, atol=1e-11
+            )
+
+
+def test_one_material_counts_for_both_bodies() -> None:
+    """Forces grow with stiffness and load alike: sums of logarithmic slopes are known."""
+    same = {"other_young_modulus": VALUES["young_modulus"], "other_poisson_ratio": 0.33}
+    law = joint(**same)
+    found = law.parameter_derivatives("force", HISTORY)
+    assert "other_young_modulus" not in found
+    v, force = VALUES, law.force(HISTORY)
+    # Twice as stiff under twice the load is twice the force; so are more summits.
+    for stiff in ("young_modulus", "area", "density"):
+        total = found[stiff] * v[stiff] + found["normal_load"] * v["normal_load"]
+        np.testing.assert_allclose(total, force, rtol=0, atol=1e-11 * np.abs(force).max())
+    # T0/mu depends on u/mu alone: mu dT0/dmu = T0 - u T0'.
+    u = np.geomspace(1e-9, 1e-5, 20)
+    by_friction = law.parameter_derivatives("backbone", u, ["friction_coefficient"])
+    wanted = (law.backbone(u) - u * law.backbone_stiffness(u)) / 0.55
+    np.testing.assert_allclose(by_friction["friction_coefficient"], wanted, rtol=1e-7, atol=1e-12)
+
+
+@pytest.mark.parametrize("law", [*ms.Jenkins.examples(), *ms.SegalmanIwan.examples()], ids=repr)
+def test_laws_of_numbers_have_theirs(law: ms.BackboneLaw) -> None:
+    scale = law.force_limit / law.tangential_stiffness
+    x, a = scale * HISTORY / 1.5e-7, scale * np.array([0.3, 0.83, 4.1])
+    names = list(type(law).__dataclass_fields__)
+    forces = law.parameter_derivatives("force", x)
+    energies = law.parameter_derivatives("dissipated_energy", a)
+    assert list(forces) == names
+    for name in names:
+        value, rows = getattr(law, name), []
+        if value == 0.0:  # at an end of its range
+            continue
+        for share in (1e-5, -1e-5):
+            values = {k: getattr(law, k) for k in names}
+            other = type(law)(**{**values, name: value * (1.0 + share)})
+            rows.append((other.force(x), other.dissipated_energy(a)))
+        step = 2e-5 * value
+        for k, found, size in ((0, forces, law.force_limit), (1, energies, energies_scale(law, a))):
+            wanted = (rows[0][k] - rows[1][k]) / step
+            off = np.abs(found[name] - wanted) * abs(value) / size
+            assert np.max(off) < 1e-6, (name, k)
+
+
+def energies_scale(law: ms.BackboneLaw, a: np.ndarray) -> np.ndarray:
+    return 4.0 * law.force_limit * a
+
+
+def test_batches_are_their_rows() -> None:
+    law = joint()
+    for quantity, rows in (
+        ("force", np.stack([HISTORY, 0.3 * HISTORY])),
+        ("harmonics", np.stack([ROW, 2.0 * ROW])),
+    ):
+        options = {"harmonics": ORDERS} if quantity == "harmonics" else {}
+        together = law.parameter_derivatives(quantity, rows, ["std"], **options)["std"]
+        for row, found in zip(rows, together, strict=True):
+            alone = law.parameter_derivatives(quantity, row, ["std"], **options)["std"]
+            np.testing.assert_array_equal(found, alone)
+
+
+@pytest.mark.parametrize(
+    ("law", "given", "says"),
+    [
+        (joint(), ("drag", 1e-7), "quantity must be one of backbone, force"),
+        (joint(), ("backbone", 1e-7, ["mass"]), "names must be a list of friction_coefficient"),
+        (joint(), ("backbone", 1e-7, "std"), "names must be a list of friction_coefficient"),
+        (joint(), ("force", 1e-7), "at must be a row of numbers for force"),
+        (joint(), ("loss_factor", 0.0), "at must be amplitudes above zero"),
+        (joint(), ("backbone", np.nan), "at must be finite"),
+        (ms.Coulomb(1.0), ("backbone", 1e-7), "Coulomb does not know its derivatives"),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_is_refused(law: Any, given: tuple[Any, ...], says: str) -> None:
+    with pytest.raises(ms.InputError, match=re.escape(says)):
+        law.parameter_derivatives(*given)

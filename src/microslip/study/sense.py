@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from microslip._core.checks import Floats
 from microslip._core.units import engineering, significant
 from microslip._core.wording import shorten
 from microslip.study.joints import Joint
 from microslip.study.metals import unknown
 from microslip.study.readers import KeyedError
-from microslip.study.schema import StudyTables
+from microslip.study.schema import History, StudyTables
 from microslip.study.surfaces import Elastic, Rigid, TableSurface
 from microslip.study.uncertain import spreads_of
 
@@ -24,6 +25,8 @@ MAX_POINTS = 1_000_000
 MAX_SAMPLES = 10_000_000
 
 _NO_END = "this surface never lifts off: its heights, or the tail of its table, have no end"
+Problems = Iterator[tuple[str, str]]
+"""What is wrong: the key, and the message."""
 
 
 def mean_load(study: StudyTables) -> float:
@@ -38,69 +41,176 @@ def mean_load(study: StudyTables) -> float:
 
 
 def check(study: StudyTables) -> None:
-    """Find what the parts of a study cannot see."""
-    if isinstance(study.joint, Joint):
-        if study.surface is None:
-            raise KeyedError("surface", "missing; write a table [surface]")
-        _check_bodies(study, study.surface)
-        _check_loads(study, study.joint.normal_load)
-        _check_variation(study, study.joint.normal_load)
-        _check_pressure(study)
-        _check_structure(study)
-    else:
-        _check_law(study)
-    _check_uncertainty(study)
-    _check_forces(study)
-    _check_amount(study)
+    """Refuse the first thing that the parts of a study cannot see."""
+    of_joint = (_of_bodies, _of_loads, _of_variation, _of_pressure, _of_structure)
+    rules = of_joint if isinstance(study.joint, Joint) else (_of_law,)
+    for rule in (*rules, _of_uncertainty, _of_forces, _of_amount):
+        for key, message in rule(study):
+            raise KeyedError(key, message)
 
 
-def _check_structure(study: StudyTables) -> None:
-    """It needs bodies that bend, and a surface of known area."""
-    part = study.structure
-    if part is None:
-        return
-    for key in ("tightening_load", "pressure"):
-        if getattr(study.joint, key) is not None:
-            raise KeyedError(
-                f"joint.{key}",
-                "wanted none beside a [structure], whose patches bear unlike pressures",
+def lifting(study: StudyTables, lightest: float) -> None:
+    """Refuse loads that go down to zero on a surface on which some summit always touches."""
+    for key, message in _lifting(study, lightest):
+        raise KeyedError(key, message)
+
+
+def _force(value: float) -> str:
+    return engineering(value, "N", 6, trim=True)
+
+
+def _first_row(key: str, history: History, wrong: Any, expected: str, came: Floats) -> Problems:
+    """The first row of a history that is wrong; ``{}`` stands for it in what was wanted."""
+    for row in np.flatnonzero(wrong)[:1].tolist():
+        where = f"{_force(float(came[row]))} in row {row + 1} of the numbers"
+        yield key, f"{shorten(history.file, 100)}: wanted {expected.format(where)}"
+
+
+def _of_bodies(study: StudyTables) -> Problems:
+    surface = study.surface
+    if surface is None:
+        yield "surface", "missing; write a table [surface]"
+    names = surface.materials
+    for index, name in enumerate(names, start=1):
+        if name not in study.material:
+            yield f"surface.materials, item {index}", unknown(name, study.material)
+    if all(isinstance(study.material[name], Rigid) for name in names):
+        yield "surface.materials", "wanted one body that deforms, got two rigid ones"
+    # A surface has a summit; less is a slip of a unit.
+    if {"density", "area"} <= surface.keys.keys() and surface.law != "scan":
+        count = surface.density * surface.area
+        if count < 1.0:
+            message = f"wanted at least one summit on the area, got {count:.3g}"
+            yield "surface.density", f"{message} (density times area)"
+    for name, material in study.material.items():
+        if isinstance(material, Elastic) and material.hardness is not None:
+            modulus, hardness = (
+                engineering(value, "Pa", 6, trim=True)
+                for value in (material.young_modulus, material.hardness)
             )
-    first = study.material[study.surface.materials[0]]
-    if isinstance(first, Rigid):
-        raise KeyedError("surface.materials, item 1", "wanted a body that bends, got a rigid one")
-    if part.mesh is not None:
-        part.mesh.check_materials(study.material)
-    if getattr(study.surface, "area", None) is None:
-        raise KeyedError(
-            "surface", "wanted a surface with an area, which a [structure] spreads over its patches"
+            if material.hardness >= material.young_modulus:
+                key = f"material.{shorten(name, 40)}.hardness"
+                yield key, f"wanted less than Young's modulus {modulus}, got {hardness}"
+
+
+def _largest_load(study: StudyTables) -> tuple[float, str, str]:
+    """Largest load that the surface answers for, what that is, and how to have more."""
+    tightening: float | None = study.joint.tightening_load
+    if tightening is not None:
+        words = f"the tightening load {_force(tightening)}"
+        return tightening, words, "raise joint.tightening_load (above it the summits yield again)"
+    if not isinstance(study.surface, TableSurface):
+        return math.inf, "", ""
+    load = study.surface.load[0]
+    return load, f"the first load of the table, {_force(load)}", "begin the table higher"
+
+
+def _of_loads(study: StudyTables) -> Problems:
+    """A table carries no more than its first load; a tightened surface is tightened further."""
+    loads = study.joint.normal_load
+    largest, words, _ = _largest_load(study)
+    for index, load in enumerate(loads, start=1):
+        if load > largest and study.joint.tightening_load is None:
+            item = f", item {index}" if len(loads) > 1 else ""
+            yield f"joint.normal_load{item}", f"wanted at most {words}, got {_force(load)}"
+
+
+def _of_variation(study: StudyTables) -> Problems:
+    """A load that varies does not pull, and stays within a table."""
+    variation, history = study.excitation.load_variation, study.excitation.history
+    largest, words, remedy = _largest_load(study)
+    if variation is not None:
+        light, heavy = min(study.joint.normal_load), max(study.joint.normal_load)
+        if variation.amplitude is not None and variation.amplitude > light:
+            yield (
+                f"{VARIATION}.amplitude",
+                f"wanted at most the normal load {_force(light)}, got "
+                f"{_force(variation.amplitude)} (the load would go below zero)",
+            )
+        top = heavy * (1.0 + variation.share_of(heavy))
+        if top > largest:
+            room = math.floor(1000.0 * (largest / heavy - 1.0)) / 1000.0
+            name = "share" if variation.amplitude is None else "amplitude"
+            size = f"{room:g}" if name == "share" else f'"{_force(room * heavy)}"'
+            lower = f"{name} = {size} or less" if room > 0.0 else "a lower joint.normal_load"
+            yield (
+                f"{VARIATION}.{name}",
+                f"wanted loads up to {words}, but the load {_force(heavy)} grows to "
+                f"{_force(top)}; write {lower}, or {remedy}",
+            )
+    if history is not None and (loads := history.loads) is not None:
+        expected = f"loads up to {words}, got {{}}; {remedy}"
+        yield from _first_row(RECORDED, history, loads > largest, expected, loads)
+
+
+def _lifting(study: StudyTables, lightest: float) -> Problems:
+    variation, history = study.excitation.load_variation, study.excitation.history
+    if variation is not None and variation.share_of(lightest) == 1.0:
+        name, bound, value = "share", "1, such as 0.99", "1"
+        if variation.amplitude is not None:
+            name, bound = "amplitude", f"the normal load {_force(lightest)}"
+            value = _force(variation.amplitude)
+        yield (
+            f"{VARIATION}.{name}",
+            f"wanted less than {bound}, got {value}: the load {_force(lightest)} would go down to "
+            f"0 N ({_NO_END})",
         )
+    if history is not None and (loads := history.loads) is not None:
+        expected = f"loads above zero, got {{}} ({_NO_END})"
+        yield from _first_row(RECORDED, history, loads == 0.0, expected, loads)
 
 
-def _check_pressure(study: StudyTables) -> None:
+def _of_pressure(study: StudyTables) -> Problems:
     """A pressure that is spread needs a surface with an area, and stays as it is."""
     if study.joint.pressure is None:
         return
+    key, excitation = "joint.pressure", study.excitation
     if "area" not in study.surface.keys:
-        raise KeyedError(
-            "joint.pressure",
+        yield (
+            key,
             f'wanted a surface with an area to spread it over, got law = "{study.surface.law}"',
         )
     area, pressed = getattr(study.surface, "area", None), study.joint.pressure.spread().area
     if area is not None and pressed > area * (1.0 + 1e-9):
-        raise KeyedError(
-            "joint.pressure",
-            f"wanted one within the area of the surface, {1e4 * area:.6g} cm^2, got one on "
-            f"{1e4 * pressed:.6g} cm^2",
-        )
-    for key, value in (
-        (VARIATION, study.excitation.load_variation),
-        (RECORDED, study.excitation.history and study.excitation.history.normal_load),
-    ):
+        within = f"wanted one within the area of the surface, {1e4 * area:.6g} cm^2"
+        yield key, f"{within}, got one on {1e4 * pressed:.6g} cm^2"
+    recorded = excitation.history and excitation.history.normal_load
+    for name, value in ((VARIATION, excitation.load_variation), (RECORDED, recorded)):
         if value is not None:
-            raise KeyedError(key, "wanted none beside joint.pressure, which is at constant load")
+            yield name, "wanted none beside joint.pressure, which is at constant load"
 
 
-def _check_uncertainty(study: StudyTables) -> None:
+def _of_structure(study: StudyTables) -> Problems:
+    """It needs bodies that bend, and a surface of known area."""
+    part = study.structure
+    if part is None:
+        return
+    for name in ("tightening_load", "pressure"):
+        if getattr(study.joint, name) is not None:
+            unlike = "wanted none beside a [structure], whose patches bear unlike pressures"
+            yield f"joint.{name}", unlike
+    if isinstance(study.material[study.surface.materials[0]], Rigid):
+        yield "surface.materials, item 1", "wanted a body that bends, got a rigid one"
+    if part.mesh is not None:
+        part.mesh.check_materials(study.material)
+    if getattr(study.surface, "area", None) is None:
+        spread = "wanted a surface with an area, which a [structure] spreads over its patches"
+        yield "surface", spread
+
+
+def _of_law(study: StudyTables) -> Problems:
+    """A friction law by its own parameters has no surface and no normal load."""
+    law, excitation = study.joint.law, study.excitation
+    for name in ("structure", "surface"):
+        if getattr(study, name) is not None:
+            yield name, f'wanted none beside joint.law = "{law}", got one; remove it'
+    recorded = excitation.history and excitation.history.loads
+    for name, value in ((VARIATION, excitation.load_variation), (RECORDED, recorded)):
+        if value is not None:
+            yield name, f'wanted none, got a table; the law "{law}" knows no normal load'
+
+
+def _of_uncertainty(study: StudyTables) -> Problems:
     """What is drawn is there, and drawn once."""
     part = study.uncertainty
     if part is None:
@@ -108,157 +218,25 @@ def _check_uncertainty(study: StudyTables) -> None:
     names = tuple(key for key, _ in spreads_of(study))
     part.matrix(names)
     if part.scan_patches is not None and getattr(study.surface, "law", "") != "scan":
-        raise KeyedError("uncertainty.scan_patches", 'wanted only beside surface.law = "scan"')
+        yield "uncertainty.scan_patches", 'wanted only beside surface.law = "scan"'
     if part.identification is not None:
         if not isinstance(study.joint, Joint):
-            raise KeyedError("uncertainty.identification", "wanted only for an interface")
+            yield "uncertainty.identification", "wanted only for an interface"
         fitted = ("joint.friction_coefficient", "surface.heights", "surface.density")
         for key in names:
             if key.startswith(fitted):
-                raise KeyedError(key, "wanted a number: uncertainty.identification says how far "
-                                      "it is known")  # fmt: skip
+                yield key, "wanted a number: uncertainty.identification says how far it is known"
     if not names and part.scan_patches is None and part.identification is None:
-        raise KeyedError(
+        yield (
             "uncertainty",
             "wanted an uncertain number in the study, got none; write for example "
             'normal_load = { mean = "2 kN", cv = 0.15 }',
         )
 
 
-def _check_law(study: StudyTables) -> None:
-    """A friction law by its own parameters has no surface and no normal load."""
-    law, excitation = study.joint.law, study.excitation
-    because = f'the law "{law}" knows no normal load'
-    if study.structure is not None:
-        raise KeyedError("structure", f'wanted none beside joint.law = "{law}", got one; remove it')
-    if study.surface is not None:
-        raise KeyedError("surface", f'wanted none beside joint.law = "{law}", got one; remove it')
-    if excitation.load_variation is not None:
-        raise KeyedError(VARIATION, f"wanted none, got a table; {because}")
-    if excitation.history is not None and excitation.history.loads is not None:
-        raise KeyedError(RECORDED, f"wanted none, got a table; {because}")
-
-
-def _check_bodies(study: StudyTables, surface: Any) -> None:
-    names = surface.materials
-    for index, name in enumerate(names, start=1):
-        if name not in study.material:
-            raise KeyedError(f"surface.materials, item {index}", unknown(name, study.material))
-    if all(isinstance(study.material[name], Rigid) for name in names):
-        raise KeyedError("surface.materials", "wanted one body that deforms, got two rigid ones")
-    _check_summits(surface)
-    for name, material in study.material.items():
-        if isinstance(material, Elastic) and material.hardness is not None:
-            modulus = engineering(material.young_modulus, "Pa", 6, trim=True)
-            if material.hardness >= material.young_modulus:
-                raise KeyedError(
-                    f"material.{shorten(name, 40)}.hardness",
-                    f"wanted less than Young's modulus {modulus}, "
-                    f"got {engineering(material.hardness, 'Pa', 6, trim=True)}",
-                )
-
-
-def _check_summits(surface: Any) -> None:
-    """A surface has a summit; less is a slip of a unit."""
-    if {"density", "area"} <= surface.keys.keys() and surface.law != "scan":
-        count = surface.density * surface.area
-        if count < 1.0:
-            raise KeyedError(
-                "surface.density",
-                f"wanted at least one summit on the area, got {count:.3g} (density times area)",
-            )
-
-
-def _largest_load(study: StudyTables) -> tuple[float, str, str] | None:
-    """Largest load that the surface answers for, what that is, and how to have more."""
-    tightening: float | None = study.joint.tightening_load
-    if tightening is not None:
-        words = f"the tightening load {_force(tightening)}"
-        return tightening, words, "raise joint.tightening_load (above it the summits yield again)"
-    if not isinstance(study.surface, TableSurface):
-        return None
-    load = study.surface.load[0]
-    return load, f"the first load of the table, {_force(load)}", "begin the table higher"
-
-
-def _check_loads(study: StudyTables, loads: Sequence[float]) -> None:
-    """A table carries no more than its first load; a tightened surface is tightened further."""
-    limit = _largest_load(study) if study.joint.tightening_load is None else None
-    for index, load in enumerate(loads, start=1):
-        if limit is not None and load > limit[0]:
-            item = f", item {index}" if len(loads) > 1 else ""
-            raise KeyedError(
-                f"joint.normal_load{item}", f"wanted at most {limit[1]}, got {_force(load)}"
-            )
-
-
-def _check_variation(study: StudyTables, normal_loads: Sequence[float]) -> None:
-    """A load that varies does not pull, and stays within a table."""
-    variation = study.excitation.load_variation
-    if variation is not None:
-        load = min(normal_loads)
-        if variation.amplitude is not None and variation.amplitude > load:
-            raise KeyedError(
-                f"{VARIATION}.amplitude",
-                f"wanted at most the normal load {_force(load)}, got {_force(variation.amplitude)} "
-                "(the load would go below zero)",
-            )
-    limit = _largest_load(study)
-    if limit is None:
-        return
-    largest, table, remedy = limit
-    if variation is not None:
-        load = max(normal_loads)
-        share = variation.share_of(load)
-        if load * (1.0 + share) > largest:
-            room = math.floor(1000.0 * (largest / load - 1.0)) / 1000.0
-            name = "share" if variation.amplitude is None else "amplitude"
-            size = f"{room:g}" if name == "share" else f'"{_force(room * load)}"'
-            lower = f"{name} = {size} or less" if room > 0.0 else "a lower joint.normal_load"
-            raise KeyedError(
-                f"{VARIATION}.{name}",
-                f"wanted loads up to {table}, but the load {_force(load)} grows to "
-                f"{_force(load * (1.0 + share))}; write {lower}, or {remedy}",
-            )
-    history = study.excitation.history
-    if history is not None and (loads := history.loads) is not None:
-        beyond = np.flatnonzero(loads > largest)
-        if beyond.size:
-            row = int(beyond[0])
-            raise KeyedError(
-                RECORDED,
-                f"{shorten(history.file, 100)}: wanted loads up to {table}, got "
-                f"{_force(float(loads[row]))} in row {row + 1} of the numbers; {remedy}",
-            )
-
-
-def lifting(study: StudyTables, lightest: float) -> None:
-    """Find loads that go down to zero on a surface on which some summit always touches."""
-    variation, history = study.excitation.load_variation, study.excitation.history
-    if variation is not None and variation.share_of(lightest) == 1.0:
-        if variation.amplitude is None:
-            name, bound, value = "share", "1, such as 0.99", "1"
-        else:
-            name, bound = "amplitude", f"the normal load {_force(lightest)}"
-            value = _force(variation.amplitude)
-        raise KeyedError(
-            f"{VARIATION}.{name}",
-            f"wanted less than {bound}, got {value}: the load {_force(lightest)} would go down to "
-            f"0 N ({_NO_END})",
-        )
-    if history is not None and (loads := history.loads) is not None:
-        zeros = np.flatnonzero(loads == 0.0)
-        if zeros.size:
-            raise KeyedError(
-                RECORDED,
-                f"{shorten(history.file, 100)}: wanted loads above zero, got 0 N in row "
-                f"{int(zeros[0]) + 1} of the numbers ({_NO_END})",
-            )
-
-
-def _check_forces(study: StudyTables) -> None:
+def _of_forces(study: StudyTables) -> Problems:
     """No force reaches the limit at the lightest load."""
-    excitation, joint = study.excitation, study.joint
+    excitation, joint, history = study.excitation, study.joint, study.excitation.history
     if isinstance(joint, Joint):
         load = min(joint.normal_load)
         limit, place = joint.friction_coefficient * load, f" at the load {_force(load)}"
@@ -266,52 +244,41 @@ def _check_forces(study: StudyTables) -> None:
         limit, place = joint.build().force_limit, ""
     for index, force in enumerate(excitation.force_amplitudes or (), start=1):
         if force >= limit:
-            raise KeyedError(
-                f"excitation.force_amplitudes, item {index}",
-                f"wanted less than the force limit {_force(limit)}{place}, got {_force(force)}",
-            )
-    history = excitation.history
-    if history is not None and history.quantity == "force":
-        force = max(history.values, key=abs)
-        if (loads := history.loads) is not None and isinstance(joint, Joint):
-            limits = joint.friction_coefficient * loads
-            beyond = np.flatnonzero(np.abs(history.values) >= limits)
-            if beyond.size:
-                row = int(beyond[0])
-                raise KeyedError(
-                    "excitation.history",
-                    f"{shorten(history.file, 100)}: wanted forces within the force limit, "
-                    f"±{_force(float(limits[row]))} in row {row + 1} of the numbers, "
-                    f"got {_force(float(history.values[row]))}",
-                )
-        elif abs(force) >= limit:
-            raise KeyedError(
+            expected = f"wanted less than the force limit {_force(limit)}{place}"
+            yield f"excitation.force_amplitudes, item {index}", f"{expected}, got {_force(force)}"
+    if history is None or history.quantity != "force":
+        return
+    if (loads := history.loads) is not None and isinstance(joint, Joint):
+        limits = joint.friction_coefficient * loads
+        for row in np.flatnonzero(np.abs(history.values) >= limits)[:1].tolist():
+            yield (
                 "excitation.history",
-                f"{shorten(history.file, 100)}: wanted forces within ±{_force(limit)}, the force "
-                f"limit{place}, got {_force(force)}",
+                f"{shorten(history.file, 100)}: wanted forces within the force limit, "
+                f"±{_force(float(limits[row]))} in row {row + 1} of the numbers, "
+                f"got {_force(float(history.values[row]))}",
             )
+    elif abs(force := max(history.values, key=abs)) >= limit:
+        yield (
+            "excitation.history",
+            f"{shorten(history.file, 100)}: wanted forces within ±{_force(limit)}, the force "
+            f"limit{place}, got {_force(force)}",
+        )
 
 
-def _check_amount(study: StudyTables) -> None:
+def _of_amount(study: StudyTables) -> Problems:
     excitation, loads = study.excitation, max(len(study.joint.loads), 1)
     key = "amplitudes" if excitation.force_amplitudes is None else "force_amplitudes"
-    loops = loads * len(excitation.amplitudes or excitation.force_amplitudes or ())
-    points = loads * (excitation.curve.points if excitation.curve else 0)
-    samples = loads * (len(excitation.history.values) if excitation.history else 0)
+    loops = len(excitation.amplitudes or excitation.force_amplitudes or ())
+    points = excitation.curve.points if excitation.curve else 0
+    samples = len(excitation.history.values) if excitation.history else 0
     for where, noun, limit, count, times in (
-        (key, "loops", MAX_LOOPS, loops, "amplitudes"),
-        ("curve.points", "points in all", MAX_POINTS, points, "points"),
-        ("history", "samples in all", MAX_SAMPLES, samples, "rows"),
+        (key, "loops", MAX_LOOPS, loads * loops, "amplitudes"),
+        ("curve.points", "points in all", MAX_POINTS, loads * points, "points"),
+        ("history", "samples in all", MAX_SAMPLES, loads * samples, "rows"),
     ):
         if count > limit:
-            raise KeyedError(
-                f"excitation.{where}",
-                f"wanted at most {limit} {noun}, got {count} (loads times {times})",
-            )
-
-
-def _force(value: float) -> str:
-    return engineering(value, "N", 6, trim=True)
+            message = f"wanted at most {limit} {noun}, got {count} (loads times {times})"
+            yield f"excitation.{where}", message
 
 
 class Usual(NamedTuple):
@@ -375,10 +342,10 @@ def _values(study: Any) -> Iterator[tuple[str, float, Usual]]:
     for amplitude in study.excitation.amplitudes or ():
         yield "excitation.amplitudes", amplitude, _AMPLITUDE
     if study.structure is not None:
-        yield from _of_structure(study.structure)
+        yield from _usual_of_structure(study.structure)
 
 
-def _of_structure(part: Any) -> Iterator[tuple[str, float, Usual]]:
+def _usual_of_structure(part: Any) -> Iterator[tuple[str, float, Usual]]:
     sizes = ("length", "width", "thickness", "lap") if part.mesh is None else ()
     for name in sizes:
         yield f"structure.{name}", getattr(part, name), _SIZE

@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import refused
 import studies
 
 import microslip as ms
@@ -35,7 +36,7 @@ def names_in(module: str) -> dict[str, Any]:
     sys.modules[name] = loaded = importlib.util.module_from_spec(specification)
     specification.loader.exec_module(loaded)
     common = {"ms": ms, "np": np, "math": math, "Path": Path}
-    return {**common, **vars(studies), **vars(loaded)}
+    return {**common, **vars(studies), **vars(refused), **vars(loaded)}
 
 
 def told(expression: str, names: dict[str, Any]) -> str:

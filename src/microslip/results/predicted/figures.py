@@ -8,7 +8,6 @@ import numpy as np
 
 from microslip._core.units import engineering, prefix
 from microslip.errors import InputError
-from microslip.friction import PressedJoint
 from microslip.report.document import Picture
 from microslip.report.kit import in_rows, marked_line, visible_values
 from microslip.report.plot import (
@@ -34,7 +33,7 @@ from microslip.results.predicted.curves import (
     force_damping,
 )
 from microslip.results.predicted.history_figure import history, pressure
-from microslip.results.predicted.numbers import JOINT_FIGURES
+from microslip.results.predicted.numbers import figure_names
 from microslip.runs.columns import AmplitudeCurve, in_words
 from microslip.runs.prediction import Prediction
 
@@ -367,17 +366,7 @@ FIGURES: dict[str, Callable[[Prediction], Plot]] = {
 
 def names(result: Prediction) -> tuple[str, ...]:
     """Names of the figures that a result has something to show in."""
-    is_pressed = isinstance(result.joints[0], PressedJoint)
-    has_contacts = getattr(result.joints[0], "contact_area", None) is not None
-    of_joint = result.study.asks_for_joint
-    shows = {
-        **dict.fromkeys((*JOINT_FIGURES, "slider_density"), of_joint),
-        "contact_state": has_contacts and not is_pressed and of_joint,
-        "pressure": is_pressed,
-        "history": bool(result.histories),
-        "oscillator": bool(result.oscillators),
-    }
-    return tuple(name for name in FIGURES if shows.get(name, True))
+    return tuple(name for name in FIGURES if name in figure_names(result.study))
 
 
 def pictures(result: Prediction) -> tuple[Picture, ...]:

@@ -45,32 +45,39 @@ REMINDER = (
 JOINT_FIGURES = ("loops", "backbone", "energy_damping", "force_damping")
 
 
-def files(study: StudyDescription) -> tuple[str, ...]:
-    """Files that a study writes; summary.json, which names the others, is the first."""
-    formats = study.output.formats
-    history, oscillator = study.excitation.history is not None, study.oscillator is not None
-    scatters = study.structure is None and is_uncertain(study)
+def figure_names(study: StudyDescription) -> tuple[str, ...]:
+    """Names of the figures that a study has something to show in."""
     # A table of loads says nothing of contacts.
     has_contacts = study.surface is not None and not isinstance(study.surface, u.TableSurface)
     is_pressed = has_contacts and study.joint.pressure is not None
-    tables = {
-        "loops": study.asks_for_joint,
-        "curves": study.asks_for_joint,
-        "history": history,
-        "oscillator": oscillator,
-        "varying": study.excitation.load_variation is not None,
-        "structure": study.structure is not None,
-        "bands": scatters,
-    }
     figures = {
         **dict.fromkeys(STRUCTURE_FIGURES, study.structure is not None),
-        **dict.fromkeys(SCATTER_FIGURES, scatters),
+        **dict.fromkeys(SCATTER_FIGURES, _scatters(study)),
         **dict.fromkeys(JOINT_FIGURES, study.asks_for_joint),
         "contact_state": has_contacts and not is_pressed and study.asks_for_joint,
         "pressure": is_pressed,
         "slider_density": study.asks_for_joint,
-        "history": history,
-        "oscillator": oscillator,
+        "history": study.excitation.history is not None,
+        "oscillator": study.oscillator is not None,
+    }
+    return tuple(name for name, is_there in figures.items() if is_there)
+
+
+def _scatters(study: StudyDescription) -> bool:
+    return study.structure is None and is_uncertain(study)
+
+
+def files(study: StudyDescription) -> tuple[str, ...]:
+    """Files that a study writes; summary.json, which names the others, is the first."""
+    formats = study.output.formats
+    tables = {
+        "loops": study.asks_for_joint,
+        "curves": study.asks_for_joint,
+        "history": study.excitation.history is not None,
+        "oscillator": study.oscillator is not None,
+        "varying": study.excitation.load_variation is not None,
+        "structure": study.structure is not None,
+        "bands": _scatters(study),
     }
     pictures = [kind for kind in ("svg", "png", "pdf") if kind in formats]
     return (
@@ -79,7 +86,7 @@ def files(study: StudyDescription) -> tuple[str, ...]:
         *(("report.html",) if study.output.report else ()),
         *(("result.nc",) if "netcdf" in formats else ()),
         *(f"{name}.csv" for name, there in tables.items() if there and "csv" in formats),
-        *(f"{name}.{kind}" for name, there in figures.items() if there for kind in pictures),
+        *(f"{name}.{kind}" for name in figure_names(study) for kind in pictures),
     )
 
 

@@ -219,9 +219,6 @@ def test_bases_that_say_too_little_are_refused() -> None:
     ):
         with pytest.raises(ms.InputError, match=words):
             whole.base_response(**{**options, "directions": [1.0, 1.0], **other})
-    loose = ms.Structure(np.eye(3), np.diag([0.0, 1.0, 1.0]))
-    with pytest.raises(ms.InputError, match="supports must hold the structure"):
-        loose.base_response(**options, directions=[1.0], supports=[2])
 
 
 def test_dashpots_need_something_to_stand_on() -> None:
@@ -231,8 +228,6 @@ def test_dashpots_need_something_to_stand_on() -> None:
     structure = ms.Structure(mass, stiffness, 3.0 * mass + 1e-5 * stiffness)
     frequency = np.array([99.0, 100.0])
     options = {"directions": [1.0, 1.0], "acceleration": 1.0, "frequencies": frequency}
-    with pytest.raises(ms.InputError, match="damping_frame="):
-        structure.base_response(**options)
     omega = 2.0 * math.pi * 100.0
     for frame in ("base", "ground"):
         seen = structure.base_response(**options, damping_frame=frame).absolute_displacement

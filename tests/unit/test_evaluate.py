@@ -237,34 +237,3 @@ def test_xarray_and_dask() -> None:
 
 
 JOINT = ms.Interface.examples()[0]
-WRONG: dict[str, tuple[dict[str, Any], str]] = {
-    "load below zero": ({"normal_load": [1.0, -2.0]}, "normal_load must be above zero [N], got -2"),
-    "nan": ({"area": [1.0, np.nan]}, "area must be finite"),
-    "missing": ({"radius": None}, "radius must be given; it is missing"),
-    "no load": ({"normal_load": None}, "one of them, got neither"),
-    "two loads": ({"separation": 0.0}, "one of them, got both"),
-    "two amplitudes": ({"force_amplitude": 1.0}, "not both"),
-    "poisson": ({"poisson_ratio": 0.6}, "poisson_ratio must be in (-1, 0.5], got 0.6"),
-    "amplitude": ({"amplitude": -1e-9}, "amplitude must not be negative, got -1e-09"),
-    "shapes": ({"std": [1e-7] * 2, "area": [1e-4] * 3}, "broadcast, got std (2,), area (3,)"),
-    "force": ({"amplitude": None, "force_amplitude": [1.0, 1100.0]}, "limit of each joint, 1100 N"),
-    "lifted": ({"normal_load": None, "separation": 1.0}, "at 1 m it carries none"),
-    "mean and heights": ({"heights": ms.Exponential(1e-6), "mean": 0.0}, "mean must be left out"),
-    "surface and radius": ({"surface": JOINT.surface}, "young_modulus must be left out"),
-    "no surface": ({"surface": 3}, "surface must be a normal load law, got 3"),
-    "quantity": ({"quantities": ["loss"]}, "quantities must be of normal_load"),
-    "at rest": ({"amplitude": None, "quantities": ["backbone"]}, "got 'backbone' beside amplitude"),
-    "text": ({"quantities": "backbone"}, "must be a list of names"),
-    "samples": ({"samples": 3}, "samples must be an integer from 5"),
-    "samples alone": ({"amplitude": None, "samples": 9}, "samples must stand beside amplitude"),
-    "words": ({"std": "1 um"}, "std must be a number or an array"),
-    "rigid": ({"other_young_modulus": -np.inf}, "other_young_modulus must be"),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("case", WRONG.values(), ids=WRONG)
-def test_wrong_input_is_told(case: tuple[dict[str, Any], str]) -> None:
-    changes, message = case
-    with pytest.raises(ms.InputError) as caught:
-        ms.evaluate(**{**ONE, "amplitude": 1e-7, **changes})
-    assert message in str(caught.value)

@@ -137,23 +137,6 @@ def test_form_by_function_table_and_patch() -> None:
     assert not joint.with_form(table, 0.0).patch_gaps.any()
 
 
-@pytest.mark.parametrize(
-    ("form", "message"),
-    [
-        (lambda x, y: x[:2], "one gap .* a place, got shape"),
-        (lambda x, y: x.missing, "it failed: AttributeError"),
-        (np.zeros((3, 2)), "a table with the columns x, y and gap"),
-        (np.zeros(5), "one gap for each of the 6 patches"),
-        (np.zeros((2, 3)), "at least 4 places"),
-        (np.zeros((9, 3)), "places that differ"),
-        (lambda x, y: np.where(x > 0.0, 1e-6, np.nan), "says nothing about 2 of 6"),
-    ],
-)
-def test_forms_that_are_none(form: Any, message: str) -> None:
-    with pytest.raises(ms.InputError, match=message):
-        small_joint().with_form(form)
-
-
 def test_other_tensions() -> None:
     assert small_joint().with_tension(7e3).bolt_tension == [7e3]
 

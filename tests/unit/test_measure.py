@@ -323,13 +323,6 @@ def test_rig_stiffness_from_several_loads() -> None:
     # The contact is not quite as stiff as it is loaded: a per cent.
     assert found.value == pytest.approx(3e8, rel=0.02)
     # Stiffer than in proportion to the load.
-    x = RECORD.displacement
-    too_stiff = [
-        ms.measure(ms.Record(x, ms.Jenkins(100.0 * n**2, 0.3 * n).force(x), n))
-        for n in (500.0, 1000.0, 2000.0)
-    ]
-    with pytest.raises(ms.InputError, match="no compliance is left for the rig"):
-        rig_stiffness_of(too_stiff)
 
 
 def test_rate_independence() -> None:

@@ -252,23 +252,6 @@ def test_deep_in_loads_are_finite_or_refused(law: ms.NormalLaw, d: float) -> Non
 
 # -- what is refused when a law is made ------------------------------------------------------------
 
-MAKERS: dict[str, Callable[[Any], Any]] = {
-    "surface": lambda pair: ms.GreenwoodWilliamson(pair, ms.Gaussian(S), 1e-3, 1e8, 2e-4),
-    "population": lambda pair: ms.AsperityPopulation(pair, [0.0], 1e-3),
-    "sphere": lambda pair: ms.SphereOnFlat(pair, 1e-3),
-    "table": lambda pair: ms.TabulatedNormalLaw(pair, D, N),
-}
-
-
-@pytest.mark.parametrize("maker", MAKERS.values(), ids=MAKERS)
-@pytest.mark.parametrize("pair", [None, AL, (AL, AL), 69e9, ms.MaterialPair, "Al"], ids=repr)
-def test_pairs(maker: Callable[[Any], Any], pair: object) -> None:
-    shown = repr(pair) if len(repr(pair)) <= 60 else repr(pair)[:57] + "..."
-    assert refusal(maker, pair) == (
-        f"pair must be a MaterialPair, got {shown}; "
-        "write MaterialPair(Material(69e9, 0.33), Material(69e9, 0.33))"
-    )
-
 
 WRONG: list[tuple[object, str]] = [
     (-1e-3, "must be above zero [{unit}], got -0.001"),

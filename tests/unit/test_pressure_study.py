@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from studies import LOADS, SURFACE, SURFACES, edited
+from studies import LOADS, edited
 
 import microslip as ms
 from microslip.report.plot import Line
@@ -72,36 +72,3 @@ def test_columns_and_tightening(tmp_path: Path) -> None:
     assert joint.pressure.areas == pytest.approx([1e-5, 2e-5])
     assert joint.pressure.shares == pytest.approx([0.6, 0.4])
     assert [law.surface.tightening_load for law in joint.laws] == pytest.approx([1800.0, 1200.0])
-
-
-@pytest.mark.parametrize(
-    ("text", "says"),
-    [
-        (edited((LOADS, f'{LOADS}\npressure = {{ kind = "con" }}')), "joint.pressure.kind: wanted"),
-        (edited((LOADS, f"{LOADS}\npressure = 3")), "joint.pressure: wanted a table such as"),
-        (edited((LOADS, f"{LOADS}\npressure = {{}}")), '.pressure.kind: missing; wanted "cone"'),
-        (edited(CONE, ("7 mm", "1 mm")), "joint.pressure.inner: must be zero or more and below"),
-        (edited(CONE, ("7 mm", "9 mm")), "joint.pressure: wanted one within the area of"),
-        (edited(CONE, ("outer", "outr")), '.pressure.outr: unknown key; did you mean "outer"?'),
-        (edited(CONE, (SURFACE, SURFACES["sphere"])), "joint.pressure: wanted a surface with an"),
-        (
-            edited(CONE, ("curve =", "load_variation = { share = 0.2 }\ncurve =")),
-            "excitation.load_variation: wanted none beside joint.pressure",
-        ),
-        (bolted(""), "joint.normal_load: missing"),
-        (bolted(', preload = "1 kN", torque = "1 N m"'), "pressure.torque: wanted preload or"),
-        (bolted(', torque = "1 N m", thread_friction = 0.1'), "joint.pressure: a torque needs one"),
-        (bolted(', preload = "1 kN", hole = "4 mm"'), "joint.pressure: a bolt must fit"),
-        (
-            bolted(', preload = "1 kN"').replace("[excitation]", '[excitation]\n').replace(
-                "friction_coefficient", 'normal_load = "1 kN"\nfriction_coefficient'
-            ),
-            "joint.normal_load: wanted none beside bolts",
-        ),
-    ],
-)  # fmt: skip
-def test_what_is_refused(text: str, says: str) -> None:
-    with pytest.raises(ms.StudyError) as caught:
-        ms.Study.from_toml(text).run()
-    assert says in str(caught.value)
-    assert "\n" not in str(caught.value)

@@ -428,58 +428,6 @@ PAIR = "[{ between = %s, value = %s }]"
 KEYS = '["joint.friction_coefficient", "joint.normal_load"]'
 TWICE = KEYS.replace("normal_load", "friction_coefficient")
 OTHER = KEYS.replace("joint.normal_load", "surface.radius")
-WRONG = {
-    "negative": ({"LOAD": '{ low = "-1 N", high = "1 N" }'}, "joint.normal_load"),
-    "order": ({"LOAD": '{ low = "2 N", high = "1 N" }'}, "wanted low below high"),
-    "normal": (
-        {"LOAD": '{ mean = "2 N", cv = 0.5, distribution = "normal" }'},
-        "wanted a cv of at most 0.32 for a normal distribution, got 0.5: 0.023 of it",
-    ),
-    "distribution": (
-        {"LOAD": '{ mean = "2 N", cv = 0.1, distribution = "gamma" }'},
-        'wanted distribution "lognormal" or "normal"',
-    ),
-    "cv": ({"MU": "{ mean = 0.5, cv = 0.0 }"}, "wanted cv above 0 and at most 1"),
-    "values": ({"MU": "{ values = [0.5] }"}, "wanted two values or more in a list"),
-    "spelling": ({"MU": "{ mean = 0.5, vc = 0.1 }"}, "got a table with \"mean\" and \"vc\""),
-    "zero samples": ({"MORE": ", seed = -1"}, "uncertainty.seed"),
-    "quantiles": ({"MORE": ", quantiles = [0.0]"}, "a number in (0, 1)"),
-    "method": ({"MORE": ', method = "latin"'}, '"sobol" or "random"'),
-    "one": ({"MORE": f", correlations = {PAIR % (KEYS, '1.0')}"}, "a number in (-1, 1)"),
-    "itself": (
-        {"MORE": f", correlations = {PAIR % (TWICE, 0.5)}"},
-        "wanted the keys of two different numbers",
-    ),
-    "unknown": (
-        {"MORE": f", correlations = {PAIR % (OTHER, 0.5)}"},
-        'wanted uncertain keys (joint.friction_coefficient, joint.normal_load), got "surface',
-    ),
-    "circle": (
-        {"MU": '{ of = "joint.normal_load" }', "LOAD": '{ of = "joint.friction_coefficient" }'},
-        "joint.friction_coefficient: wanted the key of a number, got keys in a circle, "
-        "joint.friction_coefficient -> joint.normal_load -> joint.friction_coefficient",
-    ),
-    "itself followed": ({"LOAD": '{ of = "joint.normal_load" }'}, "got keys in a circle"),
-    "no such key": ({"LOAD": '{ of = "joint.load" }'}, 'of this study", got "joint.load"'),
-    "factor": ({"LOAD": '{ of = "surface.radius", factor = -1.0 }'}, "wanted a factor above zero"),
-    "other unit": ({"LOAD": '{ of = "surface.radius" }'}, "joint.normal_load: "),
-    "nothing": ({"MU": "0.5", "LOAD": '"2 N"'}, "wanted an uncertain number in the study"),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("case", WRONG.values(), ids=WRONG)
-def test_wrong_input_is_told(case: tuple[dict[str, str], str]) -> None:
-    changes, message = case
-    with pytest.raises(ms.StudyError) as caught:
-        of_product(**changes)
-    assert message in str(caught.value)
-
-
-def test_correlations_that_no_numbers_have() -> None:
-    keys = ["surface.radius", "surface.density", "joint.normal_load"]
-    pairs = [f'{{ between = ["{a}", "{b}"], value = -0.9 }}' for a in keys for b in keys if a < b]
-    with pytest.raises(ms.StudyError, match="no numbers have all of these at"):
-        ms.Study.from_toml(ROUGH + f"correlations = [{', '.join(pairs)}]\n")
 
 
 @pytest.mark.parametrize(

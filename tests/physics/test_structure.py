@@ -471,3 +471,33 @@ def test_steps_by_the_joints_that_slip_are_those_of_the_whole() -> None:
     np.testing.assert_allclose(quick.coefficients, slow.coefficients, rtol=0, atol=1e-11 * scale)
     assert quick.omega == pytest.approx(slow.omega, rel=1e-10)
     assert quick.damping == pytest.approx(slow.damping, rel=1e-10)
+
+
+def test_the_error_of_the_steps_is_told_where_faces_part() -> None:
+    """A mass bouncing on its face, beside DOP853 and the normal law itself."""
+    from scipy.integrate import solve_ivp
+
+    steel = ms.Material(200e9, 0.3)
+    surface = ms.GreenwoodWilliamson(
+        ms.MaterialPair(steel, steel), ms.Gaussian(5e-7), radius=1e-3, density=1e8, area=1e-4
+    )
+    field = ms.JointField(surface, 0.3, areas=[1e-4], loads=[200.0])
+    directions = np.eye(3)[:, [1, 2, 0]].reshape(3, 1, 3)
+    bouncing = ms.Structure(np.eye(3), np.diag([1e6, 1e7, 1e7])).attach(
+        field, directions=directions
+    )
+    rest, end, start = float(surface.separation(200.0)), 0.006, 1e-6
+
+    def rates(_: float, y: np.ndarray) -> list[float]:
+        return [y[1], float(surface.load(rest + y[0])) - 200.0 - 1e6 * y[0]]
+
+    exact = solve_ivp(
+        rates, (0.0, end), [start, 0.0], "DOP853", dense_output=True, rtol=1e-11, atol=1e-16
+    )
+    for steps in (1024, 4096):
+        time = np.linspace(0.0, end, steps + 1)
+        motion = bouncing.integrate(None, time, displacement=[start, 0.0, 0.0])
+        wanted = exact.sol(time)[0]
+        error = abs(motion.displacement[:, 0] - wanted).max() / abs(wanted).max()
+        assert 0.9 * error < motion.step_error < 4.0 * error
+        assert motion.energy_error < 0.01 * error  # which tells nothing of it

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -52,6 +54,30 @@ class Motion(LockedArrays, PlottableAtSensor):
     """Lost by the damping matrix [J]."""
     message: str
     """What came of it; where and why it stopped, and what to try."""
+    _with_steps: Callable[[int], Floats] | None = None
+
+    @cached_property
+    def step_error(self) -> float:
+        """Largest error of a displacement for the length of the steps, over the largest one [-].
+
+        By the motion in steps twice and four times as long (Richardson 1911, DOI
+        10.1098/rsta.1911.0009), of whatever order these show; solved when first asked for, which
+        takes three quarters of the time again. Unlike :attr:`energy_error` it sees what each impact
+        shifts. Where the three do not approach each other it is their difference, and no bound:
+        take shorter steps.
+        """
+        if self._with_steps is None:
+            raise InputError("step_error is not kept in a motion that was read or copied")
+        size = float(np.abs(self.displacement).max(initial=0.0))
+        if not size:
+            return 0.0
+        coarser, coarsest = self._with_steps(2), self._with_steps(4)
+        moved, before = (
+            float(np.abs(a[: len(b)] - b[: len(a)]).max()) / size
+            for a, b in ((self.displacement[::2], coarser), (coarser[::2], coarsest))
+        )
+        ratio = min(before / moved, 4.0) if moved else 4.0  # of a method of second order
+        return moved / (ratio - 1.0) if ratio > 1.5 else 2.0 * max(moved, before)
 
     @property
     def dissipated_energy(self) -> Floats:
@@ -71,7 +97,8 @@ class Motion(LockedArrays, PlottableAtSensor):
     def energy_error(self) -> float:
         """Largest gap in work = kinetic + elastic + joints + viscous, over the largest of them [-].
 
-        It is the error of the steps: of second order in their length.
+        Of second order in the length of the steps. It says that no energy is lost on the way, not
+        that the motion is right: where faces meet and part, :attr:`step_error` does.
         """
         parts = (self.kinetic_energy, self.elastic_energy, self.joint_energy, self.viscous_energy)
         largest = max(float(np.abs(part).max()) for part in (*parts, self.work))
@@ -87,6 +114,9 @@ class Motion(LockedArrays, PlottableAtSensor):
         from microslip.structures.figures import motion_figure
 
         return motion_figure(self, at)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**super().__getstate__(), "_with_steps": None}
 
     def __repr__(self) -> str:
         return f"Motion({self.time.size} times to {self.time[-1]:g} s, {self.message})"
@@ -196,7 +226,10 @@ class TimeSteps:
         size = max(self._largest, float(np.abs(aim).max(initial=0.0)), 1e-300)
         moved = np.inf
         for _ in range(_ITERATIONS):
-            short, tangent = self.try_joints(motion)
+            try:
+                short, tangent = self.try_joints(motion)
+            except InputError:  # far beyond what the law knows
+                return None
             miss = motion - aim + self._flexibility @ short
             change = np.linalg.solve(self._identity + self._flexibility @ tangent, miss)
             last, moved = moved, float(np.abs(change).max(initial=0.0))
@@ -275,9 +308,16 @@ def integrate(
     joint = _work(pull, motion) + 0.5 * float(pull[0] @ beginning)
     viscous = _work(speeds @ stepper.damping, modal)
     work = _work(forces[:reached], x) + kinetic[0] + elastic[0] + joint[0]
+
+    def with_steps(factor: int) -> Floats:
+        """Displacements in steps so many times as long."""
+        rows = slice(0, reached, factor)
+        again = model, mass, stiffness, forces[rows], times[rows], displacement, velocity, radius
+        return integrate(*again).displacement if len(times[rows]) > 1 else x[:1]
+
     return Motion(
         times[:reached], x, speed, motion, pull, work, kinetic, elastic, joint, lost, viscous,
-        message,
+        message, with_steps,
     )  # fmt: skip
 
 

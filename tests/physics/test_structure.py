@@ -501,3 +501,34 @@ def test_the_error_of_the_steps_is_told_where_faces_part() -> None:
         error = abs(motion.displacement[:, 0] - wanted).max() / abs(wanted).max()
         assert 0.9 * error < motion.step_error < 4.0 * error
         assert motion.energy_error < 0.01 * error  # which tells nothing of it
+
+
+def test_curves_tell_how_their_shape_changes_and_which_multiples_meet_modes() -> None:
+    """Two masses whose second mode lies 1 % above twice the first; MAC by its definition."""
+    mass, law = np.diag([1.0, 0.5]), ms.SegalmanIwan(5.0, 4e4, -0.3, 1.0)
+
+    def split(side: float) -> float:
+        stiffness = np.array([[1e5 + side, -side], [-side, side]])
+        stuck = stiffness + np.diag([4e4, 0.0])
+        squares = np.linalg.eigvals(np.linalg.solve(mass, stuck)).real
+        return float(np.sqrt(squares.max() / squares.min()))
+
+    low, high = 1e3, 5e4  # the ratio falls between them
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if split(middle) > 2.02 else (low, middle)
+    side = 0.5 * (low + high)
+    pair = ms.Structure(mass, [[1e5 + side, -side], [-side, side]]).attach(
+        law, directions=[1.0, 0.0]
+    )
+    curve = pair.modes(0, [1e-9, 3e-4])
+    still = pair.linear_modes().shape[:, 0]
+    wanted = [
+        abs(still @ mass @ s) ** 2 / (still @ mass @ still) / (s.conj() @ mass @ s).real
+        for s in curve.shape
+    ]
+    np.testing.assert_allclose(curve.mac, wanted, rtol=1e-9)
+    assert curve.mac[0] > 1.0 - 1e-9 > curve.mac[1]
+    (found,) = curve.near
+    assert (found.multiple, found.mode, found.amplitude) == (2, 1, 1e-9)
+    assert found.distance == pytest.approx(split(side) / 2.0 - 1.0, abs=1e-5)

@@ -623,3 +623,25 @@ def test_patches_unless_given_are_halved_where_energy_is_lost() -> None:
     sizes = np.diff(usual.joint.patch_boxes)[:, 0]
     fine = sizes < 0.7 * sizes.max()
     assert usual.modes[0].loss()[fine].sum() > 0.5
+
+
+def test_check_refuses_what_a_run_would_and_tells_what_it_takes(folder: Path) -> None:
+    data = preview(ms.Study.load(folder / "strip.toml")).data["structure"]
+    assert data["patches"] == 6
+    assert data["balances"] == 17  # the middle and 16 samples of one mode
+    assert data["reductions"] == 1
+    assert 5000 < data["degrees_of_freedom"] < 40_000
+    for change, message in (
+        (
+            'structure.sensor={at=["0.5 m","0 m","0 m"]}',
+            r"structure\.sensor: .*must lie on the bodies",
+        ),
+        (
+            "structure.modes=[40]",
+            r"structure\.modes, item 1.*: wanted a mode from 1 to 10.*, got 40",
+        ),
+    ):
+        with pytest.raises(ms.StudyError, match=message):
+            preview(ms.Study.load(folder / "strip.toml", [change]))
+    thick = ms.Study.load(folder / "strip.toml", ['structure.thickness={mean="12 mm",cv=0.05}'])
+    assert preview(thick).data["structure"]["reductions"] == 17

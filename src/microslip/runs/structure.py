@@ -27,7 +27,7 @@ from microslip.study.build import blame, build_surface
 from microslip.study.description import StudyDescription
 from microslip.study.draws import Design, at_middle, is_uncertain
 from microslip.study.modal_tests import MeasuredPart
-from microslip.study.structure import StructurePart
+from microslip.study.structure import USUAL_PATCHES, StructurePart
 from microslip.study.uncertain import Spread, value_at
 from microslip.sweeps.quantiles import quantiles
 from microslip.sweeps.ranking import ranking
@@ -44,6 +44,9 @@ _OF_LAWS = ("bolts.tension", "bolts.torque", "bolts.nut_factor", "bolts.thread_f
 """Keys of a structure that leave its reduced model as it is."""
 _SIDES = ["structure.lap", "structure.width"]
 _BASE = "structure.base_damping_ratio"
+_PER_REDUCTION, _PER_POINT = 3.0, 0.01
+"""Measured [s]: of 40 000 degrees of freedom; of an amplitude and 30 patches."""
+_TRIALS = 20  # reductions that a convergence takes
 _DENSE = 4096  # points at which bands interpolate between the samples
 
 
@@ -85,6 +88,40 @@ def run(study: StudyDescription, progress: Progress | None = None) -> StructureP
         with blame(study, "structure.measured.fit"):
             identified = _identified(middle, joint, tests)
     return StructurePrediction(part, formed, state, modes, inputs, identified, tests, convergence)
+
+
+class Cost(NamedTuple):
+    """How large the model of a study is, and what a run takes on one core of 2023."""
+
+    degrees_of_freedom: int
+    patches: int
+    balances: int
+    """Curves of modes, those of the samples included."""
+    reductions: int
+    seconds: float
+    gigabytes: float
+
+
+def cost_of(study: StudyDescription) -> Cost:
+    """The meshed structure looked over as a run does, without solving it."""
+    middle = at_middle(study)
+    part = middle.structure
+    assert part is not None  # who calls has looked
+    with blame(study, "structure"):
+        materials = {name: material.build() for name, material in study.material.items()}
+        reducer = part.reducer(materials, study.surface.materials[0])
+    with blame(study, "structure.sensor"):
+        reducer.check_sensors(part.reduction["sensors"])
+    design = Design(study) if is_uncertain(study) else None
+    count, samples, drawn_anew = reducer.elements.size, 0, False
+    if design is not None and design.changed_keys != {_BASE}:
+        samples, drawn_anew = part.samples, _scatters_model(design, part)
+    patches = int(np.prod(part.patches or USUAL_PATCHES)) * len(reducer.mesh.contacts)
+    reductions = 1 + (part.patches is None) + samples * drawn_anew + _TRIALS * part.converge
+    balances = len(part.modes) * (1 + samples)
+    each = _PER_POINT * len(part.amplitudes) * (patches / 30) ** 1.5
+    seconds = _PER_REDUCTION * (count / 4e4) ** 1.3 * reductions + each * balances
+    return Cost(count, patches, balances, reductions, seconds, 0.15 + 0.7 * count / 4e4)
 
 
 def _reduced(study: StudyDescription, patches: Floats | None = None) -> ReducedJoint:
@@ -246,16 +283,7 @@ def _samples(
     study = design.study
     part = study.structure
     assert part is not None  # who calls has looked
-    body = f"material.{study.surface.materials[0]}."
-    elastic = [f"{body}young_modulus", *(() if part.masses else ["structure.density"])]
-    scaled = [] if part.mesh else elastic
-    anew = any(
-        key.startswith(("material." if part.mesh else body, "structure."))
-        and not key.endswith(".hardness")
-        and key.removeprefix("structure.") not in _OF_LAWS
-        and key not in scaled
-        for key in design.changed_keys
-    )
+    scaled, anew = _scaling_keys(study), _scatters_model(design, part)
     scores = design.scores(design.points(part.samples, 1)[0])
     dense = design.scores(design.points(_DENSE, 1)[0])
     base = _base_damping(design, part, scores), _base_damping(design, part, dense)
@@ -288,6 +316,28 @@ def _samples(
                 samples[index, :, row] = curve.frequency, curve.damping_ratio - curve.base_damping
         progress((row + 1) / len(scores))
     return [Sampled(scores, dense, frequency, damping, base) for frequency, damping in samples]
+
+
+def _scaling_keys(study: StudyDescription) -> list[str]:
+    """Keys of which the reduced model is a multiple: a stiffness, and a mass."""
+    part = study.structure
+    if part is None or part.mesh:
+        return []
+    modulus = f"material.{study.surface.materials[0]}.young_modulus"
+    return [modulus, *(() if part.masses else ["structure.density"])]
+
+
+def _scatters_model(design: Design, part: StructurePart) -> bool:
+    """Whether each sample needs a mesh of its own."""
+    body = f"material.{design.study.surface.materials[0]}."
+    scaled = _scaling_keys(design.study)
+    return any(
+        key.startswith(("material." if part.mesh else body, "structure."))
+        and not key.endswith(".hardness")
+        and key.removeprefix("structure.") not in _OF_LAWS
+        and key not in scaled
+        for key in design.changed_keys
+    )
 
 
 def _scales(middle: StudyDescription, sample: StudyDescription, keys: list[str]) -> list[float]:

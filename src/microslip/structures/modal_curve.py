@@ -22,6 +22,20 @@ from microslip.structures.nonlinear_mode import ModeEquations, follow
 from microslip.structures.periodic_motion import AmplitudeMeasure, HarmonicBasis
 from microslip.structures.quasi_static import QuasiStatic
 
+_CLOSE = 0.02  # relative distance of a multiple of the frequency to another mode
+
+
+class Resonance(NamedTuple):
+    """A multiple of a mode's frequency close to the frequency of another mode."""
+
+    amplitude: float
+    """Where they are closest, as the curve's amplitudes."""
+    multiple: int
+    mode: int
+    """The other mode, counted from 0."""
+    distance: float
+    """The other frequency over the multiple, less one [-]."""
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ModalCurve(LockedArrays, Plottable):
@@ -49,6 +63,10 @@ class ModalCurve(LockedArrays, Plottable):
     """
     loss: Floats
     """Energy lost a cycle by each joint or node (amplitudes, joints) [J]."""
+    mac: Floats
+    """Modal assurance criterion of the shape beside that of the sticking joints [-]."""
+    near: tuple[Resonance, ...]
+    """Where a multiple of the frequency comes close to another mode, the nearest of each pair."""
     linear_frequency: float
     """Frequency of the mode whose joints stick [Hz]."""
     base_damping: float
@@ -206,6 +224,7 @@ class _Row(NamedTuple):
     omega: float
     damping: float
     shape: np.ndarray
+    """In modal coordinates, of any length."""
     loss: Floats
 
 
@@ -237,8 +256,8 @@ class ModeSolver:
                 self.basis.work(answer.force, motion).sum(axis=1)
                 for answer, motion in zip(solution.answers, motions, strict=True)
             ]
-            shape = self.model.shapes @ (q[:, 1] - 1j * q[:, 2]) / modal
-            rows.append(_Row(i, modal, omega, zeta, shape, np.concatenate([*loss, np.zeros(0)])))
+            first = (q[:, 1] - 1j * q[:, 2]) / modal
+            rows.append(_Row(i, modal, omega, zeta, first, np.concatenate([*loss, np.zeros(0)])))
         if followed.stopped_at is None:
             message = f"solved in {followed.iterations} iterations and {followed.steps} steps"
         else:
@@ -261,6 +280,20 @@ class ModeSolver:
             more_harmonics,
         )  # fmt: skip
 
+    def _resonances(self, frequency: Floats) -> tuple[Resonance, ...]:
+        """Multiples of the frequency near other modes, the joints of which stick."""
+        others = np.sqrt(self.model.squares) / (2.0 * math.pi)
+        found = []
+        for multiple in self.basis.harmonics[1:]:
+            for index in range(others.size if np.isfinite(frequency).any() else 0):
+                distance = others[index] / (multiple * frequency) - 1.0
+                place = int(np.nanargmin(abs(distance)))
+                same = multiple == 1 and index == self.index
+                if not same and abs(distance[place]) < _CLOSE:
+                    amplitude = float(self.amplitudes[place])
+                    found.append(Resonance(amplitude, multiple, index, float(distance[place])))
+        return tuple(found)
+
     def quasi_static(self) -> ModalCurve:
         """By quasi-static modal analysis."""
         joints = self._joints()
@@ -269,7 +302,7 @@ class ModeSolver:
         for i, point in enumerate(solver.curve(self.amplitudes)):
             if point is not None:
                 modal = float(np.linalg.norm(point.shape))
-                shape = self.model.shapes @ point.shape / modal
+                shape = point.shape / modal
                 omega, damping = math.sqrt(point.square), solver.damping(point)
                 rows.append(_Row(i, modal, omega, damping, shape, point.loss))
         message = f"solved in {solver.iterations} iterations"
@@ -300,14 +333,15 @@ class ModeSolver:
         more_harmonics: Callable[[], Floats] | None = None,
     ) -> ModalCurve:
         count = self.amplitudes.size
-        modal, frequency, damping = np.full((3, count), np.nan)
+        modal, frequency, damping, mac = np.full((4, count), np.nan)
         shape = np.full((count, self.model.shapes.shape[0]), np.nan, dtype=complex)
         loss = np.full((count, sum(g.stuck.shape[0] for g in joints.groups)), np.nan)
         for row in rows:
             i = row.place
             modal[i], frequency[i] = row.modal_amplitude, row.omega / (2 * math.pi)
             damping[i] = row.damping + self.base_damping
-            shape[i], loss[i] = row.shape, row.loss
+            shape[i], loss[i] = self.model.shapes @ row.shape, row.loss
+            mac[i] = abs(row.shape[self.index]) ** 2 / float(np.sum(abs(row.shape) ** 2))
         return ModalCurve(
             method=method,
             index=self.index,
@@ -317,6 +351,8 @@ class ModeSolver:
             damping_ratio=damping,
             shape=shape,
             loss=loss,
+            mac=mac,
+            near=self._resonances(frequency),
             linear_frequency=math.sqrt(float(self.model.squares[self.index])) / (2.0 * math.pi),
             base_damping=self.base_damping,
             converged=np.isfinite(frequency),

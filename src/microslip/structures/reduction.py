@@ -74,6 +74,10 @@ class Reducer:
     def _body(self) -> FreeBody:
         return FreeBody(self.elements, self._masses)
 
+    def check_sensors(self, sensors: Mapping[str, Any] | None) -> None:
+        """Refuse sensors that do not lie on the bodies, before anything is solved."""
+        _sensors(self.elements, sensors)
+
     @single_threaded
     def reduce(
         self,

@@ -25,7 +25,7 @@ FITTED = ("friction_coefficient", "tension", "form", "base_damping_ratio")
 
 _COLUMNS = ("amplitude", "frequency", "damping_ratio")
 MOST_MODES = 10
-MODE = whole_number(1, MOST_MODES, "1", noun="a mode counted from 1")
+MODE = whole_number(1, MOST_MODES, "1", noun=f"a mode from 1 to {MOST_MODES}")
 _HERTZ = quantity(FREQUENCY, "150 Hz")
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from microslip._core.quantities import UNITS
 from microslip._version import __version__
 from microslip.report.cells import si
-from microslip.report.document import Column, Document, Items, Section, Table
+from microslip.report.document import Column, Document, Facts, Items, Section, Table
 from microslip.results.predicted.numbers import (
     files,
     joint_entry,
@@ -19,6 +19,7 @@ from microslip.results.predicted.numbers import (
 )
 from microslip.results.predicted.tables import rest_section, validity
 from microslip.runs.predict import DEFAULT_AMPLITUDES, DEFAULT_POINTS, Defaults
+from microslip.runs.structure import Cost, cost_of
 from microslip.study.build import build_joints, check_loads
 from microslip.study.description import StudyDescription
 from microslip.study.part import Part
@@ -58,8 +59,12 @@ def preview(study: StudyDescription) -> Document:
         "units": dict(UNITS),
         "files": list(files(study)),
     }
+    cost = None if study.structure is None else cost_of(study)
+    if cost is not None:
+        data["structure"] = cost._asdict()
     law = (study.joint if study.surface is None else study.surface).law
     sections = [
+        *(() if cost is None else [Section("Structure", (_size(cost),))]),
         Section("Quantities", (_quantity_table(data["quantities"]),)),
         rest_section(data["joints"], law),
         Section("Validity", (validity(study, joints),)),
@@ -69,6 +74,21 @@ def preview(study: StudyDescription) -> Document:
     return Document(
         KIND, study.title or "Joint", "", tuple(sections), data, tuple(data["questions"])
     )
+
+
+def _size(cost: Cost) -> Facts:
+    """How large a structure is, and what it takes."""
+    minutes = cost.seconds / 60.0
+    duration = f"{cost.seconds:.0f} s" if minutes < 2.0 else f"{minutes:.0f} min"
+    rows = (
+        ("Finite elements", f"{cost.degrees_of_freedom} degrees of freedom"),
+        ("Patches", str(cost.patches)),
+        ("Reductions", str(cost.reductions)),
+        ("Curves of modes", str(cost.balances)),
+        ("Time on one core, about", duration),
+        ("Memory, about", f"{cost.gigabytes:.1f} GB"),
+    )
+    return Facts("Size", rows)
 
 
 def next_step(document: Document) -> str:

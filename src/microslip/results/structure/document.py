@@ -34,6 +34,7 @@ from microslip.results.structure.pictures import (
 )
 from microslip.runs.structure_prediction import Bands, Mode, StructurePrediction
 from microslip.structures import Convergence, ModalCurve, ModalIdentification, ModalTest
+from microslip.structures.modal_curve import Resonance
 from microslip.study.structure import AMPLITUDES
 
 _PATCH = ("x", "y", "area", "gap", "normal_load")
@@ -210,6 +211,11 @@ def _mode_numbers(mode: Mode) -> dict[str, Any]:
         "message": mode.curve.message,
         **{column.key: plain(curves[column.key]) for column in _COLUMNS[:4]},
         "loss_share": plain(mode.loss()),
+        "mac": plain(mode.curve.mac),
+        "near_resonances": [
+            {"mode": r.mode + 1, "multiple": r.multiple, "distance": r.distance}
+            for r in mode.curve.near
+        ],
     }
     if bands is not None:
         result["modal_frequency_bands"] = plain(bands.frequency)
@@ -274,7 +280,23 @@ def _remark(prediction: StructurePrediction) -> str:
     error = max(float(np.nanmax(abs(m.curve.harmonic_error))) for m in prediction.modes)
     harmonics = ", ".join(map(str, prediction.part.harmonics))
     text += f" Harmonics beyond {harmonics} would change the joint's damping by {error:.1%}."
-    return " ".join([text, *(_bands_remark(m) for m in prediction.modes)])
+    shapes = min(float(np.nanmin(m.curve.mac)) for m in prediction.modes)
+    if shapes < _SAME_SHAPE:
+        text += f" Shapes change: their MAC with those of sticking joints falls to {shapes:.3f}."
+    near = (_resonance(mode, other) for mode in prediction.modes for other in mode.curve.near)
+    return " ".join([text, *near, *(_bands_remark(m) for m in prediction.modes)])
+
+
+_SAME_SHAPE = 0.99
+
+
+def _resonance(mode: Mode, other: Resonance) -> str:
+    """A mode that may be drawn in, in words."""
+    times = "the frequency" if other.multiple == 1 else f"{other.multiple} times the frequency"
+    return (
+        f"Mode {other.mode + 1} lies {other.distance:+.1%} beside {times} of mode {mode.number}: "
+        "where the joint couples them they answer together, and one mode alone does not tell it."
+    )
 
 
 def _bands_remark(mode: Mode) -> str:

@@ -119,8 +119,8 @@ def cost_of(study: StudyDescription) -> Cost:
     patches = int(np.prod(part.patches or USUAL_PATCHES)) * len(reducer.mesh.contacts)
     reductions = 1 + (part.patches is None) + samples * drawn_anew + _TRIALS * part.converge
     balances = len(part.modes) * (1 + samples)
-    each = _PER_POINT * len(part.amplitudes) * (patches / 30) ** 1.5
-    seconds = _PER_REDUCTION * (count / 4e4) ** 1.3 * reductions + each * balances
+    per_curve = _PER_POINT * len(part.amplitudes) * (patches / 30) ** 1.5
+    seconds = _PER_REDUCTION * (count / 4e4) ** 1.3 * reductions + per_curve * balances
     return Cost(count, patches, balances, reductions, seconds, 0.15 + 0.7 * count / 4e4)
 
 

@@ -282,14 +282,14 @@ class ModeSolver:
 
     def _resonances(self, frequency: Floats) -> tuple[Resonance, ...]:
         """Multiples of the frequency near other modes, the joints of which stick."""
-        others = np.sqrt(self.model.squares) / (2.0 * math.pi)
+        stuck = np.sqrt(self.model.squares) / (2.0 * math.pi)
         found = []
         for multiple in self.basis.harmonics[1:]:
-            for index in range(others.size if np.isfinite(frequency).any() else 0):
-                distance = others[index] / (multiple * frequency) - 1.0
+            for index in range(stuck.size if np.isfinite(frequency).any() else 0):
+                distance = stuck[index] / (multiple * frequency) - 1.0
                 place = int(np.nanargmin(abs(distance)))
-                same = multiple == 1 and index == self.index
-                if not same and abs(distance[place]) < _CLOSE:
+                itself = multiple == 1 and index == self.index
+                if not itself and abs(distance[place]) < _CLOSE:
                     amplitude = float(self.amplitudes[place])
                     found.append(Resonance(amplitude, multiple, index, float(distance[place])))
         return tuple(found)

@@ -312,8 +312,17 @@ def integrate(
     def with_steps(factor: int) -> Floats:
         """Displacements in steps so many times as long."""
         rows = slice(0, reached, factor)
-        again = model, mass, stiffness, forces[rows], times[rows], displacement, velocity, radius
-        return integrate(*again).displacement if len(times[rows]) > 1 else x[:1]
+        arguments = (
+            model,
+            mass,
+            stiffness,
+            forces[rows],
+            times[rows],
+            displacement,
+            velocity,
+            radius,
+        )
+        return integrate(*arguments).displacement if len(times[rows]) > 1 else x[:1]
 
     return Motion(
         times[:reached], x, speed, motion, pull, work, kinetic, elastic, joint, lost, viscous,

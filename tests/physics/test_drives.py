@@ -43,7 +43,7 @@ def record(seed: int, amplitude: float, cut: float, noise: float) -> ms.Record:
 
 
 @pytest.mark.parametrize("cut", [0.0, 0.3])
-@pytest.mark.parametrize("noise", [0.004, 0.01])
+@pytest.mark.parametrize("noise", [0.001, 0.004, 0.01])
 def test_the_law_answers(cut: float, noise: float) -> None:
     held = 0
     for seed in range(4):
@@ -54,7 +54,7 @@ def test_the_law_answers(cut: float, noise: float) -> None:
             records, "sphere", rig_stiffness="rigid", held_back=0.0, intervals="curvature"
         )
         bins = sum(fold(one).phase.size for one in records)
-        assert fit.chi_squared / bins < 1.3
+        assert fit.chi_squared / bins < (1.7 if noise < 0.002 else 1.3)  # corners are cut a little
         truths = {"friction_coefficient": FRICTION, "slip_limit": SLIP}
         for name, truth in truths.items():
             number = fit.parameters[name]

@@ -91,3 +91,26 @@ def test_what_may_be_chosen_is_what_there_is() -> None:
     assert (*nuisances.EFFECTS, nuisances.PLAY) == options.NUISANCES
     assert tuple(fit._LOSS_WEIGHTS) == options.LOSSES
     assert set(options.LAWS) <= {model.name for model in MODELS}
+
+
+def test_the_number_of_summits_of_a_surface_or_a_density_counts() -> None:
+    """Without it numbers are apparent; where a surface or a density tells it chance is in them."""
+    pair = ms.MaterialPair(ms.Material(69e9, 0.33), ms.Material(69e9, 0.33))
+    surface = ms.GreenwoodWilliamson(pair, ms.Gaussian(5e-7), 1e-3, 1e8, 2e-4)
+    joint = ms.Interface(surface, 0.55, normal_load=2000.0)
+    rig = ms.VirtualTribometer(joint, noise=0.003, seed=2)
+    records = [rig.record(amplitude=a, frequency=10.0, cycles=8) for a in (1e-6, 5e-6)]
+    keywords = {"rig_stiffness": None, "held_back": 0, "intervals": "curvature"}
+    unknown = ms.identify(records, pair=pair, area=2e-4, **keywords)
+    assert unknown.parameters["slip_scale"].verdict == "apparent"
+    stated = ms.identify(records, joint, summits=2e4, **keywords)
+    found = ms.identify(records, joint, **keywords)
+    assert found.parameters["slip_scale"].low == stated.parameters["slip_scale"].low
+    assert any("that of the surface given, 2e+04" in note for note in found.notes)
+    by_density = ms.identify(
+        records, pair=pair, area=2e-4, known={"density": (1e8, 1e6)}, **keywords
+    )
+    assert any("the density given and the area, 2e+04" in note for note in by_density.notes)
+    assert by_density.parameters["slip_scale"].verdict != "apparent"
+    again = ms.identify(records, joint, summits="unknown", **keywords)
+    assert again.parameters["slip_scale"].verdict == "apparent"

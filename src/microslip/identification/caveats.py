@@ -195,6 +195,10 @@ TABLE: Mapping[str, Row] = {
         "give the number of all summits, infinity for a continuum",
         APPARENT,
     ),
+    "summits taken": Row(
+        "the number of all summits, whose heights are random, is that of {source}, {count}: what "
+        "chance does is in the intervals; `summits=inf` takes heights for a continuum"
+    ),
     "no play": Row("no play between joint and transducer shows in the loops"),
     "play": Row("play of {play:3 m} ± {error:3 m} between joint and transducer is taken off"),
     "noisy load": Row(

@@ -39,6 +39,8 @@ from microslip.tribometer.record import Record
 _MOST_FORCES = 1 << 15
 _LEAST_CONFIDENCE = 1e-3
 _MOST_DELAYS = 10
+UNKNOWN = "unknown"
+"""Of a number of summits that nobody knows."""
 INTERVALS = ("profile", "curvature")
 _IN_TIME, _LATEST = 1e-5, 1.0  # rad
 _CERTAIN, _ALIKE = 5.0, 0.2  # standard deviations; correlation of force and displacement
@@ -64,7 +66,7 @@ def identify(
     loss: str = "linear",
     contact_area: tuple[float, float, float] | None = None,
     known: Mapping[str, tuple[float, float]] | None = None,
-    summits: float | None = None,
+    summits: float | str | None = None,
     nuisances: Sequence[str] | None = None,
     cycles: slice | None = None,
     noise: tuple[float, float] | None = None,
@@ -117,8 +119,10 @@ def identify(
     summits : float, optional
         Number of all summits under the apparent area [-]: as their heights are random, the tail
         that is in contact is not that of the distribution, and loops tell the heights, and with
-        them the rig, less well. Without it they are found as if heights were a continuum and are
-        apparent; infinity says that heights are one, such as those of a virtual joint.
+        them the rig, less well. Without it that of the surface that was given counts, or of a
+        known density and ``area``; without these, or with "unknown", they are found as if heights
+        were a continuum and are apparent; infinity says that heights are one, such as those of a
+        virtual joint.
     nuisances : sequence of str, optional
         Forces beside the law whose sizes are free in each record: "parallel" (a spring beside the
         joint), "viscous", "inertia" (a mass behind the force sensor; of a sine it is the same as
@@ -161,6 +165,7 @@ def identify(
     of the profile likelihood, widened by the root of the reduced chi-squared where that exceeds 1
     significantly, or by the scatter of whole cycles (Huber's sandwich) where that is larger.
     """
+    stated = locals().copy()
     report = _reporter(progress)
     level = _checked_share("confidence", confidence)
     if level < _LEAST_CONFIDENCE:
@@ -199,6 +204,7 @@ def identify(
     coordinates = [*coordinates, *stiffnesses]
     if soft := rig_contradiction(coordinates, places, loops, FAR_SOFTER):
         raise InputError(soft.words())
+    count_of_summits = _checked_summits(summits, model, known, area, notes)
     summit_coordinate, known = summit_prior(contact_area, known, model, pair)
     parameter_choice.checked_area(summit_coordinate, area)
     if summit_coordinate is not None:
@@ -207,7 +213,6 @@ def identify(
 
     effect_names = checked_effects(nuisances)
     effects = tuple(name for name in effect_names if name != PLAY)
-    count_of_summits = _checked_summits(summits, model, notes)
     problem = Problem(
         folded,
         model,
@@ -262,6 +267,9 @@ def identify(
         *(problem, answer, quantities, level, freedom, count, predicted, pair, area, notes),
         *(list(known or ()), loss),
     )
+    if not result.converged and any(note.kind == "summits taken" for note in notes):
+        # A number that nobody stated keeps no fit from its end; then the numbers are apparent.
+        return identify(**{**stated, "summits": UNKNOWN})
     if intervals == "curvature" or not isinstance(model, InterfaceModel):
         return result
     law_names = set(model.names)
@@ -363,10 +371,20 @@ def _area_of(area: Any, model: Model, surface: Any) -> float | None:
     return model.area or getattr(surface, "area", None)
 
 
-def _checked_summits(count: Any, model: Model, notes: list[Caveat]) -> float | None:
-    """How many summits there are, where the law has a distribution of their heights."""
+def _checked_summits(
+    count: Any,
+    model: Model,
+    known: Mapping[str, Any] | None,
+    area: float | None,
+    notes: list[Caveat],
+) -> float | None:
+    """How many summits there are, where the law has a distribution of their heights.
+
+    As stated, else as the surface that was given or a density known from elsewhere has it.
+    """
     if isinstance(count, float) and count == math.inf:
         return None
+    is_unknown = isinstance(count, str) and count == UNKNOWN
     template = getattr(model, "template", None)
     if template is None or not isinstance(template.law, GreenwoodWilliamson):
         if count is not None:
@@ -375,12 +393,18 @@ def _checked_summits(count: Any, model: Model, notes: list[Caveat]) -> float | N
                 "laws have no summits by chance"
             )
         return None
-    if count is not None:
+    if count is not None and not is_unknown:
         return positive("summits", count, "", 2e4)
-    law = getattr(model, "law", None)
-    number = "..." if law is None else round(law.surface.density * law.surface.area)
-    notes.append(Caveat("continuum", {"count": number}))
-    return None
+    law, density = getattr(model, "law", None), (known or {}).get("density")
+    found = None if law is None else law.surface.density * law.surface.area
+    if density is not None and area is not None:
+        found = area * (density.value if hasattr(density, "value") else density[0])
+    if found is None or is_unknown:
+        notes.append(Caveat("continuum", {"count": "..."}))
+        return None
+    source = "the surface given" if density is None else "the density given and the area"
+    notes.append(Caveat("summits taken", {"count": f"{found:.4g}", "source": source}))
+    return positive("summits", found, "", 2e4)
 
 
 def _checked_delay(delay: Any, folded: Sequence[Folded]) -> tuple[bool, list[float]]:

@@ -28,7 +28,7 @@ from microslip.errors import InputError
 from microslip.readers.files import POINTS, Unusable, allowed_points, decoded, first_line, limited
 
 _BYTES_A_POINT: Final = 16  # as read, and as written for the parent
-_BESIDE: Final = 1 << 27  # beside the numbers, and what the child had before
+_BESIDE: Final = 1 << 28  # beside the numbers, and what the child had before
 _UNKNOWN: Final = 1 << 30  # address space of Python with libraries, where nothing tells it
 _SECONDS: Final = 10.0
 _PATIENCE: Final = 10  # seconds for one of computing, on a machine that has other things to do

@@ -16,6 +16,7 @@ from microslip._core.wording import shorten, show
 from microslip.errors import InputError, in_python
 from microslip.readers.files import POINTS, reading
 from microslip.scans.checks import absurd, exact_zeros, height_array, pixel_of, repeated, spikes
+from microslip.scans.faults import faults
 from microslip.scans.heights_in_files import RawHeights, Wishes, read_heights
 
 SUSPECT = "suspect"
@@ -107,6 +108,7 @@ def _understood(raw: RawHeights, path: Path, wishes: Wishes) -> Understood:
         )
         notes.append(Remark(SUSPECT, words))
     notes += [Remark(UNIT_QUESTION, question) for question in absurd(heights, pixel)]
+    notes += faults(heights)
     return Understood(heights, pixel, name, (first, *raw.notes, *notes))
 
 

@@ -12,9 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from microslip._core.checks import Floats
-from microslip.structures.joint_groups import HarmonicForces
 from microslip.structures.modal_model import ModalJoints, ModalModel
-from microslip.structures.periodic_motion import HarmonicBasis
+from microslip.structures.periodic_motion import HarmonicBasis, HarmonicForces
 
 
 @dataclass(frozen=True, eq=False)

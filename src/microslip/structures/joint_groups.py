@@ -12,31 +12,15 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from microslip._core.checks import Floats
 from microslip.errors import InputError
 from microslip.friction import BackboneLaw, JointField
-from microslip.structures.periodic_motion import HarmonicBasis
-
-
-class HarmonicForces(NamedTuple):
-    """Fourier coefficients of forces and their derivatives by those of the displacements."""
-
-    force: Floats
-    """(joints, coordinates, size)."""
-    jacobian: Floats
-    """(joints, coordinates, size, coordinates, size)."""
-
-    def beyond(self, stuck: Floats) -> Floats:
-        """The Jacobian beyond that of sticking joints."""
-        blocks = self.jacobian.copy()
-        coordinate, k = np.ogrid[: stuck.shape[1], : blocks.shape[2]]
-        blocks[:, coordinate, k, coordinate, k] -= stuck[:, :, None]
-        return blocks
-
+from microslip.structures.geometry import GeometryAttachment, GeometryGroup, GeometryStates
+from microslip.structures.periodic_motion import HarmonicBasis, HarmonicForces
 
 # -- a law along directions ------------------------------------------------------------------------
 
@@ -291,11 +275,11 @@ def _unit(line: Floats) -> Floats:
     return np.where(moves[:, None], line / safe, np.array([1.0, 0.0]))
 
 
-# -- either of them --------------------------------------------------------------------------------
+# -- any of them --------------------------------------------------------------------------------
 
-Attachment = LawAttachment | FieldAttachment
-JointGroup = LawGroup | FieldGroup
-JointState = LawStates | FieldState
+Attachment = LawAttachment | FieldAttachment | GeometryAttachment
+JointGroup = LawGroup | FieldGroup | GeometryGroup
+JointState = LawStates | FieldState | GeometryStates
 
 
 def all_columns(attachments: Sequence[Attachment], size: int) -> Floats:

@@ -15,7 +15,7 @@ import numpy as np
 
 from microslip._core.checks import Floats
 from microslip.structures.balance import Balance
-from microslip.structures.joint_groups import HarmonicForces
+from microslip.structures.periodic_motion import HarmonicForces
 
 _STUCK = 1e-13  # of the stiffness at rest: tangents that differ by less are those of sticking
 _NEAR = 0.05  # of the larger square of frequencies: compliances beyond are solved for, not inverted

@@ -11,9 +11,8 @@ import numpy as np
 
 from microslip._core.checks import Floats
 from microslip.structures.balance import Balance
-from microslip.structures.joint_groups import HarmonicForces
 from microslip.structures.newton_steps import ModePoint, ModeResidual, ModeStep
-from microslip.structures.periodic_motion import AmplitudeMeasure
+from microslip.structures.periodic_motion import AmplitudeMeasure, HarmonicForces
 
 LARGEST_DIRECT = 900
 """Unknowns up to which the equations are solved by elimination, beyond by GMRES."""

@@ -10,7 +10,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -85,6 +85,22 @@ def harmonic_basis(harmonics: Sequence[int], samples: Any) -> HarmonicBasis:
             f"got {samples}"
         )
     return HarmonicBasis(tuple(sorted({0, *orders})), samples)
+
+
+class HarmonicForces(NamedTuple):
+    """Fourier coefficients of forces and their derivatives by those of the displacements."""
+
+    force: Floats
+    """(joints, coordinates, size)."""
+    jacobian: Floats
+    """(joints, coordinates, size, coordinates, size)."""
+
+    def beyond(self, stuck: Floats) -> Floats:
+        """The Jacobian beyond that of sticking joints."""
+        blocks = self.jacobian.copy()
+        coordinate, k = np.ogrid[: stuck.shape[1], : blocks.shape[2]]
+        blocks[:, coordinate, k, coordinate, k] -= stuck[:, :, None]
+        return blocks
 
 
 Quantity = Literal["displacement", "velocity", "acceleration"]

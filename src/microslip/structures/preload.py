@@ -19,6 +19,8 @@ from microslip.numerics.threads import single_threaded
 from microslip.structures.base_motion import AtRest, BaseMotion, Frame, base_motion
 from microslip.structures.base_response import BaseResponse, ControlOf, base_response
 from microslip.structures.forced import ForcedResponse, forced_response
+from microslip.structures.geometry import HARMONICS as GEOMETRY_HARMONICS
+from microslip.structures.geometry import GeometryAttachment
 from microslip.structures.joint_groups import Attachment, FieldAttachment
 from microslip.structures.matrices import linear_modes
 from microslip.structures.modal_curve import ModalCurve, ModeSolver
@@ -159,7 +161,7 @@ class Preload:
         index: int,
         amplitudes: ArrayLike,
         *,
-        harmonics: Sequence[int] = HARMONICS,
+        harmonics: Sequence[int] | None = None,
         method: Method = "harmonic-balance",
         samples: int = 64,
         at: ArrayLike | None = None,
@@ -176,7 +178,8 @@ class Preload:
             One-dimensional, above zero, of the fundamental harmonic: modal ones a = sqrt(x1^H M x1)
             [m kg^(1/2)], or what a sensor shows.
         harmonics : sequence of int, optional
-            Harmonics of the motion; its mean is always among them. The second counts where faces
+            Harmonics of the motion; its mean is always among them. (0, 1, 2, 3) unless given, with
+            a geometry to 5. The second counts where faces
             part; :attr:`ModalCurve.harmonic_error` tells what those beyond the set would change.
         method : {"harmonic-balance", "quasi-static"}, optional
             The reference, or the quick look. The curve tells their difference.
@@ -205,7 +208,7 @@ class Preload:
         if method not in get_args(Method):
             raise InputError(f"method must be {quoted(get_args(Method))}, got {show(method)}")
         a = checked_amplitudes(amplitudes)
-        basis = harmonic_basis(harmonics, samples)
+        basis = harmonic_basis(self._orders(harmonics), samples)
         base = number("damping_ratio", damping_ratio, example=0.001)
         if not 0.0 <= base < 1.0:
             raise InputError(f"damping_ratio must be from 0 to below 1, got {exact(base)}")
@@ -215,7 +218,23 @@ class Preload:
         measure = amplitude_measure(at, quantity, model.shapes, index)
 
         solver = ModeSolver(model, index, a, measure, basis, base)
-        return solver.balanced() if method == "harmonic-balance" else solver.quasi_static()
+        curve = solver.balanced() if method == "harmonic-balance" else solver.quasi_static()
+        self._check_reach(curve.shape.real * curve.modal_amplitude[:, None])
+        return curve
+
+    def _orders(self, harmonics: Sequence[int] | None) -> Sequence[int]:
+        """Harmonics that were asked for, or those that the joints and the geometry need."""
+        if harmonics is not None:
+            return harmonics
+        bends = any(isinstance(a, GeometryAttachment) for a in self.attachments)
+        return GEOMETRY_HARMONICS if bends else HARMONICS
+
+    def _check_reach(self, motion: Floats) -> None:
+        """Refuse motions beyond what a geometry was told by."""
+        for attachment in self.attachments:
+            if isinstance(attachment, GeometryAttachment):
+                attachment.check_reach(self.displacement)
+                attachment.check_reach(motion)
 
     @single_threaded
     def forced_response(
@@ -223,7 +242,7 @@ class Preload:
         force: ArrayLike,
         frequencies: ArrayLike,
         *,
-        harmonics: Sequence[int] = HARMONICS,
+        harmonics: Sequence[int] | None = None,
         samples: int = 64,
     ) -> ForcedResponse:
         """Periodic motions under a harmonic force, along a range of frequencies.
@@ -250,7 +269,10 @@ class Preload:
         of the joints and of C. A curve of :meth:`modes` gives the response near one resonance in
         closed form.
         """
-        return forced_response(self._elastic, force, frequencies, harmonics, samples)
+        orders = self._orders(harmonics)
+        response = forced_response(self._elastic, force, frequencies, orders, samples)
+        self._check_reach(np.abs(response.displacement).sum(axis=2))
+        return response
 
     # -- on a moving base -------------------------------------------------------------------------
 
@@ -280,7 +302,7 @@ class Preload:
         supports: Sequence[int] | None = None,
         damping_frame: Frame | None = None,
         joints_on_base: bool = False,
-        harmonics: Sequence[int] = HARMONICS,
+        harmonics: Sequence[int] | None = None,
         samples: int = 64,
     ) -> BaseResponse:
         """Periodic motions on a shaker table, or on several supports, along frequencies.
@@ -329,7 +351,15 @@ class Preload:
         """
         base = self._base(directions, supports, damping_frame, joints_on_base)
         return base_response(
-            base, acceleration, frequencies, control, at, level, quantity, harmonics, samples
+            base,
+            acceleration,
+            frequencies,
+            control,
+            at,
+            level,
+            quantity,
+            self._orders(harmonics),
+            samples,
         )
 
     @single_threaded
@@ -344,7 +374,7 @@ class Preload:
         damping_frame: Frame | None = None,
         joints_on_base: bool = False,
         damping_ratio: float = 0.0,
-        harmonics: Sequence[int] = HARMONICS,
+        harmonics: Sequence[int] | None = None,
         samples: int = 64,
     ) -> RandomResponse:
         """Stationary motion on a base that moves at random.
@@ -387,7 +417,7 @@ class Preload:
             raise InputError(f"method must be {words}, got {show(method)}")
         if (method or ("modes" if fields else "joints")) == "joints":
             return by_joints(base, psd)
-        basis = harmonic_basis(harmonics, samples)
+        basis = harmonic_basis(self._orders(harmonics), samples)
         share = number("damping_ratio", damping_ratio, example=0.001)
 
         def curve(index: int, amplitudes: Floats) -> ModalCurve:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -11,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import floats, show
+from microslip._core.checks import Floats, floats, show
 from microslip._core.frozen import assign
 from microslip._core.verdicts import Rule, Verdict
 from microslip.errors import InputError
@@ -20,6 +21,7 @@ from microslip.numerics.threads import single_threaded
 from microslip.readers.files import POINTS
 from microslip.structures.base_response import BaseResponse
 from microslip.structures.forced import ForcedResponse
+from microslip.structures.geometry import geometry
 from microslip.structures.joint_groups import (
     Attachment,
     FieldAttachment,
@@ -163,10 +165,58 @@ class Structure:
                 "joint must be a backbone law, such as ms.Interface(surface, 0.5, "
                 f"normal_load=2000.0), or a JointField, got {show(joint)}"
             )
+        return self._with(attachment)
+
+    def _with(self, attachment: Attachment) -> Structure:
         extended = object.__new__(Structure)  # the matrices are checked
         assign(extended, mass=self.mass, stiffness=self.stiffness, damping=self.damping)
         assign(extended, attachments=(*self.attachments, attachment))
         return extended
+
+    def with_geometry(
+        self,
+        coordinates: Any,
+        *,
+        cubic: ArrayLike | None = None,
+        quartic: ArrayLike | None = None,
+        cases: Any = None,
+        force: Callable[[Floats], ArrayLike] | None = None,
+        reach: ArrayLike | None = None,
+    ) -> Structure:
+        """The structure with a stiffness that depends on how far it bends: thin, curved panels.
+
+        Parameters
+        ----------
+        coordinates : array_like
+            P, of shape (n,) or (n, p): the coordinates are z = P^T x, six at most.
+        cubic, quartic : array_like, optional
+            V3 of shape (p, p, p) and V4 of shape (p, p, p, p), symmetric in all indices, of the
+            potential V = V3 z z z + V4 z z z z [J]: the forces are 3 V3 z z + 4 V4 z z z.
+        cases : pair of array_like, optional
+            Coordinates z and forces of static solutions, both of shape (cases, p), the linear part
+            of the forces included: of all of it one potential is fitted, whose second order is
+            dropped, since the stiffness matrix holds it.
+        force : callable, optional
+            The forces (p,) for coordinates (p,), linear part included or not; it is asked up to
+            ``reach``.
+        reach : array_like, optional
+            Largest size of each coordinate, (p,) or one number; of ``cases`` their largest. Motions
+            beyond it are refused.
+
+        Returns
+        -------
+        Structure
+            A new one, whose motions take the harmonics to 5 unless told otherwise. Its potential
+            comes as a row of springs, which lose nothing: they stand last in ``loss``.
+
+        Notes
+        -----
+        The rest of the structure is to be condensed for each case: impose z, let all else be free.
+        On reduced models of thin structures: Mignolet et al. (2013),
+        DOI 10.1016/j.jsv.2012.10.017.
+        """
+        columns = direction_matrix("coordinates", coordinates, self.size)
+        return self._with(geometry(columns, cubic, quartic, cases, force, reach))
 
     @cached_property
     def verdicts(self) -> tuple[Verdict, ...]:

@@ -39,7 +39,7 @@ try() {  # NAME TESTS PACKAGES...
 for host in $hosts; do
     case $host in
     opensees) try opensees tests/physics/test_hosts_opensees.py "openseespy==3.5.1.12" ;;  # Python 3.11
-    fmu) try fmu tests/physics/test_hosts_fmu.py "fmpy>=0.3.20" ;;
+    fmu) try fmu tests/physics/test_hosts_fmu.py "fmpy>=0.3.20" ziglang ;;
     nastran) try nastran "tests/physics/test_hosts_syntax.py -k nastran" "pyNastran>=1.4" ;;
     lsdyna) try lsdyna "tests/physics/test_hosts_syntax.py -k lsdyna" "ansys-dyna-core>=0.12" ;;
     pyharm) try pyharm tests/physics/test_hosts_pyharm.py "pyHarm-os>=1.2,<1.3" ;;

@@ -153,3 +153,16 @@ def test_state_can_be_kept_serialised_and_differentiated(unit):
     slave.freeFMUState(again)
     slave.terminate()
     slave.freeInstance()
+
+
+def test_zig_makes_it_for_other_machines(unit):
+    pytest.importorskip("ziglang", reason="ziglang is not installed; make hosts runs this")
+    folder = Path(unit[2]) / "binaries"
+    begins = {
+        path.parent.name: path.read_bytes()[:4]
+        for path in folder.glob("*/joint.*")
+        if path.is_file()
+    }
+    assert begins["linux64"] == b"\x7fELF"
+    assert begins["win64"][:2] == b"MZ"
+    assert begins["darwin64"] == b"\xcf\xfa\xed\xfe"

@@ -139,6 +139,12 @@ def test_friction_of_tmdsimpy_begins_where_a_system_was_preloaded(force_of_tmdsi
     there = force.aft(U, 1.0, np.array([0, 1]))[0]
     assert abs(there[0]) < 1e-9, "about its mean it has no mean force"
     force.set_aft_initialize(np.array([1e-7, 0.0]))
+    force.set_prestress_mu()
+    held, slope = force.force(np.array([1e-7, 0.0]))
+    assert not held.any(), "no friction while it is preloaded"
+    assert not slope.any()
+    force.reset_real_mu()
+    assert force.force(np.array([1e-7, 0.0]))[0][0] == pytest.approx(JOINT.backbone(1e-7))
     moved = force.aft(U, 1.0, np.array([0, 1]))[0]
     wanted = JOINT.harmonics(np.array([3e-7, 2e-7, 0.0]), [0, 1], 1e-7).force
     np.testing.assert_allclose(moved[::2], wanted, rtol=1e-12, atol=1e-9)

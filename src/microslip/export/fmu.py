@@ -11,6 +11,7 @@ import tempfile
 import uuid
 import zipfile
 from html import escape
+from importlib.util import find_spec
 from io import BytesIO
 from pathlib import Path
 
@@ -20,15 +21,15 @@ from microslip.export.c_source import comment, declarations, definitions, filled
 from microslip.export.request import Accuracy, Order
 
 _EPOCH = (1980, 1, 1, 0, 0, 0)  # of a zip: equal joints give equal files
-_PLATFORMS = {
-    ("linux", 64): ("linux64", ".so"),
-    ("darwin", 64): ("darwin64", ".dylib"),
-    ("win32", 64): ("win64", ".dll"),
+_PLATFORMS = {  # folders of FMI 2.0, endings, and what zig calls them
+    "linux": ("linux64", ".so", "x86_64-linux-gnu.2.17"),
+    "darwin": ("darwin64", ".dylib", "x86_64-macos"),
+    "win32": ("win64", ".dll", "x86_64-windows-gnu"),
 }
 
 
 def write(order: Order) -> tuple[dict[str, str | bytes], Accuracy]:
-    """The archive, with a binary for this machine if it has a C compiler."""
+    """The archive, with a binary for this machine if it has a C compiler, and by zig for all."""
     header = comment(order.header())
     body = f"{header}\n{declarations(order)}\n{definitions(order)}"
     guid = f"{{{uuid.uuid5(uuid.NAMESPACE_URL, body)}}}"
@@ -40,7 +41,7 @@ def write(order: Order) -> tuple[dict[str, str | bytes], Accuracy]:
         f"sources/{order.name}.c": source.encode(),
         "documentation/index.html": page.encode(),
     }
-    parts |= _binary(order.name, source)
+    parts |= _binaries(order.name, source)
     archive = BytesIO()
     with zipfile.ZipFile(archive, "w", zipfile.ZIP_DEFLATED) as file:
         for name, content in parts.items():
@@ -48,26 +49,42 @@ def write(order: Order) -> tuple[dict[str, str | bytes], Accuracy]:
     return {f"{order.stem}.fmu": archive.getvalue()}, order.accuracy
 
 
-def _binary(name: str, source: str) -> dict[str, bytes]:
-    """The library for this machine; nothing where there is no compiler: the sources then serve."""
+def _binaries(name: str, source: str) -> dict[str, bytes]:
+    """Libraries for this machine and, where ziglang is installed, for every other one.
+
+    Nothing where there is no compiler: the sources then serve.
+    """
     compiler = shutil.which(os.environ.get("CC", "cc"))
-    bits = 64 if sys.maxsize > 2**32 else 32
-    place = _PLATFORMS.get((sys.platform, bits))
-    if compiler is None or place is None or platform.machine() not in ("x86_64", "AMD64", "arm64"):
-        return {}
-    folder, ending = place
+    native = sys.platform if sys.maxsize > 2**32 else ""
+    if platform.machine() not in ("x86_64", "AMD64", "arm64"):
+        native = ""
+    zig = [sys.executable, "-m", "ziglang", "cc"] if find_spec("ziglang") else None
+    libraries = {}
+    for system, (folder, ending, target) in _PLATFORMS.items():
+        if system == native and compiler is not None:
+            command = [compiler, "-fPIC", "-fvisibility=hidden"]
+        elif zig is not None:
+            command = [*zig, "-target", target, "-fvisibility=hidden"]
+            command += ["-Wl,-s"] if system != "darwin" else []
+        else:
+            continue
+        path = f"binaries/{folder}/{name}{ending}"
+        libraries[path] = _library(command, name, ending, source)
+    return libraries
+
+
+def _library(command: list[str], name: str, ending: str, source: str) -> bytes:
+    """What a compiler makes of the source."""
     with tempfile.TemporaryDirectory() as scratch:
-        file = Path(scratch) / f"{name}.c"
+        file, library = Path(scratch) / f"{name}.c", Path(scratch) / f"{name}{ending}"
         file.write_text(source, encoding="utf-8")
-        library = Path(scratch) / f"{name}{ending}"
-        command = [compiler, "-std=c99", "-O2", "-shared", "-fPIC", "-fvisibility=hidden"]
         process = subprocess.run(
-            [*command, "-o", str(library), str(file), "-lm"],
+            [*command, "-std=c99", "-O2", "-shared", "-o", str(library), str(file), "-lm"],
             capture_output=True,
             text=True,
             check=False,
         )
         if process.returncode:
             complaint = (process.stderr.strip().splitlines() or ["it says nothing"])[0]
-            raise InputError(f"the C compiler {compiler} does not make a library: {complaint}")
-        return {f"binaries/{folder}/{name}{ending}": library.read_bytes()}
+            raise InputError(f"the C compiler {command[0]} does not make a library: {complaint}")
+        return library.read_bytes()

@@ -44,6 +44,7 @@ class JointForce(HystereticForce):  # type: ignore[misc]
             )
         super().__init__(to_local, to_system)
         self.law, self.rest = law, [rest] * len(to_local)
+        self.slides_freely = False
         self.init_history()
 
     def set_aft_initialize(self, X: ArrayLike) -> None:
@@ -52,6 +53,14 @@ class JointForce(HystereticForce):  # type: ignore[misc]
         A system calls it with what it was preloaded to.
         """
         self.rest = (self.Q @ np.asarray(X, dtype=float)).tolist()
+
+    def set_prestress_mu(self) -> None:
+        """Hold nothing, as a system asks while it is preloaded: there is no friction then."""
+        self.slides_freely = True
+
+    def reset_real_mu(self) -> None:
+        """Hold again, after the preload."""
+        self.slides_freely = False
 
     def init_history(self, unlth0: Any = None, h: Any = None) -> None:
         """Put every joint at rest, for :meth:`force`."""
@@ -63,6 +72,8 @@ class JointForce(HystereticForce):  # type: ignore[misc]
         Each call starts from the last one that was told to become part of the history.
         """
         local = self.Q @ np.asarray(X, dtype=float)
+        if self.slides_freely:
+            return np.zeros(len(self.T)), np.zeros((len(self.T), self.Q.shape[1]))
         trials = [state.try_(float(x)) for state, x in zip(self.states, local, strict=True)]
         if update_hist:
             for state in self.states:

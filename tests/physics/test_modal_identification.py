@@ -132,3 +132,18 @@ def test_fits_that_are_none(changes: dict[str, Any], message: str) -> None:
     } | changes
     with pytest.raises(ms.InputError, match=message):
         ms.identify_modal(small_joint(), surface(), **given)
+
+
+def test_the_band_of_a_fitted_curve_is_between_the_ends_of_the_interval() -> None:
+    found = identified(0.05, ("friction_coefficient",), tension=1.3, form=0.6)
+    low, high = found.intervals["friction_coefficient"]
+    joint = small_joint().with_form(bowed, 0.6).with_tension(5e3 * 1.3)
+    ends = [
+        joint.tightened(surface(), friction).modes(
+            0, AMPLITUDES, at=joint.sensor("tip"), damping_ratio=1e-4
+        )
+        for friction in (high, low)  # more friction, less slip
+    ]
+    wanted = np.log([end.damping_ratio for end in ends])
+    width = abs(wanted[1] - wanted[0])
+    assert (abs(np.log(found.bands[0][1]) - wanted) < 0.15 * width).all()

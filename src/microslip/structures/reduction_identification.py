@@ -22,6 +22,7 @@ from microslip.structures.preload import Preload
 from microslip.structures.reduction_model import ReducedJoint
 
 _UNREACHED = 1e3  # standard errors
+_DRAWS = 32  # of the parameters, for the bands of the fitted curves
 
 
 class _Kind(NamedTuple):
@@ -98,6 +99,9 @@ class ModalIdentification(LockedArrays):
     """Root of chi square a degree of freedom [-]."""
     curves: tuple[ModalCurve, ...]
     """One for each test, by balance of harmonics, at its amplitudes."""
+    bands: tuple[Floats, ...]
+    """One for each test, shape (2, 2, amplitudes): frequency [Hz] and damping ratio [-], each its
+    5 and 95 %, over draws of the parameters by their covariance."""
     state: Preload
     """The joint as it was found."""
     joint: ReducedJoint
@@ -272,7 +276,34 @@ class _Fit:
         )
         joint, state = self._state(values)
         curves = tuple(self._curves(state, values))
+        bands = self._bands(vector, np.asarray(covariance, dtype=float))
         fitted = {name: values[name] for name in self.names}
         return ModalIdentification(
-            fitted, intervals, correlation, misfit, curves, state, joint, verdicts
+            fitted, intervals, correlation, misfit, curves, bands, state, joint, verdicts
+        )
+
+    def _bands(self, vector: Floats, covariance: Floats) -> tuple[Floats, ...]:
+        """Each test's curve, over Sobol' points of the parameters about what was found."""
+        from scipy.special import ndtri
+        from scipy.stats import qmc
+
+        points = qmc.Sobol(len(vector), rng=np.random.default_rng(0)).random(_DRAWS)
+        squares, axes = np.linalg.eigh(covariance)
+        root = axes * np.sqrt(np.maximum(squares, 0.0))
+        kinds = [KINDS[name] for name in self.names]
+        ends = (
+            [k.coordinate(end) for k, end in zip(kinds, side, strict=True)]
+            for side in ([k.low for k in kinds], [k.high for k in kinds])
+        )
+        low, high = ends
+        draws: list[list[Floats]] = [[] for _ in self.tests]
+        for point in points:
+            values = self._values(np.clip(vector + root @ ndtri(point), low, high))
+            for rows, curve in zip(
+                draws, self._curves(self._state(values)[1], values), strict=True
+            ):
+                rows.append(np.array([curve.frequency, curve.damping_ratio]))
+        return tuple(
+            np.moveaxis(np.nanquantile(np.array(rows), (0.05, 0.95), axis=0), 0, 1)
+            for rows in draws
         )

@@ -196,8 +196,10 @@ def _identified(identified: ModalIdentification) -> dict[str, Any]:
                 "amplitude": plain(curve.amplitude),
                 "modal_frequency": plain(curve.frequency),
                 "modal_damping_ratio": plain(curve.damping_ratio),
+                "modal_frequency_bands": plain(band[0]),
+                "modal_damping_ratio_bands": plain(band[1]),
             }
-            for curve in identified.curves
+            for curve, band in zip(identified.curves, identified.bands, strict=True)
         ],
         "verdicts": [v.word for v in identified.verdicts],
     }
@@ -344,7 +346,8 @@ def _fitted(prediction: StructurePrediction, identified: ModalIdentification) ->
     )
     table = Table("Fitted to the test", listed, rows, noun="parameters")
     verdicts = Verdicts(identified.verdicts, caption=_strongest_correlation(identified))
-    compared = (_compared(*pair) for pair in zip(prediction.tests, identified.curves, strict=True))
+    listed_curves = zip(prediction.tests, identified.curves, identified.bands, strict=True)
+    compared = (_compared(*fitted) for fitted in listed_curves)
     return Section("Fitted to the test", (table, verdicts, *compared))
 
 
@@ -354,13 +357,16 @@ _COMPARED = (
     Column("fitted_frequency", "fitted", "Hz", write=lambda f: f"{f:.5g}"),
     Column("test_damping_ratio", "ζ, test", "", write=cells.ratio),
     Column("fitted_damping_ratio", "ζ, fitted", "", write=cells.ratio),
+    Column("fitted_damping_ratio_low", "ζ, 5 %", "", write=cells.ratio),
+    Column("fitted_damping_ratio_high", "ζ, 95 %", "", write=cells.ratio),
 )
 
 
-def _compared(test: ModalTest, curve: ModalCurve) -> Table:
-    """A test beside the curve that was fitted to it."""
+def _compared(test: ModalTest, curve: ModalCurve, band: Floats) -> Table:
+    """A test beside the curve that was fitted to it, with the band of the fitted parameters."""
     columns = (
-        test.amplitude, test.frequency, curve.frequency, test.damping_ratio, curve.damping_ratio
+        test.amplitude, test.frequency, curve.frequency, test.damping_ratio, curve.damping_ratio,
+        *band[1],
     )  # fmt: skip
     rows = tuple(zip(*(plain(column) for column in columns), strict=True))
     return Table(f"Fitted curve of mode {test.mode + 1}", _COMPARED, rows, noun="amplitudes")

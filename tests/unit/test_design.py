@@ -177,3 +177,21 @@ def test_any_study_gives_what_the_exact_search_gives() -> None:
     changed = two.replace("0.55", repr(found.values["joint.friction_coefficient"]))
     ratios = [float(j.damping_ratio(1e-7)) for j in ms.Study.from_toml(changed).run().joints]
     assert min(ratios) == pytest.approx(0.06, rel=1e-4), "the heavier load decides"
+
+
+def test_a_surface_is_tightened_once_for_all_samples() -> None:
+    """Neither friction nor load changes what was tightened; each sample has its own joint."""
+    text = UNSURE.replace('"2 kN"', '"2 kN"\ntightening_load = "6 kN"\nyield_stress = "250 MPa"')
+    study = ms.Study.from_toml(text.replace("samples = 256", "samples = 64"))
+    for target in ("damping_ratio >= 6 % at 0.1 um", "dissipated_energy >= 4e-6 at 0.1 um"):
+        search = AnySearch(study, Target.read(target), ["joint.normal_load=500 N..5 kN"], 0.9)
+        found = search.solve()
+        assert len(search._surfaces) == 1
+        assert found.feasible
+        assert found.probability >= 0.9, "what is told is met"
+        surface = next(iter(search._surfaces.values()))
+        load = found.values["joint.normal_load"]
+        row = search._rows[3]
+        joint = ms.Interface(surface, row["joint.friction_coefficient"], normal_load=load)
+        wanted = float(getattr(joint, search.target.quantity)(1e-7))
+        assert math.exp(search.values(np.log([load]))[3]) == pytest.approx(wanted, rel=1e-9)

@@ -9,7 +9,7 @@ from pathlib import Path
 import click
 
 from microslip.cli.group import echo_json
-from microslip.cli.options import ANY_PATH, JSON, option, output_option
+from microslip.cli.options import ANY_PATH, JSON, option, output_option, switch
 from microslip.cli.output import Output, writes
 from microslip.cli.shell import complete_study
 from microslip.cli.studies import overridable, study_argument
@@ -92,6 +92,7 @@ def batch(
     "--probability", type=float, default=0.9, show_default=True,
     help="With which the target is met, where numbers of the study are uncertain.",
 )  # fmt: skip
+@switch("--no-trade-off", "Leave out the designs for other levels of the target.")
 @writes(
     "Folder for report and figures; without it only the table is printed.", "result", overridable
 )
@@ -100,6 +101,7 @@ def design(
     target: str,
     ranges: tuple[str, ...],
     probability: float,
+    no_trade_off: bool,
     output: Output,
     overrides: tuple[str, ...],
 ) -> None:
@@ -114,7 +116,7 @@ def design(
         with progress("Searching") as report:
             search = open_search(StudyDescription.load(study, overrides), goal, ranges, probability)
             solution = search.solve()
-            curve = search.trade_off(report)
+            curve = [] if no_trade_off else search.trade_off(report)
         result = document(search, solution, curve)
         if output.folder is not None:
             result = listed(result)

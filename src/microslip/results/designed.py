@@ -88,7 +88,7 @@ def document(search: Search, design: DesignPoint, curve: Sequence[DesignPoint]) 
         "Numbers of the study that are uncertain scatter about the design by the same shares."
     )
     values = ", ".join(f"{key} = {_quantity(key, v)}" for key, v in design.values.items())
-    reached = "" if search.is_certain else f" with {100.0 * design.probability:.0f} %"
+    reached = "" if search.is_certain else f" with {100.0 * design.probability:.3g} %"
     answer = f"{values} gives {target.written}{reached}."
     if not design.feasible:
         answer = (
@@ -113,9 +113,8 @@ def document(search: Search, design: DesignPoint, curve: Sequence[DesignPoint]) 
     }  # fmt: skip
     title = search.study.title or "Design"
     first = Section("Design", (facts, Table("Values", columns, rows), Note(remark, small=True)))
-    return Document(
-        KIND, title, answer, (first, Section("Trade-off", (trade, picture), brief=False)), data
-    )
+    more = (Section("Trade-off", (trade, picture), brief=False),) if curve else ()
+    return Document(KIND, title, answer, (first, *more), data)
 
 
 def plot(search: Search, curve: Sequence[DesignPoint]) -> Plot:

@@ -14,9 +14,11 @@ import numpy as np
 from microslip._core.checks import Floats, show
 from microslip._core.units import AREA, DENSITY, FORCE, LENGTH, Kind, ends_of, engineering, to_si
 from microslip.errors import InputError, StudyError
+from microslip.friction import Interface
 from microslip.kernels import Integers
+from microslip.normal import NormalLaw
 from microslip.report.document import Progress
-from microslip.study.build import build_joints, build_summits
+from microslip.study.build import build_joints, build_summits, surface_inputs
 from microslip.study.description import StudyDescription
 from microslip.study.draws import Design, at_middle, is_uncertain
 from microslip.study.joints import Joint
@@ -201,23 +203,20 @@ class Search:
         return np.atleast_1d(np.log(quantities[self.target.quantity]))
 
     def quantile(self, logs: Floats) -> tuple[float, Floats]:
-        """Ln of the quantity at the wanted probability, and its exact derivatives.
+        """Ln of what the wanted share of the samples reaches, and its exact derivatives.
 
-        An order statistic of the samples is one sample, and its derivatives are that sample's;
-        those of the few next to it are averaged, since which one it is changes on the way.
+        It is one sample, the last that must meet the target so that no fewer than wanted do, and
+        its derivatives are that sample's; those of the few next to it are averaged, since which
+        one it is changes on the way.
         """
         samples = self.values(logs)
-        share = 1.0 - self.probability if self.target.at_least else self.probability
         order = np.argsort(samples, kind="stable")
-        place = share * (samples.size - 1)
-        low = math.floor(place)
-        high = min(low + 1, samples.size - 1)
-        value = float(
-            samples[order[low]] + (place - low) * (samples[order[high]] - samples[order[low]])
-        )
+        place = math.floor((1.0 - self.probability) * samples.size + 1e-9)
+        if not self.target.at_least:
+            place = samples.size - 1 - place
         reach = max(1, samples.size // 64)
-        near = order[max(0, low - reach) : high + reach + 1]
-        return value, self._slopes(logs, near)
+        near = order[max(0, place - reach) : place + reach + 1]
+        return float(samples[order[place]]), self._slopes(logs, near)
 
     def _slopes(self, logs: Floats, near: Integers) -> Floats:
         """Mean slopes of some samples along the ranges."""
@@ -378,6 +377,8 @@ class AnySearch(Search):
                 "and identifications go with a Greenwood–Williamson surface and one load"
             )
         self._varied = study
+        self._surfaces: dict[str, NormalLaw] = {}
+        self._joints: dict[str, list[Interface]] = {}
         self._values_by_place: dict[bytes, Floats] = {}
         self._quantiles_by_place: dict[bytes, tuple[float, Floats]] = {}
         ranges = [self._read(text) for text in texts]
@@ -386,7 +387,7 @@ class AnySearch(Search):
             from scipy.special import ndtr
 
             design = Design(study)
-            points = design.points(None if part is not None else _SAMPLES)
+            points = design.points() if part is not None else design.points(_SAMPLES, 1)
             scores = design.scores(points.reshape(-1, len(design.inputs)))
             rows = [design.values(ndtr(row)) for row in scores]
         self._rows = rows
@@ -425,15 +426,29 @@ class AnySearch(Search):
             scaled = {
                 k: v * row.get(k, self.middle[k]) / self.middle[k] for k, v in targets.items()
             }
-            study = with_values(self._varied, {**row, **scaled})
-            measure = self.target.quantity
-            quantities.append(
-                worst(
-                    float(getattr(joint, measure)(self.target.amplitude))
-                    for joint in build_joints(study)
-                )
-            )
+            quantities.append(worst(self._of_joints(with_values(self._varied, {**row, **scaled}))))
         return np.log(np.maximum(quantities, _SMALLEST))
+
+    def _of_joints(self, study: StudyDescription) -> list[float]:
+        """The quantity of each joint of a study.
+
+        Friction only scales: T/mu is a function of delta/mu. So samples that differ in it alone
+        share their joints, with what those have tabulated.
+        """
+        amplitude, measure, factor = self.target.amplitude, self.target.quantity, 1.0
+        if not isinstance(study.joint, Joint):
+            joints = build_joints(study)
+        else:
+            mu = float(study.joint.friction_coefficient)
+            alike = study.joint.copy(friction_coefficient=1.0).by_keys()
+            inputs = repr((surface_inputs(study), alike))
+            if inputs not in self._joints:
+                self._joints[inputs] = build_joints(study, self._surfaces)
+            joints = self._joints[inputs]
+            amplitude *= joints[0].friction_coefficient / mu
+            if measure == "dissipated_energy":
+                factor = (mu / joints[0].friction_coefficient) ** 2
+        return [factor * float(getattr(joint, measure)(amplitude)) for joint in joints]
 
     def values(self, logs: Floats) -> Floats:
         """Ln of the quantity over the samples; the search asks for a place more than once."""

@@ -16,6 +16,8 @@ from microslip.study.joints import Joint
 from microslip.study.readers import KeyedError, as_key
 from microslip.study.sense import lifting
 
+_MOST_SURFACES = 1000
+
 
 def build_surface(study: StudyDescription) -> NormalLaw:
     """Normal law of a study, tightened if its joint was."""
@@ -42,11 +44,31 @@ def build_summits(study: StudyDescription) -> NormalLaw:
         return law
 
 
-def build_joints(study: StudyDescription) -> list[Interface]:
-    """Joints of a study: one for each normal load, or the law that it gives by its parameters."""
+def surface_inputs(study: StudyDescription) -> str:
+    """All that decides the normal law of a study, as text: equal texts are one law."""
+    joint = study.joint
+    bolted = None if joint.pressure is None else joint.pressure.load
+    yielding = (joint.tightening_load, joint.yield_stress, joint.tightening_model, bolted)
+    materials = {name: part.by_keys() for name, part in study.material.items()}
+    return repr((materials, study.surface.by_keys(), yielding))
+
+
+def build_joints(
+    study: StudyDescription, surfaces: dict[str, NormalLaw] | None = None
+) -> list[Interface]:
+    """Joints of a study: one for each normal load, or the law that it gives by its parameters.
+
+    Of studies that are alike in their surface its law is made once, and kept in ``surfaces``.
+    """
     if not isinstance(study.joint, Joint):
         return [cast(Interface, study.joint.build())]
-    surface = build_surface(study)
+    if surfaces is None or study._law is not None:
+        surface = build_surface(study)
+    else:
+        inputs = surface_inputs(study)
+        surface = surfaces[inputs] if inputs in surfaces else build_surface(study)
+        if len(surfaces) < _MOST_SURFACES:
+            surfaces[inputs] = surface
     joints: list[Interface] = []
     loads = study.joint.normal_load
     for index, load in enumerate(loads, start=1):

@@ -14,6 +14,13 @@ from microslip._core.frozen import Locked, assign, lock
 from microslip._core.parameters import parameter, parameters_of
 from microslip.errors import InputError
 from microslip.materials import Material
+from microslip.structures.bolt_tightening import (
+    TIGHTENING_FACTOR,
+    Thread,
+    proof_stress,
+    size_named,
+    tension_band,
+)
 
 
 def _size(symbol: str, meaning: str, example: float) -> dict[str, Any]:
@@ -57,6 +64,15 @@ class Bolts(Locked):
         Of the bolts; that of the plates unless given.
     density : float, optional
         Of the bolts [kg/m^3]; that of the plates unless given.
+    size : str, optional
+        Such as "M8" in place of shank, hole, washer, thread and pitch: least bearing face of ISO
+        4014, medium holes of ISO 273, coarse threads.
+    grade : str, optional
+        Such as "8.8" (ISO 898-1); a tension at which a bolt of the size yields is refused.
+    tightening_factor : float, optional
+        VDI 2230's alpha_A [-], the largest preload over the smallest at one torque: 1.2 to 1.4 with
+        a torque set by tests on the joint, 1.4 to 1.6 by measured friction, 1.6 to 2 by estimated
+        friction, 2.5 to 4 with an impact wrench.
 
     Notes
     -----
@@ -67,10 +83,18 @@ class Bolts(Locked):
     """
 
     positions: Any
-    shank: float = field(metadata=_size("d_s", "diameter of the shanks", 0.008))
-    hole: float = field(metadata=_size("d_h", "diameter of the holes", 0.009))
+    # Always set after creation: given, or by the size.
+    shank: float = field(
+        default=None,  # type: ignore[assignment]
+        metadata=_size("d_s", "diameter of the shanks", 0.008),
+    )
+    hole: float = field(
+        default=None,  # type: ignore[assignment]
+        metadata=_size("d_h", "diameter of the holes", 0.009),
+    )
     washer: float = field(
-        metadata=_size("d_w", "outer diameter of the washers, or of the heads", 0.017)
+        default=None,  # type: ignore[assignment]
+        metadata=_size("d_w", "outer diameter of the washers, or of the heads", 0.017),
     )
     tension: Any = field(
         default=None,
@@ -109,9 +133,27 @@ class Bolts(Locked):
         default=None,
         metadata=parameter("rho", "kg/m^3", "mass density of the bolts", above=0.0, example=7850.0),
     )
+    size: str | None = None
+    grade: str | None = None
+    tightening_factor: float | None = field(
+        default=None,
+        metadata=parameter(
+            "alpha_A", meaning="largest over smallest preload at one torque", least=1.0,
+            example=1.6,
+        ),
+    )  # fmt: skip
 
     def __post_init__(self) -> None:
         assign(self, positions=lock(_places(self.positions)))
+        if self.size is not None:
+            given = {name: getattr(self, name) for name in SIZED}
+            assign(self, **by_size(self.size, self.thread_friction, **given))
+        for name in ("shank", "hole", "washer"):
+            if getattr(self, name) is None:
+                raise InputError(
+                    f"`{name}` missing: bolts need shank, hole and washer, or a size such as "
+                    'size="M8"'
+                )
         for declared in parameters_of(Bolts):
             if declared.name not in ("tension", "torque"):  # which may be one a bolt
                 assign(self, **{declared.name: declared.checked(getattr(self, declared.name))})
@@ -130,9 +172,55 @@ class Bolts(Locked):
         tightening = {name: getattr(self, name) for name in TIGHTENING}
         bearing = 0.5 * (self.hole + self.washer)
         assign(self, tension=lock(tensions(len(self), **tightening, bearing=bearing)))
+        if self.grade is not None and self.utilisation.max() > 1.0:
+            most = self.tension.max() / self.utilisation.max()
+            raise InputError(
+                f"`tension` must be at most {most:.4g} N, at which a {self.size} of grade "
+                f"{self.grade} yields as it is tightened, got {self.tension.max():.4g} N"
+            )
 
     def __len__(self) -> int:
         return len(self.positions)
+
+    @property
+    def tension_range(self) -> tuple[Floats, Floats]:
+        """Smallest and largest tensions [N] by the tightening factor; 1.6 of a torque, if absent.
+
+        The mean of both is the tension that the torque gives; a tension that is given without a
+        factor is exact.
+        """
+        factor = self.tightening_factor
+        if factor is None:
+            factor = 1.0 if self.torque is None else TIGHTENING_FACTOR
+        low, high = tension_band(factor)
+        return low * self.tension, high * self.tension
+
+    @property
+    def utilisation(self) -> Floats:
+        """Stress of tightening over the proof stress of the grade [-], one a bolt; VDI 2230: 0.9.
+
+        With torsion by the friction in the thread, 0.12 if that is not given.
+        """
+        if self.size is None or self.grade is None:
+            raise InputError('the stress of bolts needs size="M8" and grade="8.8"')
+        bolt = size_named(self.size)
+        friction = 0.12 if self.thread_friction is None else self.thread_friction
+        stress = Thread(bolt.diameter, bolt.pitch).reduced_stress(1.0, friction)
+        return np.asarray(self.tension * (stress / proof_stress(self.grade, bolt.diameter)))
+
+
+SIZED = ("shank", "hole", "washer", "thread", "pitch")
+"""What a size of bolt says."""
+
+
+def by_size(size: object, thread_friction: float | None, **given: Any) -> dict[str, Any]:
+    """Diameters and pitch [m] of a size (ISO 4014, ISO 273), where they are not given."""
+    bolt = size_named(size)
+    known = {"shank": bolt.diameter, "hole": bolt.hole, "washer": bolt.head}
+    known["thread"] = bolt.diameter
+    if thread_friction is not None:  # else a torque goes by its nut factor
+        known["pitch"] = bolt.pitch
+    return {name: known.get(name) if given.get(name) is None else given[name] for name in SIZED}
 
 
 TIGHTENING = (

@@ -10,7 +10,9 @@ import numpy as np
 from microslip._core.checks import Floats
 from microslip._core.parameters import REQUIRED
 from microslip._core.units import ACCELERATION, VELOCITY
-from microslip.structures.bolts import TIGHTENING, Bolts, tensions
+from microslip.friction.pressure import BOLTS
+from microslip.structures.bolt_tightening import GRADES, TIGHTENING_FACTOR, tension_band
+from microslip.structures.bolts import SIZED, TIGHTENING, Bolts, by_size, tensions
 from microslip.structures.lap_joint import LapJoint
 from microslip.study.columns import FILE, column_values
 from microslip.study.fields import (
@@ -75,9 +77,37 @@ class BoltsPart(Part):
     pitch: float | None = optional(Bolts, "pitch")
     thread_friction: float | None = optional(Bolts, "thread_friction")
     bearing_friction: float | None = optional(Bolts, "bearing_friction")
+    size: str | None = key(
+        one_of(*BOLTS), "Size of the bolts, in place of diameters and pitch.", '"M8"', default=None
+    )
+    grade: str | None = key(
+        one_of(*GRADES),
+        "Property class, whose proof stress bounds the tension.",
+        '"8.8"',
+        default=None,
+    )
+    tightening_factor: float | None = optional(
+        Bolts,
+        "tightening_factor",
+        help="Largest over smallest preload at one torque (VDI 2230's alpha_A): the torque then "
+        "scatters by itself; bands of other scatter take 1.6 with a torque.",
+    )
+
+    @property
+    def model_spreads(self) -> dict[str, Spread]:
+        """How a torque leaves the tension open."""
+        if self.torque is None or isinstance(self.torque, Spread):
+            return {}
+        low, high = tension_band(self.tightening_factor or TIGHTENING_FACTOR)
+        return {"torque": Spread.between(low * self.torque, high * self.torque)}
 
     def check(self, place: Place) -> None:
-        """One place across for each along."""
+        """What a size says, and one place across for each along."""
+        if self.size is not None:
+            given = {name: getattr(self, name) for name in SIZED}
+            self.__dict__.update(by_size(self.size, self.thread_friction, **given))
+        if self.tightening_factor is not None:
+            self.__dict__.update(self.model_spreads)
         if self.across is not None and len(self.across) != len(self.positions or ()):
             raise KeyedError(
                 ".across",

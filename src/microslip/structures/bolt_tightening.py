@@ -1,0 +1,171 @@
+"""A bolt by its size and grade: how tight it may be, what it loses, and what it bears of a load.
+
+After VDI 2230 part 1 (2015), in its own symbols; grades by ISO 898-1.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from types import MappingProxyType
+
+from microslip._core.checks import exact, positive, show
+from microslip._core.wording import did_you_mean, quoted
+from microslip.errors import InputError
+from microslip.friction.pressure import BOLTS, BoltSize
+
+GRADES = MappingProxyType(
+    {
+        "4.6": 240e6, "5.6": 300e6, "5.8": 420e6, "6.8": 480e6, "8.8": 640e6, "9.8": 720e6,
+        "10.9": 940e6, "12.9": 1100e6,
+    }
+)  # fmt: skip
+"""Least yield strength or 0.2 % proof stress [Pa] of each grade (ISO 898-1)."""
+UTILISATION = 0.9
+"""Share of the proof stress that assembly may take."""
+TIGHTENING_FACTOR = 1.6
+"""Largest over smallest preload at one torque, by a torque wrench with estimated friction."""
+_EMBEDDING = ((10e-6, 3.0, 2.5, 1.5), (40e-6, 3.0, 3.0, 2.0), (160e-6, 3.0, 4.0, 3.0))
+"""Up to an Rz [m]: embedding [um] of the thread, of a bearing face, of an inner interface."""
+
+
+def size_named(name: object) -> BoltSize:
+    """A metric bolt by its size, such as M8."""
+    if not isinstance(name, str) or name not in BOLTS:
+        hint = did_you_mean(name, BOLTS) if isinstance(name, str) else ""
+        raise InputError(f"`size` must be {quoted(BOLTS)}, got {show(name)}{hint}")
+    return BOLTS[name]
+
+
+def proof_stress(grade: object, diameter: float) -> float:
+    """Least proof stress [Pa] of a grade; that of 8.8 is 660 MPa above 16 mm."""
+    if not isinstance(grade, str) or grade not in GRADES:
+        raise InputError(f"`grade` must be {quoted(GRADES)}, got {show(grade)}")
+    return 660e6 if grade == "8.8" and diameter > 0.016 else GRADES[grade]
+
+
+def tension_band(tightening_factor: float) -> tuple[float, float]:
+    """Smallest and largest preload over that which the torque gives in the mean [-]."""
+    factor = positive("tightening_factor", tightening_factor, "", TIGHTENING_FACTOR)
+    if factor < 1.0:
+        raise InputError(f"`tightening_factor` must be at least 1, got {exact(factor)}")
+    return 2.0 / (1.0 + factor), 2.0 * factor / (1.0 + factor)
+
+
+@dataclass(frozen=True)
+class Thread:
+    """A metric thread of 60 degrees (ISO 68-1).
+
+    Parameters
+    ----------
+    diameter : float
+        Nominal diameter d [m].
+    pitch : float
+        Pitch P [m].
+    """
+
+    diameter: float
+    pitch: float
+
+    @property
+    def pitch_diameter(self) -> float:
+        """d2 = d - 0.6495 P [m]."""
+        return self.diameter - 0.375 * math.sqrt(3.0) * self.pitch
+
+    @property
+    def core_diameter(self) -> float:
+        """d3 = d - 1.2269 P [m]."""
+        return self.diameter - 17.0 / 24.0 * math.sqrt(3.0) * self.pitch
+
+    @property
+    def stress_area(self) -> float:
+        """A_S, of the mean of both diameters [m^2]."""
+        return 0.25 * math.pi * (0.5 * (self.pitch_diameter + self.core_diameter)) ** 2
+
+    def reduced_stress(self, tension: float, friction: float) -> float:
+        """Stress [Pa] of tension and torque while a bolt is tightened, with friction in the thread.
+
+        sigma_red = F/A_S sqrt(1 + 3 (3/2 d2/d0 (P/(pi d2) + 1.155 mu_G))^2), plastic torsion.
+        """
+        mean = 0.5 * (self.pitch_diameter + self.core_diameter)
+        lead = self.pitch / (math.pi * self.pitch_diameter) + 2.0 / math.sqrt(3.0) * friction
+        shear = 1.5 * self.pitch_diameter / mean * lead
+        return tension / self.stress_area * math.sqrt(1.0 + 3.0 * shear**2)
+
+    def assembly_tension(self, proof: float, friction: float) -> float:
+        """Largest permitted assembly preload F_M [N]: 90 % of a proof stress [Pa]."""
+        return UTILISATION * proof / self.reduced_stress(1.0, friction)
+
+
+@dataclass(frozen=True)
+class ClampedBolt:
+    """A bolt with its nut through plates: resiliences, load factor, embedding.
+
+    Parameters
+    ----------
+    size : str
+        Such as "M8".
+    clamp_length : float
+        Thickness of all that is clamped [m].
+    plate_modulus : float
+        Young's modulus of the plates [Pa].
+    modulus : float
+        That of the bolt [Pa].
+
+    Notes
+    -----
+    VDI 2230 part 1: the resilience of a bolt in full thread, with 0.5 d for the head, 0.5 d for
+    the engaged thread and 0.4 d for the nut; of plates wide enough for two whole cones, with
+    tan(phi) = 0.362 + 0.032 ln(l_K/2 d_W) + 0.153 ln(y), y = 1 + 1.2 l_K/d_W at its largest.
+    """
+
+    size: str
+    clamp_length: float
+    plate_modulus: float = 205e9
+    modulus: float = 205e9
+
+    def __post_init__(self) -> None:
+        size_named(self.size)
+        positive("clamp_length", self.clamp_length, "m", 0.02)
+        positive("plate_modulus", self.plate_modulus, "Pa", 205e9)
+        positive("modulus", self.modulus, "Pa", 205e9)
+
+    @property
+    def resilience(self) -> float:
+        """delta_S of the bolt [m/N]."""
+        bolt = size_named(self.size)
+        d = bolt.diameter
+        full, core = d, Thread(d, bolt.pitch).core_diameter
+        areas = [0.25 * math.pi * x**2 for x in (full, core)]
+        lengths = 0.9 * d / areas[0] + (self.clamp_length + 0.5 * d) / areas[1]
+        return lengths / self.modulus
+
+    @property
+    def plate_resilience(self) -> float:
+        """delta_P of what is clamped [m/N]."""
+        bolt, length = size_named(self.size), self.clamp_length
+        ratio = length / bolt.head
+        slope = 0.362 + 0.032 * math.log(0.5 * ratio) + 0.153 * math.log(1.0 + 1.2 * ratio)
+        wide = bolt.head + length * slope
+        (a, b), (c, e) = (
+            (bolt.head + bolt.hole, bolt.head - bolt.hole),
+            (wide - bolt.hole, wide + bolt.hole),
+        )
+        return (
+            2.0 * math.log(a * c / (b * e))
+            / (self.plate_modulus * math.pi * bolt.hole * slope)
+        )  # fmt: skip
+
+    def load_factor(self, introduction: float = 0.5) -> float:
+        """Phi = n delta_P/(delta_S + delta_P) [-]: what the bolt bears of an axial load."""
+        return introduction * self.plate_resilience / (self.resilience + self.plate_resilience)
+
+    def embedding_loss(self, rz: float, interfaces: int = 1) -> float:
+        """Preload [N] lost as faces embed, by their roughness Rz [m] and the inner interfaces."""
+        rz = positive("rz", rz, "m", 6.3e-6)
+        row = next((row for row in _EMBEDDING if rz < row[0]), None)
+        if row is None:
+            raise InputError(f"`rz` must be below 160 um, where the table ends, got {exact(rz)} m")
+        _, thread, bearing, inner = row
+        embedded = 1e-6 * (thread + 2.0 * bearing + interfaces * inner)
+        return embedded / (self.resilience + self.plate_resilience)

@@ -1,0 +1,124 @@
+"""Bolts by size and grade: preloads, torques and losses against what has been printed of them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import microslip as ms
+from microslip.structures.bolt_tightening import ClampedBolt, Thread, proof_stress, tension_band
+from microslip.study.draws import Design
+
+# Fine threads by VDI 2230 (2001): diameter, pitch [mm], mu, F_M [kN] of 8.8, 10.9 and 12.9.
+PRINTED = (
+    (8, 1.0, 0.10, 20.7, 30.4, 35.6), (8, 1.0, 0.12, 20.2, 29.7, 34.7),
+    (10, 1.25, 0.14, 30.8, 45.2, 52.9), (12, 1.25, 0.12, 48.0, 70.5, 82.5),
+    (16, 1.5, 0.12, 87.6, 128.7, 150.6), (20, 1.5, 0.10, 151.0, 215.0, 252.0),
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(("d", "pitch", "mu", "first", "second", "third"), PRINTED)
+def test_assembly_preloads_are_those_of_the_guideline(
+    d: float, pitch: float, mu: float, first: float, second: float, third: float
+) -> None:
+    thread = Thread(1e-3 * d, 1e-3 * pitch)
+    for grade, printed in zip(("8.8", "10.9", "12.9"), (first, second, third), strict=True):
+        found = thread.assembly_tension(proof_stress(grade, thread.diameter), mu)
+        assert 1e-3 * found == pytest.approx(printed, rel=5e-3)  # three printed digits
+
+
+def test_a_worked_example() -> None:
+    """An M12 of 8.8 at mu = 0.14: 41.9 kN, with alpha_A = 1.8 at least 23.3 kN; its stress area."""
+    thread = Thread(0.012, 1.75e-3)
+    assert 1e6 * thread.stress_area == pytest.approx(84.3, rel=1e-3)  # ISO 898-1
+    largest = thread.assembly_tension(proof_stress("8.8", 0.012), 0.14)
+    assert largest == pytest.approx(41.9e3, rel=5e-3)
+    low, high = tension_band(1.8)
+    assert high / low == pytest.approx(1.8)
+    assert 0.5 * (low + high) == pytest.approx(1.0)
+    assert largest / high * low == pytest.approx(23.3e3, rel=5e-3)
+
+
+def test_bolts_by_their_size() -> None:
+    bolts = ms.Bolts([0.0], size="M8", grade="8.8", torque=25.0, thread_friction=0.12,
+                     bearing_friction=0.12)  # fmt: skip
+    assert (bolts.shank, bolts.hole, bolts.thread) == pytest.approx((0.008, 0.009, 0.008))
+    lever = 0.16 * 1.25e-3 + 0.58 * 7.188e-3 * 0.12 + 0.25 * (0.009 + 0.01163) * 0.12
+    assert bolts.tension[0] == pytest.approx(25.0 / lever, rel=5e-3)
+    low, high = bolts.tension_range
+    assert high[0] / low[0] == pytest.approx(1.6)
+    np.testing.assert_allclose(bolts.utilisation, bolts.tension / 18.6e3 * 0.9, rtol=2e-3)
+    exact = ms.Bolts([0.0], size="M8", tension=16e3)
+    assert exact.tension_range[0] == exact.tension_range[1] == 16e3
+    for wrong, says in (
+        ({"size": "M9", "tension": 1e4}, "size must be"),
+        ({"size": "M8", "grade": "8.9", "tension": 1e4}, "grade must be"),
+        ({"size": "M8", "grade": "8.8", "tension": 25e3}, "at which a M8 of grade 8.8 yields"),
+        ({"tension": 1e4}, "shank missing"),
+        ({"size": "M8", "tension": 1e4, "tightening_factor": 0.5}, "tightening_factor must be"),
+    ):
+        with pytest.raises(ms.InputError) as caught:
+            ms.Bolts([0.0], **wrong)  # type: ignore[arg-type]
+        assert says in str(caught.value)
+
+
+def test_resiliences_and_what_embeds() -> None:
+    """Limits: rods in a row, and of long clamps a load factor that falls; losses by the table."""
+    bolt = ClampedBolt("M12", 0.06)
+    core = 0.25 * np.pi * (0.012 - 1.22687 * 1.75e-3) ** 2
+    rods = (0.06 + 0.006) / core + 0.0108 / (0.25 * np.pi * 0.012**2)
+    assert bolt.resilience == pytest.approx(rods / 205e9, rel=1e-6)
+    # A cone is stiffer than the sleeve under the head, and softer than one of its largest width.
+    wide = 0.25 * np.pi * (0.05**2 - 0.0135**2)
+    sleeve = 0.25 * np.pi * (0.01663**2 - 0.0135**2)
+    assert 0.06 / 205e9 / wide < bolt.plate_resilience < 0.06 / 205e9 / sleeve
+    half = ClampedBolt("M12", 0.06, plate_modulus=102.5e9)
+    assert half.plate_resilience == pytest.approx(2.0 * bolt.plate_resilience)
+    share = bolt.plate_resilience / (bolt.resilience + bolt.plate_resilience)
+    assert bolt.load_factor(1.0) == pytest.approx(share)
+    assert 0.1 < share < 0.35
+    embedded = bolt.embedding_loss(16e-6, interfaces=2) * (bolt.resilience + bolt.plate_resilience)
+    assert embedded == pytest.approx(13e-6)  # 3 + 2 * 3 + 2 * 2 um
+    with pytest.raises(ms.InputError, match="below 160 um"):
+        bolt.embedding_loss(2e-4)
+
+
+BEAM = """
+schema = 1
+[surface]
+law = "rough"
+materials = ["steel-c45", "steel-c45"]
+rq = "1.6 um"
+roll_off = "0.8 mm"
+shortest = "8 um"
+area = "1 cm^2"
+[joint]
+friction_coefficient = MU
+[structure]
+length = "720 mm"
+width = "25.4 mm"
+thickness = "25.4 mm"
+lap = "120 mm"
+density = "7784 kg/m^3"
+[structure.bolts]
+positions = ["-30 mm", "0 mm", "30 mm"]
+size = "M8"
+grade = "8.8"
+torque = "20 N m"
+nut_factor = 0.2
+"""
+
+
+def test_a_study_by_size_and_torque() -> None:
+    """The tension, and its band where anything else is drawn, or the factor is given."""
+    study = ms.Study.from_toml(BEAM.replace("MU", "0.3"))
+    np.testing.assert_allclose(study.structure.tension, 20.0 / (0.2 * 0.008))
+    assert study.structure.build().bolts.hole == pytest.approx(0.009)
+    design = Design(ms.Study.from_toml(BEAM.replace("MU", "{ low = 0.2, high = 0.4 }")))
+    keys = {one.key: one.written for one in design.inputs}
+    assert set(keys) >= {
+        "surface.stiffness_factor", "joint.friction_coefficient", "structure.bolts.torque",
+    }  # fmt: skip
+    wide = ms.Study.from_toml(f"{BEAM.replace('MU', '0.3')}tightening_factor = 2.0\n")
+    band = Design(wide).spreads["structure.bolts.torque"]
+    assert (band.low, band.high) == pytest.approx((20.0 * 2 / 3, 20.0 * 4 / 3))

@@ -113,8 +113,8 @@ def document(search: Search, design: DesignPoint, curve: Sequence[DesignPoint]) 
     }  # fmt: skip
     title = search.study.title or "Design"
     first = Section("Design", (facts, Table("Values", columns, rows), Note(remark, small=True)))
-    more = (Section("Trade-off", (trade, picture), brief=False),) if curve else ()
-    return Document(KIND, title, answer, (first, *more), data)
+    sections = (Section("Trade-off", (trade, picture), brief=False),) if curve else ()
+    return Document(KIND, title, answer, (first, *sections), data)
 
 
 def plot(search: Search, curve: Sequence[DesignPoint]) -> Plot:

@@ -1,0 +1,150 @@
+"""Measured faces at bolt pressures: what boundary elements with yielding say, and what others say.
+
+`python benchmarks/measured_faces.py [FOLDER]` solves a generated face, and the middle of each
+measured scan in FOLDER, of steel tightened to 100 MPa at two hardnesses, and holds the stiffness
+and the energy of a cycle of other normal laws to it: boundary elements without yielding, summits
+one by one, Gaussian summits, Persson's theory, and summits that have yielded. With `--figure FILE`
+it draws the generated face (`docs/images/measured_face.svg`).
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+import microslip as ms
+from microslip.report.plot import COLORS, Area, Axis, Entry, Line, Panel, beside
+from microslip.report.svg import svg
+from microslip.scans import random_surface
+
+STEEL = ms.Material(210e9, 0.3)
+PAIR = ms.MaterialPair(STEEL, STEEL)
+FRICTION = 0.3
+POINTS = 256
+
+
+def generated() -> ms.Scan:
+    """A face like a fine-milled one: 0.5 um rms, waves of 18 to 60 um."""
+    return random_surface((POINTS, POINTS), 2e-6, m0=2.5e-13, m2=4e-3, m4=1.5e8, seed=3)
+
+
+def middle(path: Path) -> ms.Scan:
+    """The middle of a scan, levelled, filled and without waves below four pixels."""
+    scan = ms.Scan.read(path).condition(level="plane", fill="interpolate")
+    scan = scan.condition(cutoff=4.0 * float(np.mean(scan.pixel)))
+    row, column = (max((n - POINTS) // 2, 0) for n in scan.heights.shape)
+    return ms.Scan(
+        scan.heights[row : row + POINTS, column : column + POINTS], scan.pixel
+    ).condition(level="plane")
+
+
+def laws(face: ms.Scan, pressure: float, hardness: float) -> dict[str, Callable[[], ms.NormalLaw]]:
+    """The normal law of a face by each way."""
+    load = pressure * face.area
+    how = {"tightening_pressure": pressure, "piece": POINTS // 2}
+    one_by_one = {"heights": "population"}
+
+    def summits(**kind) -> ms.NormalLaw:
+        return face.summits(None, prominence=0.0).to_surface(PAIR, **kind)
+
+    def persson() -> ms.NormalLaw:
+        return ms.PerssonCurve.from_spectrum(face.spectrum(), PAIR, face.area).to_surface()
+
+    return {
+        "measured face": lambda: face.to_contact(PAIR, hardness=hardness, **how),
+        "elastic": lambda: face.to_contact(PAIR, hardness=math.inf, **how),
+        "summits": lambda: summits(**one_by_one),
+        "Gaussian": summits,
+        "Persson": persson,
+        "tightened": lambda: summits(**one_by_one).tightened(load, hardness=hardness),
+    }
+
+
+def compared(face: ms.Scan, pressure: float, hardness: float) -> None:
+    """Print stiffness and energy of each law over those of the yielded face."""
+    load = pressure * face.area
+    truth = None
+    for name, law in laws(face, pressure, hardness).items():
+        begin = time.process_time()
+        try:
+            joint = ms.Interface(law(), FRICTION, normal_load=load)
+        except ms.InputError as error:
+            print(f"    {name:14s} {str(error)[:90]}")
+            continue
+        spent = time.process_time() - begin
+        if truth is None:
+            truth = joint
+            n = joint.surface.numbers
+            print(
+                f"  H {hardness / 1e9:g} GPa: p/E*h' {n.relative_pressure:.4f}, h' {n.slope:.3f}, "
+                f"area {100 * n.contact_share:.1f} %, at H {100 * n.hard_share:.0f} %, "
+                f"scatter {n.scatter or math.nan:.2f}, lambda {n.stiffness_ratios[0]:.3f} to "
+                f"{n.stiffness_ratios[1]:.3f}, K rms/p "
+                f"{joint.normal_stiffness * n.rms / load:.2f}, {spent:.1f} s"
+            )
+            continue
+        amplitude = truth.force_limit / truth.tangential_stiffness
+        area = (
+            "" if joint.contact_area is None else f"{joint.contact_area / truth.contact_area:.2f}"
+        )
+        print(
+            f"    {name:14s} stiffness {joint.normal_stiffness / truth.normal_stiffness:5.2f}  "
+            f"energy {joint.dissipated_energy(amplitude) / truth.dissipated_energy(amplitude):5.2f}"
+            f"  area {area}"
+        )
+
+
+def figure(path: Path) -> None:
+    """Loads over separations with the band of pieces, contact at three loads, loops by each way."""
+    face, pressure = generated(), 1e8
+    load = pressure * face.area
+    every = {name: law() for name, law in laws(face, pressure, 2.5e9).items()}
+    solved = every["measured face"]
+    assert isinstance(solved, ms.MeasuredContact)
+    p = np.geomspace(1.0, 3e-3, 60) * 0.999 * load
+    count = solved.numbers.pieces
+    steps = [
+        d - d[0] for d in (np.asarray(solved.of_pieces([i]).separation(p)) for i in range(count))
+    ]
+    loads = p / face.area / 1e6
+    low, high = (1e6 * reach(steps, axis=0) for reach in (np.min, np.max))
+    curves = Panel(
+        x=Axis("separation, from where it bears 100 MPa [um]"), y=Axis("pressure [MPa]", log=True)
+    )
+    curves.items.append(Area(np.append(low, high[::-1]), np.append(loads, loads[::-1])))
+    loops = Panel(x=Axis("displacement [nm]"), y=Axis("friction over normal load [-]"))
+    truth = ms.Interface(solved, FRICTION, normal_load=load)
+    top = 1.5 * truth.force_limit / truth.tangential_stiffness
+    entries = []
+    for color, (name, law) in zip(COLORS, every.items(), strict=False):
+        d = np.asarray(law.separation(p))
+        width = 2.2 if law is solved else 1.2
+        curves.items.append(Line(1e6 * (d - d[0]), loads, color, width))
+        loop = ms.Interface(law, FRICTION, normal_load=load).loop(top, samples=200)
+        loops.items.append(Line(1e9 * loop.displacement, loop.force / load, color, width))
+        entries.append(Entry(name, color))
+    entries.append(Entry("pieces of the face", "#e8e8e8"))
+    path.write_bytes(svg(beside([curves, loops], 3.6, legend=entries)))
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("folder", nargs="?", type=Path)
+    parser.add_argument("--figure", type=Path)
+    given = parser.parse_args()
+    if given.figure:
+        figure(given.figure)
+    else:
+        faces = {"generated": generated()}
+        for file in sorted(given.folder.iterdir()) if given.folder else ():
+            if file.suffix in (".plu", ".mnt", ".al3d"):
+                faces[file.name] = middle(file)
+        for title, one in faces.items():
+            print(f"{title}: {one.heights.shape}, rms {one.statistics().rms * 1e6:.3f} um")
+            for bound in (2.5e9, 1e9):
+                compared(one, 1e8, bound)

@@ -13,8 +13,11 @@ from microslip.cli.records import Reading
 
 COMMANDS = ("measure", "identify", "surface", "predict")
 
-# Where results go is the workbench's affair, and a study names no file there.
-_NOT_OFFERED = {"folder", "overwrite", "as_json", "overrides", "version", "help"}
+# Where results go is the workbench's affair, and neither a study nor a manifest names a file there.
+_NOT_OFFERED = {
+    *("folder", "overwrite", "as_json", "overrides", "version", "help"),
+    *("manifest", "group", "over"),
+}
 _USUAL = {
     *Reading._fields[:6], "units", "rig_stiffness", "study", "model", "laws", "accept_unconverged",
     "cutoff", "long_cutoff", "level", "outliers", "fill", "unit", "pixel",

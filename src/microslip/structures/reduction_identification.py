@@ -16,6 +16,7 @@ from microslip._core.verdicts import Rule, Verdict
 from microslip._core.wording import did_you_mean, quoted
 from microslip.errors import InputError
 from microslip.normal import NormalLaw
+from microslip.structures.frequency_shift import judge_shift
 from microslip.structures.modal_curve import ModalCurve
 from microslip.structures.modal_test import ModalTest
 from microslip.structures.preload import Preload
@@ -273,6 +274,10 @@ class _Fit:
             SEPARATED.judge(None if off_diagonal is None else float(off_diagonal)),
             SHARP.judge(max(widths)),
             INSIDE.judge(float(at_bounds)),
+            *(
+                judge_shift(test.name, test.amplitude, test.frequency, test.damping_ratio)
+                for test in self.tests
+            ),
         )
         joint, state = self._state(values)
         curves = tuple(self._curves(state, values))

@@ -331,7 +331,7 @@ def test_a_strange_environment_does_not_matter() -> None:
     strange = {"COLUMNS": "many", "LINES": "-3", "MPLBACKEND": "none such", "LANG": "tlh_QO"}
     done = process("predict", "joint.toml", **strange, MPLCONFIGDIR=os.devnull)
     assert (done.returncode, done.stderr) == (0, b"")
-    chosen = "--set", 'output.formats=["png"]'
+    chosen = "--set", 'output.formats=["csv"]', "--png"
     done = process("predict", "joint.toml", "--overwrite", *chosen, **strange)
     assert (done.returncode, done.stderr) == (0, b"")
     assert Path("joint-result/loops.png").is_file()

@@ -247,6 +247,17 @@ def test_what_declares_too_much_is_refused_before_it_is_read(kind: str) -> None:
     assert run.stdout.count("\n") == 1
 
 
+def test_a_text_of_no_letters_is_refused() -> None:
+    packed = io.BytesIO()
+    np.savez(packed, kind=np.array("reduced"))
+    text = "reduced".encode("utf-32-le")
+    with zipfile.ZipFile(packed) as archive, zipfile.ZipFile("model.npz", "w") as changed:
+        content = archive.read("kind.npy").replace(text, b"\xff" * len(text))
+        changed.writestr("kind.npy", content)
+    with pytest.raises(ms.InputError, match="not a usable npz file: it holds a text of no letters"):
+        ms.ReducedJoint.load("model.npz")
+
+
 def test_the_limit_is_the_users() -> None:
     np.savez("run.npz", time=TIME, displacement=MOTION, force=FORCE)
     with pytest.raises(ms.InputError, match="holds 1200 points"):

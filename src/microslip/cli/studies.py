@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,7 +12,7 @@ import click
 
 from microslip.cli.group import OneOf, echo_json
 from microslip.cli.options import ANY_PATH, Decorator, option, switch
-from microslip.cli.output import Output, writes
+from microslip.cli.output import FIGURES, Output, writes
 from microslip.cli.shell import complete_key, complete_study
 from microslip.cli.work import progress, stoppable
 
@@ -29,9 +30,20 @@ overridable = option(
 
 
 def _writes_into(default: str) -> Decorator:
-    return writes(
-        f"Folder for the result; by default {default} in the current folder.", "result", overridable
-    )
+    words = f"Folder for the result; by default {default} in the current folder."
+    return writes(words, "result", overridable, *FIGURES)
+
+
+def _with_figures(load: Callable[[tuple[str, ...]], Study], overrides: tuple[str, ...],
+                  kinds: tuple[str, ...]) -> Study:  # fmt: skip
+    """A study that writes its figures in these formats, too."""
+    study = load(overrides)
+    formats = study.output.formats
+    asked = [kind for kind in kinds if kind != "svg" and kind not in formats]
+    if not asked:
+        return study
+    listed = ", ".join(f'"{kind}"' for kind in (*formats, *asked))
+    return load((*overrides, f"output.formats=[{listed}]"))
 
 
 @click.command(short_help="Predict loops, energy and damping of a joint.")
@@ -53,7 +65,7 @@ def predict(study: Path, workers: int, output: Output, overrides: tuple[str, ...
     def read() -> Study:
         from microslip.results import Study
 
-        return Study.load(study, overrides)
+        return _with_figures(partial(Study.load, study), overrides, output.kinds)
 
     predict_into(read, output.folder or Path(f"{study.stem}-result"), output, workers)
 
@@ -72,7 +84,8 @@ def demo(beam: bool, output: Output, overrides: tuple[str, ...]) -> None:
         from microslip.study.new import demo_text
 
         name = "demo_beam.toml" if beam else "demo.toml"
-        return Study.from_toml(demo_text(beam), name, overrides)
+        load = partial(Study.from_toml, demo_text(beam), name)
+        return _with_figures(load, overrides, output.kinds)
 
     predict_into(read, output.folder or Path("microslip-demo"), output)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 import zipfile
 from functools import partial
 from pathlib import Path
@@ -37,7 +38,16 @@ def archived(path: Path) -> dict[str, np.ndarray]:
     """All arrays of an archive; nothing is unpickled."""
     refuse_beyond(sum(_size(shape, kind) for _, shape, kind, _ in _entries(path)) // 8)
     with decoded("npz file"), path.open("rb") as file, np.load(file, allow_pickle=False) as content:
-        return {name: np.asarray(content[name]) for name in content.files}
+        return {name: _text_checked(np.asarray(content[name])) for name in content.files}
+
+
+def _text_checked(array: np.ndarray) -> np.ndarray:
+    """An array, of text one of letters that there are: Python breaks down at others."""
+    if array.dtype.kind == "U" and array.size:
+        codes = np.dtype("u4").newbyteorder(array.dtype.byteorder)
+        if np.frombuffer(array.tobytes(), codes).max(initial=0) > sys.maxunicode:
+            raise ValueError("it holds a text of no letters")
+    return array
 
 
 def _entries(path: Path) -> list[tuple[str, tuple[int, ...], np.dtype[Any], int]]:

@@ -174,7 +174,7 @@ def _stuck(lines: str, heights: Floats) -> list[str]:
 
 
 def _halves(differences: Floats) -> tuple[Floats, Floats]:
-    """Median along compared halves of each line, zero where points are missing."""
+    """Median along both halves of each line, zero where points are missing."""
     half = differences.shape[1] // 2
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # of lines that are missing

@@ -88,8 +88,11 @@ endif
 
 install: $(READY)  ## make the environment and install the package into it
 
-demo: $(READY)  ## predict the milled Al 2017 joint; tables and figures go to demo/
-	@"$(VENV)/bin/microslip" predict examples/al2017.toml -o "$(DEMO)" --overwrite
+demo: $(READY)  ## predict a milled joint and a bolted beam; reports, tables and figures go to demo/
+	@mkdir -p "$(DEMO)"
+	@"$(VENV)/bin/microslip" predict examples/al2017.toml -o "$(DEMO)/joint" --overwrite
+	@echo
+	@"$(VENV)/bin/microslip" predict examples/bolted_beam.toml -o "$(DEMO)/beam" --overwrite --workers 2
 
 test: $(READY) $(EXTRA)  ## run the tests, but for the slow ones
 	@"$(PY)" -m pytest $(PYTEST_ARGS) $(TESTS)

@@ -53,7 +53,8 @@ def draw_loops(axes, joint: ms.Interface) -> None:
     name_line(axes, "gross slip, μN", -0.95, limit)
     axes.set(title="Al 2017, milled, 2 kN", xlabel="Displacement [µm]", ylabel="Force [kN]")
     axes.set_ylim(-1.35, 1.35)
-    axes.figure.legend(loc="outside lower left", ncols=3)
+    axes.set_xticks([-0.5, 0.0, 0.5])
+    axes.figure.legend(*axes.get_legend_handles_labels(), loc="outside lower right", ncols=3)
 
 
 def draw_damping(axes) -> None:
@@ -72,10 +73,12 @@ def draw_damping(axes) -> None:
     axes.legend(loc="center left", title="Normal load")
 
 
-def draw_beam() -> None:
+def predict_beam() -> ms.Result:
     """The beam of examples/bolted_beam.toml; takes a minute."""
-    study = ms.Study.load(Path(__file__).parents[1] / "examples/bolted_beam.toml")
-    result = study.run()
+    return ms.Study.load(Path(__file__).parents[1] / "examples/bolted_beam.toml").run()
+
+
+def draw_beam_files(result: ms.Result) -> None:
     names = {"modal_curves": "bolted_beam_curves", "loss_map": "bolted_beam_loss"}
     with tempfile.TemporaryDirectory() as folder:
         result.save(Path(folder) / "beam")
@@ -83,9 +86,29 @@ def draw_beam() -> None:
             shutil.copy(Path(folder) / f"beam/{name}.svg", FOLDER / f"{own}.svg")
 
 
+def draw_band(axes, result: ms.Result) -> None:
+    """Damping of the first mode of the beam: the median and the band of 5 to 95 %."""
+    mode = result.structure.modes[0]
+    amplitude = mode.curve.amplitude / MICRO
+    low, middle, high = (100.0 * values for values in mode.bands.damping_ratio)
+    axes.fill_between(amplitude, low, high, alpha=0.3, label="5 to 95 %")
+    axes.plot(amplitude, middle, label="median")
+    axes.set(xscale="log", yscale="log", xlabel="Amplitude at the end [µm]")
+    title = f"Bolted beam, {mode.curve.linear_frequency:.0f} Hz"
+    axes.set(title=title, ylabel="Damping ratio ζ [%]")
+    axes.legend(loc="upper left")
+
+
 def main() -> None:
     FOLDER.mkdir(exist_ok=True)
-    draw_beam()
+    beam = predict_beam()
+    draw_beam_files(beam)
+    with style.context(["default", STYLE]):
+        figure = Figure(figsize=(7.1, 3.4))
+        left, right = figure.subplots(1, 2)
+        draw_band(left, beam)
+        draw_loops(right, al2017(2000.0))
+        figure.savefig(FOLDER / "overview.png", dpi=130, metadata={"Software": None})
     with style.context(["default", STYLE]):
         figure = Figure(figsize=(7.1, 3.4))
         left, right = figure.subplots(1, 2)

@@ -95,7 +95,7 @@ def summarise(result: Prediction, defaults: Defaults) -> dict[str, Any]:
     study, names, joint = result.study, files(result.study), result.joints[0]
     surface, structure, scatter = study.surface, result.structure, result.scatter
     notes = [
-        *defaults.notes(),
+        *(defaults.notes() if study.asks_for_joint else ()),
         *load_notes(study, joint),
         *study.notes,
         *_title_notes(study, names),

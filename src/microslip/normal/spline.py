@@ -11,6 +11,7 @@ from microslip.kernels import Integers
 from microslip.numerics.quadrature import gauss_legendre
 
 _NODES, _WEIGHTS = gauss_legendre(20)
+_TERMS = 2**13  # of pairs and pieces at once
 
 
 class Spline(NamedTuple):
@@ -96,22 +97,28 @@ def over_pairs(spline: Spline, kind: str, d: Floats, u: Floats) -> Floats:
         return _drops(spline, d, u)
     last = float(spline.knots[-1])
     total = np.zeros(d.size)
-    pieces = zip(spline.knots[:-1], spline.knots[1:], spline.curvatures[:-1], strict=True)
-    for left, right, curve in pieces:
-        if curve == 0.0:
-            continue
-        low, high = np.maximum(left - d, 0.0), np.minimum(right - d, u)
-        width, middle = high - low, 0.5 * (low + high)
+    # Only the pieces that some pair passes over.
+    ends = (float(d.min(initial=last)), float((d + u).max(initial=-np.inf)))
+    first, end = np.searchsorted(spline.knots, ends)
+    passed = slice(max(int(first) - 1, 0), int(end))
+    curved = passed.start + np.flatnonzero(spline.curvatures[:-1][passed])
+    bent = passed.start + np.flatnonzero(spline.jumps[passed] > 0.0)
+    left, right = spline.knots[curved], spline.knots[curved + 1]
+    curves, places, jumps = spline.curvatures[curved], spline.knots[bent], spline.jumps[bent]
+    rows = max(_TERMS // max(curved.size, 1), 1)
+    for row in range(0, d.size, rows):
+        part = slice(row, row + rows)
+        near, step = d[part, None], u[part, None]
+        low, high = np.maximum(left - near, 0.0), np.minimum(right - near, step)
+        width, middle = np.maximum(high - low, 0.0), 0.5 * (low + high)
+        inner = middle
         if kind == "excess":
-            inner = 0.5 * curve * (middle * (u - middle) - width * width / 12.0)
-        else:
-            inner = 0.5 * curve * middle
-        total += np.where(width > 0.0, width * inner, 0.0)
-    for place, jump in zip(spline.knots, spline.jumps, strict=True):
-        if jump > 0.0:
-            v = place - d
-            inner = v * (u - v) if kind == "excess" else v
-            total += np.where((v > 0.0) & (v <= u), 0.5 * jump * inner, 0.0)
+            inner = middle * (step - middle) - width * width / 12.0
+        total[part] = 0.5 * ((width * inner) @ curves)
+        if bent.size:
+            v = places - near
+            inner = v * (step - v) if kind == "excess" else v
+            total[part] += 0.5 * (np.where((v > 0.0) & (v <= step), inner, 0.0) @ jumps)
     if spline.has_tail:
         length = spline.decay_length
         begin = np.maximum(last - d, 0.0)

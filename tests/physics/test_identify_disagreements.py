@@ -171,7 +171,7 @@ def test_the_rig_hangs_on_the_law() -> None:
     assert wrong.verdict == "apparent"
     assert "compare laws" in wrong.remedy
     assert not rigs["interface"].reason
-    assert "rig_stiffness: of a law that does not answer" in found.fits["segalman"].table()
+    assert "rig_stiffness: of a law that does not fit" in found.fits["segalman"].table()
     (line,) = (line for line in found.table().splitlines() if line.startswith("rig_stiffness: "))
     for law in rigs:
         assert f"({law})" in line

@@ -82,3 +82,23 @@ def _text() -> Any:
     import h5py
 
     return h5py.string_dtype()
+
+
+class Contents(NamedTuple):
+    """What a result has to say, labelled."""
+
+    dims: dict[str, int]
+    coords: dict[str, Variable]
+    variables: dict[str, Variable]
+    attributes: dict[str, Any]
+
+
+def dataset(contents: Contents) -> Any:
+    """The same as an `xarray.Dataset`: what xarray reads from the file."""
+    with needed_for("to_xarray needs", "xarray", "save(...) and its result.nc need nothing more"):
+        import xarray
+    return xarray.Dataset(
+        data_vars={name: tuple(variable) for name, variable in contents.variables.items()},
+        coords={name: tuple(variable) for name, variable in contents.coords.items()},
+        attrs=contents.attributes,
+    )

@@ -6,11 +6,10 @@ import click
 
 from microslip._version import __version__
 from microslip.cli.batch import batch, design
-from microslip.cli.browser import app, explore
 from microslip.cli.export import export
 from microslip.cli.group import Group
 from microslip.cli.identify import identify
-from microslip.cli.lists import figures, materials, schema
+from microslip.cli.lists import app, explore, figures, materials, schema
 from microslip.cli.measure import measure
 from microslip.cli.shell import completion
 from microslip.cli.studies import check, demo, new, predict

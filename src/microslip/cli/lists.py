@@ -1,4 +1,4 @@
-"""What there is to look up."""
+"""What there is to look up or to open: metals, schema, figures, and pages in a browser."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from microslip.cli.group import echo_json
 from microslip.cli.options import option, output_option, switch
 from microslip.cli.shell import complete_metal
 from microslip.cli.work import progress, stoppable
+from microslip.errors import InputError
 
 if TYPE_CHECKING:
     from microslip.materials import Metal
@@ -158,3 +159,49 @@ def figures(numbers: tuple[str, ...], folder: Path, overwrite: bool, as_json: bo
     for figure in summary["figures"]:
         click.echo(f"{figure['number']:<{width}}  {figure['title']}")
     click.echo(f"\n{len(summary['files'])} files in {folder}")
+
+
+@click.command(short_help="Open a page on which a joint can be explored.")
+@output_option("Write the page there and open nothing.", "FILE", "output")
+@switch("--overwrite", "Replace FILE if it is there.")
+def explore(output: Path | None, overwrite: bool) -> None:
+    """Open a page with sliders for materials, roughness, friction, load and amplitude.
+
+    Loop, backbone, energy and damping follow at once; the page computes by itself, without network
+    or server, and saves what was found as a study.
+    """
+    import tempfile
+    import webbrowser
+
+    from microslip._core.files import whole_file
+    from microslip.explorer.page import page
+
+    if output is not None:
+        with stoppable(), whole_file(output, overwrite) as stage:
+            stage.write_text(page(), encoding="utf-8", newline="\n")
+        click.echo(f"Written to {output}.")
+        return
+    path = Path(tempfile.mkdtemp(prefix="microslip-")) / "explorer.html"
+    path.write_text(page(), encoding="utf-8", newline="\n")
+    if not webbrowser.open(path.as_uri()):
+        raise InputError(f"no browser was found here; open {path} with one")
+    click.echo(f"Opened {path}.")
+
+
+@click.command(short_help="Open the workbench in the browser.")
+@option(
+    "--port", "PORT", "Port of this machine to listen at; one that is free if absent.",
+    type=click.IntRange(0, 65535), default=0,
+)  # fmt: skip
+@switch("--no-browser", "Print the address, and open nothing.")
+def app(port: int, no_browser: bool) -> None:
+    """Open the workbench: look at scans and records, choose with the mouse, run and compare.
+
+    It serves this machine alone, under an address that only you know, until Ctrl-C.
+    """
+    from microslip.app.server import serve
+    from microslip.cli.forms import forms
+
+    commands = click.get_current_context().find_root().command
+    assert isinstance(commands, click.Group)  # this command is one of it
+    serve(forms(commands.commands), port, not no_browser, click.echo)

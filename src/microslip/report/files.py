@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 
 from microslip import kernels
 from microslip._core import netcdf
+from microslip._core.netcdf import Contents
 from microslip._core.wording import ESCAPED, one_line
 from microslip._version import __version__
 from microslip.report.document import Document, File, PictureCache, Progress
 from microslip.report.folder import staged
-from microslip.report.netcdf import Contents
 
 Blocks = Iterator[Mapping[str, NDArray[np.float64]]]
 

@@ -12,12 +12,11 @@ from typing import Any
 import numpy as np
 
 from microslip import kernels
-from microslip._core.netcdf import Variable
+from microslip._core.netcdf import Contents, Variable
 from microslip._core.quantities import UNITS
 from microslip._version import __version__
 from microslip.report.document import File
 from microslip.report.files import Blocks, csv_file, netcdf_file, standard_files, text_file
-from microslip.report.netcdf import Contents
 from microslip.results.predicted.document import document
 from microslip.results.predicted.numbers import KIND, SUMMARY_SCHEMA, verdicts
 from microslip.results.structure.document import columns as structure_columns

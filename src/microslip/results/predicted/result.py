@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from microslip._core.checks import show
+from microslip._core.netcdf import dataset
 from microslip.errors import InputError
 from microslip.report.document import Progress
 from microslip.report.files import save
-from microslip.report.netcdf import dataset
 from microslip.results.predicted.document import document
 from microslip.results.predicted.files import contents, files
 from microslip.results.predicted.numbers import KIND, summarise

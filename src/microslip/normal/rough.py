@@ -282,6 +282,10 @@ class RoughSurface(TabulatedNormalLaw):
         heaviest = int(np.argmin(np.abs(np.asarray(self.loads) - self._heaviest_first)))
         return float(np.asarray(self.separations)[heaviest]), super()._span[1]
 
+    @property
+    def _heaviest(self) -> float:
+        return self._heaviest_first if self.tightening_load is None else self.tightening_load
+
     def _separations(self, value: ArrayLike) -> Floats:
         return NormalLaw._separations(self, value)  # also closer than its end, for trial steps
 

@@ -219,7 +219,10 @@ def series_of(
         if new.size == 0 and not is_whole and harmonics.size >= _MANY:
             # Of a triangle or a trapezoid: those that do not stand out by themselves do together.
             is_odd = bool(np.all(harmonics % 2 == 1))
+            # Corners of a drive are alike there and back; other motions have no more to tell.
             harmonic_count, is_whole = min(MOST_OF_CORNERS, most_told), True
+            if not is_odd:
+                harmonic_count = min(MOST_HARMONICS, most_told)
             all_of, design = _series_design(place, harmonic_count)
             is_unused = ~np.isin(all_of, harmonics)
             new = all_of[is_unused & ((all_of % 2 == 1) | (not is_odd))]

@@ -279,7 +279,7 @@ class RoughSurface(TabulatedNormalLaw):
 
     @cached_property
     def _span(self) -> tuple[float, float]:
-        heaviest = int(np.argmin(np.abs(np.asarray(self.loads) - self._heaviest_first)))
+        heaviest = int(np.argmin(np.abs(np.asarray(self.loads) - self._heaviest)))
         return float(np.asarray(self.separations)[heaviest]), super()._span[1]
 
     @property

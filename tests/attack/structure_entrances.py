@@ -70,6 +70,29 @@ def add_structures(add: Add, surface: Any, joint: Any) -> None:
         frequencies=[100.0, 120.0], harmonics=[1], samples=16)  # fmt: skip
     add("Preload.integrate", preload.integrate, force=np.zeros((400, 3)), time=time,
         displacement=[0.0, 0.0, 1e-6], velocity=np.zeros(3), spectral_radius=0.9)  # fmt: skip
+    base = {"directions": np.ones(3), "acceleration": 1.0, "frequencies": [100.0, 120.0]}
+    add("Preload.base_response", preload.base_response, ("acceleration",), **base, samples=16)
+    shaken = preload.base_response(**base, samples=16)
+    add("BaseResponse.absolute_amplitude", shaken.absolute_amplitude, at=[0.0, 0.0, 1.0])
+    add("BaseResponse.transmissibility", shaken.transmissibility, at=[0.0, 0.0, 1.0])
+    noise = np.array([[50.0, 500.0], [1e-2, 1e-2]])
+    damped = ms.Structure(mass, stiff, 1e-5 * stiff).attach(law, directions=between)
+    resting = damped.preload([0.0, 1.0, 0.0])
+    add("Preload.random_response", resting.random_response, psd=noise, directions=np.ones(3))
+    random = resting.random_response(noise, directions=np.ones(3))
+    for method in ("peak", "standard_deviation"):
+        more = {"duration": 10.0} if method == "peak" else {}
+        add(f"RandomResponse.{method}", getattr(random, method), at=[0.0, 0.0, 1.0], **more)
+    add("Pulse", ms.Pulse, time=[0.0, 1e-3, 2e-3], acceleration=[0.0, 10.0, 0.0])
+    add("Pulse.half_sine", ms.Pulse.half_sine, amplitude=10.0, duration=2e-3)
+    pulse = ms.Pulse.half_sine(10.0, 2e-3)
+    add("Preload.shock", preload.shock, ("pulse",), pulse=pulse, directions=np.ones(3),
+        duration=4e-3, damping_ratio=1e-3)  # fmt: skip
+    shock = preload.shock(pulse, directions=np.ones(3), duration=4e-3)
+    add("ShockResponse.history", shock.history, at=[0.0, 0.0, 1.0])
+    add("ShockResponse.peak", shock.peak, at=[0.0, 0.0, 1.0])
+    add("Structure.with_geometry", chain.with_geometry, coordinates=[[0.0], [0.0], [1.0]],
+        cubic=[[[0.0]]], quartic=[[[[1e12]]]], reach=[1e-3])  # fmt: skip
     forced = chain.forced_response([0.0, 0.0, 1.0], [100.0, 120.0], harmonics=[1], samples=16)
     add("ForcedResponse.amplitude", forced.amplitude, at=[0.0, 0.0, 1.0])
     add("Oscillator.interface_damping_ratio", oscillator.interface_damping_ratio, amplitude=1e-7)
@@ -105,6 +128,8 @@ def _add_drawings(add: Add, surface: Any, test: ms.ModalTest) -> None:
     add("ReducedJoint.tightened", joint.tightened, ("surface",), surface=surface,
         friction_coefficient=0.3)  # fmt: skip
     add("ReducedJoint.with_form", joint.with_form, form=np.zeros(6), factor=1.0)
+    add("ReducedJoint.scaled", joint.scaled, stiffness=1.1, mass=0.9)
+    add("LapJoint.size_of_elements", lap.size_of_elements, element_size=0.04)
     add("ReducedJoint.with_tension", joint.with_tension, tension=[4e3])
     size = joint.mass.shape[0]
     add("ReducedJoint.tensions", joint.tensions, displacement=np.zeros(size),

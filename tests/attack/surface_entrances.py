@@ -42,9 +42,33 @@ def add_surfaces(add: Add, surface: Any, joint: Any) -> None:
         values=np.linspace(0.0, 1e-6, 50) ** 2, bins=8)  # fmt: skip
     normal = ms.Statistical(stats.norm(scale=5e-7))
     add("Statistical.partial_moment", normal.partial_moment, order=1.5, threshold=1e-7)
+    add("MaterialPair.with_hardness", pair.with_hardness, hardness=1e9)
+    add("TightenedSurface.tightened", tightened.tightened, normal_load=5e3)
+    for quantity, at in (("force", [0.0, 1e-7, -1e-7]), ("dissipated_energy", 1e-7)):
+        add(f"BackboneLaw.parameter_derivatives, {quantity}", joint.parameter_derivatives,
+            ("quantity",), quantity=quantity, at=at)  # fmt: skip
+    _add_rough_faces(add, pair)
     _add_pressures(add, surface)
     _add_spectra(add, pair)
     _add_spheres(add, pair)
+
+
+def _add_rough_faces(add: Add, pair: Any) -> None:
+    """Faces by their drawing, and measured ones."""
+    sizes = {"pair": pair, "rms": 1e-6, "roll_off": 1e-4, "area": 1e-4}
+    add("RoughSurface", ms.RoughSurface, **sizes | {"pair": pair.with_hardness(1e9)},
+        shortest=1e-5, hurst=0.8, tightening_load=10.0, stiffness_factor=1.0)  # fmt: skip
+    add("RoughSurface.from_slope", ms.RoughSurface.from_slope, **sizes, slope=0.1, hurst=0.8)
+    rough = ms.RoughSurface(**sizes, shortest=1e-5)
+    add("RoughSurface.contact_area", rough.contact_area, separation=1e-6)
+    add("RoughSurface.tightened", rough.tightened, normal_load=10.0, hardness=1e9)
+    heights = np.random.default_rng(0).normal(size=(24, 24)) * 1e-6
+    add("MeasuredContact", ms.MeasuredContact, heights=heights, pair=pair, hardness=5e9,
+        tightening_pressure=1.5e9, pixel=1e-6, area=1e-8, piece=24, loads=4,
+        lightest=1e-2)  # fmt: skip
+    face = ms.MeasuredContact.examples()[0]
+    add("MeasuredContact.along", face.along, direction=0.3)
+    add("MeasuredContact.contact_area", face.contact_area, separation=face.separations[3])
 
 
 def _loops(joint: Any) -> Any:

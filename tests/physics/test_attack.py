@@ -86,6 +86,13 @@ def test_the_rule_by_hand() -> None:
 # Made by the library and handed out, so that nobody else fills them in; readers of files, which are
 # attacked by files; and what takes seconds a call and hands its arguments on to others here.
 NOT_ENTERED = {
+    *("BaseResponse", "RandomResponse", "ShockResponse", "PerssonCurve.stiffness"),
+    *(
+        "MeasuredContact.of_pieces",
+        "MeasuredContact.tightened",
+        "NormalLaw.along",
+        "Scan.to_contact",
+    ),
     *("AsperityFields", "Comparison", "Convergence", "CoupledCycle", "CoupledHarmonics", "Decay"),
     *("CoupledResponse", "FieldCycle", "FieldResponse", "FirstLoading", "ForcedResponse"),
     *("FreeDecay", "HarmonicForce", "Identification", "IsotropicField", "IwanFit", "Measurement"),

@@ -521,7 +521,11 @@ def joint_on(surface: ms.NormalLaw, joint: ms.Interface, length: float) -> ms.In
     return ms.Interface(surface, joint.friction_coefficient, separation=joint.separation * length)
 
 
-@pytest.mark.parametrize("law", INTERFACES)
+@pytest.mark.parametrize(
+    "law",
+    # A measured face is made of heights: tests/unit/test_measured_contact.py scales those.
+    [p for p in INTERFACES if not isinstance(p.values[0].surface, ms.MeasuredContact)],
+)
 # Each makes a surface and all its tables anew.
 @settings(max_examples=max(4, settings.default.max_examples // 3))
 @given(

@@ -190,3 +190,18 @@ def test_numbers_and_verdicts_go_with_it() -> None:
 def test_what_is_wrong_is_said(change, words) -> None:
     with pytest.raises(ms.InputError, match=words):
         solve(change.pop("z", None), **change)
+
+
+def test_lengths_and_pressures_only_scale() -> None:
+    heights = np.random.default_rng(2).normal(size=(32, 32)) * 1e-6
+    laws = []
+    for length, pressure in ((1.0, 1.0), (20.0, 0.3)):
+        body = ms.Material(70e9 * pressure, 0.3)
+        pair = ms.MaterialPair(body, body)
+        laws.append(
+            ms.MeasuredContact(heights * length, pair, pixel=1e-6 * length, piece=32, loads=4)
+        )
+    one, other = laws
+    d = one.separations[5]
+    assert other.load(20.0 * d) == pytest.approx(20.0**2 * 0.3 * one.load(d), rel=1e-6)
+    assert other.stiffness(20.0 * d) == pytest.approx(20.0 * 0.3 * one.stiffness(d), rel=1e-6)

@@ -117,7 +117,6 @@ def _at_amplitudes(
     if np.any(x < 0.0) or (quantity != "dissipated_energy" and not np.all(x > 0.0)):
         raise InputError(f"`at` must be amplitudes above zero for {quantity} [m], got {x.min():g}")
     force, energy = law._backbone(a), law._energy(a)
-    value = {"loss_factor": 1.0, "damping_ratio": 0.5}.get(quantity, 0.0) * energy / np.pi / a
 
     def of(backbone: DerivativeBackbone) -> Any:
         if quantity == "dissipated_energy":
@@ -126,7 +125,8 @@ def _at_amplitudes(
             result = backbone._backbone(a) / a
         else:  # energy over pi a T0, or half of that
             share = backbone._energy(a) / energy - backbone._backbone(a) / force
-            result = value / force * share
+            factor = 1.0 if quantity == "loss_factor" else 0.5
+            result = factor * energy / np.pi / a / force * share
         return plain(result.reshape(x.shape))
 
     return of

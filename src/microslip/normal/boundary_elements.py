@@ -181,7 +181,10 @@ def _relax(
         if float(np.abs(here).max(initial=0.0)) <= goal:
             break
         moved = space.displacement(direction)
-        step = square / float(np.vdot(direction, moved))
+        curvature = float(np.vdot(direction, moved))
+        if not curvature > 0.0:  # a uniform pressure moves nothing
+            break
+        step = square / curvature
         pressure = pressure + step * direction
         residual = residual - step * moved
         here = residual * free
@@ -238,7 +241,13 @@ def _solve(operator: Any, right: Floats, start: Floats, tolerance: float) -> Flo
         if square <= least:
             break
         moved = operator(direction)
-        step = square / float(np.vdot(direction, moved))
+        curvature = float(np.vdot(direction, moved))
+        if not curvature > 0.0:
+            raise InputError(
+                "all points are in contact, and nothing is left to come closer: a lighter "
+                "`tightening_pressure`, or heights and pixel in metres"
+            )
+        step = square / curvature
         solution = solution + step * direction
         here = here - step * moved
         new = float(np.vdot(here, here))

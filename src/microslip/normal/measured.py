@@ -119,10 +119,11 @@ class MeasuredContact(TabulatedNormalLaw):
         check_pair(pair)
         face = face_of(heights, pixel)
         loads = whole_number("loads", loads, 4, 200)
-        if not 0.0 < number("lightest", lightest) <= 0.5:
+        lightest = number("lightest", lightest)
+        if not 0.0 < lightest <= 0.5:
             raise InputError(f"`lightest` must be in (0, 0.5], got {exact(lightest)}")
         if piece is not None:
-            piece = whole_number("piece", piece, 16)
+            piece = whole_number("piece", piece, 16, 2**16)
         bound = _hardness(hardness, pair, tightening_pressure)
         modulus = pair.composite_modulus
         pressure = check_pressure(tightening_pressure, bound, modulus, face)
@@ -370,6 +371,11 @@ def _table(solution: FaceSolution) -> tuple[Floats, Floats]:
 
     d = solution.separation
     p, s = solution.pressure.mean(axis=1), solution.slope.mean(axis=1)
+    if d.size < 2:
+        raise InputError(
+            f"`loads` must leave two in contact, got {d.size}: write more loads, or a larger "
+            "`lightest`"
+        )
     curve = CubicHermiteSpline(d, np.log(p), -s / p)
     share = np.arange(_SAMPLES) / _SAMPLES
     fine = np.append((d[:-1, None] + np.diff(d)[:, None] * share).ravel(), d[-1])

@@ -121,10 +121,10 @@ class RoughSurface(TabulatedNormalLaw):
             stiffness_factor=stiffness_factor,
         )  # fmt: skip
         self._check_parameters()
-        if not shortest < 0.9 * roll_off:
+        if not self.shortest < 0.9 * self.roll_off:
             raise InputError(
-                f"`shortest` must be below 0.9 of the roll_off {exact(roll_off)} m, got "
-                f"{exact(shortest)}"
+                f"`shortest` must be below 0.9 of the roll_off {exact(self.roll_off)} m, got "
+                f"{exact(self.shortest)}"
             )
         if tightening_load is not None:
             tightening_load = positive("tightening_load", tightening_load, "N", 5000.0)
@@ -172,9 +172,13 @@ class RoughSurface(TabulatedNormalLaw):
             Root mean square slope Rdq of a profile [-] (ISO 21920-2), 0.707 of that of the face.
         """
         slope = positive("slope", slope, "", 0.1)
+        sizes = cls(
+            pair, rms, roll_off, 0.5 * positive("roll_off", roll_off, "m", 1e-4), area, hurst
+        )
+        rms, roll_off, hurst = sizes.rms, sizes.roll_off, sizes.hurst  # checked
 
         def miss(log_ratio: float) -> float:
-            q = 2.0 * math.pi / positive("roll_off", roll_off, "m", 1e-4)
+            q = 2.0 * math.pi / roll_off
             mean_square = moments(rms, hurst, q, q * math.exp(log_ratio))[1]
             return math.log(mean_square / slope**2)
 

@@ -149,7 +149,13 @@ def geometry(
             "a geometry needs one of: tensors cubic= and quartic=, static cases=(coordinates, "
             "forces), or force= with its reach="
         )
-    limits = None if reach is None else np.broadcast_to(floats("reach", reach), (p,)).copy()
+    limits = None if reach is None else floats("reach", reach)
+    if limits is not None:
+        if limits.size not in (1, p):
+            raise InputError(
+                f"reach must be one number or {p}, a coordinate each, got {limits.size}"
+            )
+        limits = np.broadcast_to(limits.reshape(-1), (p,)).copy()
     if limits is not None and limits.min() <= 0.0:
         raise InputError("reach must be above zero, the largest size of each coordinate")
     forms = _forms(p)

@@ -209,9 +209,7 @@ class Preload:
             raise InputError(f"method must be {quoted(get_args(Method))}, got {show(method)}")
         a = checked_amplitudes(amplitudes)
         basis = harmonic_basis(self._orders(harmonics), samples)
-        base = number("damping_ratio", damping_ratio, example=0.001)
-        if not 0.0 <= base < 1.0:
-            raise InputError(f"damping_ratio must be from 0 to below 1, got {exact(base)}")
+        base = _base_damping(damping_ratio)
         model = self._elastic
         if index >= model.size:
             raise InputError(f"index must be below {model.size}, the elastic modes, got {index}")
@@ -415,10 +413,15 @@ class Preload:
         if method not in (None, *get_args(RandomMethod)):
             words = quoted(get_args(RandomMethod))
             raise InputError(f"method must be {words}, got {show(method)}")
+        share = _base_damping(damping_ratio)
         if (method or ("modes" if fields else "joints")) == "joints":
+            if share:
+                raise InputError(
+                    '`damping_ratio` is that of method="modes"; by joints the structure has its '
+                    f"own damping matrix, got {share:g}"
+                )
             return by_joints(base, psd)
         basis = harmonic_basis(self._orders(harmonics), samples)
-        share = number("damping_ratio", damping_ratio, example=0.001)
 
         def curve(index: int, amplitudes: Floats) -> ModalCurve:
             measure = amplitude_measure(None, "displacement", base.model.shapes, index)
@@ -471,7 +474,7 @@ class Preload:
         if method not in (None, *get_args(ShockMethod)):
             raise InputError(f"method must be {quoted(get_args(ShockMethod))}, got {show(method)}")
         base = self._base(directions, supports, damping_frame, joints_on_base)
-        share = number("damping_ratio", damping_ratio, example=0.001)
+        share = _base_damping(damping_ratio)
         chosen: ShockMethod = method or ("oscillator" if fields else "integration")
         return shock(base, pulse, chosen, duration, share)
 
@@ -522,3 +525,11 @@ class Preload:
 
     def __repr__(self) -> str:
         return f"Preload({self.static_force.size} degrees of freedom, {self.message})"
+
+
+def _base_damping(value: Any) -> float:
+    """A damping ratio of all but the joints [-], or an error."""
+    ratio = number("damping_ratio", value, example=0.001)
+    if not 0.0 <= ratio < 1.0:
+        raise InputError(f"damping_ratio must be from 0 to below 1, got {exact(ratio)}")
+    return ratio

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from microslip._core.checks import Floats, floats, number, show
+from microslip._core.checks import Floats, floats, number, positive, show
 from microslip._core.files import whole_file
 from microslip._core.frozen import LockedArrays, lock
 from microslip._core.wording import quoted
@@ -287,6 +287,8 @@ class ReducedJoint(LockedArrays):
         ReducedJoint
             Exactly what its mesh reduces to (Craig and Bampton 1968, DOI 10.2514/3.4741).
         """
+        stiffness = positive("stiffness", stiffness, "", 1.1)
+        mass = positive("mass", mass, "", 1.1)
         if stiffness == mass == 1.0:
             return self
         return replace(

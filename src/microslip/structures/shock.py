@@ -23,6 +23,7 @@ from microslip.structures.quasi_static import QuasiStatic
 
 ShockMethod = Literal["integration", "oscillator"]
 _STEPS = 200  # a period of the mode that moves most
+_MOST_STEPS = 1e7
 _SLOW = 40  # modes beside it that answer dynamically
 _LATE = 10.0  # periods after a short pulse: what the oscillator tells of later ones is wrong
 _LARGEST = 2e7  # displacements that are kept
@@ -167,6 +168,11 @@ def shock(
             'wrong by 14 to 350 %; write method="integration"'
         )
     step = min(period / _STEPS, given.duration / 50.0)
+    if not end / step <= _MOST_STEPS:
+        raise InputError(
+            f"duration must be at most {_MOST_STEPS * step:.4g} s, {_MOST_STEPS:g} steps of "
+            f"{step:.3g} s, got {end:.4g} s"
+        )
     time: Floats = step * np.arange(math.ceil(end / step) + 1.0)
     a = np.asarray(np.interp(time, given.time, given.acceleration, right=0.0))
     solve = _integrated if method == "integration" else _oscillator

@@ -183,7 +183,13 @@ class LinearStructure:
         index = np.arange(n)
         dynamic[:, index, index] += self.squares[:n] - omega[:, None] ** 2
         right = push[:, :n] - (answer @ beside[:, :, None])[..., 0] @ b.T
-        slow = np.linalg.solve(dynamic, right[..., None])[..., 0]
+        try:
+            slow = np.linalg.solve(dynamic, right[..., None])[..., 0]
+        except np.linalg.LinAlgError:
+            raise InputError(
+                "a mode within the frequencies of `psd` has no damping: give the structure a "
+                "damping matrix, or leave that frequency out"
+            ) from None
         joints = (through @ (slow @ b + beside)[..., None])[..., 0]
         rest = (push[:, n:] - (impedance * joints) @ fast.T) / self.squares[n:]
         return np.concatenate([slow, rest], axis=1), np.asarray(joints)

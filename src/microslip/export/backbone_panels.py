@@ -147,7 +147,10 @@ def _end(law: BackboneLaw, limit: float) -> float:
     """A displacement from which on the law is its limit, to rounding."""
     end = limit / law.tangential_stiffness
     for _ in range(400):
-        if float(law._backbone(np.array([end]))[0]) >= limit * (1.0 - _ROUNDING):
+        force, later = law._backbone(np.array([end, 1.5 * end])).tolist()
+        # Rounding of the separation may leave it a few last places below, for ever.
+        last = 8.0 * _ROUNDING if force == later else _ROUNDING
+        if force >= limit * (1.0 - last):
             return end
         end *= 1.5
     raise _too_rough(law)

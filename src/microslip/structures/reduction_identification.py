@@ -101,8 +101,8 @@ class ModalIdentification(LockedArrays):
     curves: tuple[ModalCurve, ...]
     """One for each test, by balance of harmonics, at its amplitudes."""
     bands: tuple[Floats, ...]
-    """One for each test, shape (2, 2, amplitudes): frequency [Hz] and damping ratio [-], each its
-    5 and 95 %, over draws of the parameters by their covariance."""
+    """Bands of each test over draws of the parameters by their covariance, (2, 2, amplitudes), of
+    frequency [Hz] and damping ratio [-] the 5 and 95 % each."""
     state: Preload
     """The joint as it was found."""
     joint: ReducedJoint

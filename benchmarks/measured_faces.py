@@ -4,7 +4,8 @@
 measured scan in FOLDER, of steel tightened to 100 MPa at two hardnesses, and holds the stiffness
 and the energy of a cycle of other normal laws to it: boundary elements without yielding, summits
 one by one, Gaussian summits, Persson's theory, and summits that have yielded. With `--figure FILE`
-it draws the generated face (`docs/images/measured_face.svg`).
+it draws the generated face (`docs/images/measured_face.svg`), with `--milled FILE` it writes the
+scan that comes with the examples (`examples/milled.npy`).
 """
 
 from __future__ import annotations
@@ -31,6 +32,30 @@ POINTS = 256
 def generated() -> ms.Scan:
     """A face like a fine-milled one: 0.5 um rms, waves of 18 to 60 um."""
     return random_surface((POINTS, POINTS), 2e-6, m0=2.5e-13, m2=4e-3, m4=1.5e8, seed=3)
+
+
+def milled(points: int = 256, pixel: float = 2.5e-6, seed: int = 4) -> np.ndarray:
+    """Heights [nm] of a face milled by a round nose, 0.1 mm a tooth, with finer roughness.
+
+    Grooves of the nose along the arcs of the cutter, each tooth a little deeper or beside, and
+    self-affine waves of 15 to 60 um across the lay, three times as long along it.
+    """
+    rng = np.random.default_rng(seed)
+    x = np.arange(points) * pixel
+    y = x[:, None]
+    feed, nose, cutter = 0.1e-3, 0.8e-3, 12e-3
+    z = np.full((points, points), np.inf)
+    for tooth in range(-1, math.ceil(x[-1] / feed) + 2):
+        centre = (tooth + 0.37) * feed + (y - 0.4 * x[-1]) ** 2 / (2.0 * cutter)
+        centre = centre + rng.normal(scale=4e-6)
+        z = np.minimum(z, (x - centre) ** 2 / (2.0 * nose) + rng.normal(scale=0.2e-6))
+    n = 2 * points
+    q = np.hypot(np.fft.rfftfreq(n, pixel), 3.0 * np.fft.fftfreq(n, pixel)[:, None])
+    size = np.where((q > 0.0) & (q < 1.0 / 15e-6), np.maximum(q, 1.0 / 60e-6) ** -1.8, 0.0)
+    waves = np.fft.irfft2(size * np.exp(2j * np.pi * rng.random(q.shape)), s=(n, n))
+    waves = waves[:points, :points]
+    z = z + 0.3e-6 * waves / waves.std()
+    return np.round(1e9 * (z - z.mean())).astype(np.int16)
 
 
 def middle(path: Path) -> ms.Scan:
@@ -136,11 +161,14 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", nargs="?", type=Path)
     parser.add_argument("--figure", type=Path)
+    parser.add_argument("--milled", type=Path)
     given = parser.parse_args()
-    if given.figure:
+    if given.milled:
+        np.save(given.milled, milled())
+    elif given.figure:
         figure(given.figure)
     else:
-        faces = {"generated": generated()}
+        faces = {"generated": generated(), "milled": ms.Scan(1e-9 * milled(), 2.5e-6)}
         for file in sorted(given.folder.iterdir()) if given.folder else ():
             if file.suffix in (".plu", ".mnt", ".al3d"):
                 faces[file.name] = middle(file)

@@ -23,6 +23,7 @@ PINNED = {
     "drawing": (5.143515e09, 150.0, 0.0621586),
     "lay": (2.922107e09, 200.0, 0.02623),
     "spectrum": (1.749821e09, 40.0, 0.130993),
+    "milled": (6.823548e10, 3200.0, 0.0197075),
 }
 LARGE = ("al2017", "bolted_beam")
 """Those that have tests of their own."""
@@ -73,3 +74,11 @@ def test_what_loops_did_not_tell_is_asked_back(tmp_path: Path) -> None:
     assert asked.startswith("surface.radius: is this number known?")
     with pytest.raises(ms.StudyError, match=r"^study: not_identified"):
         ms.Study.from_toml(text.replace('["surface.radius"]', "3"))
+
+
+def test_the_milled_scan_is_what_its_program_makes(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(str(FOLDER.parent / "benchmarks"))
+    from measured_faces import milled
+
+    shipped = np.load(FOLDER / "milled.npy", allow_pickle=False)
+    assert np.abs(shipped - milled()).max() <= 1  # nm

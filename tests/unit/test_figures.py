@@ -72,7 +72,7 @@ def by_label(plot: Plot, word: str) -> Panel:
 def test_the_names_of_the_figures() -> None:
     assert tuple(FIGURES) == (
         *("loops", "backbone", "energy_damping", "force_damping"),
-        *("contact_state", "pressure", "slider_density", "history", "oscillator"),
+        *("contact_state", "pressure", "slider_density", "history", "oscillator", "face"),
     )
 
 

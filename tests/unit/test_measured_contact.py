@@ -10,6 +10,8 @@ import pytest
 
 import microslip as ms
 from microslip.normal import measured_face
+from microslip.normal.measured_pictures import face_plot
+from microslip.report.plot import Line
 
 STEEL = ms.Material(210e9, 0.3, hardness=2.5e9)
 PAIR = ms.MaterialPair(STEEL, STEEL)
@@ -167,6 +169,24 @@ def test_numbers_and_verdicts_go_with_it() -> None:
     }
 
 
+def test_it_is_drawn_with_what_touches_under_lighter_loads() -> None:
+    law = solve(heights(128), piece=64, tightening_pressure=5e8)
+    reach, solution = law.solution.reach, law.solution
+    assert np.array_equal(reach > 0, solution.map > 0.0)
+    touching = [np.mean(reach > k) for k in range(solution.separation.size)]
+    assert np.all(np.diff(touching) <= 0.0)
+    assert touching[-1] < 0.05 * touching[0]
+    plot = face_plot(law, {"past its end": solve()})
+    pressures, contact, loads = plot.panels
+    assert "0 to 2.50 GPa" in pressures.note
+    assert "500 MPa" in contact.note
+    assert [entry.label for entry in plot.legend] == ["its pieces", "point by point"]
+    line = next(item for item in loads.items if isinstance(item, Line))
+    d = np.asarray(law.separation(line.y[[0, -1]] * loads.y.unit * law.area))
+    assert (line.x[-1] - line.x[0]) * loads.x.unit == pytest.approx(d[1] - d[0])
+    assert len(law.plot()) == 3
+
+
 @pytest.mark.parametrize(
     ("change", "words"),
     [
@@ -205,3 +225,9 @@ def test_lengths_and_pressures_only_scale() -> None:
     d = one.separations[5]
     assert other.load(20.0 * d) == pytest.approx(20.0**2 * 0.3 * one.load(d), rel=1e-6)
     assert other.stiffness(20.0 * d) == pytest.approx(20.0 * 0.3 * one.stiffness(d), rel=1e-6)
+
+
+def test_summits_of_their_own_radii_are_judged_once_tightened() -> None:
+    summits = ms.AsperityPopulation(PAIR, [0.0, 1e-7, 2e-7], [1e-4, 2e-4, 3e-4], area=1e-7)
+    joint = ms.Interface(summits.tightened(1.0, hardness=2e9), 0.3, normal_load=1.0)
+    assert {"density * radius * std", "indentation over yield"} <= {v.name for v in joint.validity}

@@ -21,8 +21,9 @@ _PAUSE = 10.0
 
 def scan_view(scan: Scan, level: Any) -> dict[str, Any]:
     """A map of the heights, levelled, and their spectrum."""
+    from microslip.report.colours import coarse, coloured
     from microslip.report.svg import png_bytes
-    from microslip.scans.figures import SHARE, coarse, coloured
+    from microslip.scans.figures import SHARE
     from microslip.scans.spectrum import spectrum
 
     levelled = scan.condition(level=level)

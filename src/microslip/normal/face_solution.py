@@ -49,6 +49,8 @@ class FaceSolution(LockedArrays):
     """Points in contact when tightened."""
     map: Floats
     """Pressures of the first piece when tightened."""
+    reach: Floats
+    """How many of the loads, the heaviest first, each of its points touches under."""
 
 
 class _Piece:
@@ -196,8 +198,10 @@ def solve_face(
         touching = sum(p.touching for p in face.pieces)
         if k and touching < _FEWEST:
             break
+        first = np.asarray(face.pieces[0].pressure)
         if k == 0:
-            picture = np.array(face.pieces[0].pressure)
+            picture, reach = first.copy(), np.zeros(first.shape)
+        reach[(first > 0.0) & (reach == k)] += 1.0
         rows.append((d, pressures, slopes, touching / sizes.sum()))
         if not tensors or (len(tensors) == 1 and mean < 0.15 * pressure):
             tensors.append(_sliding(face, stiffness_ratio, aspect, workers))
@@ -211,7 +215,7 @@ def solve_face(
     separation, p, s, contact = (np.array(column) for column in zip(*rows, strict=True))
     return FaceSolution(
         separation, p, s, contact, tensors[0], tensors[-1], bearing / max(points, 1), points,
-        picture,
+        picture, reach,
     )  # fmt: skip
 
 

@@ -269,6 +269,24 @@ class MeasuredContact(TabulatedNormalLaw):
         """A law that :meth:`save` has written."""
         return cls._made_of(*read_law(path))
 
+    def plot(self, ax: Any = None) -> Any:
+        """Draw the pressures of its first piece, what touches under three loads, and the loads.
+
+        Parameters
+        ----------
+        ax : sequence of matplotlib.axes.Axes, optional
+            Three axes to draw on; without them a new figure.
+
+        Returns
+        -------
+        numpy.ndarray of matplotlib.axes.Axes
+            What was drawn on.
+        """
+        from microslip.normal.measured_pictures import face_plot
+        from microslip.report import draw
+
+        return draw(face_plot(self), ax)
+
     # -- the law ----------------------------------------------------------------------------------
 
     @property

@@ -23,7 +23,7 @@ _KIND = "microslip-measured-contact"
 _FORMAT = 1
 _LARGEST = 1 << 28  # bytes that a file may unpack to
 _ARRAYS = {"separation": 1, "pressure": 2, "slope": 2, "contact": 1, "sliding": 2,
-           "lighter_sliding": 2, "map": 2}  # fmt: skip
+           "lighter_sliding": 2, "map": 2, "reach": 2}  # fmt: skip
 
 
 class StoredLaw(NamedTuple):
@@ -92,6 +92,7 @@ def _write(path: Path, solution: FaceSolution, about: dict[str, Any], overwrite:
     head = {"kind": _KIND, "format": _FORMAT, "hard": solution.hard, "pixels": solution.pixels}
     arrays = {name: getattr(solution, name) for name in _ARRAYS}
     arrays["map"] = arrays["map"].astype(np.float32)
+    arrays["reach"] = arrays["reach"].astype(np.uint8)
     text = json.dumps({**head, **about}).encode()
     with whole_file(path, overwrite) as stage, stage.open("wb") as file:
         np.savez_compressed(file, about=np.frombuffer(text, dtype=np.uint8), **arrays)
@@ -104,7 +105,8 @@ def _read(path: Path) -> tuple[FaceSolution, dict[str, Any]]:
                 raise ValueError("too large")
         with np.load(path, allow_pickle=False) as file:
             about = json.loads(bytes(file["about"]))
-            arrays = {name: np.asarray(file[name], dtype=float) for name in _ARRAYS}
+            arrays = {name: np.asarray(file[name], dtype=float) for name in _ARRAYS if name in file}
+        arrays.setdefault("reach", (arrays["map"] > 0.0).astype(float))  # files made before it
         if about["kind"] != _KIND or about["format"] != _FORMAT:
             raise ValueError(f"it says {about['kind']!s:.40}, {about['format']!s:.10}")
         solution = FaceSolution(**arrays, hard=float(about["hard"]), pixels=int(about["pixels"]))
@@ -121,6 +123,8 @@ def _check(arrays: dict[str, Any]) -> None:
         array = arrays[name]
         if array.ndim != dimensions or not np.isfinite(array).all():
             raise ValueError(f"no {name}")
+    if arrays["reach"].shape != arrays["map"].shape:
+        raise ValueError("maps of two sizes")
     shapes = {arrays[name].shape[0] for name in ("pressure", "slope", "contact")}
     tensors = {arrays[name].shape for name in ("sliding", "lighter_sliding")}
     mean = arrays["pressure"].mean(axis=1)

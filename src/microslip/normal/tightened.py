@@ -257,7 +257,7 @@ class TightenedSurface(NormalLaw):
     def _assumptions(self, separation: float | None) -> dict[str, float | None]:
         values: dict[str, float | None] = {}
         if self.area is not None:  # given summits, without an area, are all there are
-            radius = float(self.radius)
+            radius = float(np.mean(self.radius))
             values = sparse_contacts(self, self.area, self.heights.spread, radius, separation)
             # Junctions have met once where they met at tightening.
             tightest = float(self.contact_area(self.closest_separation)) / self.area

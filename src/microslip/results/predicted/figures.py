@@ -349,6 +349,14 @@ def _modal_damping(result: Prediction, axis: AmplitudeAxis) -> Panel:
     return panel
 
 
+def face(result: Prediction) -> Plot:
+    """A measured face: its pressures, what touches, its loads."""
+    from microslip.normal.measured_pictures import face_plot
+    from microslip.study.build import build_surface
+
+    return face_plot(build_surface(result.study))
+
+
 _LAW_FIGURES = (
     loops,
     backbone,
@@ -359,7 +367,7 @@ _LAW_FIGURES = (
     slider_density,
 )
 FIGURES: dict[str, Callable[[Prediction], Plot]] = {
-    figure.__name__: figure for figure in (*_LAW_FIGURES, history, oscillator)
+    figure.__name__: figure for figure in (*_LAW_FIGURES, history, oscillator, face)
 }
 """What says each figure, by its name, in the order of reading."""
 
@@ -426,6 +434,12 @@ _CAPTIONS = {
         "Contacts and real contact area against load, sticking share against displacement",
         "Contacts and real contact area over the normal load, with the loads of the study marked; "
         "below, the share of the contact area that still sticks after a displacement from rest.",
+    ),
+    "face": (
+        "Pressures and contacts on a piece of the face, and its loads against the separation",
+        "The face point by point: pressures of its first piece as it was tightened, what touches "
+        "of it then and under two lighter loads, and the mean pressure against the separation, "
+        "each piece of the scan within the grey.",
     ),
     "pressure": (
         "Pressure over the faces, and how near each place is to sliding",

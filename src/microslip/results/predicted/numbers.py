@@ -59,6 +59,7 @@ def figure_names(study: StudyDescription) -> tuple[str, ...]:
         "slider_density": study.asks_for_joint,
         "history": study.excitation.history is not None,
         "oscillator": study.oscillator is not None,
+        "face": isinstance(study.surface, u.MeasuredFace),
     }
     return tuple(name for name, is_there in figures.items() if is_there)
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from microslip._core.checks import Floats
 from microslip._core.units import engineering, prefix, significant
+from microslip.report.colours import coarse, coloured
 from microslip.report.kit import (
     EDGE,
     SHORT_DASH,
@@ -40,7 +41,7 @@ from microslip.report.plot import (
 from microslip.report.scales import length_prefix, logarithmic
 from microslip.scans.areal_parameters import autocorrelation, slope_over_distance
 from microslip.scans.distribution_fits import Fit
-from microslip.scans.figures import SHARE, coarse, coloured, trace_figure
+from microslip.scans.figures import SHARE, trace_figure
 from microslip.scans.findings import Findings
 from microslip.scans.height_map import HeightMap
 from microslip.scans.summits import Summits

@@ -66,6 +66,38 @@ def test_what_was_put_in_comes_out_without_noise() -> None:
         np.testing.assert_allclose(curve.damping_ratio, test.damping_ratio, rtol=2e-3)
 
 
+def test_a_second_mode_tells_the_form_from_the_modulus() -> None:
+    joint = small_joint().scaled(1.03).with_form(bowed, TRUE["form"])
+    state = joint.tightened(surface(), 0.3)
+    made = []
+    for mode in (0, 2):
+        curve = state.modes(mode, AMPLITUDES[:2], at=joint.sensor("tip"))
+        made.append(
+            ms.ModalTest(
+                AMPLITUDES[:2],
+                curve.frequency,
+                curve.damping_ratio,
+                mode=mode,
+                sensor="tip",
+                frequency_error=1e-3,
+            )
+        )
+    one, both = (
+        ms.identify_modal(
+            small_joint(), surface(), tests, ("form", "young_modulus"), form_table=bowed
+        )
+        for tests in (made[:1], made)
+    )
+    assert both.values["young_modulus"] == pytest.approx(1.03, rel=1e-4)
+    assert both.values["form"] == pytest.approx(TRUE["form"], rel=1e-3)
+    assert abs(one.correlation[0, 1]) > 0.85 > 0.8 > abs(both.correlation[0, 1])
+    assert (both.scatter < 0.7 * one.scatter).all()
+    squares = state.model.squares[[0, 2]]
+    np.testing.assert_allclose(
+        both.linear_frequencies[:, 2], np.sqrt(squares) / (2.0 * np.pi), rtol=1e-5
+    )
+
+
 @pytest.mark.slow
 def test_noise_widens_the_intervals_and_they_hold_the_truth() -> None:
     found = identified(0.05, tuple(TRUE))

@@ -18,6 +18,7 @@ from microslip.results.predicted.document import document
 from microslip.results.predicted.numbers import files
 from microslip.results.predicted.preview import preview
 from microslip.results.structure.pictures import curve_plot, shape_plot
+from microslip.study.draws import at_middle
 from microslip.study.sense import questions
 from microslip.study.uncertain import Spread
 
@@ -171,20 +172,26 @@ def test_pictures_show_bands_and_the_test(result: ms.Result) -> None:
 
 
 @pytest.mark.slow
-def test_a_fit_tells_what_the_test_knows(folder: Path) -> None:
+def test_a_fit_tells_what_the_test_knows(folder: Path, tmp_path: Path) -> None:
+    near = TEST.replace("900", "984").replace("899", "983")
+    (folder / "near.csv").write_text(near, encoding="utf-8")
     text = (
         STUDY.replace(
             'file = "test.csv"',
-            'file = "test.csv", fit = ["friction_coefficient", "base_damping_ratio"]',
+            'file = "near.csv", fit = ["friction_coefficient", "base_damping_ratio"]',
         )
         .replace("{ low = 0.1, high = 0.6 }", "0.35")
         .replace("{ low = 0.0, high = 1.0 }", "0.5")
     )
     text = text.replace('{ mean = "5 kN", cv = 0.15 }', '"5 kN"')
+    text = text.replace(
+        'from = "0.1 um", to = "10 um", points = 3', 'from="1 um", to="10 um", points=2'
+    )
     result = ms.Study.from_toml(text, folder=folder).run()
     told = document(result)
     (section,) = [s for s in told.sections if s.title == "Fitted to the test"]
-    table, verdicts, compared = section.blocks
+    table, verdicts, linear, compared, _ = section.blocks
+    assert linear.rows[0][:2] == (1, 984.0)
     assert [row[0] for row in table.rows] == ["Friction coefficient", "Base damping ratio"]
     assert verdicts.caption.startswith("Friction coefficient and base damping ratio correlate by")
     assert result.structure is not None
@@ -195,6 +202,21 @@ def test_a_fit_tells_what_the_test_knows(folder: Path) -> None:
         dotted = panel.items[-1]
         np.testing.assert_allclose(dotted.x, [1.0, 10.0])
         assert dotted.dash
+        (band,) = [item for item in panel.items if isinstance(item, Area)]
+        assert min(band.y) < min(dotted.y)
+        assert max(dotted.y) < max(band.y)
+    # The study that is saved predicts what was fitted, with the band that the test leaves.
+    result.save(tmp_path / "found")
+    again = ms.Study.load(tmp_path / "found/fitted.toml").run().structure
+    assert again is not None
+    assert again.identified is None
+    assert again.tests[0].name == "near.csv"
+    np.testing.assert_allclose(again.modes[0].curve.frequency, curve.frequency, rtol=1e-9)
+    np.testing.assert_allclose(again.modes[0].curve.damping_ratio, curve.damping_ratio, rtol=1e-6)
+    assert again.modes[0].bands is not None
+    (band,), ends = result.structure.identified.bands, again.modes[0].bands.damping_ratio[[0, 2]]
+    wide = np.log(band[1][1] / band[1][0])
+    assert (abs(np.log(ends / band[1])) < 0.25 * wide).all()
     found = result.summary["structure"]["identified"]
     assert found["curves"][0]["modal_frequency"] == curve.frequency.tolist()
     assert set(found["values"]) == {"friction_coefficient", "base_damping_ratio"}
@@ -246,10 +268,15 @@ def test_identify_takes_several_tests_of_a_structure(folder: Path, ring: Path) -
     (folder / "known.toml").write_text(
         text.replace('{ mean = "5 kN", cv = 0.15 }', '"5 kN"'), encoding="utf-8"
     )
-    words = ["--study", folder / "known.toml", "--band", "700..1100 Hz", "--json"]
+    words = ["--study", folder / "known.toml", "--band", "700..1100 Hz", "-o", folder / "found"]
     outcome = run("identify", folder / "test.csv", ring, *words)
     assert outcome.exit_code == 0, outcome.output
-    assert set(json.loads(outcome.stdout)["values"]) == {"friction_coefficient", "tension"}
+    found = json.loads((folder / "found/summary.json").read_text())["structure"]["identified"]
+    assert set(found["values"]) == {"friction_coefficient", "tension"}
+    fitted = at_middle(ms.Study.load(folder / "found/fitted.toml"))
+    assert fitted.joint.friction_coefficient == found["values"]["friction_coefficient"]
+    np.testing.assert_allclose(fitted.structure.tension, 5e3 * found["values"]["tension"])
+    assert [test.band for test in fitted.structure.measured] == [None, (700.0, 1100.0)]
 
 
 def test_the_curves_are_in_the_labelled_arrays(result: ms.Result) -> None:

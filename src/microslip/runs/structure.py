@@ -10,6 +10,7 @@ import numpy as np
 
 from microslip._core.checks import Floats
 from microslip.errors import InputError
+from microslip.normal import NormalLaw
 from microslip.report.document import Progress
 from microslip.runs.structure_prediction import SHARES, Bands, Mode, StructurePrediction
 from microslip.structures import (
@@ -212,9 +213,17 @@ def _identified(
     """What tests say of the joint, from the values of the study on."""
     part = study.structure
     assert part is not None  # who calls has looked
+    body = study.surface.materials[0]
+
+    def surface(modulus: float) -> NormalLaw:
+        """Of bodies so many times as stiff, as the modulus in a study is of bodies and faces."""
+        given = study.material[body]
+        scaled = given.copy(young_modulus=modulus * given.young_modulus)
+        return build_surface(study.copy(material={**study.material, body: scaled}))
+
     return identify_modal(
         joint,
-        build_surface(study),
+        surface,
         tests,
         part.fitted,
         friction_coefficient=float(study.joint.friction_coefficient),

@@ -1,9 +1,9 @@
-"""From a structure's test back to its joint: friction, bolt tension, form and base damping."""
+"""From a structure's tests back to its joint: friction, bolts, form, modulus and base damping."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -32,6 +32,9 @@ class _Kind(NamedTuple):
     low: float
     high: float
     log: bool
+    scatter: float = 0.0
+    """How far it may be from where the fit begins, as the linear frequencies are met: above zero
+    of what moves them."""
 
     def coordinate(self, value: float) -> float:
         """Map a value to its fit coordinate."""
@@ -44,11 +47,13 @@ class _Kind(NamedTuple):
 
 KINDS = {
     "friction_coefficient": _Kind(0.01, 3.0, True),
-    "tension": _Kind(0.05, 5.0, True),
-    "form": _Kind(-3.0, 3.0, False),
+    "tension": _Kind(0.05, 5.0, True, 0.3),
+    "form": _Kind(-3.0, 3.0, False, 1.0),
+    "young_modulus": _Kind(0.5, 2.0, True, 0.05),
     "base_damping_ratio": _Kind(1e-7, 0.1, True),
 }
-"""What can be fitted: the tension as a share of the bolts' own, the form as a factor on it."""
+"""What can be fitted: the tension as a share of the bolts' own, the form as a factor on it, the
+modulus as a share of the given one."""
 
 MISFIT = Rule(
     "misfit beside the errors of the test",
@@ -91,13 +96,18 @@ class ModalIdentification(LockedArrays):
     """
 
     values: Mapping[str, float]
-    """Fitted parameters by name [-]; the tension as a share of the bolts' own."""
+    """Fitted parameters by name [-]; tension and modulus as shares of those that were given."""
     intervals: Mapping[str, tuple[float, float]]
     """90 % intervals by name [-]."""
     correlation: Floats
     """Correlations of the parameters in the order of ``values`` [-]."""
+    scatter: Floats
+    """Standard deviations in the same order [-], of the logarithm of all but the form."""
     misfit: float
     """Root of chi square a degree of freedom [-]."""
+    linear_frequencies: Floats
+    """Of each test the frequency at its smallest amplitude, and that of the sticking joints as they
+    were given and as they were found, (tests, 3) [Hz]."""
     curves: tuple[ModalCurve, ...]
     """One for each test, by balance of harmonics, at its amplitudes."""
     bands: tuple[Floats, ...]
@@ -113,30 +123,34 @@ class ModalIdentification(LockedArrays):
 
 def identify_modal(
     joint: ReducedJoint,
-    surface: NormalLaw,
+    surface: NormalLaw | Callable[[float], NormalLaw],
     tests: ModalTest | Iterable[ModalTest],
     fit: Sequence[str] = ("friction_coefficient", "tension", "form"),
     *,
     friction_coefficient: float = 0.3,
     tension: float = 1.0,
     form: float = 1.0,
+    young_modulus: float = 1.0,
     base_damping_ratio: float = 0.0,
     form_table: ArrayLike | Any = None,
 ) -> ModalIdentification:
-    """Fit a joint's friction, bolt tension, form and base damping to tests of modes.
+    """Fit a joint's friction, bolt tension, form, modulus and base damping to tests of modes.
 
     Parameters
     ----------
     joint : ReducedJoint
         The structure, with the sensors of the tests, flat if ``form_table`` is given.
-    surface : NormalLaw
-        The normal load law of the surface.
+    surface : NormalLaw or callable
+        The normal load law of the surface, or a function that gives it for a modulus, as a share of
+        the given one [-].
     tests : ModalTest or iterable of ModalTest
         One or several modes.
     fit : sequence of str
-        What is not known: "friction_coefficient", "tension", "form", "base_damping_ratio".
-    friction_coefficient, tension, form, base_damping_ratio : float
-        Where the fit begins [-], or what is known; the tension is a share of the bolts' own.
+        What is not known: "friction_coefficient", "tension", "form", "young_modulus",
+        "base_damping_ratio".
+    friction_coefficient, tension, form, young_modulus, base_damping_ratio : float
+        Where the fit begins [-], or what is known; tension and modulus are shares of the joint's
+        own.
     form_table : array_like or callable, optional
         The form of factor 1 [m], see :meth:`ReducedJoint.with_form`; the joint's own gaps, of
         shape (patches,), unless given.
@@ -148,8 +162,11 @@ def identify_modal(
 
     Notes
     -----
-    The curves in the fit are those of :meth:`Preload.modes` by the balance of harmonics, along
-    nonlinear modes (Szemplinska-Stupnicka 1979, DOI 10.1016/S0022-460X(79)80003-1).
+    Form, tension and modulus are first brought to where the modes of sticking joints meet the
+    frequencies at the smallest amplitudes. One mode tells the form from the modulus only by what
+    slips; a higher one, which the form moves less, tells them apart. All is then fitted to the
+    curves of :meth:`Preload.modes` by the balance of harmonics, along nonlinear modes
+    (Szemplinska-Stupnicka 1979, DOI 10.1016/S0022-460X(79)80003-1).
     """
     modal_tests = [tests] if isinstance(tests, ModalTest) else list(tests)
     names = _checked(fit, modal_tests)
@@ -160,10 +177,11 @@ def identify_modal(
         "friction_coefficient": positive("friction_coefficient", friction_coefficient, "", 0.3),
         "tension": positive("tension", tension, "", 1.0),
         "form": number("form", form),
+        "young_modulus": positive("young_modulus", young_modulus, "", 1.0),
         "base_damping_ratio": number("base_damping_ratio", base_damping_ratio),
     }
-    for name in ("friction_coefficient", "tension", "form"):
-        low, high, _ = KINDS[name]
+    for name in ("friction_coefficient", "tension", "form", "young_modulus"):
+        low, high = KINDS[name][:2]
         if not min(0.1 * low, 10.0 * low) <= start[name] <= 10.0 * high:
             raise InputError(f"`{name}` must be about {low:g} to {high:g}, got {start[name]:g}")
     if "base_damping_ratio" in names and start["base_damping_ratio"] <= 0.0:
@@ -193,7 +211,7 @@ class _Fit:
     """One identification: from a vector of parameters to residuals, and to the result."""
 
     joint: ReducedJoint
-    surface: NormalLaw
+    surface: NormalLaw | Callable[[float], NormalLaw]
     tests: list[ModalTest]
     names: tuple[str, ...]
     start: dict[str, float]
@@ -202,30 +220,75 @@ class _Fit:
     def run(self) -> ModalIdentification:
         from scipy.optimize import least_squares
 
-        kinds = [KINDS[name] for name in self.names]
-        bounds = [k.coordinate(k.low) for k in kinds], [k.coordinate(k.high) for k in kinds]
-        if not all(c.converged.all() for c in self._curves(self._state(self.start)[1], self.start)):
-            raise InputError(
-                "the tests' amplitudes must be ones that the model reaches at the values that the "
-                "fit begins with; write other values, or take the largest out"
-            )
-        first = [kind.coordinate(self.start[n]) for n, kind in zip(self.names, kinds, strict=True)]
+        reached = self._reached(self.start)
+        met = self._by_linear_frequencies()
+        if not (met != self.start and self._reached(met)):
+            met = self.start
+            if not reached:
+                raise InputError(
+                    "the tests' amplitudes must be ones that the model reaches at the values that "
+                    "the fit begins with; write other values, or take the largest out"
+                )
+        first, bounds = self._coordinates(self.names, met)
         solved = least_squares(
-            self._residuals, np.clip(np.array(first), *np.array(bounds)), bounds=bounds,
-            diff_step=2e-3, xtol=1e-8, ftol=1e-10, max_nfev=40,
+            self._residuals, first, bounds=bounds, diff_step=2e-3, xtol=1e-8, ftol=1e-10,
+            max_nfev=40,
         )  # fmt: skip
         at_bounds = int((np.abs(solved.active_mask) > 0).sum())
         return self._result(solved.x, solved.jac, solved.fun, at_bounds)
 
-    def _values(self, vector: Floats) -> dict[str, float]:
-        pairs = zip(self.names, vector, strict=True)
+    def _reached(self, values: dict[str, float]) -> bool:
+        return all(c.converged.all() for c in self._curves(self._state(values)[1], values))
+
+    def _coordinates(
+        self, names: Sequence[str], values: dict[str, float]
+    ) -> tuple[Floats, tuple[Floats, Floats]]:
+        """Parameters as they are fitted, within their ranges, and these."""
+        kinds = [KINDS[name] for name in names]
+        low, high = np.array([[k.coordinate(k.low), k.coordinate(k.high)] for k in kinds]).T
+        given = [kind.coordinate(values[name]) for name, kind in zip(names, kinds, strict=True)]
+        return np.clip(given, low, high), (low, high)
+
+    def _by_linear_frequencies(self) -> dict[str, float]:
+        """Form, tension and modulus with which the sticking joints meet the lowest amplitudes."""
+        from scipy.optimize import least_squares
+
+        names = tuple(name for name in self.names if KINDS[name].scatter)
+        if not names:
+            return self.start
+        first, bounds = self._coordinates(names, self.start)
+        scatter = np.array([KINDS[name].scatter for name in names])
+        errors = np.array([test.frequency_error for test in self.tests])
+
+        def residuals(vector: Floats) -> Floats:
+            frequencies = self._linear(self._values(vector, names))
+            apart = np.log(frequencies / self._lowest) / errors
+            return np.concatenate([apart, (vector - first) / scatter])
+
+        solved = least_squares(residuals, first, bounds=bounds, diff_step=2e-3)
+        return self._values(solved.x, names)
+
+    @property
+    def _lowest(self) -> Floats:
+        """Frequency of each test at its smallest amplitude [Hz]."""
+        return np.array([test.frequency[test.amplitude.argmin()] for test in self.tests])
+
+    def _linear(self, values: dict[str, float]) -> Floats:
+        """Frequencies of the tests' modes while all joints stick [Hz]."""
+        squares = self._state(values)[1].model.squares
+        return np.asarray(np.sqrt(squares[[t.mode for t in self.tests]]) / (2.0 * math.pi))
+
+    def _values(self, vector: Floats, names: Sequence[str] = ()) -> dict[str, float]:
+        pairs = zip(names or self.names, vector, strict=True)
         return self.start | {name: KINDS[name].value(v) for name, v in pairs}
 
     def _state(self, values: dict[str, float]) -> tuple[ReducedJoint, Preload]:
-        joint = self.joint.with_tension(self.joint.bolt_tension * values["tension"])
+        modulus = values["young_modulus"]
+        joint = self.joint.scaled(modulus).with_tension(self.joint.bolt_tension * values["tension"])
         if np.ndim(self.form) != 1 or np.any(self.form):
             joint = joint.with_form(self.form, values["form"])
-        return joint, joint.tightened(self.surface, values["friction_coefficient"])
+        surface = self.surface if isinstance(self.surface, NormalLaw) else self.surface(modulus)
+        return joint, joint.tightened(surface, values["friction_coefficient"])
 
     def _curves(self, state: Preload, values: dict[str, float]) -> list[ModalCurve]:
         return [
@@ -283,9 +346,11 @@ class _Fit:
         curves = tuple(self._curves(state, values))
         bands = self._bands(vector, np.asarray(covariance, dtype=float))
         fitted = {name: values[name] for name in self.names}
+        linear = np.stack([self._lowest, self._linear(self.start), self._linear(values)], axis=1)
         return ModalIdentification(
-            fitted, intervals, correlation, misfit, curves, bands, state, joint, verdicts
-        )
+            fitted, intervals, correlation, np.asarray(error), misfit, linear, curves, bands, state,
+            joint, verdicts,
+        )  # fmt: skip
 
     def _bands(self, vector: Floats, covariance: Floats) -> tuple[Floats, ...]:
         """Each test's curve, over Sobol' points of the parameters about what was found."""
@@ -295,12 +360,7 @@ class _Fit:
         points = qmc.Sobol(len(vector), rng=np.random.default_rng(0)).random(_DRAWS)
         squares, axes = np.linalg.eigh(covariance)
         root = axes * np.sqrt(np.maximum(squares, 0.0))
-        kinds = [KINDS[name] for name in self.names]
-        ends = (
-            [k.coordinate(end) for k, end in zip(kinds, side, strict=True)]
-            for side in ([k.low for k in kinds], [k.high for k in kinds])
-        )
-        low, high = ends
+        low, high = self._coordinates(self.names, self.start)[1]
         draws: list[list[Floats]] = [[] for _ in self.tests]
         for point in points:
             values = self._values(np.clip(vector + root @ ndtri(point), low, high))

@@ -20,7 +20,7 @@ from microslip.study.fields import (
 from microslip.study.part import Part, Table, key
 from microslip.study.readers import Items, Place
 
-FITTED = ("friction_coefficient", "tension", "form", "base_damping_ratio")
+FITTED = ("friction_coefficient", "tension", "form", "young_modulus", "base_damping_ratio")
 """What can be fitted to a test."""
 
 _COLUMNS = ("amplitude", "frequency", "damping_ratio")

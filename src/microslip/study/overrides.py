@@ -6,8 +6,8 @@ import copy
 import json
 import re
 import tomllib
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -66,17 +66,23 @@ FILE_KEYS = ("file", "scan", "identification")
 """Keys whose text names a file or a folder."""
 
 
+def edited_text(text: str, values: Mapping[tuple[str, ...], Any]) -> str:
+    """A study with other values at some keys; None takes a key out."""
+    data = tomllib.loads(text)
+    changes = [Override("", path, value) for path, value in values.items()]
+    for change in changes:
+        _set_key(data, change)
+    return _with_comments(text, data, changes)
+
+
 def relocated_text(text: str, folder: Path, new_folder: Path) -> str:
     """Name the files that a study uses as they are seen from another folder."""
-    data = tomllib.loads(text)
 
     def from_elsewhere(name: str) -> str:
         return name if Path(name).is_absolute() else seen_from(new_folder, folder / name)
 
-    changes = [Override("", path, names) for path, names in _files(data, from_elsewhere)]
-    for change in changes:
-        _set_key(data, change)
-    return _with_comments(text, data, changes) if changes else text
+    files = dict(_files(tomllib.loads(text), from_elsewhere))
+    return edited_text(text, files) if files else text
 
 
 def _files(
@@ -173,6 +179,9 @@ def _set_key(data: Any, change: Override) -> None:
             if isinstance(node, list):
                 wrong = f"no item of a list can be set; give all of the list, {path}=[…]"
             raise _error(change.text, wrong)
+    if change.value is None:
+        node.pop(last, None)
+        return
     node[last] = change.value
     if last in _CHOICES and words:
         change.blamed = dotted(words)
@@ -186,6 +195,8 @@ def _with_comments(text: str, data: dict[str, Any], changes: Sequence[Override])
     try:
         document = tomlkit.parse(text)
         for change in changes:
+            if isinstance(change.value, (dict, list)):  # on one line, as it is read best
+                change = replace(change, value=tomlkit.value(as_toml(change.value)))
             _set_key(document, change)
         edited = tomlkit.dumps(document)
         if _canonical(tomllib.loads(edited)) == _canonical(data):

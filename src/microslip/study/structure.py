@@ -324,6 +324,12 @@ class StructurePart(Part):
             raise KeyedError(
                 ".measured.fit", 'wanted "form" only with a table structure.form, got none'
             )
+        if "young_modulus" in self.fitted and self.mesh is not None:
+            raise KeyedError(
+                ".measured.fit",
+                'wanted "young_modulus" of a drawing, whose bodies are of one material, not of a '
+                "mesh",
+            )
         from microslip.structures.periodic_motion import harmonic_basis
 
         harmonic_basis(self.harmonics, 64)

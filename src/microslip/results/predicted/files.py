@@ -21,6 +21,7 @@ from microslip.results.predicted.document import document
 from microslip.results.predicted.numbers import KIND, SUMMARY_SCHEMA, verdicts
 from microslip.results.structure.document import columns as structure_columns
 from microslip.results.structure.document import labelled as structure_arrays
+from microslip.results.structure.fitted_study import FITTED_STUDY, fitted_text
 from microslip.runs.columns import Columns, Floats, VaryingLoop, blocks
 from microslip.runs.prediction import Prediction, labelled, variables
 from microslip.runs.scatter import Scatter
@@ -58,6 +59,8 @@ def files(result: Prediction, destination: Path) -> tuple[File, ...]:
         numbers += (2 if name == "bands" else 1) * rows * len(arrays)
     tables.append(netcdf_file("result.nc", partial(contents, result), numbers))
     tables.append(text_file("study.toml", lambda: study.text_for(destination)))
+    if (fitted := result.structure) is not None and fitted.identified is not None:
+        tables.append(text_file(FITTED_STUDY, lambda: fitted_text(study, fitted, destination)))
     return standard_files(replace(document(result), files=tuple(tables)))
 
 

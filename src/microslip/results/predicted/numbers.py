@@ -19,6 +19,7 @@ from microslip.results.predicted.scatter_document import FIGURES as SCATTER_FIGU
 from microslip.results.predicted.scatter_document import numbers as scatter_numbers
 from microslip.results.structure.document import FIGURES as STRUCTURE_FIGURES
 from microslip.results.structure.document import numbers as structure_numbers
+from microslip.results.structure.fitted_study import FITTED_STUDY
 from microslip.runs.columns import (
     AmplitudeCurve,
     Columns,
@@ -84,6 +85,7 @@ def files(study: StudyDescription) -> tuple[str, ...]:
     return (
         "summary.json",
         "study.toml",
+        *((FITTED_STUDY,) if study.structure is not None and study.structure.fitted else ()),
         *(("report.html",) if study.output.report else ()),
         *(("result.nc",) if "netcdf" in formats else ()),
         *(f"{name}.csv" for name, there in tables.items() if there and "csv" in formats),

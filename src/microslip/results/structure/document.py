@@ -25,6 +25,7 @@ from microslip.report.document import (
     Verdicts,
 )
 from microslip.report.files import plain
+from microslip.results.structure.fitted_study import FITTED_STUDY
 from microslip.results.structure.pictures import (
     curve_plot,
     loss_plot,
@@ -93,7 +94,11 @@ def sections(prediction: StructurePrediction) -> tuple[Section, ...]:
 def pictures(prediction: StructurePrediction) -> tuple[Picture, ...]:
     """The figures."""
     markers = " Markers are the tests." if prediction.tests else ""
-    fitted = " Dotted: fitted to them." if prediction.identified is not None else ""
+    fitted = (
+        " Dotted: fitted to them, between 5 and 95 % of what the tests leave open."
+        if prediction.identified is not None
+        else ""
+    )
     bands = " Shaded: 5 to 95 % of what is not known." if prediction.inputs else ""
     figures = {
         "modal_curves": (
@@ -188,8 +193,13 @@ def _identified(identified: ModalIdentification) -> dict[str, Any]:
     return {
         "values": dict(identified.values),
         "intervals": {name: list(ends) for name, ends in identified.intervals.items()},
+        "scatter": dict(zip(identified.values, identified.scatter.tolist(), strict=True)),
         "correlation": identified.correlation.tolist(),
         "misfit": plain(identified.misfit),
+        "linear_frequencies": [
+            dict(zip(("test", "study", "fitted"), row, strict=True))
+            for row in identified.linear_frequencies.tolist()
+        ],
         "curves": [
             {
                 "mode": curve.index + 1,
@@ -328,6 +338,7 @@ _FITTED = {
     "friction_coefficient": "Friction coefficient",
     "tension": "Bolt tension, of the study's",
     "form": "Factor on the form",
+    "young_modulus": "Young's modulus, of the study's",
     "base_damping_ratio": "Base damping ratio",
 }
 
@@ -348,7 +359,27 @@ def _fitted(prediction: StructurePrediction, identified: ModalIdentification) ->
     verdicts = Verdicts(identified.verdicts, caption=_strongest_correlation(identified))
     listed_curves = zip(prediction.tests, identified.curves, identified.bands, strict=True)
     compared = (_compared(*fitted) for fitted in listed_curves)
-    return Section("Fitted to the test", (table, verdicts, *compared))
+    saved = Note(f"Saved as a study in {FITTED_STUDY}, for: microslip predict {FITTED_STUDY}")
+    blocks: list[Block] = [table, verdicts, _linear(prediction, identified), *compared, saved]
+    return Section("Fitted to the test", tuple(blocks))
+
+
+def _linear(prediction: StructurePrediction, identified: ModalIdentification) -> Table:
+    """Frequencies of sticking joints beside those of the smallest amplitudes of the tests."""
+    listed = (
+        Column("mode", "Mode"),
+        *(
+            Column(f"{name}_frequency", label, "Hz", write=lambda f: f"{f:.5g}")
+            for name, label in (
+                ("test", "Test, smallest amplitude"),
+                ("study", "Joints stick, as in the study"),
+                ("linear", "Joints stick, fitted"),
+            )
+        ),
+    )
+    numbered = zip(prediction.tests, identified.linear_frequencies.tolist(), strict=True)
+    rows = tuple((test.mode + 1, *row) for test, row in numbered)
+    return Table("Linear frequencies", listed, rows, noun="tests")
 
 
 _COMPARED = (

@@ -25,6 +25,7 @@ from microslip.structures.periodic_motion import POWERS
 from microslip.study.structure import AMPLITUDES
 
 _LIGHT, _DARK = np.array([240.0, 244.0, 248.0]), np.array([0.0, 76.0, 130.0])
+_TOLD = ("#b8b8b8", "#9dc6e2", "#eebd98", "#9cd3bd", "#e0b9cf", "#f0d689")  # of fitted curves
 _PALE = ("#dddddd", "#cfe3f1", "#f6dccb", "#cfe9df", "#f0dce8", "#f8ebcc")
 
 
@@ -47,6 +48,10 @@ def curve_plot(prediction: StructurePrediction) -> Plot:
 
     def values(mode: Mode, curve: object, name: str, place: int | None = None) -> Floats:
         y = getattr(curve, name) if place is None else getattr(curve, name)[place]
+        return scaled(mode, y, name)
+
+    def scaled(mode: Mode, y: Floats, name: str) -> Floats:
+        """Values of an axis."""
         at_rest = mode.curve.linear_frequency
         return 100.0 * (y / at_rest - 1.0) if name == "frequency" else np.asarray(y)
 
@@ -58,6 +63,18 @@ def curve_plot(prediction: StructurePrediction) -> Plot:
             panel.add(between(x, low, high, _PALE[index % len(_PALE)]))
             for edge in (low, high):
                 panel.line(x, edge, look_of(index).color, width=0.6, dash=DOTTED)
+    # What tests leave open of the fitted curves, over what was not known before.
+    numbers = [mode.number for mode in prediction.modes]
+    fitted = [] if prediction.identified is None else [
+        (numbers.index(curve.index + 1), np.argsort(curve.amplitude, kind="stable"), curve, band)
+        for curve, band in zip(
+            prediction.identified.curves, prediction.identified.bands, strict=True
+        )
+    ]  # fmt: skip
+    for index, order, curve, band in fitted:
+        for (panel, name), ends in zip(panels, band[:, :, order], strict=True):
+            low, high = (scaled(prediction.modes[index], end, name) for end in ends)
+            panel.add(between(sensed(curve)[order], low, high, _TOLD[index % len(_TOLD)]))
     legend = []
     for index, mode in enumerate(prediction.modes):
         color, x = look_of(index).color, mode.curve.amplitude / unit
@@ -67,15 +84,12 @@ def curve_plot(prediction: StructurePrediction) -> Plot:
         text = f"mode {mode.number}, {mode.curve.linear_frequency:.5g} Hz at rest"
         legend.append(Entry(text, color))
     for test in prediction.tests:
-        index = [mode.number for mode in prediction.modes].index(test.mode + 1)
+        index = numbers.index(test.mode + 1)
         color = look_of(index).color
         for panel, name in panels:
             panel.marks(sensed(test), values(prediction.modes[index], test, name), color)
         legend.append(Entry(f"test of mode {test.mode + 1}", color, marker="o", line=False))
-    fitted = () if prediction.identified is None else prediction.identified.curves
-    for curve in fitted:
-        index = [mode.number for mode in prediction.modes].index(curve.index + 1)
-        order = np.argsort(curve.amplitude, kind="stable")
+    for index, order, curve, _ in fitted:
         for panel, name in panels:
             y = values(prediction.modes[index], curve, name)[order]
             panel.line(sensed(curve)[order], y, look_of(index).color, dash=DOTTED)

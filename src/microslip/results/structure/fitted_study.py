@@ -1,0 +1,100 @@
+"""What tests say of a joint as a study that predicts it: that of the fit with what was found."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from microslip._version import __version__
+from microslip.runs.structure_prediction import StructurePrediction
+from microslip.study.description import StudyDescription
+from microslip.study.draws import at_middle
+from microslip.study.overrides import edited_text
+
+FITTED_STUDY = "fitted.toml"
+"""Its name in a folder of results."""
+
+_OF_A_TORQUE = ("torque", "nut_factor", "thread_friction", "bearing_friction", "tightening_factor")
+_WIDEST_NORMAL = 0.32  # coefficient of variation that a study takes
+_SURE = 0.999  # largest correlation that a study takes
+
+
+def fitted_text(study: StudyDescription, result: StructurePrediction, destination: Path) -> str:
+    """The study with what was found, its scatter and its correlations, for ``predict``.
+
+    Each middle is the fitted value, so that the curves are those of the fit.
+    """
+    found = result.identified
+    assert found is not None  # who calls has looked
+    text = study.text_for(destination)
+    tables = tomllib.loads(text)
+    middle = at_middle(study)
+    part = middle.structure
+    assert part is not None  # as before
+    body = study.surface.materials[0]
+    units = {"tension": (float(part.tension[0]), "N")}
+    if "young_modulus" in found.values:
+        units["young_modulus"] = (float(middle.material[body].young_modulus), "Pa")
+    keys = {
+        "friction_coefficient": ("joint", "friction_coefficient"),
+        "tension": ("structure", "bolts", "tension"),
+        "form": ("structure", "form", "factor"),
+        "young_modulus": ("material", body, "young_modulus"),
+        "base_damping_ratio": ("structure", "base_damping_ratio"),
+    }
+    changes: dict[tuple[str, ...], Any] = {
+        ("title",): f"{tables.get('title') or 'Structure'}: fitted"[:200],
+        ("structure", "measured"): _unfitted(tables["structure"]["measured"]),
+    }
+    scattered = set()
+    for (name, value), scatter in zip(found.values.items(), found.scatter.tolist(), strict=True):
+        given, unit = units.get(name, (1.0, ""))
+        written: Any = f"{given * value!r} {unit}" if unit else value
+        normal = name == "form"
+        cv = (
+            scatter / abs(value or 1.0) if normal else math.sqrt(math.expm1(min(scatter, 9.0) ** 2))
+        )
+        if value != 0.0 and 1e-9 < cv <= (_WIDEST_NORMAL if normal else 1.0):
+            scattered.add(name)
+            written = {"mean": written, "cv": cv, **({"distribution": "normal"} if normal else {})}
+        changes[keys[name]] = written
+    if "tension" in found.values:
+        changes |= dict.fromkeys((("structure", "bolts", key) for key in _OF_A_TORQUE), None)
+    names, told = tuple(found.values), {".".join(keys[name]) for name in found.values}
+    kept = [
+        pair for pair in tables.get("uncertainty", {}).get("correlations", ())
+        if not told & set(pair["between"])
+    ]  # fmt: skip
+    kept += [
+        {
+            "between": [".".join(keys[names[i]]), ".".join(keys[names[j]])],
+            "value": float(np.clip(found.correlation[i, j], -_SURE, _SURE)),
+        }
+        for i in range(len(names))
+        for j in range(i)
+        if {names[i], names[j]} <= scattered
+    ]
+    if kept or "correlations" in tables.get("uncertainty", {}):
+        changes["uncertainty", "correlations"] = kept or None
+    tests = ", ".join(test.name for test in result.tests)
+    lines = [f"Fitted by microslip {__version__} to {tests}; 5 to 95 % in brackets:"]
+    lines += [
+        f"{'.'.join(keys[name])}: {value:.4g} ({low:.4g} to {high:.4g})"
+        + (" of that of the study" if name in units else "")
+        for (name, value), (low, high) in zip(
+            found.values.items(), found.intervals.values(), strict=True
+        )
+    ]
+    remarks = "".join(f"# {line}\n" for line in lines)
+    return f"{remarks}\n{edited_text(text, changes)}"
+
+
+def _unfitted(measured: Any) -> Any:
+    """Tests that are drawn and no longer fitted."""
+    if isinstance(measured, dict):
+        return {name: value for name, value in measured.items() if name != "fit"}
+    return [_unfitted(test) for test in measured]

@@ -20,7 +20,7 @@ FITTED_STUDY = "fitted.toml"
 
 _OF_A_TORQUE = ("torque", "nut_factor", "thread_friction", "bearing_friction", "tightening_factor")
 _WIDEST_NORMAL = 0.32  # coefficient of variation that a study takes
-_SURE = 0.999  # largest correlation that a study takes
+_LARGEST_CORRELATION = 0.999  # largest correlation that a study takes
 
 
 def fitted_text(study: StudyDescription, result: StructurePrediction, destination: Path) -> str:
@@ -64,22 +64,24 @@ def fitted_text(study: StudyDescription, result: StructurePrediction, destinatio
         changes[keys[name]] = written
     if "tension" in found.values:
         changes |= dict.fromkeys((("structure", "bolts", key) for key in _OF_A_TORQUE), None)
-    names, told = tuple(found.values), {".".join(keys[name]) for name in found.values}
-    kept = [
+    names, replaced = tuple(found.values), {".".join(keys[name]) for name in found.values}
+    pairs = [
         pair for pair in tables.get("uncertainty", {}).get("correlations", ())
-        if not told & set(pair["between"])
+        if not replaced & set(pair["between"])
     ]  # fmt: skip
-    kept += [
+    pairs += [
         {
             "between": [".".join(keys[names[i]]), ".".join(keys[names[j]])],
-            "value": float(np.clip(found.correlation[i, j], -_SURE, _SURE)),
+            "value": float(
+                np.clip(found.correlation[i, j], -_LARGEST_CORRELATION, _LARGEST_CORRELATION)
+            ),
         }
         for i in range(len(names))
         for j in range(i)
         if {names[i], names[j]} <= scattered
     ]
-    if kept or "correlations" in tables.get("uncertainty", {}):
-        changes["uncertainty", "correlations"] = kept or None
+    if pairs or "correlations" in tables.get("uncertainty", {}):
+        changes["uncertainty", "correlations"] = pairs or None
     tests = ", ".join(test.name for test in result.tests)
     lines = [f"Fitted by microslip {__version__} to {tests}; 5 to 95 % in brackets:"]
     lines += [

@@ -25,7 +25,7 @@ from microslip.structures.periodic_motion import POWERS
 from microslip.study.structure import AMPLITUDES
 
 _LIGHT, _DARK = np.array([240.0, 244.0, 248.0]), np.array([0.0, 76.0, 130.0])
-_TOLD = ("#b8b8b8", "#9dc6e2", "#eebd98", "#9cd3bd", "#e0b9cf", "#f0d689")  # of fitted curves
+_POSTERIOR = ("#b8b8b8", "#9dc6e2", "#eebd98", "#9cd3bd", "#e0b9cf", "#f0d689")  # of fitted curves
 _PALE = ("#dddddd", "#cfe3f1", "#f6dccb", "#cfe9df", "#f0dce8", "#f8ebcc")
 
 
@@ -74,7 +74,7 @@ def curve_plot(prediction: StructurePrediction) -> Plot:
     for index, order, curve, band in fitted:
         for (panel, name), ends in zip(panels, band[:, :, order], strict=True):
             low, high = (scaled(prediction.modes[index], end, name) for end in ends)
-            panel.add(between(sensed(curve)[order], low, high, _TOLD[index % len(_TOLD)]))
+            panel.add(between(sensed(curve)[order], low, high, _POSTERIOR[index % len(_POSTERIOR)]))
     legend = []
     for index, mode in enumerate(prediction.modes):
         color, x = look_of(index).color, mode.curve.amplitude / unit

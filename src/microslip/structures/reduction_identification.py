@@ -220,16 +220,16 @@ class _Fit:
     def run(self) -> ModalIdentification:
         from scipy.optimize import least_squares
 
-        reached = self._reached(self.start)
-        met = self._by_linear_frequencies()
-        if not (met != self.start and self._reached(met)):
-            met = self.start
+        reached = self._reached(self.start)  # says what is wrong with a mode or a sensor, too
+        begin = self._by_linear_frequencies()
+        if not self._reached(begin):
+            begin = self.start
             if not reached:
                 raise InputError(
                     "the tests' amplitudes must be ones that the model reaches at the values that "
                     "the fit begins with; write other values, or take the largest out"
                 )
-        first, bounds = self._coordinates(self.names, met)
+        first, bounds = self._coordinates(self.names, begin)
         solved = least_squares(
             self._residuals, first, bounds=bounds, diff_step=2e-3, xtol=1e-8, ftol=1e-10,
             max_nfev=40,
@@ -262,8 +262,8 @@ class _Fit:
 
         def residuals(vector: Floats) -> Floats:
             frequencies = self._linear(self._values(vector, names))
-            apart = np.log(frequencies / self._lowest) / errors
-            return np.concatenate([apart, (vector - first) / scatter])
+            differences = np.log(frequencies / self._lowest) / errors
+            return np.concatenate([differences, (vector - first) / scatter])
 
         solved = least_squares(residuals, first, bounds=bounds, diff_step=2e-3)
         return self._values(solved.x, names)

@@ -212,6 +212,7 @@ def test_a_mesh_of_ones_own_gives_the_same_joint(tmp_path: Path, suffix: str) ->
         ({"bodies": {"post": STEEL}}, 'body "post" must have a material and a density'),
         ({"bolts": {"pots": 1e3}}, 'has no volume "pots"; did you mean "post"'),
         ({"bolts": {"post": -1e3}}, 'the tension of bolt "post" must be above zero'),
+        ({"limit": 100}, "points, more than limit=100"),
         (
             {"contacts": [("low face", "hi face")]},
             'has no face "hi face"; did you mean "high face"',

@@ -409,7 +409,7 @@ def test_too_large(put: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(ms.InputError) as caught:
         ms.Record.read("big.h5")
     assert str(caught.value) == (
-        "big.h5: holds 2000000000000 points, more than limit=100000000; "
+        "big.h5: holds 2000000000000 points, more than limit=50000000; "
         "give a higher limit if there is memory for it (1.6e+04 GB and a few times that)"
     )
     with pytest.raises(ms.InputError) as caught:

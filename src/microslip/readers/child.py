@@ -27,7 +27,7 @@ import numpy as np
 from microslip.errors import InputError
 from microslip.readers.files import POINTS, Unusable, allowed_points, decoded, first_line, limited
 
-_BYTES_A_POINT: Final = 16  # as read, and as written for the parent
+_BYTES_A_POINT: Final = 24  # as unpacked, as read, and as written for the parent
 _BESIDE: Final = 1 << 28  # beside the numbers, and what the child had before
 _UNKNOWN: Final = 1 << 30  # address space of Python with libraries, where nothing tells it
 _SECONDS: Final = 10.0

@@ -21,8 +21,8 @@ from microslip._core.wording import did_you_mean, shorten, show
 from microslip.errors import InputError
 
 _HEAD = 1024
-POINTS = 100_000_000
-"""Numbers that a file may hold unless more are allowed: 0.8 GB."""
+POINTS = 50_000_000
+"""Numbers that a file may hold unless more are allowed: 0.4 GB, of which a few copies are made."""
 LIMIT = option(
     "limit",
     "Numbers that a file may hold; one that declares more is refused before it is read.",

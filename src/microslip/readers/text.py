@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from itertools import islice
 from pathlib import Path
-from typing import NamedTuple
+from typing import IO, NamedTuple
 
 import numpy as np
 
@@ -31,18 +32,13 @@ from microslip.readers.tables import Column, Stated, Table
 
 MAX_BYTES = 4_000_000_000
 _HEAD = 1 << 18  # bytes in which names and rows begin
-_LINE = 1 << 28  # bytes of the longest line, ten million numbers
-_BLOCK = 1 << 24
+_LINE = 1 << 21  # letters of the longest line, some hundred thousand numbers
+_BLOCK = 1 << 22  # letters that are read at a time: what is wrong costs a closer look at these
 
 _ENCODINGS = ((b"\xef\xbb\xbf", "utf-8-sig"), (b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"))
 _CALLED = {"utf-8": "UTF-8", "utf-8-sig": "UTF-8", "utf-16": "UTF-16", "latin-1": "Latin-1"}
 _STATED = re.compile(r"# (sample_rate|frequency|normal_load) = (\S+) (Hz|N)\s*")
-_EMPTY_CELL = re.compile(r"(?<![^;,\t|])[ ]*(?=[;,\t|]|$)")
-_NO_NUMBER = re.compile(
-    r"(?<![\w.+*?#/-])(?:[+-]?nan|#?n/?a|null|none|bad|nodata|-+|\*+|\?|[+-]?\d*\.?#\w+)"
-    r"(?![\w.+*?#/-])",
-    re.IGNORECASE,
-)
+_QUOTED = r'(?:(?<={0})|^)"([^"\n{0}]*)"(?={0}|$)'  # a cell
 _REMARK = re.compile(r"\s(?:#|%|//).*")  # behind the numbers of a row
 
 
@@ -54,7 +50,7 @@ class TextFile(NamedTuple):
     layout: Layout
     decimal: str
     counts: Counter[str]
-    """How often signs stand in the rows; under "other" what is not ASCII."""
+    """How often points, commas and ends of lines stand in the rows."""
     above: tuple[Line, ...]
     """Lines above the rows."""
     may_end_short: bool = False
@@ -99,17 +95,22 @@ class TextFile(NamedTuple):
     def matrix(self, places: list[int] | None = None) -> Floats:
         """Rows of numbers of these columns, in the order of the file; of all by default."""
         places = list(range(len(self.layout.names))) if places is None else places
-        for read in (_as_numbers, _with_nan, _cell_by_cell):
-            values = read(self, places)
-            if values is not None:
-                return values
-        raise AssertionError  # pragma: no cover - the last one reads or raises
+        values = np.empty((self.most_rows, len(places)))
+        count = 0
+        for block in self._blocks():
+            rows = _as_numbers(self, block, places)
+            if rows is None:
+                rows = _cell_by_cell(self, block, places)
+            values[count : count + len(rows)] = rows
+            count += len(rows)
+        return values[:count]
 
     def cells(self, place: int) -> Iterator[tuple[int, str]]:
         """Text of one column, with the line of each row, for numbers that are to stay exact."""
-        for index, row in _cells(self):
-            if row is not None:
-                yield index + 1, row[place]
+        for block in self._blocks():
+            for index, row in _cells(self, block):
+                if row is not None:
+                    yield index + 1, row[place]
 
     def no_number(self, line: int, place: int, cell: str) -> ValueError:
         """What is wrong with a cell, and where it is."""
@@ -126,13 +127,27 @@ class TextFile(NamedTuple):
 
     def line_of(self, row: int) -> int:
         """Line of a row, both counted as people do and as arrays do."""
-        return next(islice(_rows(self), row, None))[0] + 1
+        rows = (line for block in self._blocks() for line in _rows(self, block))
+        return next(islice(rows, row, None))[0] + 1
 
-    def lines(self, start: int = 0) -> Iterator[str]:
-        """Lines from this index on."""
-        # What is not in the encoding is no number either: it is met where it is read.
-        with self.path.open(encoding=self.encoding, errors="replace") as file:
-            yield from islice(file, start, None)
+    def _blocks(self) -> Iterator[_Block]:
+        """The rows, some megabytes at a time."""
+        with _opened(self.path, self.encoding, self.layout.first) as file:
+            first, text = self.layout.first, file.read(_BLOCK)
+            while text:
+                text += _line(file)
+                ahead = file.read(_BLOCK)
+                yield _Block(first, text, not ahead)
+                first, text = first + text.count("\n"), ahead
+
+
+class _Block(NamedTuple):
+    """Whole lines of a file that follow each other."""
+
+    first: int
+    """Index of the first of them."""
+    text: str
+    is_last: bool
 
 
 def open_text(path: Path, limit: int | None = None) -> TextFile:
@@ -225,74 +240,62 @@ def _lines(path: Path, encoding: str, cut: bool) -> list[Line]:
     """The lines of the head of a file."""
     lines: list[Line] = []
     size = 0
-    with path.open(encoding=encoding, errors="replace") as file:
-        while size < _HEAD // 2 and (text := file.readline(_LINE)):
-            if len(text) >= _LINE:
-                raise ValueError("wanted lines of numbers, got one of more than 250 MB")
+    with _opened(path, encoding) as file:
+        while size < _HEAD // 2 and (text := _line(file)):
             lines.append(Line(len(lines), text))
             size += len(text)
     return lines[:-1] if cut and len(lines) > 1 else lines
 
 
+@contextmanager
+def _opened(path: Path, encoding: str, first: int = 0) -> Iterator[IO[str]]:
+    """A text at its line of this index."""
+    # What is not in the encoding is no number either: it is met where it is read.
+    with path.open(encoding=encoding, errors="replace") as file:
+        for _ in range(first):
+            _line(file)
+        yield file
+
+
+def _line(file: IO[str]) -> str:
+    """What is left of a line."""
+    text = file.readline(_LINE)
+    if len(text) >= _LINE:
+        raise ValueError(
+            f"wanted lines of numbers, got one of more than {_LINE // 1_000_000} million letters"
+        )
+    return text
+
+
 def _count(path: Path, encoding: str, layout: Layout) -> Counter[str]:
     counts = Counter[str]()
-    signs = {",", ".", '"', "#", "%", "/", "\n", layout.separator or " "}
-    with path.open(encoding=encoding, errors="replace") as stream:
-        for _ in islice(stream, layout.first):
-            pass
-        while block := stream.read(_BLOCK):
-            for sign in signs:
-                counts[sign] += block.count(sign)
-            counts["other"] += not block.isascii()
+    with _opened(path, encoding, layout.first) as file:
+        while text := file.read(_BLOCK):
+            for sign in ",.\n":
+                counts[sign] += text.count(sign)
     return counts
 
 
-def _as_numbers(file: TextFile, places: list[int]) -> Floats | None:
+def _as_numbers(file: TextFile, block: _Block, places: list[int]) -> Floats | None:
     """By NumPy, in C; None where a closer look is needed."""
-    layout, decimal, counts = file.layout, file.decimal, file.counts
-    if any(counts[sign] for sign in ("other", '"', "#")) or (decimal == "," and counts["."]):
+    separator, text = file.layout.separator, block.text
+    if '"' in text:
+        # Around what is no separator they say nothing.
+        quoted = '"' if separator is None else _QUOTED.format(re.escape(separator))
+        text = re.sub(quoted, "" if separator is None else r"\1", text, flags=re.MULTILINE)
+    if not text.isascii() or any(sign in text for sign in '"#'):
         return None
-    lines = file.lines(layout.first)
-    if decimal == ",":
-        lines = (line.replace(",", ".") for line in lines)
-    values = _loadtxt(lines, file, places)
-    if values is None or layout.separator is None:
-        return values
-    separator, inside = layout.separator, layout.width - 1
-    if counts[separator] != len(values) * inside:
+    if file.decimal == ",":
+        if "." in text:
+            return None
+        text = text.replace(",", ".")
+    lines = [line for line in text.split("\n") if line.strip()]
+    if not lines:
+        return np.empty((0, len(places)))
+    width = file.layout.width
+    if separator is not None and any(line.count(separator) != width - 1 for line in lines):
         return None
-    # NumPy has seen rows that are too short if it read the last column; then none is too long.
-    lines = file.lines(layout.first) if max(places) < inside else iter(())
-    return (
-        values if all(line.count(separator) == inside for line in lines if line.strip()) else None
-    )
-
-
-def _with_nan(file: TextFile, places: list[int]) -> Floats | None:
-    """By NumPy, after "nan" was put wherever something stands for no number."""
-    if file.counts['"']:
-        return None
-    separator, inside = file.layout.separator, file.layout.width - 1
-
-    def rows() -> Iterator[str]:
-        for _, text in _rows(file):
-            row = with_hyphen(text).strip("\r\n ")
-            if file.decimal == ",":
-                if "." in row:
-                    raise ValueError
-                row = row.replace(",", ".")
-            if separator is not None:
-                if row.count(separator) != inside:
-                    raise ValueError
-                row = _EMPTY_CELL.sub("nan", row)
-            yield _NO_NUMBER.sub("nan", row)
-
-    return _loadtxt(rows(), file, places)
-
-
-def _loadtxt(lines: Iterator[str], file: TextFile, places: list[int]) -> Floats | None:
     # Without separators to count, all columns are read, and NumPy sees a row that is too long.
-    separator, width = file.layout.separator, file.layout.width
     columns = None if separator is None else places
     try:
         values = np.loadtxt(lines, delimiter=separator, comments=None, usecols=columns, ndmin=2)
@@ -300,41 +303,36 @@ def _loadtxt(lines: Iterator[str], file: TextFile, places: list[int]) -> Floats 
         return None
     if separator is not None:
         return values
-    if values.shape[1] != width:
-        return None
-    return values if len(places) == width else values[:, places]
+    return values[:, places] if values.shape[1] == width else None
 
 
-def _cell_by_cell(file: TextFile, places: list[int]) -> Floats:
+def _cell_by_cell(file: TextFile, block: _Block, places: list[int]) -> Floats:
     """With an error that names line and column."""
-    number = NUMBER[file.decimal].fullmatch
-    rows = [
-        [math.nan] * len(places)
-        if row is None
-        else [_value(file, index, place, row[place], number) for place in places]
-        for index, row in _cells(file)
-    ]
+    is_number = NUMBER[file.decimal].fullmatch
+    missing = {""}  # cells that stand for no number, of which many are alike
+    rows = []
+    for index, row in _cells(file, block):
+        values = []
+        for place in places:
+            cell = "" if row is None else with_hyphen(row[place])
+            if is_number(cell):
+                values.append(float(cell.replace(",", ".")))
+                continue
+            if cell not in missing and not is_missing(cell):
+                raise file.no_number(index + 1, place, cell)
+            missing.add(cell)
+            values.append(math.nan)
+        rows.append(values)
     return np.array(rows, dtype=float).reshape(len(rows), len(places))
 
 
-def _value(
-    file: TextFile, index: int, place: int, cell: str, number: Callable[[str], object]
-) -> float:
-    cell = with_hyphen(cell)
-    if number(cell):
-        return float(cell.replace(",", "."))
-    if is_missing(cell):
-        return math.nan
-    raise file.no_number(index + 1, place, cell)
-
-
-def _cells(file: TextFile) -> Iterator[tuple[int, list[str] | None]]:
+def _cells(file: TextFile, block: _Block) -> Iterator[tuple[int, list[str] | None]]:
     """Index of the line and cells of each row; None for cells of a row that holds nothing."""
     layout = file.layout
     width = len(layout.names)
     short: ValueError | None = None
     last = 0
-    for index, text in _rows(file):
+    for index, text in _rows(file, block):
         if short is not None:  # it was not the last one
             raise short
         cells = split(text, layout.separator)
@@ -353,6 +351,8 @@ def _cells(file: TextFile) -> Iterator[tuple[int, list[str] | None]]:
             continue
         yield index, cells
     if short is not None:
+        if not block.is_last:
+            raise short
         yield last, None
 
 
@@ -364,9 +364,9 @@ def _is_cut(file: TextFile, cells: Sequence[str]) -> bool:
     return all(complete) and (not last or number(last) is not None)
 
 
-def _rows(file: TextFile) -> Iterator[tuple[int, str]]:
+def _rows(file: TextFile, block: _Block) -> Iterator[tuple[int, str]]:
     """Lines that hold a row, with their indices, without remarks behind their numbers."""
-    remarks = file.layout.separator is None and any(file.counts[sign] for sign in "#%/")
-    for index, text in enumerate(file.lines(file.layout.first), start=file.layout.first):
+    remarks = file.layout.separator is None and any(sign in block.text for sign in "#%/")
+    for index, text in enumerate(block.text.split("\n"), start=block.first):
         if text.strip() and not is_comment(text):
             yield index, _REMARK.sub("", text) if remarks else text

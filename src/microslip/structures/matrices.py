@@ -17,7 +17,7 @@ from microslip._core.packages import needed_for
 from microslip._core.wording import did_you_mean, shorten
 from microslip.errors import InputError
 from microslip.readers.child import parsed
-from microslip.readers.files import decoded, reading
+from microslip.readers.files import decoded, reading, refuse_beyond
 from microslip.readers.numpy_files import archived
 from microslip.readers.scipy_files import market_matrix, whole_variables
 
@@ -346,6 +346,7 @@ def read_nastran(path: Path) -> dict[str, Any]:
             }
             for name, frame in bulk.rddmig(file, **options).items()
         }
+    refuse_beyond(sum(np.size(m["values"] if isinstance(m, dict) else m) for m in content.values()))
     return {str(name).upper(): matrix for name, matrix in content.items()}
 
 

@@ -19,7 +19,7 @@ from microslip._core.wording import did_you_mean, quoted, shorten
 from microslip.errors import InputError
 from microslip.materials import Material
 from microslip.readers.child import parsed
-from microslip.readers.files import reading
+from microslip.readers.files import POINTS, reading, refuse_beyond
 from microslip.structures.mesh import (
     Body,
     ContactFaces,
@@ -65,6 +65,7 @@ class MeshedJoint(Locked):
         contacts: Iterable[tuple[str, str]],
         bolts: Mapping[str, float],
         scale: float = 1.0,
+        limit: int = POINTS,
     ) -> MeshedJoint:
         """Read a mesh of hexahedra or of tetrahedra by meshio.
 
@@ -85,6 +86,8 @@ class MeshedJoint(Locked):
             Its axis is normal to the nearest contact.
         scale : float
             Metres a unit of the file, such as 1e-3 for millimetres.
+        limit : int, optional
+            Numbers that the file may hold.
 
         Returns
         -------
@@ -102,7 +105,7 @@ class MeshedJoint(Locked):
         for role, names in (("bodies", bodies), ("contacts", contacts), ("bolts", bolts)):
             if not names:
                 raise InputError(f"{role} must be named, got none")
-        content = _meshio(file)
+        content = _meshio(file, limit)
         kind, cells, numbers = _solids(file, content)
         named = _Names(file, content, numbers)
         used, inverse = np.unique(cells, return_inverse=True)
@@ -263,9 +266,9 @@ def _axis(mesh: JointMesh, members: Indices) -> Floats:
     return axis
 
 
-def _meshio(path: Path) -> SimpleNamespace:
+def _meshio(path: Path, limit: int) -> SimpleNamespace:
     """Points, cells and names of a mesh."""
-    with reading(path, "a mesh"):
+    with reading(path, "a mesh", limit):
         content = parsed(
             "mesh", path, read_mesh, libraries=["meshio"], bytes_a_second=_BYTES_A_SECOND
         )
@@ -284,6 +287,7 @@ def read_mesh(path: Path) -> dict[str, Any]:
     points = np.asarray(mesh.points, dtype=float)
     if points.ndim != 2 or not len(points) or points.shape[1] != 3 or not np.isfinite(points).all():
         raise ValueError("its points are not three finite numbers each")
+    refuse_beyond(points.size + sum(np.size(block.data) for block in mesh.cells))
     sizes = [len(block.data) for block in mesh.cells]
     numbers = [(block.data, len(points)) for block in mesh.cells]
     numbers += [(nodes, len(points)) for nodes in mesh.point_sets.values()]

@@ -18,7 +18,7 @@ from microslip._core.wording import quoted
 from microslip.errors import InputError
 from microslip.friction import JointField
 from microslip.normal import NormalLaw
-from microslip.readers.files import reading
+from microslip.readers.files import POINTS, reading
 from microslip.readers.numpy_files import archived
 from microslip.structures.bolts import each_bolt
 from microslip.structures.matrices import vector
@@ -323,13 +323,15 @@ class ReducedJoint(LockedArrays):
             np.savez_compressed(stream, **arrays)
 
     @classmethod
-    def load(cls, path: str | os.PathLike[str]) -> ReducedJoint:
+    def load(cls, path: str | os.PathLike[str], *, limit: int = POINTS) -> ReducedJoint:
         """Read a model that :meth:`save` wrote.
 
         Parameters
         ----------
         path : str or path
             The file.
+        limit : int, optional
+            Numbers that it may hold.
 
         Returns
         -------
@@ -337,7 +339,7 @@ class ReducedJoint(LockedArrays):
             The same numbers.
         """
         file = Path(path)
-        with reading(file, "a reduced joint"):
+        with reading(file, "a reduced joint", limit):
             arrays = archived(file)
         if str(arrays.get("kind", "")) != _KIND:
             raise InputError(

@@ -184,3 +184,38 @@ def test_geometries_that_say_too_little_are_refused() -> None:
         )
     with pytest.raises(ms.InputError, match="within the static cases"):
         arch().modes(0, [3e-3])
+
+
+def test_a_stiffening_spring_in_noise_has_its_exact_deviation() -> None:
+    """In white noise p(x) is proportional to exp(-V(x)/var(x')), var(x') = G/(4 c) (Caughey)."""
+    stiffness, dashpot, quartic, level = 4e4, 8.0, 2.5e9, 0.5
+    plate = ms.Structure([[1.0]], [[stiffness]], [[dashpot]])
+    bent = plate.with_geometry([1.0], quartic=np.full((1,) * 4, quartic))
+    noise = ([2.0, 400.0], [level, level])
+    speed = level / (4.0 * dashpot)
+    x = np.linspace(-8e-3, 8e-3, 4001)
+    weight = np.exp(-(0.5 * stiffness * x**2 + quartic * x**4) / speed)
+    exact = math.sqrt((weight @ x**2) / weight.sum())
+    assert exact < 0.92 * math.sqrt(speed / stiffness)  # the linear one
+    answer = bent.random_response(noise, directions=[1.0], damping_frame="base")
+    assert answer.standard_deviation([1.0]) == pytest.approx(exact, rel=0.02)
+
+
+def test_no_motion_leaves_the_static_cases_unseen() -> None:
+    z = np.linspace(-1e-3, 1e-3, 9)
+    plate = ms.Structure([[1.0]], [[4e4]], [[8.0]])
+    bent = plate.with_geometry([1.0], cases=(z, 4e4 * z + 1e10 * z**3))
+    on = {"directions": [1.0], "damping_frame": "base"}
+    frequencies, time = np.linspace(20.0, 45.0, 11), np.arange(0.0, 0.1, 1e-4)
+    for leave in (
+        lambda s: bent.base_response(**on, acceleration=s, frequencies=frequencies),
+        lambda s: bent.forced_response([s], frequencies),
+        lambda s: bent.random_response(([2.0, 400.0], [s, s]), **on),
+        lambda s: bent.shock(ms.Pulse.half_sine(30.0 * s, 0.01), **on),
+        lambda s: bent.integrate(lambda t: [30.0 * s], time),
+    ):
+        leave(0.05)
+        with pytest.raises(ms.InputError, match="within the static cases"):
+            leave(40.0)
+    with pytest.raises(ms.InputError, match="a geometry needs method"):
+        bent.shock(ms.Pulse.half_sine(1.0, 0.01), **on, method="oscillator")

@@ -60,7 +60,10 @@ QUANTITIES: dict[str, Quantity] = {
     "largest_force": Quantity("N", "largest force of the history in size"),
     "mode": Quantity("-", "number of the mode of the structure"),
     "modal_frequency": Quantity("Hz", "frequency of a mode, by balance of harmonics"),
-    "modal_damping_ratio": Quantity("-", "damping ratio of a mode, by balance of harmonics"),
+    "modal_damping_ratio": Quantity(
+        "-", "damping ratio of a mode in steady motion, by balance of harmonics"
+    ),
+    "decay_damping_ratio": Quantity("-", "damping ratio that a free decay of the mode shows"),
     "quasi_static_frequency": Quantity("Hz", "frequency of a mode, quasi-static"),
     "quasi_static_damping_ratio": Quantity("-", "damping ratio of a mode, quasi-static"),
     **{

@@ -22,6 +22,7 @@ from microslip.report.document import (
 )
 from microslip.report.files import csv_text, header, text_cell, text_file
 from microslip.report.plot import COLORS, DASHES, Axis, Entry, Panel, Plot, stacked
+from microslip.results.structure.document import MOTIONS
 from microslip.structures import ModalTest
 
 KIND = "microslip-modal-test"
@@ -40,6 +41,7 @@ def document(tests: Sequence[ModalTest]) -> Document:
                 "amplitude": test.amplitude.tolist(),
                 "modal_frequency": test.frequency.tolist(),
                 "modal_damping_ratio": test.damping_ratio.tolist(),
+                "motion": test.motion,
                 "notes": list(test.notes),
                 "verdicts": [verdict._asdict() for verdict in test.verdicts],
             }
@@ -82,7 +84,7 @@ def _section(test: ModalTest) -> Section:
     columns = (
         Column("amplitude", "Amplitude at the sensor", "m", 3),
         Column("modal_frequency", "Frequency", "Hz", write=lambda f: f"{f:.5g}"),
-        Column("modal_damping_ratio", "Damping ratio ζ", "", write=cells.ratio),
+        Column("modal_damping_ratio", f"ζ, {MOTIONS[test.motion]}", "", write=cells.ratio),
     )
     order = test.amplitude.argsort(kind="stable")
     rows = tuple(

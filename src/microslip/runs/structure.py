@@ -200,6 +200,7 @@ def _tests(measured: tuple[MeasuredPart, ...], modes: tuple[Mode, ...]) -> tuple
                 frequency_error=test.frequency_error,
                 damping_error=test.damping_error,
                 name=Path(test.file).name,
+                motion=test.measured_motion,
             )
         )
     return tuple(tests)

@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from microslip._core.checks import Floats, floats, show
 from microslip._core.wording import quoted
 from microslip.errors import InputError
+from microslip.structures.geometry import GeometryAttachment
 from microslip.structures.joint_groups import Attachment
 from microslip.structures.matrices import dense, factorised, is_sparse
 from microslip.structures.modal_model import ModalModel, modal_model, stuck_stiffness
@@ -119,7 +120,9 @@ def _under_the_structure(
 ) -> BaseMotion:
     """All that holds the structure stands on one rigid base; degrees of freedom count from it."""
     carried = _columns("directions", directions, rest.static_force.size, "degree of freedom")
-    share, place = _joint_motion(rest.attachments, carried)
+    # A geometry bends with the motion from the base, which is what the matrices count.
+    joints = tuple(a for a in rest.attachments if not isinstance(a, GeometryAttachment))
+    share, place = _joint_motion(joints, carried)
     if share > _ROUNDING and not joints_on_base:
         raise InputError(
             f"directions must not move the joints, but the base moves those of attachment {place} "

@@ -38,19 +38,37 @@ class BaseResponse(ForcedResponse):
 
     base_acceleration: NDArray[np.complex128]
     """Acceleration of each input along the path (points, inputs) [m/s^2]."""
-    absolute_displacement: NDArray[np.complex128]
-    """Amplitudes of each harmonic as one on the ground sees them (points, n, harmonics) [m]."""
     base_force: NDArray[np.complex128]
     """Force that moves each input (points, inputs, harmonics) [N]: what the shaker gives."""
+    _carried: Floats
+
+    @property
+    def absolute_displacement(self) -> NDArray[np.complex128]:
+        """Amplitudes of each harmonic as one on the ground sees them (points, n, harmonics) [m].
+
+        Made anew each time, as ``displacement``.
+        """
+        absolute = self.displacement
+        absolute[:, :, self.harmonics.index(1)] += self._base_motion @ self._carried.T
+        return absolute
+
+    @property
+    def _base_motion(self) -> NDArray[np.complex128]:
+        """Displacement of each input (points, inputs) [m]."""
+        return np.asarray(-self.base_acceleration / (2.0 * np.pi * self.frequency[:, None]) ** 2)
+
+    def _from_ground(self, at: ArrayLike) -> NDArray[np.complex128]:
+        """The fundamental at a sensor as seen from the ground [m]."""
+        sensor = vector("at", at, self._shapes.shape[0])
+        relative = self._relative(sensor[:, None])[:, 0, self.harmonics.index(1)]
+        return np.asarray(relative + self._base_motion @ (sensor @ self._carried))
 
     def absolute_amplitude(self, at: ArrayLike) -> Floats:
         """As :meth:`amplitude`, seen from the ground [m]: of an accelerometer over omega^2.
 
         ``at`` is the direction of the sensor, shape (n,).
         """
-        sensor = vector("at", at, self.displacement.shape[1])
-        first = self.harmonics.index(1)
-        return np.asarray(np.abs(self.absolute_displacement[:, :, first] @ sensor))
+        return np.asarray(np.abs(self._from_ground(at)))
 
     def transmissibility(self, at: ArrayLike) -> NDArray[np.complex128]:
         """Absolute motion of the fundamental at a sensor over that of the base.
@@ -65,11 +83,8 @@ class BaseResponse(ForcedResponse):
         ndarray
             Complex ratios [-], one a point; of several inputs over the first that moves.
         """
-        sensor = vector("at", at, self.displacement.shape[1])
-        motion = self.absolute_displacement[:, :, self.harmonics.index(1)] @ sensor
         moving = int(np.argmax(np.abs(self.base_acceleration).max(axis=0) > 0.0))
-        base = -self.base_acceleration[:, moving] / (2.0 * np.pi * self.frequency) ** 2
-        return np.asarray(motion / base)
+        return np.asarray(self._from_ground(at) / self._base_motion[:, moving])
 
 
 def base_response(
@@ -107,7 +122,7 @@ def base_response(
             for group in joints.groups
         ]
         motions[2] = coefficients(-np.concatenate(by_column) @ given, basis)
-    rigid = model.free @ (model.free.T @ (base.inertia @ given))
+    rigid = model.free.T @ (base.inertia @ given)
     excitation = Excitation(forces, motions, rigid)
     controlled = None
     if control == "response":
@@ -163,28 +178,33 @@ def _response(
     fields = followed.fields(drive)
     basis, joints = drive.balance.basis, drive.balance.joints
     first = basis.harmonics.index(1)
-    relative = fields["displacement"]
+    shapes, coordinates = fields["_shapes"], fields["_coordinates"]
     levels = np.array([solved.point.level for solved in followed.path]).reshape(-1, 1)
     acceleration = levels * given
     omegas = 2.0 * np.pi * fields["frequency"]
-    absolute = relative.copy()
-    absolute[:, :, first] -= acceleration @ base.carried.T / omegas[:, None] ** 2
-    orders = np.array(basis.harmonics)
-    turning = 1j * orders * omegas[:, None]
+    turning = 1j * np.array(basis.harmonics) * omegas[:, None]
+    moved = -acceleration / omegas[:, None] ** 2
+
+    def work(columns: Any, power: int, absolute: bool = True) -> NDArray[np.complex128]:
+        """Of the motion or a rate of it, on columns (n, inputs)."""
+        part = (columns.T @ shapes) @ coordinates
+        if absolute:
+            part[:, :, first] += moved @ (base.carried.T @ columns)
+        return np.asarray(part * turning[:, None, :] ** power)
+
     # What the supports take up: the forces on all, as far as they work on the carried motion.
-    force = np.einsum("ni,pnh,ph->pih", base.inertia, absolute, turning**2)
+    force = work(base.inertia, 2)
     if base.drag is not None:
-        force += np.einsum("ni,pnh,ph->pih", base.drag, absolute, turning)
+        force += work(base.drag, 1)
     if base.strains:
-        force += np.einsum("ni,pnh->pih", np.asarray(base.stiffness @ base.carried), absolute)
+        force += work(np.asarray(base.stiffness @ base.carried), 0)
         if base.damping is not None and base.drag is None:
-            drag = np.asarray(base.damping @ base.carried)
-            force += np.einsum("ni,pnh,ph->pih", drag, relative, turning)
+            force += work(np.asarray(base.damping @ base.carried), 1, absolute=False)
         sides = [np.tensordot(g.directions, base.carried, axes=(0, 0)) for g in joints.groups]
         for i, solved in enumerate(followed.path):
             q, omega, level = solved.point
-            carried = Excitation.at(drive.excitation.motions, omega)[0]
-            _, answers = drive.balance.joint_forces(q, level * carried)
+            motion = Excitation.at(drive.excitation.motions, omega)[0]
+            _, answers = drive.balance.joint_forces(q, level * motion)
             for side, answer in zip(sides, answers, strict=True):
                 pull = np.tensordot(side, answer.force, axes=([0, 1], [0, 1]))
                 force[i, :, 0] += pull[:, 0]
@@ -192,6 +212,6 @@ def _response(
     return BaseResponse(
         **fields,
         base_acceleration=acceleration,
-        absolute_displacement=absolute,
         base_force=force,
+        _carried=base.carried,
     )

@@ -32,8 +32,6 @@ class ForcedResponse(LockedArrays, PlottableAtSensor):
 
     frequency: Floats
     """Frequencies along the path [Hz]; they turn back where the response folds."""
-    displacement: NDArray[np.complex128]
-    """Amplitudes x of each harmonic, (points, n, harmonics), motion Re(x exp(i h w t)) [m]."""
     harmonics: tuple[int, ...]
     """Which harmonics; 0 is the mean."""
     asked: NDArray[np.bool_]
@@ -49,6 +47,22 @@ class ForcedResponse(LockedArrays, PlottableAtSensor):
     """Iterations of Newton's method in all."""
     message: str
     """What came of it; where and why it stopped, and what to try."""
+    _coordinates: NDArray[np.complex128]
+    """Modal amplitudes of each harmonic (points, modes, harmonics)."""
+    _shapes: Floats
+    """Of the modes and of what nothing holds (n, modes)."""
+
+    @property
+    def displacement(self) -> NDArray[np.complex128]:
+        """Amplitudes x of each harmonic, (points, n, harmonics), motion Re(x exp(i h w t)) [m].
+
+        Made anew each time: of a large structure it is large.
+        """
+        return np.asarray(self._shapes @ self._coordinates)
+
+    def _relative(self, columns: Floats) -> NDArray[np.complex128]:
+        """Amplitudes along columns (n, k) of each harmonic, (points, k, harmonics) [m]."""
+        return np.asarray((columns.T @ self._shapes) @ self._coordinates)
 
     @property
     def status(self) -> str:
@@ -74,9 +88,9 @@ class ForcedResponse(LockedArrays, PlottableAtSensor):
         ndarray
             Amplitudes [m], one a point.
         """
-        sensor = vector("at", at, self.displacement.shape[1])
+        sensor = vector("at", at, self._shapes.shape[0])
         first = self.harmonics.index(1)
-        return np.asarray(np.abs(self.displacement[:, :, first] @ sensor))
+        return np.asarray(np.abs(self._relative(sensor[:, None])[:, 0, first]))
 
     def _figure(self, at: ArrayLike | None) -> Plot:
         from microslip.structures.figures import response_figure
@@ -123,7 +137,7 @@ def forced_response(
     line = line_of(model, forces, targets)
     if not np.any(line):
         raise InputError("force must push some elastic mode, not only move the structure")
-    rigid = -model.free @ (model.free.T @ (real[0] + 1j * real[1]))
+    rigid = -model.free.T @ (real[0] + 1j * real[1])
     excitation = Excitation({0: forces}, {}, rigid)
     drive = Drive(Balance(model, model.joints(line), basis), excitation)
     return ForcedResponse(**follow(drive, targets).fields(drive))

@@ -31,7 +31,7 @@ class Excitation:
     motions: dict[int, Floats]
     """Of the joints besides that of the modes (coordinates, size): a base carries them along."""
     rigid: NDArray[np.complex128]
-    """Motion (n,) times omega^2 of what nothing holds."""
+    """Coordinates of what nothing holds (motions,), times omega^2."""
 
     @staticmethod
     def at(parts: dict[int, Floats], omega: float) -> tuple[Floats | float, Floats | float]:
@@ -215,15 +215,16 @@ class Followed(NamedTuple):
         """What a :class:`ForcedResponse` holds of it."""
         model, basis = drive.balance.model, drive.balance.basis
         points = [solved.point for solved in self.path]
-        shape = len(points), model.shapes.shape[0], len(basis.harmonics)
-        motion = np.zeros(shape, dtype=complex)
+        elastic, rigid = model.size, drive.excitation.rigid
+        motion = np.zeros((len(points), elastic + rigid.size, len(basis.harmonics)), dtype=complex)
         for i, (q, omega, level) in enumerate(points):
-            motion[i, :, 0] = model.shapes @ q[:, 0]
-            motion[i, :, 1:] = model.shapes @ (q[:, 1::2] - 1j * q[:, 2::2])
-            motion[i, :, 1] += level * drive.excitation.rigid / omega**2
+            motion[i, :elastic, 0] = q[:, 0]
+            motion[i, :elastic, 1:] = q[:, 1::2] - 1j * q[:, 2::2]
+            motion[i, elastic:, 1] = level * rigid / omega**2
         return {
             "frequency": np.array([point.omega / (2.0 * math.pi) for point in points]),
-            "displacement": motion,
+            "_coordinates": motion,
+            "_shapes": np.concatenate([model.shapes, model.free], axis=1),
             "harmonics": basis.harmonics,
             "asked": np.array(self.marks, dtype=bool),
             "stable": np.array([solved.stable for solved in self.path], dtype=bool),

@@ -72,12 +72,12 @@ class GeometryAttachment:
         del line
         return GeometryGroup(self.springs, self.columns, motion)
 
-    def check_reach(self, motion: Any) -> None:
-        """Refuse motions (..., degrees of freedom) that leave what the potential is known for."""
+    def check_reach(self, size: Floats) -> None:
+        """Refuse motions, the sizes (..., coordinates) of which leave what it is known for."""
         if self.reach is None:
             return
-        size = np.abs(np.asarray(motion) @ self.coordinates).reshape(-1, self.reach.size)
-        share = np.nanmax(np.where(np.isfinite(size), size, 0.0), axis=0, initial=0.0) / self.reach
+        size = np.where(np.isfinite(size), size, 0.0).reshape(-1, self.reach.size)
+        share = np.max(size, axis=0, initial=0.0) / self.reach
         worst = int(np.argmax(share))
         if share[worst] > 1.001:
             raise InputError(

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -55,7 +55,8 @@ class ModalCurve(LockedArrays, Plottable):
     frequency: Floats
     """Frequencies [Hz]."""
     damping_ratio: Floats
-    """Damping ratios [-], base damping included."""
+    """Damping ratios of steady motion [-], base damping included; of a free decay see
+    :attr:`decay_damping_ratio`."""
     shape: NDArray[np.complex128]
     """Fundamental harmonics over their modal amplitude (amplitudes, n) [kg^(-1/2)].
 
@@ -132,6 +133,33 @@ class ModalCurve(LockedArrays, Plottable):
                 "read, copied or made quasi-static"
             )
         return self._with_more_harmonics()
+
+    @cached_property
+    def decay_damping_ratio(self) -> Floats:
+        """Damping ratios that a free decay shows as it passes these amplitudes [-].
+
+        What a cycle takes of an amplitude a is its loss over dE/da, and that is not omega^2 a: with
+        g = d ln omega/d ln a without the joints' part, it is (1 + g/2) times as much where springs
+        bend (the action omega a^2/2), and (1 - E_d'(a)/(4 omega^2 a)) times where joints slip,
+        whose tangent counts (Caughey 1960, DOI 10.1115/1.3644075). NaN of less than two amplitudes.
+        """
+        result = np.full(self.frequency.shape, np.nan)
+        a, first, back = np.unique(
+            self.modal_amplitude[self.converged], return_index=True, return_inverse=True
+        )
+        if a.size < 2:
+            return result
+        by = np.log(a)
+        order: Literal[1, 2] = 2 if a.size > 2 else 1
+        omega = 2.0 * math.pi * self.frequency[self.converged][first]
+        lost = self.loss[self.converged][first].sum(axis=1)
+        shift = np.gradient(np.log(omega), by, edge_order=order)
+        steep = np.gradient(np.log(np.maximum(lost, 1e-300)), by, edge_order=order)
+        slip = steep * lost / (2.0 * omega * a) ** 2
+        # Joints that slip lower the frequency by a quarter of it.
+        ratio = 1.0 + 0.5 * (shift + 0.5 * slip) - slip
+        result[self.converged] = self.damping_ratio[self.converged] / ratio[back]
+        return result
 
     @property
     def loss_share(self) -> Floats:

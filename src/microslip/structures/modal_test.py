@@ -8,7 +8,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -31,11 +31,14 @@ from microslip._core.wording import did_you_mean, quoted, shorten
 from microslip.errors import InputError
 from microslip.readers.files import head_of, kind_of, reading
 from microslip.readers.tables import Named, Table, find, fits, understood
+from microslip.structures.modal_curve import ModalCurve
 from microslip.structures.modal_readings import Values, ring_down
 from microslip.structures.periodic_motion import POWERS
 from microslip.structures.stepped_sine import SteppedSine, stepped_sine
 from microslip.tribometer.reading import READERS
 from microslip.tribometer.roles import is_of_loop
+
+Motion = Literal["steady", "decay"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,6 +65,9 @@ class ModalTest(Locked):
         How it was read.
     verdicts : tuple of Verdict
         How far the reading holds, of a stepped sine at controlled response.
+    motion : {"steady", "decay"}
+        What was measured: settled answers, or a free decay, as of a hammer's blow; a decay shows
+        other damping ratios than steady motion (:attr:`ModalCurve.decay_damping_ratio`).
 
     Notes
     -----
@@ -80,6 +86,7 @@ class ModalTest(Locked):
     name: str = "test"
     notes: tuple[str, ...] = ()
     verdicts: tuple[Verdict, ...] = ()
+    motion: Motion = "steady"
 
     def __post_init__(self) -> None:
         for name, unit in (("amplitude", "m"), ("frequency", "Hz"), ("damping_ratio", "")):
@@ -97,6 +104,26 @@ class ModalTest(Locked):
         whole_number("mode", self.mode, 0, 1000)
         if not isinstance(self.name, str):
             raise InputError(f"`name` must be text, got {show(self.name)}")
+        if self.motion not in get_args(Motion):
+            raise InputError(f"motion must be {quoted(get_args(Motion))}, got {show(self.motion)}")
+
+    def damping_of(self, curve: ModalCurve) -> Floats:
+        """What a predicted mode shows in such a test [-].
+
+        Parameters
+        ----------
+        curve : ModalCurve
+            The mode at some amplitudes.
+
+        Returns
+        -------
+        ndarray
+            Its damping ratios, those of a decay where the test is one.
+        """
+        if self.motion == "steady":
+            return curve.damping_ratio
+        decay = curve.decay_damping_ratio
+        return np.where(np.isfinite(decay), decay, curve.damping_ratio)
 
     @classmethod
     def from_ring_down(
@@ -132,7 +159,8 @@ class ModalTest(Locked):
         ModalTest
             Frequency and damping against amplitude.
         """
-        return cls(*ring_down(time, signal, points, quantity, band), **attributes)
+        values = ring_down(time, signal, points, quantity, band)
+        return cls(*values, **{"motion": "decay", **attributes})
 
     @classmethod
     def from_stepped_sine(
@@ -204,15 +232,15 @@ class ModalTest(Locked):
             "frequency", "damping_ratio"; "time", "displacement", "velocity", "acceleration";
             "phase", "force".
         **attributes : object
-            ``mode``, ``sensor``, ``frequency_error`` and ``damping_error``.
+            ``mode``, ``sensor``, ``frequency_error``, ``damping_error``, and ``motion`` of a curve
+            that was read from decays.
 
         Returns
         -------
         ModalTest
             With notes that say how it was read.
         """
-        name, notes, values, verdicts = read(path, band, points, columns or {})
-        read_as = {"name": name, "notes": notes, "verdicts": verdicts}
+        values, read_as = read(path, band, points, columns or {})
         return cls(*values, **{**read_as, **attributes})
 
 
@@ -254,8 +282,8 @@ def modal_kind(path: str | os.PathLike[str]) -> str | None:
 
 def read(
     path: Any, band: Any, points: Any, columns: Mapping[str, str]
-) -> tuple[str, tuple[str, ...], Values, tuple[Verdict, ...]]:
-    """See :meth:`microslip.ModalTest.read`: its name, notes, values and verdicts."""
+) -> tuple[Values, dict[str, Any]]:
+    """See :meth:`microslip.ModalTest.read`: its values, and what else is known of it."""
     try:
         place = Path(path)
     except TypeError:
@@ -289,7 +317,8 @@ def read(
     notes = [f"{name}: {kind}{how}, {len(values[0])} amplitudes; {used}."]
     if band is not None and kind == "ring-down":
         notes.append(f"filtered to {band[0]:g} … {band[1]:g} Hz, without a shift in time.")
-    return name, tuple(notes), values, verdicts
+    motion = "decay" if kind == "ring-down" else "steady"
+    return values, {"name": name, "notes": tuple(notes), "verdicts": verdicts, "motion": motion}
 
 
 def _table(path: Path) -> Table:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Literal, NamedTuple, get_args
@@ -217,22 +217,26 @@ class Preload:
 
         solver = ModeSolver(model, index, a, measure, basis, base)
         curve = solver.balanced() if method == "harmonic-balance" else solver.quasi_static()
-        self._check_reach(curve.shape.real * curve.modal_amplitude[:, None])
+        moved = curve.modal_amplitude[:, None]
+        self._check_reach(lambda columns: np.abs(curve.shape.real @ columns) * moved)
         return curve
 
     def _orders(self, harmonics: Sequence[int] | None) -> Sequence[int]:
         """Harmonics that were asked for, or those that the joints and the geometry need."""
         if harmonics is not None:
             return harmonics
-        bends = any(isinstance(a, GeometryAttachment) for a in self.attachments)
-        return GEOMETRY_HARMONICS if bends else HARMONICS
+        return GEOMETRY_HARMONICS if self._bends else HARMONICS
 
-    def _check_reach(self, motion: Floats) -> None:
-        """Refuse motions beyond what a geometry was told by."""
-        for attachment in self.attachments:
-            if isinstance(attachment, GeometryAttachment):
-                attachment.check_reach(self.displacement)
-                attachment.check_reach(motion)
+    @property
+    def _bends(self) -> list[GeometryAttachment]:
+        return [a for a in self.attachments if isinstance(a, GeometryAttachment)]
+
+    def _check_reach(self, sizes: Callable[[Floats], Floats]) -> None:
+        """Refuse motions beyond what a geometry was told by; ``sizes`` are those along columns."""
+        for geometry in self._bends:
+            columns = geometry.coordinates
+            geometry.check_reach(np.abs(columns.T @ self.displacement))
+            geometry.check_reach(sizes(columns))
 
     @single_threaded
     def forced_response(
@@ -269,7 +273,7 @@ class Preload:
         """
         orders = self._orders(harmonics)
         response = forced_response(self._elastic, force, frequencies, orders, samples)
-        self._check_reach(np.abs(response.displacement).sum(axis=2))
+        self._check_reach(lambda columns: np.abs(response._relative(columns)).sum(axis=2))
         return response
 
     # -- on a moving base -------------------------------------------------------------------------
@@ -348,7 +352,7 @@ class Preload:
         joint is carried along by it. At the peak of a mode |shape^T M R| a = 2 zeta omega^2 q.
         """
         base = self._base(directions, supports, damping_frame, joints_on_base)
-        return base_response(
+        response = base_response(
             base,
             acceleration,
             frequencies,
@@ -359,6 +363,8 @@ class Preload:
             self._orders(harmonics),
             samples,
         )
+        self._check_reach(lambda columns: np.abs(response._relative(columns)).sum(axis=2))
+        return response
 
     @single_threaded
     def random_response(
@@ -414,7 +420,7 @@ class Preload:
             words = quoted(get_args(RandomMethod))
             raise InputError(f"method must be {words}, got {show(method)}")
         share = _base_damping(damping_ratio)
-        if (method or ("modes" if fields else "joints")) == "joints":
+        if (method or ("modes" if fields or self._bends else "joints")) == "joints":
             if share:
                 raise InputError(
                     '`damping_ratio` is that of method="modes"; by joints the structure has its '
@@ -427,7 +433,10 @@ class Preload:
             measure = amplitude_measure(None, "displacement", base.model.shapes, index)
             return ModeSolver(base.model, index, amplitudes, measure, basis, share).balanced()
 
-        return by_modes(base, psd, whole_number("modes", modes, 1, _MOST_MODES), curve)
+        response = by_modes(base, psd, whole_number("modes", modes, 1, _MOST_MODES), curve)
+        # Rayleigh amplitudes beyond three deviations are one in ninety.
+        self._check_reach(lambda columns: 3.0 * response.deviations(columns))
+        return response
 
     @single_threaded
     def shock(
@@ -476,7 +485,11 @@ class Preload:
         base = self._base(directions, supports, damping_frame, joints_on_base)
         share = _base_damping(damping_ratio)
         chosen: ShockMethod = method or ("oscillator" if fields else "integration")
-        return shock(base, pulse, chosen, duration, share)
+        if chosen == "oscillator" and self._bends:
+            raise InputError('a geometry needs method="integration", with joints of laws alone')
+        response = shock(base, pulse, chosen, duration, share)
+        self._check_reach(response.sizes)
+        return response
 
     # -- motion in time ---------------------------------------------------------------------------
 
@@ -518,10 +531,12 @@ class Preload:
         of it. Nodes of fields move along their line as in :meth:`modes`, that of the motion at the
         beginning or of the strongest force.
         """
-        return integrate(
+        motion = integrate(
             self.model, self.mass, self.stiffness, force, time, displacement, velocity,
             spectral_radius,
         )  # fmt: skip
+        self._check_reach(lambda columns: np.abs(motion.displacement @ columns))
+        return motion
 
     def __repr__(self) -> str:
         return f"Preload({self.static_force.size} degrees of freedom, {self.message})"

@@ -106,6 +106,12 @@ class RandomResponse(LockedArrays):
         """``solved`` or ``stopped``."""
         return "solved" if self.message.startswith("solved") else "stopped"
 
+    def deviations(self, columns: Floats) -> Floats:
+        """Of displacements along columns (n, k) [m]."""
+        modal = columns.T @ self._shapes
+        squares = np.einsum("km,mn,kn->k", modal, self._variances.displacement, modal)
+        return np.asarray(np.sqrt(squares))
+
     def _reading(self, at: ArrayLike, quantity: Quantity) -> tuple[float, float]:
         """Variances of a sensor's signal and of its rate."""
         power = power_of(quantity)
@@ -246,7 +252,7 @@ def by_joints(base: BaseMotion, psd: object) -> RandomResponse:
     joints = base.model.joints(base.push[:, 0] / base.model.squares)
     groups = [group for group in joints.groups if isinstance(group, LawGroup)]
     if len(groups) < len(joints.groups):
-        raise InputError('method must be "modes" for a structure with fields of contact')
+        raise InputError('method must be "modes" for fields of contact and for a geometry')
     laws = _Linearised(groups)
     carried = np.zeros(laws.rest.size)
     if base.strains:

@@ -306,7 +306,7 @@ class _Fit:
         curves, parts = self._curves(self._state(values)[1], values), []
         for test, curve in zip(self.tests, curves, strict=True):
             errors = np.array([[test.frequency_error], [test.damping_error]])
-            logs = np.log([curve.frequency, curve.damping_ratio])
+            logs = np.log([curve.frequency, test.damping_of(curve)])
             parts.append(((logs - np.log([test.frequency, test.damping_ratio])) / errors).ravel())
         # An amplitude that a trial does not reach speaks against it.
         return np.asarray(np.nan_to_num(np.concatenate(parts), nan=_UNREACHED))
@@ -364,10 +364,9 @@ class _Fit:
         draws: list[list[Floats]] = [[] for _ in self.tests]
         for point in points:
             values = self._values(np.clip(vector + root @ ndtri(point), low, high))
-            for rows, curve in zip(
-                draws, self._curves(self._state(values)[1], values), strict=True
-            ):
-                rows.append(np.array([curve.frequency, curve.damping_ratio]))
+            curves = self._curves(self._state(values)[1], values)
+            for rows, test, curve in zip(draws, self.tests, curves, strict=True):
+                rows.append(np.array([curve.frequency, test.damping_of(curve)]))
         return tuple(
             np.moveaxis(np.nanquantile(np.array(rows), (0.05, 0.95), axis=0), 0, 1)
             for rows in draws

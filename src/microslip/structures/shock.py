@@ -134,6 +134,10 @@ class ShockResponse(LockedArrays):
         carried = float(sensor @ self._carried)
         return np.asarray(np.gradient(speed, self.time) + carried * self.base_acceleration)
 
+    def sizes(self, columns: Floats) -> Floats:
+        """Of displacements along columns (n, k), (times, k) [m]."""
+        return np.abs(self._coordinates @ (self._shapes.T @ columns))
+
     def peak(self, at: ArrayLike, quantity: Quantity = "displacement") -> float:
         """Largest size at a sensor of direction ``at``, shape (n,) [m, m/s or m/s^2]."""
         return float(np.abs(self.history(at, quantity)).max())

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 
 from microslip._core.checks import Floats
 from microslip._core.parameters import REQUIRED, JsonSchema
 from microslip._core.units import FREQUENCY
+from microslip.structures.modal_test import Motion
 from microslip.study.columns import FILE
 from microslip.study.fields import (
     LINE,
@@ -65,6 +66,12 @@ class MeasuredPart(Part):
         "frequency is nearest unless given.",
         default=None,
     )
+    motion: Motion | None = key(
+        one_of(*get_args(Motion)),
+        "What a curve was read from: settled answers (steady) or free decays (decay), whose "
+        "damping ratios differ; as the file shows unless given.",
+        default=None,
+    )
     fit: tuple[str, ...] | None = key(
         Items(
             one_of(*FITTED), '["friction_coefficient", "tension"]', (1, len(FITTED)), distinct=True
@@ -77,13 +84,17 @@ class MeasuredPart(Part):
     )
     damping_error: float = key(SHARE, "Relative uncertainty of the damping ratios.", default=0.05)
     _table: Floats
+    _motion: Motion
 
     def check(self, place: Place) -> None:
         """Read the test."""
         from microslip.structures import ModalTest
 
         named = {name: getattr(self, name) for name in _COLUMNS if name in self._keys_in_file}
-        test = ModalTest.read(place.reading.path(self.file), band=self.band, columns=named)
+        stated: dict[str, Any] = {} if self.motion is None else {"motion": self.motion}
+        path = place.reading.path(self.file)
+        test = ModalTest.read(path, band=self.band, columns=named, **stated)
+        self._motion = test.motion
         self._table = np.stack([test.amplitude, test.frequency, test.damping_ratio], axis=1)
         doubts = [
             f"{v.name} is {v.value:.3g}: {v.remedy}"
@@ -96,6 +107,11 @@ class MeasuredPart(Part):
     def table(self) -> Floats:
         """Columns amplitude [m], frequency [Hz] and damping ratio [-]."""
         return self._table
+
+    @property
+    def measured_motion(self) -> Motion:
+        """Whether it was steady motion or a decay."""
+        return self._motion
 
 
 class _Tests(Items):

@@ -50,7 +50,7 @@ def answer(prediction: StructurePrediction) -> str:
     return (
         f"Mode {mode.number} lies at {curve.linear_frequency:.5g} Hz fully stuck; at "
         f"{engineering(float(curve.amplitude[last]), _unit(prediction), 3)} at the sensor it is at "
-        f"{curve.frequency[last]:.5g} Hz, and its damping ratio is "
+        f"{curve.frequency[last]:.5g} Hz, and its damping ratio in steady motion is "
         f"{cells.ratio(float(curve.damping_ratio[last]))}{band}."
     )
 
@@ -63,7 +63,7 @@ def number(prediction: StructurePrediction) -> Number:
     if mode.bands is not None:
         band = f"5 to 95 %: {_band(mode.bands, last)}"
     value = cells.ratio(float(mode.curve.damping_ratio[last]))
-    return Number(f"damping ratio ζ of mode {mode.number} at {place}", value, band)
+    return Number(f"steady damping ratio ζ of mode {mode.number} at {place}", value, band)
 
 
 def _unit(prediction: StructurePrediction) -> str:
@@ -94,6 +94,8 @@ def sections(prediction: StructurePrediction) -> tuple[Section, ...]:
 def pictures(prediction: StructurePrediction) -> tuple[Picture, ...]:
     """The figures."""
     markers = " Markers are the tests." if prediction.tests else ""
+    if any(test.motion == "decay" for test in prediction.tests):
+        markers += " Thin: what a free decay shows, to be held against ring-downs."
     fitted = (
         " Dotted: fitted to them, between 5 and 95 % of what the tests leave open."
         if prediction.identified is not None
@@ -104,7 +106,8 @@ def pictures(prediction: StructurePrediction) -> tuple[Picture, ...]:
         "modal_curves": (
             curve_plot,
             f"Frequency and damping ratio of each mode against the {prediction.part.quantity} "
-            "amplitude at the sensor, by balance of harmonics; dashed: quasi-static."
+            "amplitude at the sensor, in steady motion by balance of harmonics; dashed: "
+            "quasi-static."
             f"{bands}{markers}{fitted}",
             "Frequency and damping of the modes against amplitude",
         ),
@@ -180,6 +183,7 @@ def _curves(mode: Mode) -> dict[str, Floats]:
         "amplitude": mode.curve.amplitude,
         "modal_frequency": mode.curve.frequency,
         "modal_damping_ratio": mode.curve.damping_ratio,
+        "decay_damping_ratio": mode.curve.decay_damping_ratio,
         "quasi_static_frequency": mode.quick.frequency,
         "quasi_static_damping_ratio": mode.quick.damping_ratio,
     }
@@ -221,7 +225,7 @@ def _mode_numbers(mode: Mode) -> dict[str, Any]:
         "mode": mode.number,
         "linear_frequency": mode.curve.linear_frequency,
         "message": mode.curve.message,
-        **{column.key: plain(curves[column.key]) for column in _COLUMNS[:4]},
+        **{column.key: plain(curves[column.key]) for column in _COLUMNS[:5]},
         "loss_share": plain(mode.loss()),
         "mac": plain(mode.curve.mac),
         "near_resonances": [
@@ -264,7 +268,8 @@ def _model(prediction: StructurePrediction) -> Facts:
 _COLUMNS = (
     Column("amplitude", "Amplitude at the sensor", "m", 3, short="amplitude"),
     Column("modal_frequency", "Frequency", "Hz", write=lambda f: f"{f:.5g}", short="Hz"),
-    Column("modal_damping_ratio", "Damping ratio ζ", "", write=cells.ratio, short="ζ"),
+    Column("modal_damping_ratio", "Damping ratio ζ, steady", "", write=cells.ratio, short="ζ"),
+    Column("decay_damping_ratio", "ζ, free decay", "", write=cells.ratio),
     Column("quasi_static_damping_ratio", "ζ, quasi-static", "", write=cells.ratio),
     Column("modal_damping_ratio_low", "ζ, 5 %", "", write=cells.ratio),
     Column("modal_damping_ratio_median", "ζ, 50 %", "", write=cells.ratio),
@@ -382,6 +387,7 @@ def _linear(prediction: StructurePrediction, identified: ModalIdentification) ->
     return Table("Linear frequencies", listed, rows, noun="tests")
 
 
+MOTIONS = {"steady": "steady motion", "decay": "free decay"}
 _COMPARED = (
     Column("amplitude", "Displacement amplitude at the sensor", "m", 3, short="amplitude"),
     Column("test_frequency", "Frequency, test", "Hz", write=lambda f: f"{f:.5g}"),
@@ -396,11 +402,12 @@ _COMPARED = (
 def _compared(test: ModalTest, curve: ModalCurve, band: Floats) -> Table:
     """A test beside the curve that was fitted to it, with the band of the fitted parameters."""
     columns = (
-        test.amplitude, test.frequency, curve.frequency, test.damping_ratio, curve.damping_ratio,
-        *band[1],
+        test.amplitude, test.frequency, curve.frequency, test.damping_ratio,
+        test.damping_of(curve), *band[1],
     )  # fmt: skip
     rows = tuple(zip(*(plain(column) for column in columns), strict=True))
-    return Table(f"Fitted curve of mode {test.mode + 1}", _COMPARED, rows, noun="amplitudes")
+    title = f"Fitted curve of mode {test.mode + 1}, {MOTIONS[test.motion]}"
+    return Table(title, _COMPARED, rows, noun="amplitudes")
 
 
 def _strongest_correlation(identified: ModalIdentification) -> str:

@@ -85,14 +85,18 @@ def curve_plot(prediction: StructurePrediction) -> Plot:
         legend.append(Entry(text, color))
     for test in prediction.tests:
         index = numbers.index(test.mode + 1)
-        color = look_of(index).color
+        color, mode = look_of(index).color, prediction.modes[index]
+        if test.motion == "decay":
+            x = mode.curve.amplitude / unit
+            lower.line(x, mode.curve.decay_damping_ratio, color, width=0.8)
         for panel, name in panels:
-            panel.marks(sensed(test), values(prediction.modes[index], test, name), color)
-        legend.append(Entry(f"test of mode {test.mode + 1}", color, marker="o", line=False))
-    for index, order, curve, _ in fitted:
-        for panel, name in panels:
-            y = values(prediction.modes[index], curve, name)[order]
-            panel.line(sensed(curve)[order], y, look_of(index).color, dash=DOTTED)
+            panel.marks(sensed(test), values(mode, test, name), color)
+        kind = "decay" if test.motion == "decay" else "test"
+        legend.append(Entry(f"{kind} of mode {test.mode + 1}", color, marker="o", line=False))
+    for test, (index, order, curve, _) in zip(prediction.tests, fitted, strict=False):
+        change = values(prediction.modes[index], curve, "frequency")
+        for panel, y in ((upper, change), (lower, test.damping_of(curve))):
+            panel.line(sensed(curve)[order], y[order], look_of(index).color, dash=DOTTED)
     legend.append(Entry("quasi-static", COLORS[0], DASHED))
     if fitted:
         legend.append(Entry("fitted to the tests", COLORS[0], DOTTED))

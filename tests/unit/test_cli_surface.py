@@ -299,7 +299,7 @@ def test_a_profile(folder: Path, undrawn: None) -> None:
         (("--outliers", "1"), "--outliers: wanted a number of at least 2 such as 6, got 1"),
         (
             ("--level", "cubic"),
-            '--level: wanted "plane", "quadratic", "cylinder", "mean" or "none", got',
+            '--level: wanted "plane", "quadratic", "cylinder", "lines", "mean" or "none", got',
         ),
         (("--pixel", "1 um", "--pixel", "1 um"), "--pixel: wanted once, or twice for x and y, got"),
     ],

@@ -15,6 +15,7 @@ from microslip.cli.options import ANY_PATH, Decorator, option, switch
 from microslip.cli.output import FIGURES, Output, writes
 from microslip.cli.shell import complete_key, complete_study
 from microslip.cli.work import progress, stoppable
+from microslip.scans.options import PROCESSES
 
 if TYPE_CHECKING:
     from microslip.results import Study
@@ -164,6 +165,12 @@ def _list_templates(context: click.Context, param: click.Parameter, value: bool)
 
         for name, meaning in TEMPLATES.items():
             click.echo(f"{name:<10} {meaning}")
+        from microslip.scans.finish import PROCESSES as TABLE
+
+        click.echo("Faces for --process, by the Ra that they commonly have:")
+        for name, process in TABLE.items():
+            low, high = 1e6 * process.low, 1e6 * process.high
+            click.echo(f"{name:<10} {low:g} to {high:g} um ({process.source})")
         context.exit()
 
 
@@ -178,16 +185,22 @@ def _list_templates(context: click.Context, param: click.Parameter, value: bool)
 )
 @click.option(
     "--list", is_flag=True, is_eager=True, expose_value=False, callback=_list_templates,
-    help="List the templates.",
+    help="List the templates, and what processes leave.",
 )  # fmt: skip
-def new(name: Path, kind: str, law: str) -> None:
+@click.option(
+    "--process", type=OneOf(PROCESSES),
+    help="Process that made the faces: bolted plates with the Ra that it commonly leaves.",
+)  # fmt: skip
+def new(name: Path, kind: str, law: str, process: str | None) -> None:
     """Write the study NAME.toml, commented; change it with any editor.
 
     A file that is there is never touched.
     """
     from microslip.study.new import command_line, write
 
-    steps = write(name, law, kind)
+    if process is not None and (kind, law) != (TEMPLATES[0], LAWS[0]):
+        raise click.UsageError("--process: wanted without --template and --law")
+    steps = write(name, law, kind, process)
     click.echo(f"Written to {command_line(name)}. Next:")
     for step in steps:
         click.echo(f"  {step}")

@@ -13,7 +13,7 @@ from microslip.cli.output import FIGURES, Output, writes
 from microslip.cli.work import progress, stoppable
 from microslip.scans import options as offered
 
-_TWICE = {"unit": "coordinates and heights", "pixel": "x and y"}
+_TWICE = {"unit": "coordinates and heights", "pixel": "x and y", "crop": "x and y"}
 _OFTEN = ("against",)
 
 

@@ -23,6 +23,7 @@ from .nayak import NayakSummits as NayakSummits
 from .patches import PatchErrors as PatchErrors
 from .patches import cut as cut
 from .patches import patch_errors as patch_errors
+from .profile_parameters import ProfileParameters as ProfileParameters
 from .scan import Scan as Scan
 from .scan_rules import verdicts as verdicts
 from .spectrum import AxisSpectrum as AxisSpectrum

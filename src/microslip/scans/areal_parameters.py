@@ -16,6 +16,7 @@ from microslip._core.frozen import Locked, lock
 from microslip.errors import InputError
 from microslip.scans.curvature import fitted
 from microslip.scans.height_map import HeightMap
+from microslip.scans.material_ratio import core_of, of, volumes_of
 from microslip.scans.noise import present
 from microslip.scans.prominence import find_peaks
 
@@ -24,35 +25,43 @@ PRUNING = 0.05
 
 _DECAY = 0.2
 """Correlation at which the autocorrelation length is read."""
-_SECANT_SHARE = 0.4
-"""Share of the points over which the secant of the core of the material ratio curve is drawn."""
+_FIVE = 5
+"""Hills and dales of S10z."""
+_SHORTEST_WAVE = 3.0
+_WEDGE = 5
+"""Waves in the scan from which one has a direction, and the wedge [deg] that Std is read from."""
 
 
 @dataclass(frozen=True)
 class ArealParameters:
-    """Functional, spatial, hybrid and feature parameters after ISO 25178-2:2021."""
+    """Functional, spatial, hybrid and feature parameters after ISO 25178-2:2021, in SI units."""
 
-    core_height: float
-    """Sk [m], height of the core of the material ratio curve."""
-    peak_height: float
-    valley_depth: float
-    """Spk and Svk [m], reduced heights of peaks and dales beyond the core."""
-    peak_material_ratio: float
-    valley_material_ratio: float
-    """Smr1 and Smr2 [-], material ratios where the core begins and ends."""
-    autocorrelation_length: float
-    """Sal [m], the shortest distance at which the autocorrelation has fallen to 0.2; not a number
-    where it does not within half of the scan."""
-    texture_aspect_ratio: float
-    """Str [-], Sal over the longest such distance: 1 if isotropic, near 0 with a lay."""
-    developed_area_ratio: float
-    """Sdr [-], area of the surface over its projection, less one."""
-    rms_gradient: float
-    """Sdq [-], root mean square gradient."""
-    peak_density: float
-    """Spd [1/m^2], hills of 5 % of the height and more."""
-    peak_curvature: float
-    """Spc [1/m], arithmetic mean of their principal curvatures."""
+    maximum_peak_height: float = of("Sp", "m", "maximum peak height above the mean")
+    maximum_pit_depth: float = of("Sv", "m", "maximum pit depth below the mean")
+    maximum_height: float = of("Sz", "m", "maximum height")
+    ten_point_height: float = of("S10z", "m", "five highest hills over five deepest dales")
+    core_height: float = of("Sk", "m", "core height")
+    peak_height: float = of("Spk", "m", "reduced peak height")
+    valley_depth: float = of("Svk", "m", "reduced dale depth")
+    peak_material_ratio: float = of("Smr1", "", "material ratio of peaks")
+    valley_material_ratio: float = of("Smr2", "", "material ratio of dales")
+    peak_material_volume: float = of("Vmp", "m", "material volume of peaks by area")
+    core_material_volume: float = of("Vmc", "m", "material volume of the core by area")
+    core_void_volume: float = of("Vvc", "m", "void volume of the core by area")
+    dale_void_volume: float = of("Vvv", "m", "void volume of dales by area")
+    autocorrelation_length: float = of("Sal", "m", "autocorrelation length")
+    """The shortest distance at which the autocorrelation has fallen to 0.2; not a number where it
+    does not within half of the scan."""
+    texture_aspect_ratio: float = of("Str", "", "texture aspect ratio")
+    """Sal over the longest such distance: 1 if isotropic, near 0 with a lay."""
+    texture_direction: float = of("Std", "rad", "direction of the lay from x towards y")
+    """Where the angular spectrum is largest, 0 to pi; it says little where Str is above 0.5."""
+    developed_area_ratio: float = of("Sdr", "", "developed area ratio")
+    rms_gradient: float = of("Sdq", "", "rms gradient")
+    peak_density: float = of("Spd", "1/m^2", "density of hills")
+    """Hills of 5 % of the height and more."""
+    peak_curvature: float = of("Spc", "1/m", "curvature of hills")
+    """Arithmetic mean of their principal curvatures."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,11 +145,17 @@ def areal_parameters(scan: HeightMap) -> ArealParameters:
     scan = scan.measurable()
     shortest, longest = autocorrelation(scan).decay_lengths()
     area_ratio, gradient = _gradients(scan)
-    density, curvature = _hills(scan)
+    ten, density, curvature = _hills(scan)
+    heights = scan.heights[~np.isnan(scan.heights)]
+    mean = float(heights.mean())
+    high, low = float(heights.max()) - mean, mean - float(heights.min())
     return ArealParameters(
-        *_core(scan.heights[~np.isnan(scan.heights)]),
+        *(high, low, high + low, ten),
+        *core_of(heights),
+        *volumes_of(heights),
         shortest if math.isfinite(shortest) else math.nan,
         shortest / longest if math.isfinite(shortest) else math.nan,
+        _direction(scan),
         area_ratio,
         gradient,
         density,
@@ -148,30 +163,27 @@ def areal_parameters(scan: HeightMap) -> ArealParameters:
     )
 
 
-def _core(heights: Floats) -> tuple[float, float, float, float, float]:
-    """Sk, Spk, Svk, Smr1, Smr2 by the flattest secant over 40 % of the material ratio curve."""
-    curve = np.sort(heights)[::-1]  # heights against the share of points that are higher
-    count = curve.size
-    width = min(max(round(_SECANT_SHARE * count), 1), count - 1)
-    drop = curve[:-width] - curve[width:]
-    # Of secants that are as flat the middle one, as of a straight curve.
-    flat = np.flatnonzero(drop <= drop.min() * (1.0 + 1e-12))
-    start = int(flat[flat.size // 2])
-    # The equivalent straight line: least squares through the points of that part.
-    places = np.arange(start, start + width + 1)
-    part = curve[places]
-    mean_place, mean = places.mean(), part.mean()
-    spread = places - mean_place
-    slope = float(spread @ (part - mean) / (spread @ spread))
-    top = mean - slope * (mean_place + 0.5)
-    bottom = mean + slope * (count - 0.5 - mean_place)
-    core = top - bottom
-    above, below = curve > top, curve < bottom
-    first, last = np.count_nonzero(above) / count, 1.0 - np.count_nonzero(below) / count
-    # Triangles of the same area as what sticks out, on the same share of points.
-    peaks = 2.0 * float((curve[above] - top).sum()) / count / first if first > 0.0 else 0.0
-    dales = 2.0 * float((bottom - curve[below]).sum()) / count / (1.0 - last) if last < 1.0 else 0.0
-    return float(core), float(peaks), float(dales), float(first), float(last)
+def _direction(scan: HeightMap) -> float:
+    """Std: the lay runs across the waves at which the angular spectrum is largest."""
+    there = ~np.isnan(scan.heights)
+    z = np.where(there, scan.heights - np.nanmean(scan.heights), 0.0)
+    for axis, count in enumerate(z.shape):  # no cross of leakage along the axes
+        z = z * np.expand_dims(np.hanning(count + 2)[1:-1], 1 - axis)
+    power = np.abs(np.fft.rfft2(z)) ** 2
+    rows, columns = z.shape
+    kx = np.fft.rfftfreq(columns, scan.pixel[0])
+    ky = np.fft.fftfreq(rows, scan.pixel[1])[:, None]
+    # Waves of few lengths of the scan have no direction to speak of.
+    power[np.hypot(kx * scan.size[0], ky * scan.size[1]) < _SHORTEST_WAVE] = 0.0
+    across = np.arctan2(ky, kx)
+    lay = np.broadcast_to(np.mod(across + 0.5 * math.pi, math.pi), power.shape)
+    bins = np.minimum((lay * (180 / math.pi)).astype(int), 179)
+    angular = np.bincount(bins.reshape(-1), power.reshape(-1), 180)
+    around = np.convolve(np.tile(angular, 3), np.hanning(2 * _WEDGE + 3)[1:-1], "same")[180:360]
+    best = math.radians(float(around.argmax()) + 0.5)
+    off = np.mod(lay - best + 0.5 * math.pi, math.pi) - 0.5 * math.pi
+    near = np.where(np.abs(off) <= math.radians(_WEDGE), power, 0.0)
+    return float(np.mod(best + (near * off).sum() / near.sum(), math.pi))
 
 
 def _gradients(scan: HeightMap) -> tuple[float, float]:
@@ -188,19 +200,25 @@ def _gradients(scan: HeightMap) -> tuple[float, float]:
     return ratio, math.sqrt(float(np.nanmean(square)))
 
 
-def _hills(scan: HeightMap) -> tuple[float, float]:
-    """Spd and Spc of the hills that Wolf pruning leaves."""
+def _hills(scan: HeightMap) -> tuple[float, float, float]:
+    """S10z, Spd and Spc of the hills, and dales, that Wolf pruning leaves."""
     heights = scan.heights
-    peaks = find_peaks(heights)
     inner = present(heights, 1).reshape(-1)
     height = float(np.nanmax(heights) - np.nanmin(heights))
-    good = (peaks.prominences >= PRUNING * height) & inner[peaks.places]
-    places = peaks.places[good]
+
+    def left(surface: Floats) -> np.ndarray:
+        peaks = find_peaks(surface)
+        return peaks.places[(peaks.prominences >= PRUNING * height) & inner[peaks.places]]
+
+    hills, dales = left(heights), left(-heights)
+    flat, ten = heights.reshape(-1), math.nan
+    if min(hills.size, dales.size) >= _FIVE:  # from the highest, and from the deepest
+        ten = float(flat[hills[:_FIVE]].mean() - flat[dales[:_FIVE]].mean())
+    if not hills.size:
+        return ten, 0.0, math.nan
     area = np.count_nonzero(inner) * math.prod(scan.pixel)
-    if not places.size:
-        return 0.0, math.nan
-    tops = fitted(heights, places, scan.pixel, 3)
-    return places.size / area, float(tops.curvatures.mean())
+    tops = fitted(heights, hills, scan.pixel, 3)
+    return ten, hills.size / area, float(tops.curvatures.mean())
 
 
 def slope_over_distance(scan: HeightMap) -> tuple[Floats, Floats]:

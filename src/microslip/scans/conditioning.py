@@ -16,8 +16,9 @@ from microslip.scans.checks import length_of
 from microslip.scans.filters import smooth
 from microslip.scans.height_map import HeightMap
 from microslip.scans.levelling import level
+from microslip.scans.mean_surfaces import robust_mean, spline_mean
 from microslip.scans.noise import noise_std
-from microslip.scans.options import LEVELS, OUTLIERS
+from microslip.scans.options import FILTERS, LEVELS, OUTLIERS
 from microslip.scans.outliers_and_gaps import fill, outliers
 
 Map = TypeVar("Map", bound=HeightMap)
@@ -34,12 +35,21 @@ class Steps:
     fill: Any = None
     cutoff: Any = None
     long_cutoff: Any = None
+    filter: Any = "gaussian"
+    crop: Any = None
+
+
+_MEANS = {"gaussian": smooth, "robust": robust_mean, "spline": spline_mean}
+_FILTERS = dict(zip(FILTERS, ("Gaussian", "robust Gaussian regression", "spline"), strict=True))
 
 
 def condition(scan: Map, steps: Steps) -> Map:
-    """Remove outliers, level, fill and limit the band of wavelengths; the notes tell each step."""
+    """Crop, remove outliers, level, fill and limit the band; the notes tell each step."""
+    if steps.crop is not None:
+        scan = _cropped(scan, steps.crop)
     limit = _threshold(steps.outliers)
     _check_choice("level", steps.level, LEVELS)
+    _check_choice("filter", steps.filter, FILTERS)
     _check_choice("fill", steps.fill, ("interpolate",))
     short, long = band(scan, steps.cutoff, steps.long_cutoff)
     heights, notes = scan.heights, list(scan.notes)
@@ -79,11 +89,11 @@ def condition(scan: Map, steps: Steps) -> Map:
             "half the amplitude there)."
         )
     if long is not None:
-        heights = heights - smooth(heights, scan.pixel, long)
+        heights = heights - _MEANS[steps.filter or "gaussian"](heights, scan.pixel, long)
         long_cutoff = min(long, long_cutoff or math.inf)
         notes.append(
-            f"long_cutoff: waves longer than {engineering(long, 'm')} removed (Gaussian filter, "
-            "half the amplitude there)."
+            f"long_cutoff: waves longer than {engineering(long, 'm')} removed "
+            f"({_FILTERS[steps.filter or 'gaussian']} filter, half the amplitude there)."
         )
     if heights is not scan.heights:
         lock(heights)
@@ -95,6 +105,30 @@ def condition(scan: Map, steps: Steps) -> Map:
         noise_before=noise,
         unfiltered=unfiltered,
     )
+
+
+def _cropped(scan: Map, crop: Any) -> Map:
+    """The scan without its ends; one length of all, or one along x and one along y."""
+    lengths = tuple(crop) if isinstance(crop, (tuple, list)) else (crop,)
+    if not 1 <= len(lengths) <= len(scan.pixel):
+        raise InputError(f"`crop` must be a length, or one an axis, got {show(crop)}")
+    ends = [length_of("crop", length, "0.4 mm") for length in lengths]
+    ends = ends * len(scan.pixel) if len(ends) == 1 else ends
+    counts = [math.ceil(end / step - 1e-9) for end, step in zip(ends, scan.pixel, strict=True)]
+    if min(n - 2 * c for n, c in zip(scan.heights.shape[::-1], counts, strict=True)) < 4:
+        raise InputError(
+            f"`crop` must leave four points along each axis, got {show(crop)} off each end of "
+            f"{' x '.join(_readable(size) for size in scan.size)}"
+        )
+    middle = tuple(
+        slice(c, n - c) for n, c in zip(scan.heights.shape, reversed(counts), strict=True)
+    )
+    note = f"crop: {' x '.join(_readable(end) for end in ends)} cut off each end."
+    unfiltered = scan._unfiltered
+    if unfiltered is not None:
+        unfiltered = unfiltered.changed(lock(np.array(unfiltered.heights[middle])))
+    heights = lock(np.array(scan.heights[middle]))
+    return scan.changed(heights, notes=(*scan.notes, note), unfiltered=unfiltered)
 
 
 def band(scan: HeightMap, cutoff: Any, long_cutoff: Any) -> tuple[float | None, float | None]:

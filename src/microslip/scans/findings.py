@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -30,6 +30,7 @@ from microslip.scans.measured_surface import MeasuredSurface
 from microslip.scans.moments import Moments
 from microslip.scans.options import DRAWING, READING
 from microslip.scans.patch_scatter import standard_errors
+from microslip.scans.profile_parameters import ProfileParameters, profile_parameters
 from microslip.scans.scan_rules import judged, radius_in_pixels, verdicts
 from microslip.scans.spectrum import SelfAffineFit, Spectrum, spectrum
 from microslip.scans.statistics import Statistics
@@ -61,6 +62,8 @@ class Request:
     level: Any = "plane"
     outliers: float | None = None
     fill: bool = False
+    filter: Any = "gaussian"
+    crop: tuple[float, ...] | None = None
     method: Any = "watershed"
     prominence: float | None = None
     area: float | None = None
@@ -186,12 +189,19 @@ class Findings:
         fit = self.self_affine
         return {
             "areal": None if self.scan.is_profile else asdict(areal_parameters(self.scan)),
+            "profile": {axis: asdict(found) for axis, found in self._lines()},
             "self_affine": None if fit is None else asdict(fit),
             "slopes": [
                 {"distance": distance, "rms_slope": slope}
                 for distance, slope in zip(distances.tolist(), slopes.tolist(), strict=True)
             ],
         }
+
+    def _lines(self) -> Iterator[tuple[str, ProfileParameters]]:
+        """Parameters along each axis; none where every line has gaps or one is too short."""
+        for axis in "x" if self.scan.is_profile else "xy":
+            with suppress(InputError):
+                yield axis, profile_parameters(self.scan, axis=axis)
 
     def elliptic(self) -> dict[str, float] | None:
         """The joint of elliptic summits in the direction of motion; None where none is given."""
@@ -235,10 +245,11 @@ def analyse(request: Request, progress: Progress | None = None) -> Findings:
             "`materials` goes with a map of heights: a profile has peaks but no summits to count; "
             "leave it out, and predict a study with the [surface] that is written for the profile"
         )
+    raw = condition(raw, Steps(crop=request.crop))
     report(0.1)
     fill = "interpolate" if request.fill else None
     conditioned = condition(raw, Steps(request.level, request.outliers, fill))
-    levelled = condition(conditioned, Steps(long_cutoff=request.long_cutoff))
+    levelled = condition(conditioned, Steps(long_cutoff=request.long_cutoff, filter=request.filter))
     report(0.2)
     summits, missing = _summits(request, levelled)
     scan = condition(levelled, Steps(cutoff=request.cutoff)) if summits is None else summits.scan
@@ -319,6 +330,7 @@ def _joint(
         level=None,
         method=request.method,
         prominence=request.prominence,
+        filter=request.filter,
         progress=lambda number, count: report(number / count),
         **options,
     )

@@ -153,10 +153,7 @@ class SurfaceFinish:
         there are ten of them, as sampling lengths are chosen.
         """
         assert self.rz is not None
-        sampling = next(
-            (length for ra, length in _SAMPLING if self.rz <= 5.0 * ra),
-            _SAMPLING[-1][1],
-        )
+        sampling = sampling_length(0.2 * self.rz)
         waves = 10.0 if self.rsm is None else max(sampling / self.rsm, 2.0)
         root = math.sqrt(2.0 * math.log(waves))
         return 2.0 * (root + 0.5772 / root)
@@ -234,6 +231,11 @@ _SAMPLING = (
     (80e-6, 8e-3),
 )
 """Largest Ra [m] and the sampling length [m] that ISO 4288 takes for it."""
+
+
+def sampling_length(ra: float) -> float:
+    """Sampling length [m] that ISO 4288 takes for Ra [m]: the cut-off of the filter."""
+    return next((length for most, length in _SAMPLING if ra <= most), _SAMPLING[-1][1])
 
 
 def process_named(name: object) -> str:

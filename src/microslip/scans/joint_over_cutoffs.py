@@ -139,6 +139,7 @@ def joint_over_cutoffs(
     level: Level | None = "plane",
     method: Method = "watershed",
     prominence: float | str | None = None,
+    filter: str = "gaussian",
     progress: Progress | None = None,
 ) -> JointOverCutoffs:
     """What is wanted of a joint against both cut-offs and on patches of the scan.
@@ -160,7 +161,7 @@ def joint_over_cutoffs(
         Friction coefficient [-] and amplitude [m] for the loss factor.
     heights : {"gaussian", "table", "discrete", "population"}
         Law of the summit heights, as in :meth:`microslip.Summits.to_surface`.
-    level, method, prominence
+    level, method, prominence, filter
         As in :meth:`condition` and :meth:`summits`.
     progress : callable, optional
         Called with the joints done and those to do, after each.
@@ -194,7 +195,7 @@ def joint_over_cutoffs(
     for row, long_wave in enumerate(longs):
         filtered = levelled
         if math.isfinite(long_wave) and long_wave != scan.long_cutoff:
-            filtered = condition(levelled, Steps(long_cutoff=float(long_wave)))
+            filtered = condition(levelled, Steps(long_cutoff=float(long_wave), filter=filter))
         for column, short_wave in enumerate(shorts):
             at = (
                 f"cut-off {_text(short_wave)}, long-wave "
@@ -212,7 +213,7 @@ def joint_over_cutoffs(
                 progress(count, total)
     row_of_long = int(np.argmin(np.abs(longs - (long or math.inf)))) if long else longs.size - 1
     place = row_of_long, int(np.argmin(np.abs(shorts - (short or 0.0))))
-    patches = _patches(scan, joint, level, short, long, counting)
+    patches = _patches(scan, joint, level, short, (long, filter), counting)
     if progress is not None:
         progress(total, total)
     return JointOverCutoffs(
@@ -315,11 +316,12 @@ def _patches(
     joint: _JointOf,
     level: Level | None,
     short: float | None,
-    long: float | None,
+    long_filter: tuple[float | None, str],
     counting: Mapping[str, Any],
 ) -> dict[str, Floats]:
     """The joint on two by two patches at the same pressure, each as if it were the scan."""
     values = {name: np.full(4, math.nan) for name in JOINT_UNITS}
+    long, filter = long_filter
     parts: list[HeightMap] = []
     with suppress(InputError):  # too small for patches
         parts = cut(scan, (2, 2))
@@ -327,7 +329,7 @@ def _patches(
         with suppress(InputError):  # too small for the cut-off, or without a summit
             levelled = condition(part, Steps(level or "plane"))
             if long is not None and scan.long_cutoff is None:
-                levelled = condition(levelled, Steps(long_cutoff=long))
+                levelled = condition(levelled, Steps(long_cutoff=long, filter=filter))
             summits = find_summits(levelled.measurable(), short, **counting)
             joint.store(values, index, summits, short or 0.0, part.area / scan.area)
     return values

@@ -10,7 +10,7 @@ import numpy as np
 from microslip._core.checks import Floats
 from microslip.errors import InputError, in_python
 
-Level = Literal["plane", "quadratic", "cylinder", "mean"]
+Level = Literal["plane", "quadratic", "cylinder", "lines", "mean"]
 
 # Powers of the Legendre polynomials of x and y, those of the plane first.
 _TERMS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
@@ -21,8 +21,11 @@ def level(heights: Floats, pixel: tuple[float, ...], form: str) -> tuple[Floats,
     """Heights above the form that fits them best.
 
     Legendre polynomials of coordinates from -1 to 1 keep the normal equations well conditioned;
-    a second pass over the residual takes away what rounding has left.
+    a second pass over the residual takes away what rounding has left. "lines" is a straight line
+    of each row by itself, as instruments that scan row by row need it.
     """
+    if form == "lines":
+        return _line_by_line(heights)
     grid = heights[None] if heights.ndim == 1 else heights
     terms = [t for t in _TERMS[: _COUNT[form]] if heights.ndim == 2 or t[1] == 0]
     along = [_legendre(n) for n in grid.shape[::-1]]
@@ -48,6 +51,30 @@ def level(heights: Floats, pixel: tuple[float, ...], form: str) -> tuple[Floats,
             break  # another direction would be found in what is left
     shape = _surface(total, along, terms)
     return result.reshape(heights.shape), float(shape.max() - shape.min())
+
+
+def _line_by_line(heights: Floats) -> tuple[Floats, float]:
+    """Each row above its own straight line."""
+    grid = np.atleast_2d(heights)
+    there = ~np.isnan(grid)
+    count = there.sum(axis=1, keepdims=True)
+    if (short := (count > 0) & (count < 3)).any():
+        raise InputError(
+            f'`level="lines"`: {np.count_nonzero(short)} rows have fewer than three points; wanted '
+            'more of them, or `level="plane"`'
+        )
+    count = np.maximum(count, 1)
+    place = np.where(there, np.linspace(-1.0, 1.0, grid.shape[1]), 0.0)
+    away = np.where(there, place - place.sum(axis=1, keepdims=True) / count, 0.0)
+    result = grid
+    for _ in range(2):  # the second time of rounding
+        values = np.where(there, result, 0.0)
+        mean = values.sum(axis=1, keepdims=True) / count
+        square = np.maximum((away * away).sum(axis=1, keepdims=True), 1e-300)
+        slope = (away * (values - mean)).sum(axis=1, keepdims=True) / square
+        result = np.where(there, result - mean - slope * away, math.nan)
+    removed = grid - result
+    return result.reshape(heights.shape), float(np.nanmax(removed) - np.nanmin(removed))
 
 
 def _legendre(count: int) -> Floats:

@@ -6,7 +6,8 @@ from microslip._core.parameters import REQUIRED, option
 from microslip._core.units import ANGLE, AREA, FORCE, LENGTH
 from microslip.readers.files import LIMIT as LIMIT
 
-LEVELS = ("plane", "quadratic", "cylinder", "mean")
+LEVELS = ("plane", "quadratic", "cylinder", "lines", "mean")
+FILTERS = ("gaussian", "robust", "spline")
 METHODS = ("watershed", "neighbours")
 ESTIMATES = ("counted", "neighbours", "mccool", "nayak", "population")
 PERSSON = "persson"
@@ -38,7 +39,23 @@ LEVEL = option(
     default="plane",
     choices=LEVELS,
     none="none",
-    metavar="[plane|quadratic|cylinder|mean|none]",
+    metavar="[plane|quadratic|cylinder|lines|mean|none]",
+)
+FILTER = option(
+    "filter",
+    "Filter of the long-wave cut-off: gaussian (ISO 16610-21, -61), robust, which scratches and "
+    "pits do not pull (ISO 16610-31, -71), or spline, without end effects (ISO 16610-22, -62).",
+    default="gaussian",
+    choices=FILTERS,
+)
+CROP = option(
+    "crop",
+    "Length that is cut off each end; or one of the ends of x and one of those of y.",
+    LENGTH,
+    "Cropping",
+    example="0.4 mm",
+    items=(1, 2),
+    metavar="LENGTH",
 )
 OUTLIERS = option(
     "outliers",
@@ -155,7 +172,7 @@ CHANNEL = option(
 )
 
 READING = (FORMAT, UNIT, PIXEL, VALID, KEY, CHANNEL, LIMIT)
-CONDITIONING = (CUTOFF, LONG_CUTOFF, LEVEL, OUTLIERS, FILL)
+CONDITIONING = (CUTOFF, LONG_CUTOFF, FILTER, LEVEL, OUTLIERS, FILL, CROP)
 SUMMITS = (METHOD, PROMINENCE)
 AGAINST = option(
     "against",

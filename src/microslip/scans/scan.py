@@ -8,9 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
+import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import Floats, show
+from microslip._core.checks import Floats, plain, show, sized
 from microslip.errors import InputError
 from microslip.materials import MaterialPair
 from microslip.normal import MeasuredContact
@@ -30,6 +31,7 @@ from microslip.scans.height_map import HeightMap
 from microslip.scans.heights_in_files import Wishes
 from microslip.scans.joint_over_cutoffs import joint_over_cutoffs as _joint_over_cutoffs
 from microslip.scans.levelling import Level
+from microslip.scans.profile_parameters import ProfileParameters, profile_parameters
 from microslip.scans.spectrum import Spectrum, spectrum
 from microslip.scans.summits import Summits, find_summits
 
@@ -123,14 +125,18 @@ class Scan(HeightMap):
         fill: Literal["interpolate"] | None = None,
         cutoff: float | str | None = None,
         long_cutoff: float | str | None = None,
+        filter: Literal["gaussian", "robust", "spline"] = "gaussian",
+        crop: Any = None,
     ) -> Scan:
-        """Remove outliers, level, fill and limit the band of wavelengths, in this order.
+        """Crop, remove outliers, level, fill and limit the band of wavelengths, in this order.
 
         Parameters
         ----------
-        level : {"plane", "quadratic", "cylinder", "mean"}, optional
+        level : {"plane", "quadratic", "cylinder", "lines", "mean"}, optional
             Form to be removed, by least squares on the points there are. "cylinder" is a plane
-            and a parabola across one direction, whichever fits best.
+            and a parabola across one direction, whichever fits best; "lines" a straight line of
+            each row (along x) by itself, which takes away steps and drift from row to row, and
+            with them the waves along y that a row sees as a constant.
         outliers : float, optional
             Points farther than so many robust standard deviations from the median of their
             neighbours go missing; 6 is usual.
@@ -140,6 +146,13 @@ class Scan(HeightMap):
             Short-wave cut-off [m], or such as "10 um": shorter waves are removed.
         long_cutoff : float or str, optional
             Long-wave cut-off [m]: longer waves, the mean among them, are removed.
+        filter : {"gaussian", "robust", "spline"}
+            Filter of the long-wave cut-off. "robust" is a Gaussian regression of second order that
+            scratches and pits do not pull (ISO 16610-31:2016, -71:2014), "spline" a smoothing
+            cubic spline (ISO 16610-22:2015; of areas a plate, the same in all directions). Neither
+            bends at the ends.
+        crop : float, str or pair of them, optional
+            Length [m] that is cut off each end, or one along x and one along y.
 
         Returns
         -------
@@ -148,25 +161,64 @@ class Scan(HeightMap):
 
         Notes
         -----
+        In words of ISO 25178-3 ``cutoff`` is the nesting index of the S-filter, ``level`` the
+        F-operation and ``long_cutoff`` the nesting index of the L-filter. The form goes first here,
+        so that a tilt does not leak through the ends of the S-filter; inside the two orders agree.
         The Gaussian filters transmit half the amplitude at the cut-off (ISO 16610-61:2015; of
         profiles, ISO 16610-21:2011). At edges and gaps the weights of the points there are sum to
         one, by normalised convolution. Filling solves the discrete Laplace equation in the gaps
         approximately, from coarse to fine grids: smooth, the same on every machine, and in a time
         that grows with the number of points.
         """
-        return condition(self, Steps(level, outliers, fill, cutoff, long_cutoff))
+        return condition(self, Steps(level, outliers, fill, cutoff, long_cutoff, filter, crop))
 
     def spectrum(self) -> Spectrum:
         """Power spectrum of the heights, radial and by axis; errors as :meth:`measurable`."""
         return spectrum(self.measurable())
 
     def areal_parameters(self) -> ArealParameters:
-        """Parameters of ISO 25178-2:2021: Sk family, Sal, Str, Sdr, Sdq, Spd and Spc, in SI units.
+        """Parameters of ISO 25178-2:2021 beyond heights and moments, in SI units.
+
+        Sp, Sv, Sz, S10z; Sk, Spk, Svk, Smr1, Smr2; Vmp, Vmc, Vvc, Vvv (at 10 and 80 %); Sal, Str,
+        Std; Sdr, Sdq; Spd and Spc.
 
         Of the scan as it is: level and filter it first, and say its cut-offs with them. Errors as
         :meth:`measurable`; a profile has none.
         """
         return areal_parameters(self)
+
+    def profile_parameters(
+        self, section: float | str | None = None, axis: Literal["x", "y"] = "x"
+    ) -> ProfileParameters:
+        """Parameters of ISO 21920-2:2021: Ra, Rq, Rz, Rsm, Rdq, Rk and others, in SI units.
+
+        Of the heights as they are, each line above its mean: level them first, and apply the
+        long-wave cut-off that goes with the numbers.
+
+        Parameters
+        ----------
+        section : float or str, optional
+            Section length [m], or such as "0.8 mm"; by default the long-wave cut-off, or a fifth
+            of the profile where there is none.
+        axis : {"x", "y"}
+            Of an area the lines along x or along y: the parameters are the means over all lines
+            without gaps.
+
+        Returns
+        -------
+        ProfileParameters
+            The parameters, with the section length and how many sections there are.
+        """
+        return profile_parameters(self, section, axis)
+
+    def material_ratio(self, height: ArrayLike) -> Any:
+        """Share of points that are higher than heights [m] above the mean, Rmr(c) and Smr(c).
+
+        Of heights of any shape, in the same shape [-].
+        """
+        there = np.sort(self.heights[~np.isnan(self.heights)], axis=None)
+        places = np.asarray(sized("height", height)) + there.mean()
+        return plain(1.0 - np.searchsorted(there, places, side="right") / there.size)
 
     def autocorrelation(self) -> Autocorrelation:
         """Normalised autocorrelation of the heights [-] against lags [m], of pairs there are.
@@ -217,7 +269,7 @@ class Scan(HeightMap):
         prominence : float or str, optional
             Least rise above that saddle [m], or such as "2 nm"; by default, of "watershed", some
             standard deviations of the noise that passes the cut-off.
-        level : {"plane", "quadratic", "cylinder", "mean"}, optional
+        level : {"plane", "quadratic", "cylinder", "lines", "mean"}, optional
             Form to be removed before, where :meth:`condition` has not done so.
         window : int
             Points along a side of the square that a quadric is fitted to: 3, 5, 7 ... 15.
@@ -283,7 +335,7 @@ class Scan(HeightMap):
         cutoffs : array_like, optional
             Cut-offs [m], or such as "10 um", one-dimensional, 0 or None for none; by default none,
             and from a few pixels to an eighth of the scan, of a small one to a third.
-        level : {"plane", "quadratic", "cylinder", "mean"}, optional
+        level : {"plane", "quadratic", "cylinder", "lines", "mean"}, optional
             Form to be removed before; None for none.
         counted : bool
             Whether to count the summits at each cut-off as well.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 import shlex
 from contextlib import suppress
@@ -10,6 +11,7 @@ from importlib.resources import files
 from pathlib import Path
 
 from microslip._core.files import reason
+from microslip._core.units import engineering
 from microslip._core.wording import did_you_mean, quoted, shorten, show
 from microslip.errors import StudyError
 
@@ -111,9 +113,19 @@ def _head(name: str, hint: str, kind: str) -> str:
     return f"{hint}\n{text}" if hint else text
 
 
-def text_of_template(kind: str, law: str, name: str, hint: str) -> str:
-    """The study of one of :data:`TEMPLATES`, in a file of that name."""
-    if kind == "structure":
+def text_of_template(kind: str, law: str, name: str, hint: str, process: str | None = None) -> str:
+    """The study of one of :data:`TEMPLATES`, in a file of that name; or of a machined face."""
+    if process is not None:
+        from microslip.scans.finish import PROCESSES, sampling_length
+
+        leaves = PROCESSES[process]
+        lengths = {"low": leaves.low, "high": leaves.high}
+        lengths["section"] = sampling_length(math.sqrt(leaves.low * leaves.high))
+        texts = {
+            key: engineering(x, "m", 3, trim=True).replace("µ", "u") for key, x in lengths.items()
+        }
+        body = _parts()["process"].format(process=process, source=leaves.source, **texts)
+    elif kind == "structure":
         text = demo_text(beam=True)
         text = text[text.index("schema = ") :]
         body = text[text.index("[material") :]
@@ -124,10 +136,17 @@ def text_of_template(kind: str, law: str, name: str, hint: str) -> str:
     return _aligned(f"{_head(name, hint, kind)}{body}")
 
 
-def write(path: Path, law: str = "greenwood-williamson", kind: str = "joint") -> list[str]:
+def write(
+    path: Path,
+    law: str = "greenwood-williamson",
+    kind: str = "joint",
+    process: str | None = None,
+) -> list[str]:
     """Write a commented study into a new file, whose name ends in `.toml`.
 
-    Returns the commands that come next. A batch has its table of changes beside it.
+    A ``process`` of :data:`microslip.scans.finish.PROCESSES` makes it one of bolted plates with
+    faces as that process leaves them. Returns the commands that come next. A batch has its table of
+    changes beside it.
     """
     name = shorten(str(path), 200)
     if path.suffix != ".toml":  # which ".toml" has not
@@ -135,7 +154,7 @@ def write(path: Path, law: str = "greenwood-williamson", kind: str = "joint") ->
         raise StudyError(f'{name}: wanted a name that ends in .toml, such as "{example}"')
     # Only a file beside the study: an editor must not ask the network for it.
     hint = f"#:schema {SCHEMA_FILE}" if (path.parent / SCHEMA_FILE).is_file() else ""
-    texts = {path: text_of_template(kind, law, path.name, hint)}
+    texts = {path: text_of_template(kind, law, path.name, hint, process)}
     if kind == "batch":
         texts[path.with_suffix(".csv")] = _CHANGES
     written: list[Path] = []

@@ -60,6 +60,8 @@ class ReadScan(SurfaceTable):
 
     cutoff: float | None = key_of(options.CUTOFF)
     long_cutoff: float | None = key_of(options.LONG_CUTOFF)
+    filter: str = key_of(options.FILTER)
+    crop: tuple[float, ...] | None = key_of(options.CROP)
     level: str | None = key_of(options.LEVEL)
     outliers: float | None = key_of(options.OUTLIERS)
     fill: bool = key_of(options.FILL)
@@ -89,7 +91,7 @@ class ReadScan(SurfaceTable):
                 channel=self.channel,
                 valid=None if self.valid is None else (self.valid[0], self.valid[1]),
                 limit=self.limit,
-            )
+            ).condition(crop=self.crop)
         except InputError as error:
             message = " ".join(error.said(as_key).split()).replace(str(here), name)
             message = message if message.startswith(name) else f"{name}: {message}"
@@ -112,6 +114,7 @@ class ReadScan(SurfaceTable):
             level=self.level,  # type: ignore[arg-type]
             fill="interpolate" if self.fill else None,
             long_cutoff=self.long_cutoff,
+            filter=self.filter,  # type: ignore[arg-type]
         )
 
 

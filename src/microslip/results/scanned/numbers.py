@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
+from microslip._core.parameters import parameters_of
 from microslip._core.units import SMALLEST, engineering, significant
 from microslip._version import __version__
 from microslip.report.document import Column, Note, Section, Table
 from microslip.report.files import csv_text, header, plain
 from microslip.results.scanned import joint_section
+from microslip.scans.areal_parameters import ArealParameters
 from microslip.scans.cutoffs import CutoffTable
 from microslip.scans.findings import Findings
 from microslip.scans.height_fit import HeightFit
 from microslip.scans.patch_scatter import HEIGHTS, MOMENTS, SUMMITS
+from microslip.scans.profile_parameters import ProfileParameters
 from microslip.scans.scan_rules import LOST_TO_PIXEL
 
 KIND = "microslip-surface"
@@ -203,28 +207,14 @@ _CAUSES: dict[str, Callable[[float, Findings], str]] = {
 """Verdicts that tell why counting and moments differ, in words; the most telling first."""
 
 
-_LABELS = {
-    "core_height": ("Sk, core height", "m"),
-    "peak_height": ("Spk, reduced peak height", "m"),
-    "valley_depth": ("Svk, reduced dale depth", "m"),
-    "peak_material_ratio": ("Smr1, material ratio of peaks", ""),
-    "valley_material_ratio": ("Smr2, material ratio of dales", ""),
-    "autocorrelation_length": ("Sal, autocorrelation length", "m"),
-    "texture_aspect_ratio": ("Str, texture aspect ratio", ""),
-    "developed_area_ratio": ("Sdr, developed area ratio", ""),
-    "rms_gradient": ("Sdq, rms gradient", ""),
-    "peak_density": ("Spd, density of hills", "1/m^2"),
-    "peak_curvature": ("Spc, curvature of hills", "1/m"),
-}
-
-
 def texture_section(findings: Findings, texture: dict[str, Any]) -> Section:
     """Texture on the page."""
     rows = []
     if texture["areal"] is not None:
-        for name, (label, unit) in _LABELS.items():
-            value = texture["areal"][name]
-            rows.append((label, _written(value, unit)))
+        rows = [
+            (f"{item.symbol}, {item.meaning}", _written(texture["areal"][item.name], item.unit))
+            for item in parameters_of(ArealParameters)
+        ]
     fit = texture["self_affine"]
     notes = []
     if fit is not None:
@@ -243,9 +233,31 @@ def texture_section(findings: Findings, texture: dict[str, Any]) -> Section:
             for row in (slopes[0], slopes[-1])
         ]
         notes.append(f"The rms slope between points is {ends[0]} and {ends[1]}.")
-    columns = (Column("quantity", "ISO 25178-2:2021"), Column("value", "value"))
+    head = "spectrum" if texture["areal"] is None else "ISO 25178-2:2021"
+    columns = (Column("quantity", head), Column("value", "value"))
     blocks = [Table("", columns, tuple(rows))] if rows else []
+    if along := texture["profile"]:
+        blocks.append(_of_lines(along))
     return Section("Texture", (*blocks, *(Note(" ".join(notes)) for _ in notes[:1])), brief=False)
+
+
+def _of_lines(along: dict[str, dict[str, Any]]) -> Table:
+    """Parameters of profiles, of an area those of its lines along both axes."""
+    heads = ["value"] if along.keys() == {"x"} else [f"lines along {axis}" for axis in along]
+    return Table(
+        "",
+        (
+            Column("quantity", "ISO 21920-2:2021"),
+            *(Column(f"lines_{axis}", head) for axis, head in zip(along, heads, strict=True)),
+        ),
+        tuple(
+            (
+                f"{item.symbol}, {item.meaning}",
+                *(_written(values[item.name], item.unit) for values in along.values()),
+            )
+            for item in parameters_of(ProfileParameters)
+        ),
+    )
 
 
 def spectrum_csv(findings: Findings) -> str:
@@ -273,4 +285,8 @@ def _written(value: float | None, unit: str) -> str:
         return "–"
     if unit == "1/m^2":
         return f"{significant(1e-6 * value)} 1/mm²"
+    if unit == "rad":
+        return f"{math.degrees(value):.1f}°"
+    if not unit and float(value).is_integer():
+        return f"{value:.0f}"
     return engineering(value, unit) if unit == "m" else f"{significant(value)} {unit}".rstrip()

@@ -110,6 +110,10 @@ def _conditioning(request: Request, profile: bool = False) -> dict[str, Any]:
     keys: dict[str, Any] = {}
     if request.long_cutoff is not None:
         keys["long_cutoff"] = _length(request.long_cutoff)
+        if request.filter != "gaussian":
+            keys["filter"] = request.filter
+    if request.crop is not None:
+        keys["crop"] = _read(request.crop)
     if request.level != "plane":
         keys["level"] = request.level or "none"
     if request.outliers is not None:

@@ -66,11 +66,13 @@ from .scans import Summits as Summits
 from .scans import SurfaceFinish as SurfaceFinish
 from .scans import read_gap_table as read_gap_table
 from .structures import BaseResponse as BaseResponse
+from .structures import BoltedBeam as BoltedBeam
 from .structures import Bolts as Bolts
 from .structures import Convergence as Convergence
 from .structures import Decay as Decay
 from .structures import ForcedResponse as ForcedResponse
 from .structures import FreeDecay as FreeDecay
+from .structures import Lap as Lap
 from .structures import LapJoint as LapJoint
 from .structures import MeshedJoint as MeshedJoint
 from .structures import ModalCurve as ModalCurve

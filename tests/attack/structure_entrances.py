@@ -119,6 +119,15 @@ def _add_drawings(add: Add, surface: Any, test: ms.ModalTest) -> None:
         patches=(2, 1),
         kept_modes=4,
     )
+    one = ms.Bolts(**bolts, tension=5e3)
+    add("Lap", ms.Lap, at=0.0, length=0.03, bolts=one)
+    sides = [ms.Lap(-0.05, 0.03, one), ms.Lap(0.05, 0.03, one)]
+    add("BoltedBeam", ms.BoltedBeam, length=0.2, width=0.02, thickness=0.012, laps=sides)
+    row = ms.BoltedBeam(length=0.2, width=0.02, thickness=0.012, laps=sides)
+    add("BoltedBeam.mesh", row.mesh, free, **sizes)
+    add("BoltedBeam.reduce", row.reduce, (*free, "element_size"), **sizes, patches=(2, 1),
+        kept_modes=4)  # fmt: skip
+    add("BoltedBeam.size_of_elements", row.size_of_elements, element_size=0.04)
     meshed = ms.MeshedJoint(fork(2, 2), (1e3,))
     add("MeshedJoint.reduce", meshed.reduce, patches=(2, 1), kept_modes=4, along=[1.0, 0.0, 0.0])
     add("MeshedJoint.shank_sections", meshed.shank_sections, along=[1.0, 0.0, 0.0])

@@ -146,11 +146,11 @@ def test_patches_are_halved_where_the_loss_is() -> None:
 
     loss = np.array([[0.5, 0.1, 0.35, 0.05], [0.1, 0.1, 0.1, 4.0]])
     np.testing.assert_array_equal(losing_patches(loss, 0.8), [True, False, True, True])
-    boxes = np.array([[0.0, 2.0, 0.0, 1.0], [2.0, 4.0, 0.0, 1.0]])
+    boxes = np.array([[7.0, 0.0, 2.0, 0.0, 1.0], [7.0, 2.0, 4.0, 0.0, 1.0]])
     cut = halved_boxes(boxes, np.array([True, False]), 0)
-    np.testing.assert_array_equal(cut, [[2, 4, 0, 1], [0, 1, 0, 1], [1, 2, 0, 1]])
+    np.testing.assert_array_equal(cut, [[7, 2, 4, 0, 1], [7, 0, 1, 0, 1], [7, 1, 2, 0, 1]])
     cut = halved_boxes(boxes, np.array([False, True]), 1)
-    np.testing.assert_array_equal(cut[1:], [[2, 4, 0, 0.5], [2, 4, 0.5, 1]])
+    np.testing.assert_array_equal(cut[1:], [[7, 2, 4, 0, 0.5], [7, 2, 4, 0.5, 1]])
 
 
 # -- meshes of one's own ---------------------------------------------------------------------------

@@ -79,7 +79,7 @@ def test_a_field_is_attached_node_by_node(surface: ms.GreenwoodWilliamson) -> No
     plain = ms.Structure(np.eye(6), 1e8 * np.eye(6))
     with pytest.raises(ms.InputError, match=r"shape \(6, nodes, 3\)"):
         plain.attach(field, directions=np.eye(6))
-    with pytest.raises(ms.InputError, match="one triple for each of the 2 nodes"):
+    with pytest.raises(ms.InputError, match="one set for each of the 2 nodes"):
         plain.attach(field, directions=np.eye(6)[:, :3].reshape(6, 1, 3))
     with_field = plain.attach(field, directions=np.eye(6).reshape(6, 2, 3))
     with pytest.raises(ms.InputError, match=r"preload\(static_force\)"):

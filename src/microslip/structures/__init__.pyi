@@ -1,4 +1,6 @@
 from .base_response import BaseResponse as BaseResponse
+from .beam_mesh import Lap as Lap
+from .bolted_beam import BoltedBeam as BoltedBeam
 from .bolts import Bolts as Bolts
 from .decay import Decay as Decay
 from .forced import ForcedResponse as ForcedResponse

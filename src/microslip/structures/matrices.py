@@ -168,13 +168,16 @@ def vector(name: str, value: ArrayLike, size: int) -> Floats:
 
 
 def direction_matrix(name: str, value: Any, size: int, last: Sequence[int] = ()) -> Any:
-    """Directions as columns, an array of shape (size, joints, *last), or an error."""
+    """Directions as columns, (size, joints) or (size, nodes, one of ``last``), or an error."""
     array = floats(name, value.toarray() if is_sparse(value) else value)
-    expected = f"({size},) or ({size}, joints)" if not last else f"({size}, nodes, {last[0]})"
+    expected = f"({size},) or ({size}, joints)"
+    if last:
+        expected = f"({size}, nodes, {last[0]}), or ({size}, nodes, {last[1]}) in a plane"
     came = array.shape
     if array.ndim == 1 and not last:
         array = array[:, None]
-    if array.ndim != 2 + len(last) or array.shape[0] != size or array.shape[2:] != tuple(last):
+    fits = array.ndim == 3 and array.shape[2] in last if last else array.ndim == 2
+    if not fits or array.shape[0] != size:
         raise InputError(
             f"{name} must have the shape {expected}, one row for each degree of freedom, got {came}"
         )

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip._core.checks import Floats, exact, show
+from microslip._core.checks import Floats, exact, floats, show, whole_number
 from microslip.errors import InputError
 from microslip.materials import Material
 from microslip.structures.bolts import Bolts
@@ -87,6 +87,41 @@ class JointMesh:
     bodies: tuple[Body, ...]
     contacts: tuple[ContactFaces, ...]
     shanks: tuple[Shank, ...]
+    ground: Indices = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    """Corners that do not move; none of a structure that floats."""
+
+
+def slack_bolts(slack: Any, count: int) -> list[int]:
+    """Numbers of slack bolts from 0, each once, or an error."""
+    given = [slack] if np.ndim(slack) == 0 else list(slack)
+    numbers = [whole_number("slack", number, 1, count) - 1 for number in given]
+    if len(set(numbers)) < len(numbers):
+        raise InputError(f"slack must name each bolt once, got {show(slack)}")
+    return sorted(numbers)
+
+
+def tight(tension: Any, slack: Any) -> Floats:
+    """Tensions of the bolts that are not slack [N]."""
+    every = floats("tension", tension)
+    return np.delete(every, slack_bolts(slack, len(every)))
+
+
+def loosened(mesh: JointMesh, slack: Any) -> JointMesh:
+    """A mesh whose slack bolts, counted from 1, tie nothing: their shanks are cut in the middle."""
+    numbers = slack_bolts(slack, len(mesh.shanks))
+    points, cells = mesh.points, mesh.cells.copy()
+    for number in numbers:
+        shank = mesh.shanks[number]
+        heights = points[cells[shank.cells]].mean(axis=1) @ shank.axis
+        above = heights > 0.5 * (heights.min() + heights.max())
+        low, high = (cells[shank.cells[part]] for part in (~above, above))
+        shared = np.intersect1d(low, high)
+        renamed = np.arange(len(points))
+        renamed[shared] = len(points) + np.arange(len(shared))
+        cells[shank.cells[above]] = renamed[high]
+        points = np.concatenate([points, points[shared]])
+    tight_ones = tuple(s for k, s in enumerate(mesh.shanks) if k not in numbers)
+    return replace(mesh, points=points, cells=cells, shanks=tight_ones) if numbers else mesh
 
 
 def check_elastic(material: Material) -> None:

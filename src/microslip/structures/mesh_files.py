@@ -28,7 +28,9 @@ from microslip.structures.mesh import (
     Shank,
     check_elastic,
     facets_of,
+    loosened,
     outer,
+    tight,
 )
 
 if TYPE_CHECKING:
@@ -64,6 +66,7 @@ class MeshedJoint(Locked):
         bodies: Mapping[str, tuple[Material, float]],
         contacts: Iterable[tuple[str, str]],
         bolts: Mapping[str, float],
+        ground: Iterable[str] = (),
         scale: float = 1.0,
         limit: int = POINTS,
     ) -> MeshedJoint:
@@ -84,6 +87,8 @@ class MeshedJoint(Locked):
         bolts : mapping
             Tension [N] by the name of the volume of each shank, which is a body or a part of one.
             Its axis is normal to the nearest contact.
+        ground : iterable of str, optional
+            Names of volumes or faces that do not move.
         scale : float
             Metres a unit of the file, such as 1e-3 for millimetres.
         limit : int, optional
@@ -151,7 +156,9 @@ class MeshedJoint(Locked):
                     "needs its own nodes on each side"
                 )
             faces.append(ContactFaces(f"{pair[0]} on {pair[1]}", lower, upper))
-        mesh = JointMesh(points[used], solids, kind, tuple(parts), tuple(faces), ())
+        corners = [renamed[named.nodes(name, kind, cells)].ravel() for name in ground]
+        fixed = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *corners]))
+        mesh = JointMesh(points[used], solids, kind, tuple(parts), tuple(faces), (), fixed)
         volumes = {name: named.volume(name) for name in bolts}
         shanks = tuple(Shank(name, cells, _axis(mesh, cells)) for name, cells in volumes.items())
         tension = tuple(
@@ -207,6 +214,7 @@ class MeshedJoint(Locked):
         sensors: Mapping[str, Any] | None = None,
         masses: Mapping[Any, float] | None = None,
         along: ArrayLike | None = None,
+        slack: Any = (),
     ) -> ReducedJoint:
         """The joint as a small linear model with contact patches.
 
@@ -218,6 +226,8 @@ class MeshedJoint(Locked):
             Direction of the first tangential motion [-], of shape (3,); that in which the faces are
             longest unless given. Places in patches count from the origin with it, else from the
             faces' middle.
+        slack : int or sequence of int, optional
+            Bolts that are not tightened at all, counted from 1; they tie nothing.
 
         Returns
         -------
@@ -233,8 +243,8 @@ class MeshedJoint(Locked):
         """
         from microslip.structures.reduction import Reducer
 
-        return Reducer(self.mesh, masses, _direction(along)).reduce(
-            tension=self.tension,
+        return Reducer(loosened(self.mesh, slack), masses, _direction(along)).reduce(
+            tension=tight(self.tension, slack),
             patches=patches,
             form=form,
             kept_modes=kept_modes,
@@ -373,6 +383,13 @@ class _Names:
         if result.size == 0:
             raise InputError(f'{self._path.name}: "{name}" holds no solid cells')
         return np.asarray(result, dtype=np.int64)
+
+    def nodes(self, name: str, kind: str, cells: Indices) -> Indices:
+        """Corners of a volume, or of the facets of a face."""
+        try:
+            return cells[self.volume(name)]
+        except InputError:
+            return self.face(name, kind, cells)
 
     def face(self, name: str, kind: str, cells: Indices) -> Indices:
         """Corners of the facets of this name, as the file counts nodes."""

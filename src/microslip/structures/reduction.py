@@ -24,21 +24,23 @@ _INDEPENDENT = 1e-9  # of the largest compliance, both scaled
 _DIRECTIONS = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
-class FreeBody:
-    """A body that floats: its elastic answer to forces, rigid motion taken out of both."""
+class ElasticBody:
+    """The elastic answer of a body to forces: of one that floats, without rigid motion."""
 
     def __init__(self, elements: Elements, masses: Any) -> None:
         from scipy import linalg
 
         self.stiffness, mass = elements.matrices()
         self.mass = mass + masses if masses is not None else mass
-        self.rigid: Floats = elements.rigid_motion
+        self._free = np.ones(elements.size, dtype=bool)
+        self._free[elements.grounded] = False
+        self.rigid: Floats = elements.rigid_motion[:, : 0 if elements.grounded.size else 6]
         self._heavy = self.mass @ self.rigid
         self._inertia = self.rigid.T @ self._heavy
-        # Six displacements that hold the body and no more: the best of them by pivoting.
-        _, _, order = linalg.qr(self.rigid.T, mode="economic", pivoting=True)
-        self._free = np.ones(elements.size, dtype=bool)
-        self._free[order[:6]] = False
+        if self.rigid.size:
+            # Six displacements that hold the body and no more: the best of them by pivoting.
+            _, _, order = linalg.qr(self.rigid.T, mode="economic", pivoting=True)
+            self._free[order[:6]] = False
         self._factors = factorised(self.stiffness[self._free][:, self._free], 0.0)
 
     def solve(self, forces: Any) -> Floats:
@@ -71,8 +73,8 @@ class Reducer:
         self._masses = _point_masses(self.elements, masses)
 
     @cached_property
-    def _body(self) -> FreeBody:
-        return FreeBody(self.elements, self._masses)
+    def _body(self) -> ElasticBody:
+        return ElasticBody(self.elements, self._masses)
 
     def check_sensors(self, sensors: Mapping[str, Any] | None) -> None:
         """Refuse sensors that do not lie on the bodies, before anything is solved."""
@@ -184,7 +186,7 @@ def _axial(mesh: JointMesh, elements: Elements, shank: Any) -> tuple[Floats, flo
 
 
 def _fixed_modes(
-    body: FreeBody, functionals: Any, answers: Floats, boundary: Floats, count: int
+    body: ElasticBody, functionals: Any, answers: Floats, boundary: Floats, count: int
 ) -> tuple[Floats, Floats]:
     """Squares of the angular frequencies and modes whose functionals are all zero."""
     from scipy.sparse.linalg import LinearOperator, eigsh

@@ -144,7 +144,7 @@ def converge(
     def finer(coarse: _Trial, selected: Any, axis: int) -> _Trial:
         """With some patches halved; the same where the elements cannot tell those apart."""
         try:
-            return trial(halved_boxes(coarse.joint.patch_boxes, selected, axis))
+            return trial(halved_boxes(coarse.joint.layout, selected, axis))
         except InputError:
             return coarse
 
@@ -152,8 +152,8 @@ def converge(
     current = first = trial(patches)
     steps = [_step(current)]
     while True:
-        boxes = current.joint.patch_boxes
-        wide = {axis: np.diff(boxes)[:, 2 * axis] > narrowest for axis in (0, 1)}
+        boxes = current.joint.layout
+        wide = {axis: np.diff(boxes)[:, 2 * axis + 1] > narrowest for axis in (0, 1)}
         halved = {axis: finer(current, wide[axis], axis) for axis in (0, 1)}
         moved = {axis: _change(current.curve, fine.curve) for axis, fine in halved.items()}
         worse = max(moved, key=lambda axis: abs(moved[axis][1]))
@@ -213,10 +213,10 @@ def refined(
     """A flat model, its patches halved along where it loses most of its energy with its form."""
     coarse = reducer.reduce(**reduction)
     state = coarse.tightened(surface, friction_coefficient)
-    boxes = coarse.patch_boxes
+    boxes = coarse.layout
     sensor = coarse.sensor("sensor")
     loss = state.modes(mode, amplitudes, at=sensor, quantity=quantity).loss
-    losers = losing_patches(loss) & (np.diff(boxes)[:, 0] > narrowest)
+    losers = losing_patches(loss) & (np.diff(boxes)[:, 1] > narrowest)
     flat = {**reduction, "form": None}
     try:
         return reducer.reduce(**{**flat, "patches": halved_boxes(boxes, losers, 0)})
@@ -252,8 +252,8 @@ def losing_patches(loss: Floats, share: float = _SHARE) -> Any:
 
 
 def halved_boxes(boxes: Floats, selected: Any, axis: int) -> Floats:
-    """Boxes with the chosen ones cut in two along an axis."""
-    low, high = 2 * axis, 2 * axis + 1
+    """Boxes, their contacts before them, with the chosen ones cut in two along an axis."""
+    low, high = 2 * axis + 1, 2 * axis + 2
     first, second = boxes[selected].copy(), boxes[selected].copy()
     first[:, high] = second[:, low] = 0.5 * (boxes[selected, low] + boxes[selected, high])
     return np.concatenate([boxes[~selected], first, second])

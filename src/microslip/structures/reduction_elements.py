@@ -48,9 +48,9 @@ class Elements:
             grid, element, order = skfem.MeshHex, skfem.ElementHexS2, [6, 2, 5, 7, 1, 3, 4, 0]
         corners = (mesh.points.T, mesh.cells[:, order].T)
         self._grid, self._element = grid(*map(np.ascontiguousarray, corners)), element()
-        self._dofs: Indices = np.asarray(
-            skfem.Dofs(self._grid, self._element).element_dofs.T, dtype=np.int64
-        )
+        numbered = skfem.Dofs(self._grid, self._element)
+        self._on_edges: Indices = np.asarray(numbered.edge_dofs[0], dtype=np.int64)
+        self._dofs: Indices = np.asarray(numbered.element_dofs.T, dtype=np.int64)
         self.size = 3 * (int(self._dofs.max()) + 1)
 
     def _chunks(self, cells: Indices) -> Any:
@@ -215,6 +215,15 @@ class Elements:
         cells = np.asarray(self._grid.t).T
         index[cells] = self._dofs[:, : cells.shape[1]]
         return index[corners]
+
+    @cached_property
+    def grounded(self) -> Indices:
+        """Displacements of corners that do not move, and of the edges between two of them."""
+        corners = np.zeros(len(self.mesh.points), dtype=bool)
+        corners[self.mesh.ground] = True
+        edges = self._on_edges[corners[np.asarray(self._grid.edges)].all(axis=0)]
+        scalar = np.concatenate([self.corner_dofs(self.mesh.ground), edges])
+        return np.asarray((3 * scalar[:, None] + np.arange(3)).ravel())
 
     def rows(self, points: Points, weights: Floats, groups: Indices, count: int) -> Any:
         """Weighted sums of the three displacements at points, by groups: sparse (3 count, size)."""

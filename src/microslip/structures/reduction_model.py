@@ -106,6 +106,11 @@ class ReducedJoint(LockedArrays):
         return 0.5 * (boxes[:, [0, 2]] + boxes[:, [1, 3]])
 
     @property
+    def layout(self) -> Floats:
+        """Contact [-] and box [m] of each patch, one row each: ``patches`` of the same again."""
+        return np.column_stack([self.patch_contacts, self.patch_boxes])
+
+    @property
     def _bolts(self) -> slice:
         start = 3 * self.patches
         return slice(start, start + len(self.bolt_stiffness))

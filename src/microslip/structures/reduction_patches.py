@@ -72,7 +72,7 @@ def patches_of(mesh: JointMesh, elements: Elements, layout: Any, along: Floats |
                 "lies on the second"
             )
         flat = (places - frame.origin) @ frame.axes.T
-        boxes = _boxes(layout, *_shared_extent(mesh, contact, frame))
+        boxes = _boxes(layout, number, *_shared_extent(mesh, contact, frame))
         group = _box_of(boxes, flat[:, :2])
         group[~meet] = -1
         area = np.bincount(group[group >= 0], weights[group >= 0], minlength=len(boxes))
@@ -189,9 +189,11 @@ def sample(corners: Floats) -> tuple[Floats, Floats]:
     return places.reshape(-1, 3), areas.ravel()
 
 
-def _boxes(layout: Any, low: Floats, high: Floats) -> Floats:
-    """Boxes as given, or so many along and across what the faces share."""
+def _boxes(layout: Any, contact: int, low: Floats, high: Floats) -> Floats:
+    """Boxes as given for a contact, or so many along and across what its faces share."""
     boxes = floats("patches", layout)
+    if boxes.ndim == 2 and boxes.shape[1] == 5:  # each with the number of its contact
+        boxes = boxes[boxes[:, 0] == contact, 1:]
     if boxes.ndim == 1:
         if boxes.size != 2 or boxes.min() < 1.0 or np.any(boxes != np.floor(boxes)):
             raise InputError(_layout_error(layout))

@@ -140,7 +140,8 @@ class Structure:
         directions : array_like
             For a law b, of shape (n,) or (n, joints): the joint's displacement is b^T x, and it
             answers with the force -b T. For a field B, of shape (n, nodes, 3): two tangential
-            motions, then the opening, positive where the faces part.
+            motions, then the opening, positive where the faces part; in a plane (n, nodes, 2), one
+            tangential motion and the opening.
 
         Returns
         -------
@@ -149,10 +150,12 @@ class Structure:
         """
         attachment: Attachment
         if isinstance(joint, JointField):
-            b = direction_matrix("directions", directions, self.size, (3,))
+            b = direction_matrix("directions", directions, self.size, (3, 2))
+            if b.shape[2] == 2:  # in a plane nothing moves across
+                b = np.insert(b, 1, 0.0, axis=2)
             if b.shape[1] != joint.size:
                 raise InputError(
-                    f"directions must have one triple for each of the {joint.size} nodes of the "
+                    f"directions must have one set for each of the {joint.size} nodes of the "
                     f"field, got {b.shape[1]}"
                 )
             attachment = FieldAttachment(joint, b)

@@ -1,0 +1,217 @@
+"""Hexahedra of beams in a row: their laps with rings around the bolts, and what is between."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+
+from microslip._core.checks import Floats, show
+from microslip._core.frozen import assign
+from microslip._core.parameters import parameter, parameters_of
+from microslip.errors import InputError
+from microslip.materials import Material
+from microslip.structures.bolts import Bolts
+from microslip.structures.mesh import (
+    Body,
+    ContactFaces,
+    JointMesh,
+    Shank,
+    Solids,
+    check_count,
+    lines,
+    plan,
+    square_half,
+    widening,
+)
+
+Style = Literal["half-lap", "single-lap"]
+
+
+def declared_length(symbol: str, meaning: str, example: float) -> dict[str, Any]:
+    """What is declared of a length."""
+    return parameter(symbol, "m", meaning, above=0.0, example=example)
+
+
+@dataclass(frozen=True, eq=False)
+class Lap:
+    """Where two parts of a :class:`BoltedBeam` overlap, and the bolts there.
+
+    Parameters
+    ----------
+    at : float
+        Its middle, from the middle of the beam [m].
+    length : float
+        Length of the overlap [m].
+    bolts : Bolts
+        The bolts through it; their places count from its middle.
+
+    Notes
+    -----
+    It is reduced to patches after Craig and Bampton (1968, DOI 10.2514/3.4741).
+    """
+
+    at: float = field(metadata=parameter("x", "m", "middle of the lap", example=-0.2))
+    length: float = field(metadata=declared_length("l", "length of the overlap", 0.1))
+    bolts: Bolts
+
+    def __post_init__(self) -> None:
+        for declared in parameters_of(Lap):
+            assign(self, **{declared.name: declared.checked(getattr(self, declared.name))})
+        if not isinstance(self.bolts, Bolts):
+            raise InputError(f"bolts must be ms.Bolts(...), got {show(self.bolts)}")
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Where it begins and ends [m]."""
+        return self.at - 0.5 * self.length, self.at + 0.5 * self.length
+
+
+class Stretch(NamedTuple):
+    """A part of the beam: what it is called, its sides of laps, and where it is alone."""
+
+    name: str
+    lower: bool
+    """Whether it lies below in its laps."""
+    free: tuple[tuple[float, float, bool, bool], ...]
+    """From, to [m], and whether a lap is at either end."""
+
+
+def beam_mesh(
+    laps: Sequence[Lap],
+    parts: Sequence[Stretch],
+    of_parts: Mapping[str, tuple[Material, float]],
+    sizes: tuple[float, float],
+    style: Style,
+    size: float,
+    side: int,
+) -> JointMesh:
+    """The mesh of a beam with cells of a size [m] in its laps.
+
+    ``sizes`` are width and thickness [m], ``of_parts`` has material and density [kg/m^3] of each
+    part by its name. ``side`` cells lie along the squares around bolts, with layers to match.
+    """
+    width, thickness = sizes
+    halves = [square_half(lap.bolts, lap.length, width) for lap in laps]
+    half, edge = min(halves), 0.5 * width
+    rows_of_bolts = _rows(laps, half)
+    arm = 0.5 * thickness if style == "half-lap" else thickness
+    layers = max(side // 2, round(0.8 * arm / size))
+    bolts = max(len(lap.bolts) for lap in laps)
+    longest = max(*(lap.length for lap in laps), width, arm)
+    check_count(math.ceil(max(longest - 2.0 * half * bolts, 0.8 * arm) / size))
+    rows = lines(-edge, edge, [(y - half, y + half) for y in rows_of_bolts], size, side)
+    scale = 1e-7 * min(*(lap.length for lap in laps), width, thickness)
+    solids = Solids(scale)
+    below, above = np.linspace(-arm, 0.0, layers + 1), np.linspace(0.0, arm, layers + 1)
+    heights = {True: below, False: above}
+    cells_of: dict[str, list[int]] = {part.name: [] for part in parts}
+    pairs: list[tuple[Stretch, Stretch, range, range]] = []
+    plans, columns_of = [], []
+    count = 0
+    for lap, (left, right) in zip(laps, pairwise(parts), strict=True):
+        marks = [(c - half, c + half) for c in np.unique(lap.bolts.positions[:, 0])]
+        columns = lines(-0.5 * lap.length, 0.5 * lap.length, marks, size, side)
+        count += 4 * layers * (len(columns) - 1) * (len(rows) - 1)
+        check_count(count)
+        flat = plan(columns, rows, lap.bolts, half, scale, side)
+        flat = flat._replace(points=flat.points + np.array([lap.at, 0.0]))
+        faces = [*flat.plate, *(quad for ring in flat.washer for quad in ring)]
+        lower, upper = (left, right) if left.lower else (right, left)
+        layered = []
+        for part in (lower, upper):
+            at = heights[part.lower]
+            layered.append(solids.extrude(flat.points, faces, at, [part.name] * len(at)))
+            cells_of[part.name] += layered[-1]
+        pairs.append((lower, upper, layered[0], layered[1]))
+        plans.append(flat)
+        columns_of.append(columns + lap.at)
+    for k, part in enumerate(parts):
+        levels = np.concatenate([below, above[1:]])
+        levels = levels if style == "half-lap" else heights[part.lower]
+        for start, stop, after, before in part.free:
+            # Their ends are the very numbers that the laps have.
+            ends = (
+                columns_of[k - 1][-1] if after else start,
+                columns_of[k][0] if before else stop,
+            )
+            grid = _between(*ends, after, before, size)
+            points, quads = _grid(grid, rows)
+            cells_of[part.name] += solids.extrude(points, quads, levels, [part.name] * len(levels))
+    material, density = next(iter(of_parts.values()))
+    bodies: list[Body] = []
+    shanks: list[Shank] = []
+    grip = np.linspace(-arm, arm, 2 * layers + 1)
+    for lap, flat, (lower, upper, _, _) in zip(laps, plans, pairs, strict=True):
+        fixings: list[int] = []
+        head = lap.bolts.head or 0.0
+        for k in range(len(lap.bolts)):
+            ends_of_it = [*flat.washer[k], *flat.clearance[k], *flat.shank[k]]
+            for level, name in ((-arm - head, lower.name), (arm, upper.name)):
+                levels = np.array([level, level + head])
+                fixings += solids.extrude(flat.points, ends_of_it, levels, [name] * 2)
+            inside = ["shank"] * (2 * layers - 1)
+            shank = solids.extrude(
+                flat.points, flat.shank[k], grip, [lower.name, *inside, upper.name]
+            )
+            fixings += shank
+            shanks.append(
+                Shank(f"bolt {len(shanks) + 1}", np.array(shank), np.array([0.0, 0.0, 1.0]))
+            )
+        name = "bolts" if len(laps) == 1 else f"bolts {len(bodies) + 1}"
+        metal, heavy = lap.bolts.material or material, lap.bolts.density or density
+        bodies.append(Body(name, np.array(fixings), metal, heavy))
+    cells = np.array(solids.cells)
+    contacts = []
+    for k, (_, _, low, high) in enumerate(pairs, start=1):
+        tops, bottoms = cells[low][layers - 1 :: layers, 4:], cells[high][::layers, :4]
+        contacts.append(ContactFaces("lap" if len(laps) == 1 else f"lap {k}", tops, bottoms))
+    # What does not move has no use for a material of its own.
+    bodies = [
+        Body(
+            part.name,
+            np.array(cells_of[part.name]),
+            *of_parts.get(part.name, (material, density)),
+        )
+        for part in parts
+    ] + bodies
+    grounds = [body.cells for body in bodies if body.name.endswith("ground")]
+    corners = np.unique(cells[np.concatenate(grounds)]) if grounds else np.zeros(0, np.int64)
+    return JointMesh(
+        solids.points, cells, "hexahedron", tuple(bodies), tuple(contacts), tuple(shanks), corners
+    )
+
+
+def _rows(laps: Iterable[Lap], half: float) -> Floats:
+    """Places across of the bolts of all laps, whose squares share the lines of one grid [m]."""
+    rows = np.unique(np.concatenate([lap.bolts.positions[:, 1] for lap in laps]))
+    if rows.size > 1 and np.diff(rows).min() < 2.0 * half * (1.0 - 1e-9):
+        raise InputError(
+            "bolts of different laps must lie in the same rows across, or "
+            f"{2.0 * half:.4g} m apart, got {float(np.diff(rows).min()):.4g} m"
+        )
+    return rows
+
+
+def _between(start: float, stop: float, after: bool, before: bool, size: float) -> Floats:
+    """Grid lines from start to stop [m], narrow beside laps."""
+    if after and before:
+        middle = 0.5 * (start + stop)
+        left = widening(start, middle, size, 5.0 * size)
+        right = widening(stop, middle, size, 5.0 * size)
+        return np.concatenate([left, right[::-1][1:]])
+    near, far = (start, stop) if after else (stop, start)
+    return np.sort(widening(near, far, size, 5.0 * size))
+
+
+def _grid(columns: np.ndarray[Any, Any], rows: np.ndarray[Any, Any]) -> tuple[Any, Any]:
+    """Points and quadrilaterals of a grid in plan."""
+    xs, ys = np.meshgrid(columns, rows, indexing="ij")
+    index = np.arange(xs.size).reshape(xs.shape)
+    corners = (index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:])
+    quads = np.stack([part.ravel() for part in corners], axis=1)
+    return np.stack([xs.ravel(), ys.ravel()], axis=1), [tuple(quad) for quad in quads.tolist()]

@@ -1,0 +1,375 @@
+"""Beams and plates in a row, bolted where they overlap, to each other and to the ground."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from microslip._core.checks import Floats, exact, positive, record, show
+from microslip._core.frozen import assign
+from microslip._core.parameters import parameters_of
+from microslip._core.wording import quoted
+from microslip.errors import InputError
+from microslip.materials import Material
+from microslip.normal import NormalLaw
+from microslip.structures.beam_mesh import Lap, Stretch, Style, beam_mesh, declared_length
+from microslip.structures.mesh import (
+    SIDE,
+    JointMesh,
+    check_elastic,
+    loosened,
+    square_half,
+    tight,
+)
+
+if TYPE_CHECKING:
+    from microslip.structures.reduction_convergence import Convergence
+    from microslip.structures.reduction_model import ReducedJoint
+
+GROUNDS = ("left", "right")
+_ALONG = np.array([1.0, 0.0, 0.0])
+
+
+class Drawing:
+    """What is drawn as parts in a row and the laps between them; one lap is the least of it."""
+
+    length: float
+    width: float
+    thickness: float
+    style: Style
+
+    laps: Sequence[Lap]
+    """The laps along the beam."""
+    ground: Sequence[str] = ()
+    """Ends that are bolted to rigid ground."""
+    _names: tuple[str, ...] = ()
+
+    def _check(self) -> None:
+        """Refuse what cannot be built."""
+        for declared in parameters_of(type(self)):
+            assign(self, **{declared.name: declared.checked(getattr(self, declared.name))})
+        if self.style not in ("half-lap", "single-lap"):
+            raise InputError(f'style must be "half-lap" or "single-lap", got {show(self.style)}')
+        for lap in self.laps:
+            square_half(lap.bolts, lap.length, self.width)
+
+    @property
+    def tension(self) -> Floats:
+        """Tension of each bolt [N], lap by lap."""
+        return np.concatenate([lap.bolts.tension for lap in self.laps])
+
+    @property
+    def face_area(self) -> float:
+        """Area of the contact faces, without the holes [m^2]."""
+        holes = sum(len(lap.bolts) * 0.25 * np.pi * lap.bolts.hole**2 for lap in self.laps)
+        return float(sum(lap.length for lap in self.laps) * self.width - holes)
+
+    @property
+    def parts(self) -> tuple[str, ...]:
+        """Names of the parts from left to right, without the ground."""
+        return tuple(part.name for part in self.stretches if "ground" not in part.name)
+
+    @property
+    def stretches(self) -> tuple[Stretch, ...]:
+        """Them and the ground, in turns below and above."""
+        laps = self.laps
+        # The ground lies below, where it can.
+        first = 1 if self.ground == ("right",) and len(laps) % 2 else 0
+        edges = [-0.5 * self.length, *(x for lap in laps for x in lap.ends), 0.5 * self.length]
+        grounds = {0: "left", len(laps): "right"}
+        parts, number = [], 0
+        for k, (start, stop) in enumerate(zip(edges[::2], edges[1::2], strict=True)):
+            lower = (k + first) % 2 == 0
+            if grounds.get(k) in self.ground:
+                parts.append(Stretch(f"{grounds[k]} ground", lower, ()))
+                continue
+            number += 1
+            name = self._names[k] if self._names else f"part {number}"
+            free = ((start, stop, k > 0, k < len(laps)),)
+            parts.append(Stretch(name, lower, free if stop > start else ()))
+        return tuple(parts)
+
+    def mesh(
+        self, material: Any, density: Any, element_size: float | None = None, slack: Any = ()
+    ) -> JointMesh:
+        """Hexahedra for the parts, the shanks and what presses at both their ends.
+
+        Parameters
+        ----------
+        material : Material or sequence of Material
+            Of all parts, or of each from left to right; the ground is none of them.
+        density : float or sequence of float
+            Theirs [kg/m^3].
+        element_size : float, optional
+            Size of the elements in the laps [m]; a 24th of the shortest lap or a quarter of the
+            width, what is less, unless given. Outside the laps they grow.
+        slack : int or sequence of int, optional
+            Bolts that are not tightened at all, counted from 1 along the laps: their heads and
+            halves of their shanks ride on the parts, and tie nothing.
+        """
+        bodies = self._bodies(material, density)
+        for lap in self.laps:
+            check_elastic(lap.bolts.material or next(iter(bodies.values()))[0])
+        return loosened(self._mesh(bodies, self.size_of_elements(element_size)), slack)
+
+    def _bodies(self, material: Any, density: Any) -> dict[str, tuple[Material, float]]:
+        """Material and density [kg/m^3] of each part by its name."""
+        names = self.parts
+        listed: dict[str, list[Any]] = {}
+        for name, value in (("material", material), ("density", density)):
+            given = value
+            if isinstance(value, (Material, str)) or np.ndim(value) == 0:
+                given = [value] * len(names)
+            if len(given) != len(names):
+                raise InputError(
+                    f"{name} must be one, or one for each of the {len(names)} parts from left to "
+                    f"right, got {len(given)}"
+                )
+            listed[name] = list(given)
+        for body in listed["material"]:
+            check_elastic(body)
+        heavy = [positive("density", value, "kg/m^3", 7800.0) for value in listed["density"]]
+        return dict(zip(names, zip(listed["material"], heavy, strict=True), strict=True))
+
+    def _mesh(self, bodies: Any, size: float, side: int = SIDE) -> JointMesh:
+        """The mesh of cells of a size [m], so many of them along the squares around bolts."""
+        sizes = self.width, self.thickness
+        return beam_mesh(self.laps, self.stretches, bodies, sizes, self.style, size, side)
+
+    def reduce(
+        self,
+        material: Any,
+        density: Any,
+        patches: Any = (15, 2),
+        *,
+        form: Any = None,
+        kept_modes: int = 14,
+        element_size: float | None = None,
+        sensors: Mapping[str, Any] | None = None,
+        masses: Mapping[Any, float] | None = None,
+        slack: Any = (),
+    ) -> ReducedJoint:
+        """The joint as a small linear model with contact patches, by finite elements.
+
+        Parameters
+        ----------
+        material : Material or sequence of Material
+            Of all parts, or of each from left to right.
+        density : float or sequence of float
+            Theirs [kg/m^3].
+        patches : (int, int) or array_like
+            Patches along and across each lap; or their boxes, one row of x from, x to, y from, y
+            to [m] each.
+        form : array_like or callable, optional
+            Gap between the faces where they are not pressed, see :meth:`ReducedJoint.with_form`;
+            flat unless given.
+        kept_modes : int
+            Modes with immovable patches that are kept beside the static ones.
+        element_size : float, optional
+            Size of the elements in the laps [m].
+        sensors : mapping, optional
+            Places and directions by name, such as ``{"tip": ((0.36, 0, 0), "z")}`` [m].
+        masses : mapping, optional
+            Added masses [kg] by their places (x, y, z) [m].
+        slack : int or sequence of int, optional
+            Bolts that are not tightened at all, as for :meth:`mesh`.
+
+        Returns
+        -------
+        ReducedJoint
+            Mass, stiffness, patches, bolts and sensors; without the contact and without rigid
+            motion.
+
+        Notes
+        -----
+        Quadratic hexahedra of 20 nodes. Craig and Bampton (1968, DOI 10.2514/3.4741) with the mean
+        relative displacement of each patch and the mean axial stress of each shank in the place of
+        the boundary's degrees of freedom.
+        """
+        from microslip.structures.reduction import Reducer
+
+        mesh = self.mesh(material, density, element_size, slack)
+        return Reducer(mesh, masses, _ALONG).reduce(
+            tension=tight(self.tension, slack),
+            patches=patches,
+            form=form,
+            kept_modes=kept_modes,
+            sensors=sensors,
+        )
+
+    def converge(
+        self,
+        material: Any,
+        density: Any,
+        surface: NormalLaw,
+        friction_coefficient: ArrayLike,
+        amplitudes: ArrayLike,
+        *,
+        mode: int = 0,
+        patches: Any = (15, 2),
+        form: Any = None,
+        tolerance: float = 0.02,
+        most_patches: int = 150,
+        element_size: float | None = None,
+        sensors: Mapping[str, Any] | None = None,
+        masses: Mapping[Any, float] | None = None,
+        slack: Any = (),
+    ) -> Convergence:
+        """Refine the patches where a mode loses its energy, and say how good the model is.
+
+        Parameters
+        ----------
+        material : Material or sequence of Material
+            Of all parts, or of each from left to right.
+        density : float or sequence of float
+            Theirs [kg/m^3].
+        surface : NormalLaw
+            The normal load law of the surface.
+        friction_coefficient : array_like
+            Coulomb's coefficient [-], one number (of shape ()).
+        amplitudes : array_like
+            Modal amplitudes [m kg^(1/2)] at which it is to be good, one-dimensional.
+        mode : int
+            Which mode, from 0.
+        patches : (int, int) or array_like
+            The patches to begin with.
+        form : array_like or callable, optional
+            See :meth:`ReducedJoint.with_form`; not one gap a patch.
+        tolerance : float
+            Change of the damping ratio by finer patches at which it ends [-].
+        most_patches : int
+            Patches beyond which it ends at the latest.
+        element_size, sensors, masses, slack : optional
+            As for :meth:`reduce`.
+
+        Returns
+        -------
+        Convergence
+            The reduced joint, and what finer patches, a finer mesh, more kept modes and more
+            harmonics would change.
+
+        Notes
+        -----
+        Of all patches those that lose 80 % of the energy together are halved, along or across as
+        it matters more. A step takes three reductions of the same factors. The mesh is compared
+        with one of half as many elements in all directions, rings and layers included.
+        """
+        from microslip.structures.reduction_convergence import converge
+
+        size = self.size_of_elements(element_size)
+
+        def mesh_of(coarse: bool) -> JointMesh:
+            if coarse:
+                bodies = self._bodies(material, density)
+                return loosened(self._mesh(bodies, 2.0 * size, SIDE // 2), slack)
+            return self.mesh(material, density, element_size, slack)
+
+        return converge(
+            mesh_of,
+            size,
+            _ALONG,
+            surface,
+            friction_coefficient,
+            tension=tight(self.tension, slack),
+            mode=mode,
+            amplitudes=record("amplitudes", amplitudes),
+            patches=patches,
+            form=form,
+            tolerance=positive("tolerance", tolerance, "", 0.02),
+            most_patches=most_patches,
+            sensors=sensors,
+            masses=masses,
+        )
+
+    def size_of_elements(self, element_size: float | None = None) -> float:
+        """Size of the elements in the laps [m], as given or as usual."""
+        usual = min(min(lap.length for lap in self.laps) / 24.0, self.width / 4.0)
+        return usual if element_size is None else positive("element_size", element_size, "m", 5e-3)
+
+
+@dataclass(frozen=True, eq=False)
+class BoltedBeam(Drawing):
+    """Beams or plates in a row, bolted where they overlap; its ends may be bolted to the ground.
+
+    x runs along the beam from its middle, y across, z upwards from the faces of the laps. The parts
+    lie below and above in turns, so that a beam with two laps can be symmetric. A
+    :class:`LapJoint` is one with a single lap in the middle.
+
+    Parameters
+    ----------
+    length : float
+        Length of the whole, from end to end [m].
+    width : float
+        Width, across [m].
+    thickness : float
+        Thickness of the parts outside the laps [m].
+    laps : sequence of Lap
+        The laps from left to right; between two of them lies a part.
+    style : {"half-lap", "single-lap"}
+        In a half lap each part is half as thick in the overlap, so that the whole is straight; in
+        a single lap whole plates lie on each other.
+    ground : sequence of str, optional
+        "left", "right" or both: the outer lap on that side reaches to the end of the beam, and its
+        other face is rigid ground.
+
+    Notes
+    -----
+    Elements and reduction: :meth:`reduce`, after Craig and Bampton (1968, DOI 10.2514/3.4741).
+
+    Examples
+    --------
+    >>> import microslip as ms
+    >>> bolts = ms.Bolts([0.0], shank=0.006, hole=0.0066, washer=0.012, tension=5e3)
+    >>> laps = [ms.Lap(-0.1, 0.03, bolts), ms.Lap(0.1, 0.03, bolts)]
+    >>> beam = ms.BoltedBeam(length=0.3, width=0.02, thickness=0.012, laps=laps)
+    >>> beam.parts
+    ('part 1', 'part 2', 'part 3')
+    """
+
+    length: float = field(metadata=declared_length("L", "length from end to end", 0.72))
+    width: float = field(metadata=declared_length("b", "width, across", 0.0254))
+    thickness: float = field(
+        metadata=declared_length("t", "thickness of each part outside the laps", 0.0254)
+    )
+    laps: Sequence[Lap]
+    style: Style = "half-lap"
+    ground: Sequence[str] = ()
+
+    def __post_init__(self) -> None:
+        if isinstance(self.laps, Lap) or not all(isinstance(lap, Lap) for lap in self.laps):
+            raise InputError(f"laps must be a list of ms.Lap(...), got {show(self.laps)}")
+        if not self.laps:
+            raise InputError("laps must be one or more, got none")
+        ground = (self.ground,) if isinstance(self.ground, str) else tuple(self.ground)
+        if not set(ground) <= set(GROUNDS) or len(set(ground)) < len(ground):
+            raise InputError(f"ground must be among {quoted(GROUNDS, 'and')}, got {show(ground)}")
+        assign(self, laps=tuple(self.laps), ground=tuple(g for g in GROUNDS if g in ground))
+        self._check()
+        reach, tolerance = 0.5 * self.length, 1e-9 * self.length
+        ends = [x for lap in self.laps for x in lap.ends]
+        for side, end, outer in ((-1.0, ends[0], "left"), (1.0, ends[-1], "right")):
+            beyond = side * end - reach
+            if outer in self.ground:
+                if abs(beyond) > tolerance:
+                    lap = self.laps[0 if side < 0.0 else -1]
+                    raise InputError(
+                        f"the lap on the {outer} ground must reach to the end of the beam, at "
+                        f"{exact(side * reach)} m: write at={side * (reach - 0.5 * lap.length):.6g}"
+                    )
+            elif beyond > -tolerance:
+                raise InputError(
+                    f"laps must lie within the beam, which reaches to ±{exact(reach)} m, got one "
+                    f"to {end:.6g} m"
+                )
+        for number, (stop, start) in enumerate(zip(ends[1:-1:2], ends[2::2], strict=True), 1):
+            if not start - stop > tolerance:
+                raise InputError(
+                    f"laps must follow each other from left to right with room between them; lap "
+                    f"{number} ends at {stop:.6g} m and lap {number + 1} begins at {start:.6g} m"
+                )
+        if len(self.laps) == 1 and len(self.ground) == 2:
+            raise InputError("ground on both sides needs two laps, got one")

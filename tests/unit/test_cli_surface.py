@@ -111,6 +111,55 @@ def test_the_block_is_a_surface_of_a_study(folder: Path, undrawn: None) -> None:
     )
 
 
+def test_a_pressed_scan_is_solved_point_by_point(folder: Path, undrawn: None) -> None:
+    """The law in the table, the block for a study and Python are the same."""
+    joint = "--materials", "steel-c45", "steel-c45", "--load", "0.9000123 N", "--amplitude", "5 nm"
+    where = "--cutoff", "6 um", "--direction", "90 deg", "-o", "out"
+    outcome = run("surface", "ground.npy", *AS_IS, *joint, *where)
+    assert outcome.exit_code == 0, outcome.output
+    assert "of the contact at it; " in outcome.stdout
+    found = json.loads((folder / "out/summary.json").read_text("utf-8"))["joint"]["point_by_point"]
+    text = (folder / "out/surface.toml").read_text("utf-8")
+    text = STUDY.format(surface=text).replace('"1 N"', '"0.9000123 N"')
+    (own,) = ms.Study.from_toml(text, folder=folder / "out").run().joints
+    assert isinstance(own.surface, ms.MeasuredContact)
+    assert own.tangential_stiffness == pytest.approx(found["tangential_stiffness"], rel=1e-3)
+    steel = ms.Material.named("steel-c45")
+    scan = ms.Scan.read("ground.npy", unit="um", pixel=1e-6).condition(level="plane", cutoff=6e-6)
+    law = scan.to_contact(
+        ms.MaterialPair(steel, steel), tightening_pressure=found["pressure"], direction=np.pi / 2,
+        piece=None,
+    )  # fmt: skip
+    by_hand = ms.Interface(law, 0.5, normal_load=0.9000123)
+    assert found["tangential_stiffness"] == pytest.approx(by_hand.tangential_stiffness, rel=1e-3)
+    assert found["loss_factor"] == pytest.approx(by_hand.loss_factor(5e-9), rel=2e-3)
+    assert {"contact.svg", "contact_loops.svg"} <= {path.name for path in Path("out").iterdir()}
+    # Summits that were asked for, and too light a load, stay with summits.
+    for changed in ({"heights": "gaussian"}, {"normal_load": 1e-3}):
+        request = Request.of(
+            Path("ground.npy"), cutoff_given=True, unit="um", pixel=1e-6, cutoff=6e-6,
+            **{"materials": ("steel", "steel"), "normal_load": 0.9, **changed},
+        )  # fmt: skip
+        assert tomllib.loads(block(analyse(request), Path("out")))["surface"]["law"] == "scan"
+
+
+def test_why_a_scan_is_not_solved_point_by_point(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    joint = *AS_IS, "--cutoff", "6 um", "--materials", "steel", "steel", "--load"
+    heights = np.load("ground.npy")
+    heights[3, 4] = np.nan
+    np.save("holes.npy", heights)
+    assert "fill them by --fill." in run("surface", "holes.npy", *joint, "0.9 N").stdout
+    few = run("surface", "ground.npy", *joint, "0.1 mN").stdout
+    assert "Not solved point by point: " in few
+    assert "at least 100 points into contact" in " ".join(few.split())
+    monkeypatch.setattr("microslip.scans.point_by_point.MOST_POINTS", 1000)
+    large = run("surface", "ground.npy", *joint, "0.9 N").stdout
+    assert "9216 points take their time; ask for it by --point-by-point." in large
+    assert "p/E*h'" in run("surface", "ground.npy", *joint, "0.9 N", "--point-by-point").stdout
+
+
 @pytest.mark.parametrize("there", [".", "below/deeper"])
 def test_the_block_finds_the_scan_from_where_it_is(
     folder: Path, monkeypatch: pytest.MonkeyPatch, there: str

@@ -57,7 +57,7 @@ def face_plot(law: Any, other_laws: Mapping[str, NormalLaw] | None = None) -> Pl
     maps[1].add(Pixels(image[::-1], *ends))
     means = stiff * solution.pressure.mean(axis=1)
     texts = ", ".join(engineering(float(means[level]), "Pa", 2) for level in levels)
-    maps[1].note = f"In contact, light to dark: {texts}"
+    maps[1].note = f"Contact under {texts}"
     curves, entries = load_panel(law, other_laws or {})
     curves.cell = (1, 1, 0, 1)
     height = 3.4 * (ends[3] - ends[2]) / (ends[1] - ends[0])

@@ -30,6 +30,7 @@ from microslip.scans.measured_surface import MeasuredSurface
 from microslip.scans.moments import Moments
 from microslip.scans.options import DRAWING, READING
 from microslip.scans.patch_scatter import standard_errors
+from microslip.scans.point_by_point import PointByPoint, point_by_point
 from microslip.scans.profile_parameters import ProfileParameters, profile_parameters
 from microslip.scans.scan_rules import judged, radius_in_pixels, verdicts
 from microslip.scans.spectrum import SelfAffineFit, Spectrum, spectrum
@@ -73,6 +74,7 @@ class Request:
     friction_coefficient: float = 0.5
     amplitude: float | None = None
     direction: float | None = None
+    point_by_point: bool = False
     scans: tuple[Path, ...] = ()
     """Several scans of the face, if there are."""
     against: tuple[Path, ...] = ()
@@ -154,6 +156,8 @@ class Findings:
     """The joint that was asked for by every law of the summit heights."""
     joint_table: JointOverCutoffs | None = None
     """The same joint against both cut-offs."""
+    contact: PointByPoint | None = None
+    """The same joint, the scan solved point by point."""
 
     @property
     def makes_surface(self) -> bool:
@@ -278,13 +282,26 @@ def analyse(request: Request, progress: Progress | None = None) -> Findings:
     table = _over_cutoffs(
         levelled, request, summits, lambda share: report(0.5 + (end - 0.5) * share)
     )
-    laws = joint_table = None
+    laws = joint_table = contact = None
     if pair is not None and summits is not None:
         laws, joint_table = _joint(
-            request, pair, conditioned, summits, lambda share: report(end + (1.0 - end) * share)
+            request, pair, conditioned, summits, lambda share: report(end + (0.9 - end) * share)
+        )
+        contact = point_by_point(
+            scan,
+            pair,
+            laws.normal_load,
+            area=request.area,
+            friction_coefficient=request.friction_coefficient,
+            amplitude=request.amplitude,
+            direction=request.direction,
+            asked=request.point_by_point,
+            report=lambda share: report(0.9 + 0.1 * share),
         )
     judged_joint = (
-        () if laws is None or joint_table is None else (*laws.verdicts(), *joint_table.verdicts())
+        ()
+        if laws is None or joint_table is None or contact is None
+        else (*laws.verdicts(), *joint_table.verdicts(), *contact.verdicts)
     )
     result = Findings(
         request=request,
@@ -304,6 +321,7 @@ def analyse(request: Request, progress: Progress | None = None) -> Findings:
         verdicts=(*_verdicts(scan, summits, estimates["mccool"]), *judged_joint),
         laws=laws,
         joint_table=joint_table,
+        contact=contact,
     )
     report(1.0)
     return result

@@ -30,8 +30,8 @@ class LawAtLoad:
 
     separation: float
     """Of the plane from the mean plane of the scan [m]."""
-    contacts: float
-    """Summits in contact [-]."""
+    contacts: float | None
+    """Summits in contact [-]; None of a scan solved point by point."""
     real_area: float
     """Real over apparent area [-]."""
     tangential_stiffness: float

@@ -174,6 +174,13 @@ CHANNEL = option(
 READING = (FORMAT, UNIT, PIXEL, VALID, KEY, CHANNEL, LIMIT)
 CONDITIONING = (CUTOFF, LONG_CUTOFF, FILTER, LEVEL, OUTLIERS, FILL, CROP)
 SUMMITS = (METHOD, PROMINENCE)
+POINT_BY_POINT = option(
+    "point_by_point",
+    "Solve the scan of that joint point by point, however many points it has; up to 512 x 512 it "
+    "is solved unasked.",
+    bool,
+    default=False,
+)
 AGAINST = option(
     "against",
     "A scan of the face that lies on it, or several by as many such options, which are averaged.",
@@ -202,5 +209,5 @@ PROCESS = option(
     choices=PROCESSES,
 )
 DRAWING = (RA, RQ, RZ, RSM, PROCESS)
-JOINT = (HEIGHTS.but(default=None), BODIES, LOAD, FRICTION, AMPLITUDE, DIRECTION)
+JOINT = (HEIGHTS.but(default=None), BODIES, LOAD, FRICTION, AMPLITUDE, DIRECTION, POINT_BY_POINT)
 """What `microslip surface` asks of a joint; without heights those that the loaded tail bears."""

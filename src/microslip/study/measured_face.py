@@ -12,6 +12,7 @@ from microslip._core.units import PRESSURE, engineering
 from microslip._core.wording import shorten
 from microslip.normal import MeasuredContact, NormalLaw
 from microslip.scans import options
+from microslip.scans.point_by_point import contact_words
 from microslip.study.fields import MATERIALS
 from microslip.study.part import key as key_of
 from microslip.study.part import tag
@@ -121,21 +122,4 @@ class MeasuredFace(ReadScan):
         start = f"surface.scan: {name}{cutoff}, solved point by point"
         if self._law is None:
             return [start + "."]
-        n = self._law.numbers
-        state = "elastic"
-        if n.hardness is not None:
-            state = (
-                f"tightened to {engineering(n.pressure, 'Pa')} at a hardness of "
-                f"{engineering(n.hardness, 'Pa')}, {100.0 * n.hard_share:.0f} % of the contact "
-                "at it"
-            )
-        scatter = ""
-        if n.scatter is not None:
-            scatter = f", whose stiffness scatters by {100.0 * n.scatter:.0f} %"
-        low, high = n.stiffness_ratios
-        return [
-            f"{start}: {state}; {n.points} points in contact, {100.0 * n.contact_share:.1f} % of "
-            f"the face; p/E*h' {n.relative_pressure:.2g}, h' {n.slope:.2g}; {n.pieces} "
-            f"piece{'s' if n.pieces > 1 else ''}{scatter}; normal over tangential stiffness "
-            f"{low:.3f} to {high:.3f} by direction."
-        ]
+        return [f"{start}: {contact_words(self._law.numbers)}."]

@@ -86,7 +86,7 @@ def document(findings: Findings, folder: Path | None = None, say: Say = str) -> 
         ),
         texture_section(findings, data["texture"]),
         Section("Height distribution", (Note(findings.fit.verdict),), brief=False),
-        *joint_section.sections(findings),
+        *joint_section.sections(findings, say),
         Section("Figures", pictures, brief=False),
         Section("Validity", (Verdicts(findings.verdicts, short=True),)),
     ]

@@ -3,12 +3,19 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 
 from microslip._core.units import engineering, prefix, significant
+from microslip.errors import InputError
+from microslip.friction import Interface
 from microslip.heights import Gaussian
+from microslip.normal import NormalLaw, PerssonCurve
+from microslip.normal.measured_pictures import face_plot
 from microslip.report.document import Block, Column, Note, Picture, Section, Table
 from microslip.report.files import csv_text, plain
 from microslip.report.kit import EDGE, SHORT_DASH, Family, families, look_of
@@ -28,6 +35,7 @@ from microslip.report.scales import length_prefix
 from microslip.scans.findings import Findings
 from microslip.scans.height_laws import HeightLaws
 from microslip.scans.joint_over_cutoffs import JOINT_UNITS, JointOverCutoffs
+from microslip.scans.point_by_point import PointByPoint
 
 _LABELS = {
     "tangential_stiffness": "tangential stiffness",
@@ -38,14 +46,14 @@ _LABELS = {
 }
 
 
-def sections(findings: Findings) -> list[Section]:
+def sections(findings: Findings, say: Callable[[str], str] = str) -> list[Section]:
     """Both sections of the joint; none where no joint was asked for."""
     if findings.laws is None or findings.joint_table is None:
         return []
     return [
         Section(
             f"The joint at {engineering(findings.laws.normal_load, 'N', 4)}",
-            (*_by_law(findings.laws), *_elliptic_note(findings)),
+            (*_by_law(findings.laws, findings.contact, say), *_elliptic_note(findings)),
         ),
         Section(
             "The joint against both cut-offs", _against_cutoffs(findings.joint_table), brief=False
@@ -55,7 +63,7 @@ def sections(findings: Findings) -> list[Section]:
 
 def summary(findings: Findings) -> dict[str, Any] | None:
     """The same as plain values."""
-    laws, table = findings.laws, findings.joint_table
+    laws, table, contact = findings.laws, findings.joint_table, findings.contact
     if laws is None or table is None:
         return None
     slopes = ("cutoff", "long_cutoff")
@@ -70,6 +78,7 @@ def summary(findings: Findings) -> dict[str, Any] | None:
         "recommended": laws.recommended,
         "reason": laws.reason,
         "laws": {name: vars(law) for name, law in laws.laws.items()},
+        "point_by_point": None if contact is None else _contact_data(contact),
         "elliptic": findings.elliptic(),
         "heights": table.heights,
         "over_both_cutoffs": rows(table),
@@ -80,6 +89,12 @@ def summary(findings: Findings) -> dict[str, Any] | None:
         },
     }
     return {key: plain(value) for key, value in data.items()}
+
+
+def _contact_data(contact: PointByPoint) -> dict[str, Any]:
+    if contact.law is None:
+        return {"missing": contact.missing}
+    return {**vars(contact.at_load), **asdict(contact.law.numbers)}
 
 
 def _elliptic_note(findings: Findings) -> tuple[Note, ...]:
@@ -131,10 +146,73 @@ def pictures(findings: Findings) -> tuple[Picture, ...]:
     alternative = (
         "Stiffness, real area, plasticity index, contact radius and loss factor over cut-offs"
     )
-    return (Picture("joint_cutoffs", caption, lambda: _plot(findings, table), alternative),)
+    over_cutoffs = Picture("joint_cutoffs", caption, lambda: _plot(findings, table), alternative)
+    return over_cutoffs, *_contact_pictures(findings)
 
 
-def _by_law(laws: HeightLaws) -> tuple[Block, ...]:
+def _contact_pictures(findings: Findings) -> tuple[Picture, ...]:
+    """The face point by point, and its loop, beside those of other laws; none if not solved."""
+    contact = findings.contact
+    if contact is None or contact.joint is None or contact.law is None:
+        return ()
+    joint, law = contact.joint, contact.law
+
+    def other_laws() -> dict[str, NormalLaw]:
+        pair, summits = findings.request.pair(), findings.summits
+        assert pair is not None
+        assert summits is not None
+        one_by_one = summits.to_surface(pair, law.area, heights="population")
+        laws: dict[str, NormalLaw] = {"summits one by one": one_by_one}
+        with suppress(InputError):
+            hardness = law.numbers.hardness
+            laws["summits that yielded"] = one_by_one.tightened(
+                joint.normal_load, hardness=hardness
+            )
+        with suppress(InputError):
+            laws["Gaussian summits"] = summits.to_surface(pair, law.area)
+        with suppress(InputError):
+            spectrum = PerssonCurve.from_spectrum(findings.spectrum, pair, law.area)
+            laws["Persson"] = spectrum.to_surface()
+        return laws
+
+    def loops() -> Plot:
+        amplitude = 1.5 * joint.force_limit / joint.tangential_stiffness
+        unit, letter = length_prefix(amplitude)
+        panel = Panel(Axis(f"Displacement [{letter}m]"), Axis("Force over normal load, T/N"))
+        entries = []
+        every = {"point by point": joint}
+        for name, other in other_laws().items():
+            with suppress(InputError):
+                every[name] = Interface(other, joint.friction_coefficient, joint.normal_load)
+        for color, (name, one) in zip(COLORS, every.items(), strict=False):
+            loop = one.loop(amplitude)
+            panel.line(loop.displacement / unit, loop.force / joint.normal_load, color)
+            entries.append(Entry(name, color))
+        panel.cross()
+        return Plot([panel], 3.8, findings.title("Loops by every law"), legend=tuple(entries))
+
+    return (
+        Picture(
+            "contact",
+            "The scan point by point: pressures of its first piece under the load, what touches of "
+            "it then and under two lighter loads, and the loads against the separation beside "
+            "those of other laws, from where each bears the load.",
+            lambda: face_plot(law, other_laws()),
+            "Pressures, contacts and loads of the scan solved point by point",
+        ),
+        Picture(
+            "contact_loops",
+            "A loop of the joint by every law, at half as much again as the displacement at which "
+            "the first tangent meets the force limit.",
+            loops,
+            "Hysteresis loops by every law of the scan",
+        ),
+    )
+
+
+def _by_law(
+    laws: HeightLaws, contact: PointByPoint | None, say: Callable[[str], str]
+) -> tuple[Block, ...]:
     columns = (
         Column("separation", "separation", "m", 3),
         Column("contacts", "contacts", "", 3),
@@ -143,12 +221,18 @@ def _by_law(laws: HeightLaws) -> tuple[Block, ...]:
         Column("loss_factor", "η", "", 3),
         Column("above", "load above highest", "", 2),
     )
+    at_load: dict[str, Any] = dict(laws.laws)
+    words: tuple[Note, ...] = ()
+    if contact is not None:
+        words = (Note(say(contact.words())),)
+        if contact.at_load is not None:
+            at_load["point by point"] = contact.at_load
     values = tuple(
         (
             name + " *" * (name == laws.recommended),
             *(getattr(law, column.key) for column in columns),
         )
-        for name, law in laws.laws.items()
+        for name, law in at_load.items()
     )
     scatter = f"{significant(100.0 * laws.scatter, 2)} %" if laws.scatter < 10.0 else "all of it"
     note = (
@@ -157,7 +241,7 @@ def _by_law(laws: HeightLaws) -> tuple[Block, ...]:
         f"their stiffness would scatter by {scatter} from scan to scan, and by more as they "
         "are not."
     )
-    return Table("", (Column("heights", "heights"), *columns), values), Note(note)
+    return Table("", (Column("heights", "heights"), *columns), values), *words, Note(note)
 
 
 def _against_cutoffs(table: JointOverCutoffs) -> tuple[Block, ...]:

@@ -13,6 +13,7 @@ from microslip._core.units import engineering
 from microslip.errors import InputError
 from microslip.scans.findings import Findings, Request
 from microslip.scans.options import LAWS_OF_HEIGHTS
+from microslip.scans.point_by_point import PointByPoint
 
 _HEAD = """\
 # The surface of a study, from a scan: put it in place of [surface] in one that
@@ -22,7 +23,9 @@ _HEAD = """\
 
 def block(findings: Findings, folder: Path) -> str:
     """The surface as a study in this folder has it: TOML, with the same in numbers as comments."""
-    request = findings.request
+    request, contact = findings.request, findings.contact
+    if contact is not None and contact.is_main and request.heights is None:
+        return _HEAD + "\n".join(_measured(findings, contact, folder)) + "\n"
     remark = (
         "decides what a summit is" if request.cutoff_given else "none was given: the pixel decides"
     )
@@ -61,6 +64,33 @@ def block(findings: Findings, folder: Path) -> str:
     lines += [f"{key} = {_toml(value)}" for key, value in _reading(request).items()]
     lines += _numbers(findings)
     return _HEAD + "\n".join(lines) + "\n"
+
+
+def _measured(findings: Findings, contact: PointByPoint, folder: Path) -> list[str]:
+    """The scan point by point, tightened by the load that was given."""
+    request = findings.request
+    keys: dict[str, Any] = {
+        "law": "measured",
+        "materials": list(request.materials or ()),
+        "scan": _path(request.path, folder),
+        **({} if request.cutoff is None else {"cutoff": _length(request.cutoff)}),
+        **_conditioning(request, profile=True),
+        "tightening_pressure": engineering(contact.pressure, "Pa", 6, trim=True),
+        "piece": contact.piece or "none",
+    }
+    if request.direction is not None:
+        keys["direction"] = f"{_number(math.degrees(request.direction))} deg"
+    if request.area is not None:
+        keys["area"] = f"{_number(request.area * 1e4)} cm^2"
+    notes = {
+        "law": 'point by point; law = "scan" builds on its summits',
+        "tightening_pressure": "the load that was given has tightened it; heavier ones are refused",
+    }
+    lines = [
+        f"{key} = {_toml(value)}" + (f"  # {notes[key]}" if key in notes else "")
+        for key, value in (keys | _reading(request)).items()
+    ]
+    return ["[surface]", *lines, *_numbers(findings)]
 
 
 def faces_block(request: Request, folder: Path) -> str:

@@ -1,18 +1,19 @@
 """Measured faces at bolt pressures: what boundary elements with yielding say, and what others say.
 
-`python benchmarks/measured_faces.py [FOLDER]` solves a generated face, and the middle of each
-measured scan in FOLDER, of steel tightened to 100 MPa at two hardnesses, and holds the stiffness
-and the energy of a cycle of other normal laws to it: boundary elements without yielding, summits
-one by one, Gaussian summits, Persson's theory, and summits that have yielded. With `--figure FILE`
-it draws the generated face (`docs/images/measured_face.svg`), with `--milled FILE` it writes the
-scan that comes with the examples (`examples/milled.npy`).
+`python benchmarks/measured_faces.py [FOLDER]` solves two generated faces, and the middle of each
+measured scan in FOLDER, of steel tightened to 100 MPa at two hardnesses, and writes the table of
+docs/from-a-scan.md: what other normal laws say of stiffness and energy over what the face says
+(boundary elements without yielding, summits one by one, Gaussian summits, Persson's theory, and
+summits that have yielded). With `--figure FILE` it draws the generated face
+(`docs/images/measured_face.svg`), with `--milled FILE` it writes the scan that comes with the
+examples (`examples/milled.npy`).
 """
 
 from __future__ import annotations
 
 import argparse
 import math
-import time
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -27,6 +28,10 @@ STEEL = ms.Material(210e9, 0.3)
 PAIR = ms.MaterialPair(STEEL, STEEL)
 FRICTION = 0.3
 POINTS = 256
+HEADS = (
+    *("hardness", "p/E\\*h′", "area", "at the hardness", "scatter", "λ by direction"),
+    *("elastic", "summits one by one", "Gaussian", "Persson", "yielded summits"),
+)
 
 
 def generated() -> ms.Scan:
@@ -90,38 +95,34 @@ def laws(face: ms.Scan, pressure: float, hardness: float) -> dict[str, Callable[
     }
 
 
-def compared(face: ms.Scan, pressure: float, hardness: float) -> None:
-    """Print stiffness and energy of each law over those of the yielded face."""
+def compared(face: ms.Scan, pressure: float, hardness: float) -> str:
+    """Stiffness and energy of each law over those of the yielded face: a row of a table."""
     load = pressure * face.area
-    truth = None
-    for name, law in laws(face, pressure, hardness).items():
-        begin = time.process_time()
+    every = laws(face, pressure, hardness)
+    truth = ms.Interface(every.pop("measured face")(), FRICTION, normal_load=load)
+    n = truth.surface.numbers
+    amplitude = truth.force_limit / truth.tangential_stiffness
+    low, high = n.stiffness_ratios
+    cells = [
+        f"{hardness / 1e9:g} GPa",
+        f"{n.relative_pressure:.2g}",
+        f"{100 * n.contact_share:.1f} %",
+    ]
+    cells += [
+        f"{100 * n.hard_share:.0f} %",
+        f"{n.scatter or math.nan:.2f}",
+        f"{low:.2f} to {high:.2f}",
+    ]
+    for name, law in every.items():
         try:
             joint = ms.Interface(law(), FRICTION, normal_load=load)
         except ms.InputError as error:
-            print(f"    {name:14s} {str(error)[:90]}")
+            print(f"{name}: {error}", file=sys.stderr)
+            cells.append("–")
             continue
-        spent = time.process_time() - begin
-        if truth is None:
-            truth = joint
-            n = joint.surface.numbers
-            print(
-                f"  H {hardness / 1e9:g} GPa: p/E*h' {n.relative_pressure:.4f}, h' {n.slope:.3f}, "
-                f"area {100 * n.contact_share:.1f} %, at H {100 * n.hard_share:.0f} %, "
-                f"scatter {n.scatter or math.nan:.2f}, lambda {n.stiffness_ratios[0]:.3f} to "
-                f"{n.stiffness_ratios[1]:.3f}, K rms/p "
-                f"{joint.normal_stiffness * n.rms / load:.2f}, {spent:.1f} s"
-            )
-            continue
-        amplitude = truth.force_limit / truth.tangential_stiffness
-        area = (
-            "" if joint.contact_area is None else f"{joint.contact_area / truth.contact_area:.2f}"
-        )
-        print(
-            f"    {name:14s} stiffness {joint.normal_stiffness / truth.normal_stiffness:5.2f}  "
-            f"energy {joint.dissipated_energy(amplitude) / truth.dissipated_energy(amplitude):5.2f}"
-            f"  area {area}"
-        )
+        energy = joint.dissipated_energy(amplitude) / truth.dissipated_energy(amplitude)
+        cells.append(f"{joint.normal_stiffness / truth.normal_stiffness:.2f} ({energy:.2f})")
+    return " | ".join(cells)
 
 
 def figure(path: Path) -> None:
@@ -172,7 +173,8 @@ if __name__ == "__main__":
         for file in sorted(given.folder.iterdir()) if given.folder else ():
             if file.suffix in (".plu", ".mnt", ".al3d"):
                 faces[file.name] = middle(file)
+        print(f"| face | rms | {' | '.join(HEADS)} |\n|{' --- |' * (len(HEADS) + 2)}")
         for title, one in faces.items():
-            print(f"{title}: {one.heights.shape}, rms {one.statistics().rms * 1e6:.3f} um")
             for bound in (2.5e9, 1e9):
-                compared(one, 1e8, bound)
+                rms = f"{one.statistics().rms * 1e6:.2f} µm"
+                print(f"| {title} | {rms} | {compared(one, 1e8, bound)} |", flush=True)

@@ -76,7 +76,7 @@ sphinx_gallery_conf = {
     "doc_module": ("microslip",),
     "abort_on_example_error": True,
     "image_scrapers": ("matplotlib",),
-    "copyfile_regex": r".*\.(toml|csv)$",
+    "copyfile_regex": r".*\.(toml|csv|npy)$",
     "remove_config_comments": True,
 }
 

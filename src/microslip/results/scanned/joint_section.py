@@ -180,12 +180,12 @@ def _contact_pictures(findings: Findings) -> tuple[Picture, ...]:
         unit, letter = length_prefix(amplitude)
         panel = Panel(Axis(f"Displacement [{letter}m]"), Axis("Force over normal load, T/N"))
         entries = []
-        every = {"point by point": joint}
+        every_joint = {"point by point": joint}
         for name, other in other_laws().items():
             with suppress(InputError):
-                every[name] = Interface(other, joint.friction_coefficient, joint.normal_load)
-        for color, (name, one) in zip(COLORS, every.items(), strict=False):
-            loop = one.loop(amplitude)
+                every_joint[name] = Interface(other, joint.friction_coefficient, joint.normal_load)
+        for color, (name, by_law) in zip(COLORS, every_joint.items(), strict=False):
+            loop = by_law.loop(amplitude)
             panel.line(loop.displacement / unit, loop.force / joint.normal_load, color)
             entries.append(Entry(name, color))
         panel.cross()

@@ -19,18 +19,33 @@ from microslip.report.document import (
     Document,
     Facts,
     Items,
+    Note,
     Number,
     Picture,
     Section,
     Table,
 )
-from microslip.report.files import csv_text, header, listed, standard_files, text_cell, text_file
+from microslip.report.files import (
+    csv_text,
+    header,
+    listed,
+    plain,
+    standard_files,
+    text_cell,
+    text_file,
+)
 from microslip.report.plot import Axis, Panel, Plot, stacked
 from microslip.runs.batch import Batch, Outcome
+from microslip.sweeps.quantiles import intervals
 
 KIND = "microslip-batch"
 SUMMARY_SCHEMA = 1
 _QUANTILES = {"q5": 0.05, "q50": 0.5, "q95": 0.95}
+_OUTER = ("q5", "q95")
+_WITHIN = (
+    "“Within” are intervals of 90 %, if the items are independent draws of what is made; an open "
+    "end (?) takes more items, 59 at least."
+)
 
 
 def document(batch: Batch) -> Document:
@@ -38,7 +53,7 @@ def document(batch: Batch) -> Document:
     completed, failed = batch.done, batch.failed
     missing = len(batch.items) - len(completed) - len(failed)
     columns = columns_of(completed)
-    statistics = _statistics(columns)
+    statistics = _statistics(columns, len(completed))
     counts = (
         ("Done", str(len(completed))),
         ("Failed", str(len(failed))),
@@ -52,7 +67,8 @@ def document(batch: Batch) -> Document:
         blocks.append(Table("Failed", heads, reasons, noun="items"))
     sections = [Section("Items", tuple(blocks))]
     if completed:
-        sections.append(Section("Over all", (_table(statistics),)))
+        blocks = [_table(statistics), Note(_WITHIN, small=True)]
+        sections.append(Section("Over all", tuple(blocks)))
     is_drawn = "loss_factor" in columns and _amplitude(columns) is not None
     if is_drawn:
         caption = "Loss factor and energy of all items against the amplitude."
@@ -92,13 +108,19 @@ def columns_of(completed: list[Outcome]) -> dict[str, Floats]:
     }
 
 
-def _statistics(columns: dict[str, Floats]) -> dict[str, Any]:
+def _statistics(columns: dict[str, Floats], items: int) -> dict[str, Any]:
+    """Quantiles over all rows, and their intervals where the items are independent draws."""
     statistics = {}
     for name, values in columns.items():
         finite = values[np.isfinite(values)]
         if finite.size:
             ends = np.quantile(finite, list(_QUANTILES.values())).tolist()
-            statistics[name] = {"count": finite.size, **dict(zip(_QUANTILES, ends, strict=True))}
+            between = intervals(finite[None], list(_QUANTILES.values()), min(items, finite.size))
+            statistics[name] = {
+                "count": finite.size,
+                **dict(zip(_QUANTILES, ends, strict=True)),
+                "intervals": dict(zip(_QUANTILES, plain(between.T), strict=True)),
+            }
     return statistics
 
 
@@ -124,9 +146,19 @@ def _table(statistics: dict[str, Any]) -> Table:
         Column("quantity", "Quantity"),
         Column("count", "Rows", write=cells.counted),
         *(Column(name, f"{100.0 * share:g} %") for name, share in _QUANTILES.items()),
+        *(Column(f"{name}_interval", f"{100.0 * _QUANTILES[name]:g} % within") for name in _OUTER),
     )
+
+    def within(ends: list[float | None], name: str) -> str:
+        return " to ".join("?" if end is None else _written(end, name) for end in ends)
+
     rows = tuple(
-        (name.replace("_", " "), n["count"], *(_written(n[q], name) for q in _QUANTILES))
+        (
+            name.replace("_", " "),
+            n["count"],
+            *(_written(n[q], name) for q in _QUANTILES),
+            *(within(n["intervals"][q], name) for q in _OUTER),
+        )
         for name, n in statistics.items()
     )
     return Table("All rows of all items", columns, rows, noun="quantities")

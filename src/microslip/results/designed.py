@@ -14,6 +14,7 @@ from microslip.report.files import header
 from microslip.report.kit import look_of
 from microslip.report.plot import Axis, Entry, Panel, Plot, Rule, stacked
 from microslip.runs.design import KEYS, UNITS, DesignPoint, Search
+from microslip.sweeps.quantiles import interval_of_share
 
 KIND = "microslip-design"
 SUMMARY_SCHEMA = 1
@@ -54,7 +55,13 @@ def document(search: Search, design: DesignPoint, curve: Sequence[DesignPoint]) 
 
     def outcome_text(point: DesignPoint) -> str:
         number = _amount(target.quantity, point.reached)
-        return number if search.is_certain else f"{number}, met by {point.probability:.1%}"
+        if search.is_certain:
+            return number
+        low, high = interval_of_share(point.probability, point.samples)
+        return (
+            f"{number}, met by {point.probability:.1%} of {point.samples} samples (of all draws "
+            f"{low:.0%} to {high:.0%}, with 90 %)"
+        )
 
     facts = Facts(
         "Target",
@@ -103,6 +110,7 @@ def document(search: Search, design: DesignPoint, curve: Sequence[DesignPoint]) 
         "design": dict(design.values),
         "reached": design.reached,
         "met_by": design.probability,
+        "met_by_interval": list(interval_of_share(design.probability, design.samples)),
         "study": {"reached": study.reached, "met_by": study.probability},
         "trade_off": [
             {"level": f.level, "reached": f.reached, "met_by": f.probability,

@@ -142,6 +142,8 @@ class DesignPoint:
     """Whether it is met within the ranges."""
     change: float
     """Distance from the study: root of the sum of squared logarithms."""
+    samples: int = 1
+    """Samples that the probability is a share of."""
 
 
 class Search:
@@ -290,7 +292,9 @@ class Search:
         values = {r.key: float(math.exp(v)) for r, v in zip(self.ranges, x, strict=True)}
         feasible = sign * (reached - math.log(level)) >= -1e-4
         change = float(np.sqrt(((x - self.start) ** 2).sum()))
-        return DesignPoint(values, level, math.exp(reached), share, bool(feasible), change)
+        return DesignPoint(
+            values, level, math.exp(reached), share, bool(feasible), change, samples.size
+        )
 
     def trade_off(self, progress: Progress | None = None) -> list[DesignPoint]:
         """The designs for levels about what is asked for."""

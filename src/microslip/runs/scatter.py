@@ -18,6 +18,7 @@ from microslip.study.description import StudyDescription
 from microslip.study.draws import Design, Input
 from microslip.study.schema import Curve
 from microslip.study.uncertainty import GROUPS
+from microslip.sweeps.quantiles import intervals
 from microslip.sweeps.ranking import ranking
 
 Variables = Mapping[str, Variable]
@@ -54,7 +55,7 @@ class Scatter:
     samples: int  # runs
     quantiles: Floats  # shares that lie below
     bands: Variables  # quantiles of the variables of result.nc, along a first dimension
-    errors: Mapping[str, Floats]  # standard errors of those of the rows and the joints at rest
+    intervals: Mapping[str, Floats]  # low and high ends of those of the rows and joints at rest
     decisions: tuple[Decision, ...]  # for each of the ranked results, load and amplitude
     notes: tuple[str, ...]
 
@@ -158,20 +159,19 @@ def scatter(
         for name, stack in stacks.items():
             stack[index] = sample[name]
     quantiles = np.array(design.part.quantiles)
-    bands, errors = {}, {}
+    bands, ends = {}, {}
     for name, stack in stacks.items():
         variable = nominal[name]
         values = np.quantile(stack[:count], quantiles, axis=0)
         bands[name] = Variable(("quantile", *variable.dims), values, variable.attributes)
         if _has_errors(name, variable):
             by_group = stack[:count].reshape(groups, size, *variable.values.shape)
-            group_quantiles = np.quantile(by_group, quantiles, axis=1)
-            errors[name] = group_quantiles.std(axis=1, ddof=1) / math.sqrt(groups)
+            ends[name] = intervals(by_group, design.part.quantiles)
     decisions = _decisions(design, stacks, scores, count)
     if design.part.indices:
         decisions = _with_indices(design, compute, decisions, workers)
     return Scatter(
-        tuple(design.inputs), count, quantiles, bands, errors, decisions, _notes(design, left_out)
+        tuple(design.inputs), count, quantiles, bands, ends, decisions, _notes(design, left_out)
     )
 
 

@@ -30,7 +30,8 @@ class Bands:
     ranking: tuple[tuple[str, float], ...]
     """Share of each input in the scatter of ln(damping ratio) [-], the largest first."""
     frequency_error: float
-    """Largest relative standard error of the quantiles, for there are so few samples [-]."""
+    """Largest relative half-width of the 90 % intervals of the quantiles, for there are so few
+    samples [-]; infinite where they leave an outer quantile open."""
     damping_error: float
     """The same of the damping ratio [-]."""
     unsolved: int

@@ -2,14 +2,78 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
 
 from microslip._core.checks import Floats
 
+CONFIDENCE = 0.9
+"""Confidence level of all intervals of quantiles."""
+_TAIL = 0.5 * (1.0 + CONFIDENCE)
 _GROUPS = 8
 _TELLING = 0.9  # share of the scatter that points left out must follow from the others
+
+
+def intervals(samples: Floats, shares: Sequence[float], draws: int | None = None) -> Floats:
+    """Intervals of quantiles of ``samples`` (groups, points of each, ...), from order statistics.
+
+    Gives low and high ends (2, shares, ...) that hold the quantiles of what is sampled with a
+    confidence of 90 %: the share below the quantile scatters between the groups, each a scrambling
+    of its own, and Student's t over them says between which samples in their order the quantile
+    lies. Infinite where that is beyond all samples: there are too few. Groups of quasi-random
+    points are unbiased and independent of each other, whatever happens within them (L'Ecuyer and
+    Lemieux 2002, DOI 10.1007/0-306-48102-2_20). One group is taken for independent draws, whose
+    count below a quantile is binomial: too wide, never too narrow, for quasi-random ones. Where
+    several points belong to each draw, ``draws`` says how many of these there are.
+    """
+    from scipy.special import stdtrit
+
+    groups, count = samples.shape[0], samples.shape[0] * samples.shape[1]
+    rest = samples.shape[2:]
+    ordered = np.sort(samples.reshape(count, -1), axis=0)
+    ends = np.full((2, len(shares), ordered.shape[1]), np.nan)
+    for place, share in enumerate(shares):
+        if groups > 1:
+            middle = np.quantile(ordered, share, axis=0)
+            below = (samples.reshape(groups, -1, ordered.shape[1]) <= middle).mean(axis=1)
+            reach = stdtrit(groups - 1, _TAIL) * below.std(axis=0, ddof=1) / math.sqrt(groups)
+            first = np.floor(count * (share - reach)).astype(int)
+            last = np.ceil(count * (share + reach)).astype(int) + 1
+        else:
+            from scipy.stats import binom
+
+            of_draw, low = count / (draws or count), binom.ppf(1.0 - _TAIL, draws or count, share)
+            high = binom.ppf(_TAIL, draws or count, share) + 1.0
+            first = np.full(ordered.shape[1], math.floor(low * of_draw))
+            last = np.full(ordered.shape[1], math.ceil(high * of_draw))
+        for end, rank, beyond in ((0, first, -math.inf), (1, last, math.inf)):
+            inside = (rank >= 1) & (rank <= count)
+            at = ordered[np.clip(rank, 1, count) - 1, np.arange(ordered.shape[1])]
+            ends[end, place] = np.where(np.isnan(ordered[-1]), np.nan, np.where(inside, at, beyond))
+    return ends.reshape(2, len(shares), *rest)
+
+
+def interval_of_share(share: float, count: int) -> tuple[float, float]:
+    """Interval of 90 % of the share of all draws, where this share of so many has something.
+
+    Clopper and Pearson 1934, DOI 10.1093/biomet/26.4.404.
+    """
+    from scipy.special import betaincinv
+
+    meeting = round(share * count)
+    low = betaincinv(meeting, count - meeting + 1.0, 1.0 - _TAIL) if meeting else 0.0
+    high = betaincinv(meeting + 1.0, count - meeting, _TAIL) if meeting < count else 1.0
+    return float(low), float(high)
+
+
+def samples_for(count: int, error: float, target: float) -> int:
+    """Samples that bring an error of ``count`` of them to a target, at most.
+
+    Errors of independent draws halve for four times as many, of quasi-random points sooner.
+    """
+    return math.ceil(count * max(error / target, 1.0) ** 2)
 
 
 def quantiles(
@@ -19,16 +83,17 @@ def quantiles(
     shares: Sequence[float],
     added: tuple[Floats, Floats] | None = None,
 ) -> tuple[Floats, Floats]:
-    """Quantiles of each column of values, and their standard errors by the jackknife.
+    """Quantiles of each column of values, and the half-widths of their 90 % intervals.
 
     ``scores`` (n, inputs) are the normal scores of the inputs at which ``values`` (n, columns) are
     known, not a number where they are not; ``dense`` are many more. Where what is left out follows
     from the rest, quantiles are those of a cubic interpolation at all of ``dense``: a smooth
     function of a few inputs has them within 1 % from 32 points, whose own order tells them within
-    10 %. Elsewhere they are those of the points. The error is that of eight times seven eighths of
-    the points (Efron and Tibshirani 1993, DOI 10.1201/9780429246593). Where there is something
-    ``added``, known at the scores and at all of ``dense``, the values are logarithms of what it is
-    added to, and quantiles are those of the logarithm of the sum.
+    10 %. Their error is that of eight times seven eighths of the points (Efron and Tibshirani 1993,
+    DOI 10.1201/9780429246593) and of the quantiles of ``dense``. Elsewhere quantiles are those of
+    the points, their intervals of order statistics, infinite where there are too few points. Where
+    there is something ``added``, known at the scores and at all of ``dense``, the values are
+    logarithms of what it is added to, and quantiles are those of the logarithm of the sum.
     """
     middles, errors = np.full((2, len(shares), values.shape[1]), np.nan)
     finite = np.isfinite(values)
@@ -52,7 +117,7 @@ def _of_columns(
     added: tuple[Floats, Floats] | None,
 ) -> tuple[Floats, Floats]:
     count = len(values)
-    group = np.arange(count) % _GROUPS
+    group = np.arange(count) * _GROUPS // count  # points in a row fill the cube, each by itself
     folds = [group != g for g in range(min(_GROUPS, count))] if count > 1 else []
     smooth = False
     if count >= 2 * (scores.shape[1] + 1) + _GROUPS:
@@ -69,14 +134,21 @@ def _of_columns(
         points = _interpolated(scores[fold], values[fold], dense) if smooth else values[fold]
         if added is not None:
             points = np.log(np.exp(points) + (added[1] if smooth else added[0][fold])[:, None])
-        return np.quantile(points, shares, axis=0)
+        return np.asarray(points)
 
-    parts = np.array([of(fold) for fold in folds])
-    middle = of(slice(None))
-    if not len(parts):
-        return middle, np.full_like(middle, np.nan)
-    spread = ((parts - parts.mean(axis=0)) ** 2).sum(axis=0)
-    return middle, np.sqrt((len(parts) - 1.0) / len(parts) * spread)
+    points = of(slice(None))
+    middle = np.quantile(points, shares, axis=0)
+    blocks = points[: len(points) // _GROUPS * _GROUPS].reshape(_GROUPS, -1, points.shape[1])
+    ends = intervals(blocks if smooth else points[None], shares)
+    half = np.maximum(middle - ends[0], ends[1] - middle)
+    if smooth:
+        from scipy.special import stdtrit
+
+        parts = np.array([np.quantile(of(fold), shares, axis=0) for fold in folds])
+        spread = ((parts - parts.mean(axis=0)) ** 2).sum(axis=0)
+        left_out = np.sqrt((len(parts) - 1.0) / len(parts) * spread)
+        half = np.hypot(stdtrit(len(parts) - 1, _TAIL) * left_out, half)
+    return middle, half
 
 
 def _interpolated(scores: Floats, values: Floats, places: Floats) -> Floats:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import Any
 
@@ -16,6 +17,7 @@ from microslip.report.kit import box
 from microslip.report.plot import Axis, Panel, Plot
 from microslip.runs.prediction import Prediction
 from microslip.runs.scatter import RANKED, Decision, Scatter
+from microslip.sweeps.quantiles import samples_for
 
 _BANDS = {
     "loss_factor": Column("loss_factor", "Loss factor η", "", 3, write=cells.ratio),
@@ -65,19 +67,25 @@ def _places(result: Prediction) -> list[tuple[int, int, float | None, float]]:
 
 
 def _bands(result: Prediction, scatter: Scatter, name: str) -> Table:
-    band, error, column = scatter.bands[name].values, scatter.errors[name], _BANDS[name]
+    band, column = scatter.bands[name].values, _BANDS[name]
     columns = (
         *_LOOP,
         *(replace(column, label=f"{100.0 * q:g} %") for q in scatter.quantiles),
-        Column("error", "Error of these", "", write=cells.percent, short="error"),
+        Column("error", "90 % interval of these, ±", "", write=cells.percent, short="± (90 %)"),
     )
-    rows = []
-    for i, j, load, a in _places(result):
-        values = band[:, i, j]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            relative = np.max(error[:, i, j] / values)
-        rows.append((load, a, *values.tolist(), plain(relative)))
-    return Table(column.label, columns, tuple(rows), keys=2, noun="loops")
+    widths = _half_widths(scatter, name)
+    rows = tuple(
+        (load, a, *band[:, i, j].tolist(), plain(np.max(widths[:, i, j])))
+        for i, j, load, a in _places(result)
+    )
+    return Table(column.label, columns, rows, keys=2, noun="loops")
+
+
+def _half_widths(scatter: Scatter, name: str) -> Floats:
+    """How far the ends of an interval are from its quantile, over it; infinite if unknown."""
+    band, (low, high) = scatter.bands[name].values, scatter.intervals[name]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.asarray(np.maximum(band - low, high - band) / np.abs(band))
 
 
 def _of_input(decision: Decision, place: int) -> dict[str, Any]:
@@ -115,9 +123,35 @@ def _remark(scatter: Scatter) -> str:
     return (
         f"Standard deviation of ln η over the samples and by the delta method: "
         f"{worst.scatter:.3g} and {worst.delta:.3g} where they differ most; a regression on the "
-        f"inputs explains {min(d.explained for d in decisions):.0%} or more. Errors are of the "
-        "quantiles, over eight scramblings of the points."
+        f"inputs explains {min(d.explained for d in decisions):.0%} or more. {_sureness(scatter)}"
     )
+
+
+def _sureness(scatter: Scatter) -> str:
+    """How sure the quantiles of the loss factor are, and what would make them surer."""
+    widths = _half_widths(scatter, "loss_factor")
+    widest, count = float(np.max(widths, initial=0.0)), scatter.samples
+    text = (
+        "Intervals hold the quantiles of more samples with a confidence of 90 %, by order "
+        "statistics over eight scramblings of the points"
+    )
+    if not math.isfinite(widest):
+        tail = min(min(q, 1.0 - q) for q in scatter.quantiles.tolist())
+        return (
+            f"{text}; {count} samples leave an outer one open: take some {_enough(tail)} "
+            "(uncertainty.samples)."
+        )
+    if widest <= _FINE:
+        return f"{text}."
+    return f"{text}; for ±{_FINE:.0%} take {samples_for(count, widest, _FINE)} samples at most."
+
+
+_FINE = 0.01
+
+
+def _enough(tail: float) -> int:
+    """Samples, eight times a power of two, of which twelve lie in a tail: it has an interval."""
+    return 8 << max(3, math.ceil(math.log2(12.0 / tail / 8.0)))
 
 
 def tornado(result: Prediction, scatter: Scatter) -> Plot:
@@ -154,10 +188,10 @@ def numbers(scatter: Scatter) -> dict[str, Any]:
         "bands": {
             name: {
                 "quantiles": plain(scatter.bands[name].values),
-                "errors": plain(scatter.errors[name]),
+                "intervals": plain(scatter.intervals[name]),
             }
             for name in (*RANKED, "force_amplitude", "damping_ratio", "tangential_stiffness")
-            if name in scatter.errors
+            if name in scatter.intervals
         },
         "decisions": [
             {

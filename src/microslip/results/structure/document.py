@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -320,10 +321,15 @@ def _bands_remark(mode: Mode) -> str:
     """How the bands of a mode were found, and how sure they are."""
     if mode.bands is None:
         return ""
+    error = mode.bands.damping_error
     text = (
         f"Bands of mode {mode.number} are the 5, 50 and 95 % over a balance of harmonics at each "
-        "of Sobol' points, interpolated between them; so few points leave the quantiles of the "
-        f"damping a standard error of up to {mode.bands.damping_error:.1%}."
+        "of Sobol' points, interpolated between them where the inputs tell the answer; so few "
+        + (
+            f"points leave the quantiles of the damping known within ±{error:.1%} at most (90 %)."
+            if math.isfinite(error)
+            else "points leave the outer quantiles of the damping open: take more (samples)."
+        )
     )
     if mode.bands.unsolved:
         text += (

@@ -328,3 +328,94 @@ def test_open_nodes_close_and_open() -> None:
     assert not cycle.load[:, d > 1e-6].any()
     closed = cycle.force[0, d < 1e-6]
     assert np.abs(closed).max() > 0.1 * 0.3 * cycle.load.max()
+
+
+@pytest.mark.parametrize("rest", [0.0, 2e-7, "mean"])
+@pytest.mark.parametrize("d", [SEPARATIONS, PRESSED], ids=["varying", "pressed"])
+def test_varying_separations_without_samples_are_the_limit_of_samples(
+    d: np.ndarray, rest: Any
+) -> None:
+    """Samples have an error of second order: two numbers of them extrapolated."""
+    coarse, fine = (
+        FIELD.harmonics(COEFFICIENTS, ORDERS, separations=d, rest=rest, samples=samples)
+        for samples in (1 << 13, 1 << 14)
+    )
+    force, load, jacobian = FIELD.harmonics(COEFFICIENTS, ORDERS, separations=d, rest=rest)
+    scale = np.abs(fine[0]).max(axis=1, keepdims=True)
+    # Their turning points shift from sample to sample, so the extrapolation is but near; pressed
+    # down further between the samples, they have roots, and samples are of order 3/2.
+    near = 2e-6 if d is SEPARATIONS else 2e-4
+    assert (np.abs(force - (4.0 * fine[0] - coarse[0]) / 3.0) / scale).max() < near
+    np.testing.assert_allclose(load, fine[1], rtol=0, atol=1e-13 * np.abs(fine[1]).max())
+    for a, b in ((0, 0), (0, 1), (1, 1)):
+        off = np.abs(jacobian[:, a, b] - fine[2][:, a, b]).max(axis=(1, 2))
+        assert (off / np.abs(fine[2][:, a, b]).max(axis=(1, 2))).max() < 2e-3
+
+
+@pytest.mark.parametrize("d", [SEPARATIONS, PRESSED], ids=["varying", "pressed"])
+def test_varying_separations_without_samples_reach_their_tolerance(d: np.ndarray) -> None:
+    exact = FIELD.harmonics(COEFFICIENTS, ORDERS, separations=d, rtol=1e-14)
+    for rtol in (1e-4, 1e-6, 1e-8, 1e-10):
+        found = FIELD.harmonics(COEFFICIENTS, ORDERS, separations=d, rtol=rtol)
+        scale = np.abs(exact[0]).max(axis=1, keepdims=True)
+        assert (np.abs(found[0] - exact[0]) / scale).max() < rtol
+        off = np.abs(found[2] - exact[2]).max(axis=(1, 2, 3, 4))
+        assert (off / np.abs(exact[2]).max(axis=(1, 2, 3, 4))).max() < 100.0 * rtol
+
+
+def test_varying_separations_without_samples_have_the_jacobian_of_differences() -> None:
+    _, _, jacobian = FIELD.harmonics(COEFFICIENTS, ORDERS, separations=SEPARATIONS)
+    h = 2e-12
+    for k in range(10):
+        move = h * np.eye(10)[k]
+        up, down = (
+            FIELD.harmonics(
+                COEFFICIENTS + s * move[:5], ORDERS, separations=SEPARATIONS + s * move[5:]
+            )
+            for s in (1.0, -1.0)
+        )
+        for part in (0, 1):
+            slopes = (up[part] - down[part]) / (2.0 * h)
+            wanted = jacobian[:, part, k // 5, :, k % 5]
+            scale = np.abs(jacobian[:, part, 1]).max(axis=(1, 2))[:, None]
+            assert (
+                np.abs(slopes - wanted) / scale
+            ).max() < 1e-4  # of second order; they lose digits
+
+
+def test_separations_that_stay_need_no_rule_of_their_own() -> None:
+    """The held rule, another program, to rounding; and of a node that stands still."""
+    still = FIELD.separations[:, None] * np.eye(5)[:1]
+    for c in (COEFFICIENTS, COEFFICIENTS * (np.arange(NODES) % 3 > 0)[:, None]):
+        force, jacobian = FIELD.harmonics(c, ORDERS)
+        other, load, whole = FIELD.harmonics(c, ORDERS, separations=still)
+        scale = FIELD.force_limits[:, None]
+        assert (np.abs(other - force) / scale).max() < 1e-12
+        np.testing.assert_allclose(load[:, 0], FIELD.normal_loads, rtol=1e-13)
+        off = np.abs(whole[:, 0, 0] - jacobian) / FIELD.tangential_stiffnesses[:, None, None]
+        assert off.max() < 1e-10
+
+
+def test_normal_motion_alone_has_no_force_and_the_stiffness_of_small_shear() -> None:
+    d = SEPARATIONS.copy()
+    force, load, jacobian = FIELD.harmonics(np.zeros((NODES, 5)), ORDERS, separations=d)
+    assert np.abs(force).max() < 1e-13 * np.abs(load).max()
+    tiny = 1e-5 * np.abs(d[:, 1:]).max(axis=1, keepdims=True) * SHAPE
+    sheared = FIELD.harmonics(tiny, ORDERS, separations=d)[0]
+    wanted = np.einsum("nij,nj->ni", jacobian[:, 0, 0], tiny)
+    scale = np.abs(wanted).max(axis=1)
+    assert (np.abs(sheared - wanted).max(axis=1) / scale).max() < 1e-3
+
+
+def test_corners_under_varying_separations_are_met() -> None:
+    heights = 5e-7 * np.random.default_rng(3).normal(size=60)
+    rough = ms.AsperityPopulation(SURFACE.pair, heights, radii=1e-3)
+    field = ms.JointField(rough, 0.3, areas=[1e-4, 1e-4], loads=[2.0, 0.5], surface_area=1e-4)
+    c, d = 3e-7 * SHAPE, np.array([0.0, 4e-8, -3e-8, 2e-8, 1e-8]) + np.zeros((2, 5))
+    d[:, 0] += field.separations
+    force, load, _ = field.harmonics(c, ORDERS, separations=d, rtol=1e-7)
+    fine = field.harmonics(c, ORDERS, separations=d, samples=1 << 14)
+    scale = np.abs(fine[0]).max()
+    # Without a profile these are 64 samples, whose error is some 1e-3.
+    assert np.abs(force - fine[0]).max() < 5e-3 * scale
+    np.testing.assert_allclose(load, fine[1], rtol=0, atol=1e-3 * np.abs(fine[1]).max())

@@ -19,6 +19,7 @@ from microslip.friction.harmonics import (
     checked_tolerance,
     coefficients_of,
     harmonic_force,
+    tolerance_error,
 )
 from microslip.friction.node_cycles import NodeCycles
 from microslip.memory import Nodes
@@ -171,11 +172,11 @@ class SettledField:
         rest : array_like or "mean", optional
             As for :meth:`periodic`.
         samples : int, optional
-            Equidistant samples of the period [-]. Without it there are none where the nodes stay
-            at their separations, and 64 where these vary.
+            Equidistant samples of the period [-]. Without it there are none, but 64 where
+            separations vary on a surface whose load curve has corners, such as a table.
         rtol : float, optional
             Without samples, the error of the coefficients [-] over the largest force; that of the
-            Jacobian over the stiffness at rest is a hundred times as much.
+            Jacobian over the largest stiffness is a hundred times as much.
 
         Returns
         -------
@@ -197,13 +198,26 @@ class SettledField:
         nodes, basis = self._nodes, Basis(harmonics)
         if samples is None and separations is None:
             return _without_samples(nodes, coefficients, basis, rest, checked_tolerance(rtol))
-        waves, analysis = basis.sampled(64 if samples is None else samples)
-        x = coefficients_of("coefficients", coefficients, basis, nodes.size) @ waves.T
+        # Without samples these check separations, and serve where there is no other way.
+        few = max(64, 8 * basis.orders[-1])
+        waves, analysis = basis.sampled(few if samples is None else samples)
+        rows = coefficients_of("coefficients", coefficients, basis, nodes.size)
+        x = rows @ waves.T
         begin, is_mean = rest_of(rest, x, nodes)
-        steps, by_step = None, np.zeros((1, len(waves), 0))
+        steps, by_step, found = None, np.zeros((1, len(waves), 0)), None
         if separations is not None:
-            d = coefficients_of("separations", separations, basis, nodes.size) @ waves.T
-            steps, by_step = self._steps_from_rest(d), waves[None]
+            paths = coefficients_of("separations", separations, basis, nodes.size)
+            steps, by_step = self._steps_from_rest(paths @ waves.T), waves[None]
+            if samples is None:
+                tolerance = checked_tolerance(rtol)
+                found = _varying(nodes, rows, paths, self.separations, begin, basis, tolerance)
+        if found is not None:
+            force, load, jacobian = found
+            if is_mean and basis.has_mean:
+                jacobian[:, 0, 0, :, 0] = 0.0  # rests move along
+            resting = np.flatnonzero(np.isnan(force[:, 0]))
+            if not resting.size:
+                return force, load, jacobian
         cycles = NodeCycles(nodes, x - begin[:, None], steps)
         force, load, by_force, by_load = cycles.spectra(
             basis.moving(waves, is_mean), by_step, analysis
@@ -213,6 +227,10 @@ class SettledField:
         jacobian = np.zeros((nodes.size, 2, 2, basis.size, basis.size))
         jacobian[:, 0, 0], jacobian[:, 0, 1] = np.split(by_force, 2, axis=2)
         jacobian[:, 1, 1] = by_load
+        if found is not None:
+            for part, other in zip(found, (force, load, jacobian), strict=True):
+                part[resting] = other[resting]
+            return found
         return force, load, jacobian
 
     def _steps_from_rest(self: FieldOfNodes, separations: Floats) -> Floats:
@@ -230,6 +248,48 @@ def _per_sample(nodes: Nodes, name: str, value: ArrayLike) -> Floats:
             f"alike, got {array.shape}"
         )
     return np.ascontiguousarray(np.broadcast_to(array, (nodes.size, array.shape[-1])))
+
+
+def _varying(
+    nodes: Nodes,
+    rows: Floats,
+    paths: Floats,
+    rests: Floats,
+    begin: Floats,
+    basis: Basis,
+    rtol: float,
+) -> tuple[Floats, Floats, Floats] | None:
+    """Coefficients without samples of separations that vary; NaN of nodes that stand still."""
+    if not basis.in_kernel:
+        return None
+    places, columns = basis.dense(rows)
+    steps, _ = basis.dense(paths)
+    steps[:, 0] -= rests
+    with np.errstate(over="ignore"):  # beyond 1e100 slips there is no more to come
+        places = np.clip(
+            (places - begin[:, None] * np.eye(1, places.shape[1])) / nodes.slips[:, None],
+            -1e100,
+            1e100,
+        )
+    span = np.abs(steps[:, 1:]).sum(axis=1)
+    profile = nodes.curve.profile(*nodes.reach(steps[:, 0] - span, steps[:, 0] + span))
+    if profile is None:
+        return None
+    size, wide = places.shape
+    force, load = np.empty(places.shape), np.empty(places.shape)
+    by_force, by_load = np.empty((size, wide, 2 * wide)), np.empty((size, wide, wide))
+    if kernels.compiled.varying_harmonics(
+        places, steps, size, wide, rtol, force, by_force, load, by_load, nodes.rests,
+        *profile.arguments,
+    ):  # fmt: skip
+        raise tolerance_error(rtol)
+    jacobian = np.zeros((size, 2, 2, basis.size, basis.size))
+    pick = np.ix_(range(size), columns, columns)
+    weights, scales = nodes.weights[:, None, None], nodes.scales[:, None, None]
+    jacobian[:, 0, 0] = by_force[:, :, :wide][pick] * (weights / nodes.slips[:, None, None])
+    jacobian[:, 0, 1] = by_force[:, :, wide:][pick] * weights
+    jacobian[:, 1, 1] = by_load[pick] * scales
+    return force[:, columns] * weights[:, 0], load[:, columns] * scales[:, 0], jacobian
 
 
 def _without_samples(

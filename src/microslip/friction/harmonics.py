@@ -123,18 +123,19 @@ class Basis:
         Rows begin at displacements ``begin``, one each or one for all; a mean of the motion that
         begins there, too, is to be taken off both.
         """
-        top = self.orders[-1]
-        dense = np.zeros((len(rows), 2 * top + 1))
-        columns = [k for n in self.orders for k in ((2 * n - 1, 2 * n) if n else (0,))]
-        dense[:, columns] = rows
+        dense, columns = self.dense(rows)
         dense[:, 0] -= begin
         force, jacobian = np.empty(dense.shape), np.empty((*dense.shape, dense.shape[1]))
         if kernel(dense, *dense.shape, tolerance, force, jacobian, *line):
-            raise InputError(
-                f"`rtol` must be one that is reached on this law, whose load curve has too many "
-                f"corners for {tolerance:g}; for example rtol={100.0 * tolerance:g}"
-            )
+            raise tolerance_error(tolerance)
         return force[:, columns], jacobian[:, columns][:, :, columns]
+
+    def dense(self, rows: Floats) -> tuple[Floats, list[int]]:
+        """Rows with all harmonics up to the highest, and the columns of those there are."""
+        columns = [k for n in self.orders for k in ((2 * n - 1, 2 * n) if n else (0,))]
+        dense = np.zeros((len(rows), 2 * self.orders[-1] + 1))
+        dense[:, columns] = rows
+        return dense, columns
 
     def moving(self, functions: Floats, from_mean: bool) -> Floats:
         """How a displacement moves from its rest with each coefficient, for one node of many."""
@@ -143,6 +144,14 @@ class Basis:
         moving = functions.copy()
         moving[:, 0] = 0.0  # its rest moves along
         return moving[None]
+
+
+def tolerance_error(tolerance: float) -> InputError:
+    """The error of a tolerance that a load curve's corners do not let be reached."""
+    return InputError(
+        f"`rtol` must be one that is reached on this law, whose load curve has too many "
+        f"corners for {tolerance:g}; for example rtol={100.0 * tolerance:g}"
+    )
 
 
 @lru_cache(maxsize=32)

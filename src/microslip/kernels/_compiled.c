@@ -28,6 +28,7 @@
 #include "_cycles.h"
 #include "_states.h"
 #include "_harmonics.h"
+#include "_coupled_harmonics.h"
 #include "_vector.h"
 #include "_moments.h"
 #include "_questions.h"
@@ -84,6 +85,9 @@ static const Kernel kernels[] = {
     {"field_harmonics", "anndAAaP", "n", run_field_harmonics, 0,
      "field_harmonics(place, rows, size, tolerance, value, jacobian, rest, *profile) -> whether "
      "the tolerance was missed: of rows of 2 H + 1 coefficients, mean, cos 1, sin 1, ..."},
+    {"varying_harmonics", "aanndAAAAaP", "n", run_varying_harmonics, 0,
+     "varying_harmonics(place, step, rows, size, tolerance, value, jacobian, load, load_jacobian, "
+     "rest, *profile) -> whether the tolerance was missed; values are NaN of what stands still."},
     {"table_harmonics", "anndAAT", "n", run_table_harmonics, 0,
      "table_harmonics(displacement, rows, size, tolerance, force, jacobian, *table) -> whether it "
      "was missed"},

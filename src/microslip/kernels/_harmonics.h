@@ -89,11 +89,11 @@ static inline double place_at(const Motion *m, double t, double *speed, double *
     return x;
 }
 
-/* Where the place is `wanted` between two times (order 0), or turns (order 1, wanted 0). */
+/* Where the place is `wanted` between two times, from t on (order 0), or turns (order 1). */
 static double find_time(const Motion *m, int order, double wanted, int rising, double low,
-                        double high)
+                        double high, double t)
 {
-    double v, a, t = 0.5 * (low + high);
+    double v, a;
     for (int i = 0; i < 80; i++) {
         double x = place_at(m, t, &v, &a);
         double value = order == 0 ? x - wanted : v, slope = order == 0 ? v : a;
@@ -120,7 +120,7 @@ static void find_turns(Motion *m, const double *grid, int points)
         for (int k = 1; k < m->size; k++) v += m->c[k] * row[k];
         double t = step * i;
         if (i && last != 0.0 && v * last <= 0.0) {
-            times[n++] = find_time(m, 1, 0.0, last < 0.0, t - step, t);
+            times[n++] = find_time(m, 1, 0.0, last < 0.0, t - step, t, t - 0.5 * step);
         } else if (before * last > 0.0 && fabs(last) < fabs(before) && fabs(last) <= fabs(v)) {
             /* Two of them may lie between the points: where the speed is least it has turned. */
             double low = t - 2.0 * step, high = t, speed, bend, middle = t - step;
@@ -132,8 +132,8 @@ static void find_turns(Motion *m, const double *grid, int points)
                 else high = middle;
             }
             if (speed * last < 0.0) {
-                times[n++] = find_time(m, 1, 0.0, last < 0.0, t - 2.0 * step, middle);
-                times[n++] = find_time(m, 1, 0.0, last > 0.0, middle, t);
+                times[n++] = find_time(m, 1, 0.0, last < 0.0, t - 2.0 * step, middle, middle);
+                times[n++] = find_time(m, 1, 0.0, last > 0.0, middle, t, middle);
             }
         }
         before = last;
@@ -300,7 +300,9 @@ static void settle_harmonics(Motion *m, const Line *l, const double *grid, int p
             while (depth > 2 && (end - m->x[m->open[depth - 2]]) * sign >= 0.0) {
                 double close = m->x[m->open[depth - 2]];
                 if (pass && (close - from) * sign > 0.0) {
-                    double t = close == end ? last : find_time(m, 0, close, sign > 0.0, begin, last);
+                    double t = 0.5 * (begin + last);
+                    t = close == end ? last
+                                     : find_time(m, 0, close, sign > 0.0, begin, last, t);
                     add_piece(m, l, begin, t, m->open[depth - 1], sign, force_miss, slope_miss,
                               force, J);
                     begin = t;
@@ -326,6 +328,20 @@ static void settle_harmonics(Motion *m, const Line *l, const double *grid, int p
         force[i] *= factor;
         for (int j = 0; j < size; j++)
             J[i * size + j] = factor * (J[i * size + j] + product(m->k_sums, i, j));
+    }
+}
+
+/* Derivatives of the functions, a row a time. */
+static void make_speeds(double *grid, int points, int H, int size)
+{
+    for (int i = 0; i < points; i++) {
+        double *row = grid + (size_t)i * (size_t)size;
+        make_waves(TURN / points * i, H, row);
+        for (int k = 1; k <= H; k++) {
+            double even = row[2 * k - 1];
+            row[2 * k - 1] = -k * row[2 * k];
+            row[2 * k] = k * even;
+        }
     }
 }
 
@@ -359,15 +375,7 @@ static int run_harmonics(const Argument *a, Result *out, const Profile *curve,
     m.sums = at += n + wide;
     m.k_sums = at += n + wide;
     m.spans = at + wide;
-    for (int i = 0; i < points; i++) { /* speeds of the functions */
-        double *row = grid + (size_t)i * n;
-        make_waves(TURN / points * i, H, row);
-        for (int k = 1; k <= H; k++) {
-            double even = row[2 * k - 1];
-            row[2 * k - 1] = -k * row[2 * k];
-            row[2 * k] = k * even;
-        }
-    }
+    make_speeds(grid, points, H, (int)size);
     for (Py_ssize_t i = 0; i < rows; i++) {
         Line line = {curve, table, rests ? rests[i] : 0.0};
         m.c = a[0].reals + i * size;

@@ -1,0 +1,616 @@
+/* Fourier coefficients of settled forces under separations that vary, without samples. Part of
+ * _compiled.c.
+ *
+ * With a place p and a step d let a = d + p and b = d - p. Where both fall, all sticks and
+ * T' = -N'(d) p'; where one rises, contact slips towards that side, where both do, towards the side
+ * of before. What is held beyond a separation eta is a place P(eta), and the levels eta + P and
+ * eta - P rise with eta: a slip front stands where the level of its side is a, or b. It lies
+ *
+ * - in what slipped the other way up to time k: dT = A_k + F_q (s dd + s dd_k + dp - dp_k),
+ * - in what stuck at a time u, with q = d(u): T = T(u) + s [N(d) - N(q)],
+ *   dT = dT(u) + F_q (s dd + dp - dp(u)), as u itself is stationary,
+ *
+ * each less s F_d dd; F = -N', s the side. So between the times at which a or b turns, a front passes
+ * from one band into the next, or slip turns to the other side as its front is lost, the force is
+ * smooth, and is integrated as at held loads (_harmonics.h), with places as of a cosine: it has roots
+ * at the ends of bands. What sticks is kept as Chebyshev series in time.
+ */
+
+#define SERIES 16 /* terms of what sticks */
+#define MOST_BANDS 128
+#define RULE 21
+
+enum { SLIP_BAND, STICK_BAND, PRESS_BAND }; /* the last along the straight path from rest */
+
+typedef struct {
+    int kind;
+    double side, end, level[2]; /* where it begins outside, and both levels there */
+    double from, to;            /* times of what stuck */
+    double value, step;         /* T/mu and step at the end of what slipped */
+    double *ahead, *phi;        /* of what slipped: A, and the functions at its end */
+    double *series;             /* of what stuck: T, then dT by each coefficient */
+} Band;
+
+typedef struct {
+    Motion place, step, up, down; /* up: a, down: b */
+    const Profile *p;
+    double rest;
+    int n, depth, failed;
+    Band bands[MOST_BANDS];
+    double root_place, root_step, *root_phi;
+    double then; /* found last */
+    int band; /* of the last answer: where its front is, -1 beyond all */
+    double side, front, now, value, load, here, fall, back;
+    const double *early, *before; /* functions and A where the band was left */
+    double *slope, *ahead;        /* by places, then by steps */
+    double *waves, *early_waves, *nothing, *w, *group, *row, *rates; /* scratch */
+    double cosines[RULE], sines[RULE], weights[RULE], misses[RULE];
+    double to_series[SERIES][SERIES], places[SERIES];
+    double *sums; /* force, its slopes, load, products of F and functions */
+    double force_miss, slope_miss;
+} Walk;
+
+/* Places of a rule with their fronts in one band. */
+typedef struct {
+    int band;
+    double side, back;
+    const double *early, *before;
+} Group;
+
+/* -N'', from the profile. */
+static double bend_at(const Profile *p, double x)
+{
+    double s, sum = 0.0, scale = 2.0 * p->inverse_width;
+    Py_ssize_t panel = find_panel(p, (x - p->anchor) * p->inverse_width, &s);
+    if (panel >= p->panels) return 0.0;
+    const double *c = panel_at(p, panel);
+    for (int k = PROFILE_TERMS - 1; k >= 2; k--) sum = sum * s + k * (k - 1) * c[k];
+    return -scale * scale * sum;
+}
+
+static double level_of(const Walk *w, double side, double t)
+{
+    return place_at(side > 0.0 ? &w->up : &w->down, t, NULL, NULL);
+}
+
+/* Series of what stuck at a place from -1 to 1: T, and its derivatives where there is room. */
+static double sum_series(const Walk *w, const double *series, double x, double *slope)
+{
+    int columns = slope ? 2 * w->n + 1 : 1, width = 2 * w->n + 1;
+    double *restrict sum = w->row, term = x, before = 1.0;
+    memcpy(sum, series, (size_t)columns * sizeof(double));
+    for (int k = 1; k <= SERIES; k++) {
+        const double *restrict row = series + k * width;
+        for (int j = 0; j < columns; j++) sum[j] += term * row[j];
+        double next = 2.0 * x * term - before;
+        before = term;
+        term = next;
+    }
+    if (slope) memcpy(slope, sum + 1, (size_t)(width - 1) * sizeof(double));
+    return sum[0];
+}
+
+/* What had been answered at the time when the front was at q: T, dT and the functions then. */
+static double recall(Walk *w, const Band *b, double t, double *slope, double *phi)
+{
+    if (b->kind == STICK_BAND) {
+        if (slope) make_waves(t, w->place.H, phi);
+        double half = 0.5 * (b->to - b->from);
+        return sum_series(w, b->series, (t - b->from - half) / half, slope);
+    }
+    double d = w->root_step, D = -w->root_place / d, fall = 0.0; /* t is a share of the path */
+    double rise = drop_at(w->p, w->rest + t * d, -t * d);
+    if (!slope) return D * rise;
+    fall = fall_at(w->p, w->rest + t * d);
+    for (int j = 0; j < w->n; j++) {
+        phi[j] = t * w->root_phi[j];
+        slope[j] = -rise / d * w->root_phi[j];
+        slope[w->n + j] = -(rise / d + fall * t) * D * w->root_phi[j];
+    }
+    return D * rise;
+}
+
+/* Where what stuck had a level: a time, or a share of the path from rest. */
+static double time_of(Walk *w, const Band *b, double side, double level)
+{
+    if (b->kind == PRESS_BAND) return level / (w->root_step + side * w->root_place);
+    double near = w->then > b->from && w->then < b->to ? w->then : 0.5 * (b->from + b->to);
+    return w->then = find_time(side > 0.0 ? &w->up : &w->down, 0, level, 0, b->from, b->to, near);
+}
+
+/* T at a time while contact slips, and what its derivatives hang from. */
+static void slip_at(Walk *w, double t, double side, int both)
+{
+    int k = w->depth - 1, n = w->n;
+    double *phi = w->waves, d = 0.0, place = 0.0, value = 0.0;
+    make_waves(t, 2 * w->place.H, phi);
+    for (int j = 0; j < n; j++) {
+        d += w->step.c[j] * phi[j];
+        place += w->place.c[j] * phi[j];
+    }
+    if (both) { /* as all goes on that is not lost */
+        double held = 0.0;
+        while (k >= 0 && w->bands[k].end <= d) k--;
+        if (k >= 0) {
+            const Band *b = &w->bands[k];
+            if (b->kind == SLIP_BAND) {
+                held = b->side > 0.0 ? b->level[0] - d : d - b->level[1];
+            } else if (b->kind == PRESS_BAND) {
+                held = w->root_place / w->root_step * d;
+            } else {
+                double then = find_time(&w->step, 0, d, 0, b->from, b->to, 0.5 * (b->from + b->to));
+                held = place_at(&w->place, then, NULL, NULL);
+            }
+        }
+        side = place >= held ? 1.0 : -1.0;
+    }
+    double level = d + side * place, q = level;
+    for (; k >= 0; k--) {
+        const Band *b = &w->bands[k];
+        if (!(b->kind == SLIP_BAND && b->side == side) && level < b->level[side < 0.0]) break;
+    }
+    const Band *b = k < 0 ? NULL : &w->bands[k];
+    w->early = w->nothing;
+    w->before = w->nothing;
+    w->back = 0.0;
+    if (b && b->kind == SLIP_BAND) {
+        q = fmax(0.5 * (level + b->level[side > 0.0]), d);
+        value = b->value + side * drop_at(w->p, w->rest + b->step, fmax(q - b->step, 0.0));
+        w->early = b->phi;
+        w->before = b->ahead;
+        w->back = side;
+    } else if (b) {
+        double then = time_of(w, b, side, level);
+        w->early = w->early_waves;
+        w->before = w->ahead;
+        value = recall(w, b, then, w->ahead, w->early_waves);
+        q = b->kind == STICK_BAND ? place_at(&w->step, then, NULL, NULL) : then * w->root_step;
+        q = fmax(q, d);
+    }
+    w->value = value + (q > d ? side * drop_at(w->p, w->rest + d, q - d) : 0.0);
+    w->fall = fall_at(w->p, w->rest + q);
+    w->load = load_at(w->p, w->rest + d, &w->here);
+    w->band = k;
+    w->side = side;
+    w->front = q;
+    w->now = d;
+}
+
+/* dT of that answer, and what of it does not follow the step. */
+static void derive_slip(Walk *w)
+{
+    const double *phi = w->waves, *early = w->early;
+    double *ahead = w->ahead;
+    for (int j = 0, n = w->n; j < n; j++) {
+        ahead[j] = w->before[j] + w->fall * (phi[j] - early[j]);
+        ahead[n + j] = w->before[n + j] + w->fall * (w->side * phi[j] + w->back * early[j]);
+        w->slope[j] = ahead[j];
+        w->slope[n + j] = ahead[n + j] - w->side * w->here * phi[j];
+    }
+}
+
+/* Adds what places on one band have in common to the slopes J, and forgets it. */
+static void add_group(Walk *w, const Group *g, double *J)
+{
+    int n = w->n, wide = 4 * w->place.H + 1;
+    double *shares = w->group, *fronts = shares + n, *heres = fronts + wide;
+    for (int i = 0; i < n; i++) {
+        double *row = J + 2 * n * i;
+        for (int j = 0; j < n; j++) {
+            double both = product(fronts, i, j), early = fronts[i] * g->early[j];
+            row[j] += shares[i] * g->before[j] + both - early;
+            row[n + j] += shares[i] * g->before[n + j] +
+                          g->side * (both - product(heres, i, j)) + g->back * early;
+        }
+    }
+    memset(w->group, 0, (size_t)(n + 2 * wide) * sizeof(double));
+}
+
+/* Adds the integrals over a piece: of what stuck in `band`, or of a slip. */
+static void add_span(Walk *w, double low, double high, const Band *band, double side, int both)
+{
+    double begins[HALVINGS + 1], ends[HALVINGS + 1];
+    int left = 1, n = w->n, H = w->place.H, wide = 4 * H + 1, all = n + 2 * n * n + n + wide;
+    long parts = 0;
+    if (!(high > low)) return;
+    begins[0] = low;
+    ends[0] = high;
+    while (left) {
+        double from = begins[--left], to = ends[left], half = 0.5 * (to - from);
+        double centre = 0.5 * (from + to), off[6] = {0.0};
+        double *force = w->w, *J = force + n, *load = J + 2 * n * n, *falls = load + n;
+        double *shares = w->group, *fronts = shares + n, *heres = fronts + wide;
+        const double *phi = w->waves;
+        Group group = {-2, 0.0, 0.0, NULL, NULL};
+        memset(w->w, 0, (size_t)all * sizeof(double));
+        for (int i = 0; i < RULE; i++) {
+            double t = centre - half * w->cosines[i], stretch = half * w->sines[i];
+            double weight = stretch * w->weights[i], miss = stretch * w->misses[i];
+            int alone = 1;
+            if (band) {
+                double d = 0.0, x = 2.0 * (t - band->from) / (band->to - band->from) - 1.0;
+                make_waves(t, 2 * H, w->waves);
+                for (int k = 0; k < n; k++) d += w->step.c[k] * phi[k];
+                w->load = load_at(w->p, w->rest + d, &w->here);
+                w->value = sum_series(w, band->series, x, w->slope);
+            } else {
+                slip_at(w, t, side, both);
+                alone = w->band >= 0 && w->bands[w->band].kind != SLIP_BAND;
+                if (alone) derive_slip(w);
+            }
+            double f = weight * w->value, here = weight * w->here, front = weight * w->fall;
+            if (!alone && (w->band != group.band || w->side != group.side)) {
+                if (group.band > -2) add_group(w, &group, J);
+                group = (Group){w->band, w->side, w->back, w->early, w->before};
+            }
+            for (int k = 0; k < n; k++) {
+                double share = weight * phi[k];
+                force[k] += f * phi[k];
+                load[k] += share * w->load;
+                if (!alone) {
+                    shares[k] += share;
+                    continue;
+                }
+                double *restrict row = J + 2 * n * k;
+                const double *restrict slope = w->slope;
+                for (int j = 0; j < 2 * n; j++) row[j] += share * slope[j];
+            }
+            for (int k = 0; k < wide; k++) falls[k] += here * phi[k];
+            for (int k = 0; k < wide && !alone; k++) {
+                fronts[k] += front * phi[k];
+                heres[k] += here * phi[k];
+            }
+            double slope = alone ? w->slope[0] : w->fall;
+            off[0] += miss * w->value;
+            off[1] += miss * w->value * phi[n - 2];
+            off[2] += miss * w->value * phi[n - 1];
+            off[3] += miss * slope * phi[n - 2];
+            off[4] += miss * slope * phi[n - 1];
+            off[5] += miss * (alone ? w->slope[n] : w->here) * phi[n - 1];
+        }
+        if (group.band > -2) add_group(w, &group, J);
+        double worst = fmax(fmax(fabs(off[0]), fabs(off[1])), fabs(off[2]));
+        double stiff = fmax(fmax(fabs(off[3]), fabs(off[4])), fabs(off[5]));
+        int rough = worst > w->force_miss || stiff > w->slope_miss;
+        if (rough && ++parts > MOST_PARTS) w->failed = 1;
+        if (rough && !w->failed && left < HALVINGS - 1 && to - from > 1e-13) {
+            begins[left] = centre;
+            ends[left++] = to;
+            begins[left] = from;
+            ends[left++] = centre;
+            continue;
+        }
+        for (int i = 0; i < all; i++) w->sums[i] += w->w[i];
+    }
+}
+
+/* Series of T and dT from `low` on, by what they are there; whether they have converged. */
+static int fit_stick(Walk *w, Band *b, double low, double high)
+{
+    int n = w->n, H = w->place.H;
+    double half = 0.5 * (high - low);
+    double *all = w->w; /* rates of all columns at the places */
+    for (int i = 0; i < SERIES; i++) {
+        double t = low + half * (1.0 + w->places[i]), speed;
+        double x = w->rest + place_at(&w->step, t, NULL, NULL), fall = fall_at(w->p, x);
+        place_at(&w->place, t, &speed, NULL);
+        double bend = bend_at(w->p, x) * speed, *row = all + (size_t)i * (2 * n + 1);
+        make_waves(t, H, w->waves);
+        row[0] = fall * speed;
+        row[1] = 0.0;
+        for (int m = 1; m <= H; m++) {
+            row[2 * m] = -m * fall * w->waves[2 * m];
+            row[2 * m + 1] = m * fall * w->waves[2 * m - 1];
+        }
+        for (int j = 0; j < n; j++) row[1 + n + j] = bend * w->waves[j];
+    }
+    b->from = low;
+    b->to = high;
+    int width = 2 * n + 1;
+    double *restrict sum = w->row;
+    memset(sum, 0, (size_t)width * sizeof(double));
+    for (int k = 0; k < SERIES; k++) {
+        double *restrict rates = w->rates + k * width;
+        memset(rates, 0, (size_t)width * sizeof(double));
+        for (int i = 0; i < SERIES; i++) {
+            const double *restrict at = all + i * width, share = half * w->to_series[k][i];
+            for (int j = 0; j < width; j++) rates[j] += share * at[j];
+        }
+    }
+    for (int k = 1; k <= SERIES; k++) {
+        double *restrict c = b->series + k * width, sign = k % 2 ? -1.0 : 1.0;
+        const double *before = w->rates + (k - 1) * width, *after = before + 2 * width;
+        double first = (k == 1 ? 2.0 : 1.0) / (2.0 * k), second = k + 1 < SERIES ? 0.5 / k : 0.0;
+        for (int j = 0; j < width; j++) {
+            c[j] = first * before[j] - second * after[j];
+            sum[j] += sign * c[j];
+        }
+    }
+    b->series[0] = w->value - sum[0];
+    for (int j = 1; j < width; j++) b->series[j] = w->slope[j - 1] - sum[j];
+    double worst = 0.0, stiff = 0.0; /* of the last two terms */
+    for (int k = SERIES - 1; k <= SERIES; k++) {
+        const double *c = b->series + k * width;
+        worst = fmax(worst, fabs(c[0]));
+        stiff = fmax(stiff, fmax(fabs(c[n]), fabs(c[2 * n])));
+    }
+    return worst <= 0.1 * w->force_miss && stiff <= 0.1 * w->slope_miss;
+}
+
+static Band *push_band(Walk *w, int kind, double side, double end, double up, double down)
+{
+    if (w->depth == MOST_BANDS) {
+        w->failed = 1;
+        w->depth--;
+    }
+    Band *b = &w->bands[w->depth++];
+    b->kind = kind;
+    b->side = side;
+    b->end = end;
+    b->level[0] = up;
+    b->level[1] = down;
+    return b;
+}
+
+/* What sticks from one time to another, in as many bands as its series need. */
+static void stick(Walk *w, double low, double high, int halvings)
+{
+    Band *b = push_band(w, STICK_BAND, 0.0, place_at(&w->step, low, NULL, NULL),
+                        level_of(w, 1.0, low), level_of(w, -1.0, low));
+    if (!fit_stick(w, b, low, high) && halvings && !w->failed) {
+        w->depth--;
+        stick(w, low, 0.5 * (low + high), halvings - 1);
+        stick(w, 0.5 * (low + high), high, halvings - 1);
+        return;
+    }
+    w->value = sum_series(w, b->series, 1.0, w->slope);
+}
+
+/* A slip ends: what it leaves, and the answer there. */
+static void leave_slip(Walk *w, double t, double side, int both)
+{
+    slip_at(w, t, side, both);
+    derive_slip(w);
+    w->depth = w->band + 1;
+    if (!(w->front > w->now)) return;
+    double level = level_of(w, w->side, t), other = 2.0 * w->front - level;
+    Band *b = push_band(w, SLIP_BAND, w->side, w->front, w->side > 0.0 ? level : other,
+                        w->side > 0.0 ? other : level);
+    b->value = w->value;
+    b->step = w->now;
+    memcpy(b->ahead, w->ahead, 2 * (size_t)w->n * sizeof(double));
+    memcpy(b->phi, w->waves, (size_t)w->n * sizeof(double));
+}
+
+/* Where slip turns to the other side as its front is lost, `high` where it does not. */
+static double find_flip(Walk *w, double low, double high)
+{
+    double inside = 1e-9 * (high - low), from = low + inside, to = high - inside;
+    slip_at(w, from, 0.0, 1);
+    double side = w->side;
+    slip_at(w, to, 0.0, 1);
+    if (w->side == side) return high;
+    while (to - from > 1e-14) {
+        double middle = 0.5 * (from + to);
+        if (middle <= from || middle >= to) break;
+        slip_at(w, middle, 0.0, 1);
+        if (w->side == side) from = middle;
+        else to = middle;
+    }
+    return to;
+}
+
+/* Once around from the root; with sums, piece by piece between the bands that a front passes. */
+static void go_around(Walk *w, const double *times, int count, int sum)
+{
+    double marks[2 * MOST_BANDS + 2];
+    for (int i = 0; i < count; i++) {
+        double low = times[i], high = i + 1 < count ? times[i + 1] : times[0] + TURN;
+        double a = level_of(w, 1.0, low), b = level_of(w, -1.0, low);
+        double a_end = level_of(w, 1.0, high), b_end = level_of(w, -1.0, high);
+        int rises = a_end > a, falls = b_end > b, n = 0;
+        if (!rises && !falls) {
+            int first = w->depth;
+            stick(w, low, high, 5);
+            for (int k = first; sum && k < w->depth; k++)
+                add_span(w, w->bands[k].from, w->bands[k].to, &w->bands[k], 0.0, 0);
+            continue;
+        }
+        double side = rises ? 1.0 : -1.0;
+        if (sum) {
+            marks[n++] = low;
+            for (int k = w->depth - 1; k >= 0; k--) {
+                const double *level = w->bands[k].level;
+                if (rises && level[0] > a && level[0] < a_end)
+                    marks[n++] = find_time(&w->up, 0, level[0], 1, low, high, 0.5 * (low + high));
+                if (falls && level[1] > b && level[1] < b_end)
+                    marks[n++] = find_time(&w->down, 0, level[1], 1, low, high, 0.5 * (low + high));
+            }
+            for (int k = 1; k < n; k++) { /* in order */
+                double t = marks[k];
+                int j = k;
+                for (; j > 0 && marks[j - 1] > t; j--) marks[j] = marks[j - 1];
+                marks[j] = t;
+            }
+            marks[n++] = high;
+            for (int k = 0; k + 1 < n; k++) {
+                double from = marks[k], turn = marks[k + 1];
+                if (rises && falls) turn = find_flip(w, from, turn);
+                add_span(w, from, turn, NULL, side, rises && falls);
+                add_span(w, turn, marks[k + 1], NULL, side, rises && falls);
+            }
+        }
+        leave_slip(w, high, side, rises && falls);
+    }
+}
+
+/* The straight path from rest to the root: whether it pressed new contact down sticking. */
+static int start_walk(Walk *w, double root)
+{
+    double p = place_at(&w->place, root, NULL, NULL);
+    double d = place_at(&w->step, root, NULL, NULL);
+    w->depth = 0;
+    w->root_place = p;
+    w->root_step = d;
+    make_waves(root, w->place.H, w->root_phi);
+    if (d < 0.0 && fabs(p) < -d * (1.0 - 1e-15)) {
+        push_band(w, PRESS_BAND, 0.0, 0.0, 0.0, 0.0);
+        w->value = recall(w, w->bands, 1.0, w->slope, w->waves);
+        return 1;
+    }
+    leave_slip(w, root, p < 0.0 ? -1.0 : 1.0, 0);
+    return 0;
+}
+
+/* Coefficients of the force, the load and their derivatives; NaN of what stands still. */
+static void settle_varying(Walk *w, const double *grid, int points, double tolerance, double *times,
+                           double *force, double *J, double *load, double *K)
+{
+    int n = w->n, H = w->place.H, count = 0, root = 0;
+    Motion *turning[2] = {&w->up, &w->down};
+    double most = -HUGE_VAL, least = HUGE_VAL, far = 0.0, root_place = 0.0, stiff, heavy;
+    for (int s = 0; s < 2; s++) {
+        find_turns(turning[s], grid, points);
+        for (int i = 0; i < turning[s]->turns; i++) times[count++] = turning[s]->times[i];
+    }
+    if (!count) {
+        force[0] = NAN;
+        return;
+    }
+    for (int i = 0; i < count; i++) {
+        double p = place_at(&w->place, times[i], NULL, NULL);
+        double d = place_at(&w->step, times[i], NULL, NULL);
+        times[i] = fmod(times[i], TURN);
+        least = fmin(least, d);
+        far = fmax(far, fabs(p));
+        /* Of two that agree to rounding the positive one is where the cycle begins. */
+        double reach = d + fabs(p), near = 1e-13 * (fabs(d) + fabs(p));
+        if (reach > most + near || (reach > most - near && p > root_place)) {
+            root = i;
+            root_place = p;
+        }
+        most = fmax(most, reach);
+    }
+    double first = times[root];
+    for (int i = 0; i < count; i++)
+        if (times[i] < first) times[i] += TURN;
+    for (int k = 1; k < count; k++) {
+        double t = times[k];
+        int j = k;
+        for (; j > 0 && times[j - 1] > t; j--) times[j] = times[j - 1];
+        times[j] = t;
+    }
+    int kept = 1;
+    for (int k = 1; k < count; k++)
+        if (times[k] - times[kept - 1] > 1e-14 && times[k] < first + TURN - 1e-14)
+            times[kept++] = times[k];
+    count = kept;
+    heavy = load_at(w->p, w->rest + least, &stiff);
+    /* The rule of 21 places is exact to the power 3/2 of 10 times what the two differ by. */
+    far = fmax(far, 1e-6 * (most - least)); /* below, forces are differences of much larger ones */
+    most = fmax(fmin(heavy, stiff * far), 1e-16 * load_at(w->p, w->p->anchor, &far));
+    stiff = fmax(stiff, 1e-16 * far); /* less is known roughly alone */
+    w->force_miss = 0.1 * cbrt(tolerance * tolerance) * most;
+    w->slope_miss = 0.1 * cbrt(1e4 * tolerance * tolerance) * stiff;
+    int all = n + 2 * n * n + n + 4 * H + 1;
+    memset(w->sums, 0, (size_t)all * sizeof(double));
+    if (start_walk(w, first)) go_around(w, times, count, 0);
+    go_around(w, times, count, 1);
+    const double *sums = w->sums, *slopes = sums + n, *loads = slopes + 2 * n * n;
+    const double *falls = loads + n;
+    for (int i = 0; i < n; i++) {
+        double factor = i ? 2.0 / TURN : 1.0 / TURN;
+        force[i] = factor * sums[i];
+        load[i] = factor * loads[i];
+        for (int j = 0; j < 2 * n; j++) J[2 * n * i + j] = factor * slopes[2 * n * i + j];
+        for (int j = 0; j < n; j++) K[n * i + j] = -factor * product(falls, i, j);
+    }
+}
+
+static int run_varying_harmonics(const Argument *a, Result *out)
+{
+    Py_ssize_t rows = a[2].n, size = a[3].n;
+    int H = (int)(size / 2), points = 16 * H + 16;
+    if (rows < 0 || size < 1 || size % 2 == 0 || size > 2001 || !all_have(a, 0, 1, rows * size) ||
+        a[5].n < rows * size || a[6].n < 2 * rows * size * size || a[7].n < rows * size ||
+        a[8].n < rows * size * size || a[9].n < rows)
+        return TOO_SHORT;
+    size_t n = (size_t)size, turns = 4 * (size_t)H + 8, wide = 4 * (size_t)H + 1;
+    size_t all = n + 2 * n * n + n + wide, room = SERIES * (2 * n + 1);
+    size_t band = 3 * n + (SERIES + 1) * (2 * n + 1);
+    size_t doubles = (size_t)points * n + 4 * (2 * n + wide + 2 * turns) + 2 * turns + 9 * n +
+                     MOST_BANDS * band + 3 * wide + 2 * all + room + (SERIES + 3) * (2 * n + 1);
+    double *memory = calloc(doubles, sizeof(double)), *at = memory;
+    Walk *w = malloc(sizeof(Walk));
+    if (!memory || !w) {
+        free(memory);
+        free(w);
+        return NO_MEMORY;
+    }
+    double *grid = at;
+    at += (size_t)points * n;
+    memset(w, 0, sizeof(Walk));
+    Motion *motions[4] = {&w->place, &w->step, &w->up, &w->down};
+    double *own[4];
+    for (int k = 0; k < 4; k++) {
+        *motions[k] = (Motion){.H = H, .size = (int)size};
+        motions[k]->c = own[k] = at;
+        motions[k]->waves = at += 2 * n;
+        motions[k]->times = at += wide;
+        motions[k]->x = at += turns;
+        at += turns;
+    }
+    double *times = at;
+    w->root_phi = at += 2 * turns;
+    at += n;
+    for (int k = 0; k < MOST_BANDS; k++) {
+        w->bands[k].ahead = at;
+        w->bands[k].phi = at + 2 * n;
+        w->bands[k].series = at + 3 * n;
+        at += band;
+    }
+    w->slope = at;
+    w->ahead = at += 2 * n;
+    w->waves = at += 2 * n;
+    w->early_waves = at += wide;
+    w->nothing = at += n;
+    w->group = at += 2 * n;
+    w->sums = at += n + 2 * wide;
+    w->w = at += all;
+    w->row = at += all + room;
+    w->rates = at + 2 * n + 1;
+    w->p = a[10].curve;
+    w->n = (int)size;
+    for (int i = 0; i < RULE; i++) {
+        int k = i < 10 ? 10 - i : i - 10;
+        double angle = 0.25 * TURN * (1.0 + (i < 10 ? -KRONROD[k] : KRONROD[k]));
+        w->cosines[i] = cos(angle);
+        w->sines[i] = 0.25 * TURN * sin(angle);
+        w->weights[i] = KRONROD_WEIGHTS[k];
+        w->misses[i] = KRONROD_WEIGHTS[k] - (k % 2 ? GAUSS_WEIGHTS[k / 2] : 0.0);
+    }
+    for (int k = 0; k < SERIES; k++) {
+        w->places[k] = cos(0.25 * TURN * (2 * k + 1) / SERIES);
+        for (int i = 0; i < SERIES; i++)
+            w->to_series[k][i] =
+                (k ? 2.0 : 1.0) / SERIES * cos(0.25 * TURN * k * (2 * i + 1) / SERIES);
+    }
+    make_speeds(grid, points, H, (int)size);
+    for (Py_ssize_t i = 0; i < rows; i++) {
+        for (Py_ssize_t k = 0; k < size; k++) {
+            double p = a[0].reals[i * size + k], d = a[1].reals[i * size + k];
+            own[0][k] = p;
+            own[1][k] = d;
+            own[2][k] = d + p;
+            own[3][k] = d - p;
+        }
+        w->rest = a[9].reals[i];
+        settle_varying(w, grid, points, a[4].x, times, a[5].reals + i * size,
+                       a[6].reals + 2 * i * size * size, a[7].reals + i * size,
+                       a[8].reals + i * size * size);
+    }
+    out[0].n = w->failed;
+    free(memory);
+    free(w);
+    return FINE;
+}

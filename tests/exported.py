@@ -90,3 +90,59 @@ def records(scale: float, samples: int, seed: int = 0) -> dict[str, np.ndarray]:
         "reversals": scale * 0.25 * rng.integers(-8, 9, samples),
         "ties": scale * np.array([1.0, -1.0, 0.5, -0.5, 0.5, 1.0, 1.0, -1.0, 0.0])[t % 9],
     }
+
+
+# Any element by arrays, each step through save and restore: forces, tangents, energies, bound.
+ANY_DRIVER = """
+long NAME_go(const double *u, double *f, double *k, double *told, long n)
+{
+    static NAME_state s, t;
+    double numbers[NAME_SAVED], far[3];
+    enum { C = NAME_COMPONENTS, T = NAME_TANGENTIAL };
+    long limited = 0;
+    NAME_start(&s);
+    for (long i = 0; i < n; i++) {
+        for (int c = 0; c < C; c++) far[c] = (c < T ? 2.0 : 1.0) * u[C * (n - 1 - i) + c];
+        if (NAME_move(&s, far, NULL, NULL) < 0) return -1; /* a trial that is thrown away */
+        int answer = NAME_move(&s, u + C * i, f + C * i, k + C * C * i);
+        if (answer < 0) return -2;
+        limited += answer;
+        NAME_copy(&s, &t);
+        if (NAME_commit(&t) < 0) return -3;
+        NAME_save(&t, numbers);
+        if (NAME_restore(&s, numbers) < 0) return -4;
+        told[3 * i] = NAME_dissipated(&s);
+        told[3 * i + 1] = NAME_stored(&s);
+        told[3 * i + 2] = NAME_error(&s);
+    }
+    return limited;
+}
+"""
+
+
+def library_of(folder: Path, *flags: str, main: str = "", **elements: dict[str, object]) -> Path:
+    """Elements of the joint by their names, with what they are written with, in one library."""
+    source = "#include <stddef.h>\n"
+    for name, options in elements.items():
+        export.write("c", options.pop("law", JOINT), folder / f"{name}.c", name=name, **options)
+        source += f'#include "{name}.c"\n' + ANY_DRIVER.replace("NAME", name)
+    (folder / "all.c").write_text(source + main)
+    product = folder / ("main" if main else "all.so")
+    kind = [] if main else ["-shared", "-fPIC"]
+    command = [str(COMPILER), *STRICT, *flags, *kind, "-o", str(product), "all.c", "-lm"]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    return product
+
+
+def go(library: ctypes.CDLL, name: str, u: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Forces, tangents, (dissipated, stored, bound) and how often the memory was too small."""
+    u = np.ascontiguousarray(u, dtype=float)
+    n, c = u.shape
+    out = np.empty((n, c)), np.empty((n, c, c)), np.empty((n, 3))
+    function = getattr(library, f"{name}_go")
+    function.restype = ctypes.c_long
+    pointers = (ctypes.c_void_p(array.ctypes.data) for array in (u, *out))
+    limited = function(*pointers, ctypes.c_long(n))
+    assert limited >= 0, limited
+    return (*out, limited)

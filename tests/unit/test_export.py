@@ -163,9 +163,9 @@ def test_a_bouc_wen_fit_beats_its_guess_and_finds_itself():
 @pytest.mark.parametrize(
     ("kind", "law", "options", "says"),
     [
-        ("d", JOINT, {}, "kind must be one of c, fmu, opensees"),
+        ("d", JOINT, {}, "kind must be one of c, abaqus-user, fmu"),
         ("c", ms.Coulomb(3.0), {}, "need a finite stiffness at rest"),
-        ("c", ms.IsotropicJoint(JOINT), {}, "c holds one direction, and IsotropicJoint has two"),
+        ("fmu", ms.IsotropicJoint(JOINT), {}, "fmu holds one direction, and Isotropic"),
         ("ansys", _FIELD.two_directions(16), {"nodes": [[1, 2]]}, "ansys holds one direction"),
         ("fmu", _FIELD, {}, "fmu holds one law; a field of patches is held by opensees, calc"),
         ("c", ms.BoucWen(1e8, 10.0), {}, "law must be a backbone law"),
@@ -257,7 +257,7 @@ def test_the_command_takes_patches_from_a_table(folder):
     ("words", "says"),
     [
         (["c", "joint.toml"], "missing"),
-        (["d", "joint.toml", "-o", "a"], "wanted c, fmu, opensees"),
+        (["d", "joint.toml", "-o", "a"], "wanted c, abaqus-user, fmu"),
         (["c", "joint.toml", "-o", "a.c", "--cells", "1"], "--cells must be an integer from 2"),
         (
             ["c", "joint.toml", "-o", "a.c", "--smallest-amplitude", "1 um",

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from microslip.results import Study
 
 KINDS = (
-    "c", "fmu", "opensees", "calculix", "abaqus", "ansys", "lsdyna", "nastran",
+    "c", "abaqus-user", "fmu", "opensees", "calculix", "abaqus", "ansys", "lsdyna", "nastran",
     "table", "segalman", "bouc-wen", "iwan",
 )  # fmt: skip
 _OPTIONS = (
@@ -32,6 +32,12 @@ _OPTIONS = (
     option("largest_amplitude", "Largest one.", LENGTH, example="10 um", metavar="LENGTH"),
     option("cells", "Cells of kinds that have them.", int, default=50),
     option("depth", "Open reversals that exported code remembers.", int, default=256),
+    option(
+        "element",
+        "What exported code moves in: along the surface once or twice, and in separation.",
+        choices=("joint", "contact", "planar", "planar-contact"),
+        default="joint",
+    ),
     option("name", "What names in the file begin with.", default="joint"),
     option(
         "nodes",
@@ -96,9 +102,9 @@ def export(
 ) -> None:
     """Write the joint of STUDY as a file of another program, which says how exact it is.
 
-    KIND is c, fmu, opensees, calculix, abaqus, ansys, lsdyna or nastran; table, segalman, bouc-wen
-    or iwan write its numbers, and models that are close to it; card writes it as contact per unit
-    area, in the words of the program that --for names.
+    KIND is c, abaqus-user, fmu, opensees, calculix, abaqus, ansys, lsdyna or nastran; table,
+    segalman, bouc-wen or iwan write its numbers, and models that are close to it; card writes it as
+    contact per unit area, in the words of the program that --for names.
     """
     of_card = {name: options.pop(name) for name in (item.name for item in _CARD_OPTIONS)}
     of_card = {name: value for name, value in of_card.items() if value is not None}
@@ -109,7 +115,7 @@ def export(
 
         described = Study.load(study, overrides)
         unsure = [key for key, _ in spreads_of(described)]
-        law, pairs = _law(described, kind, nodes)
+        law, pairs = _law(described, kind, nodes, options["element"])
         if kind == "card":
             _write_card(law, file, overwrite, options["name"], of_card, as_json)
             return
@@ -164,7 +170,7 @@ def _write_card(
     click.echo(f"This kind of card: {done.run}.")
 
 
-def _law(study: Study, kind: str, nodes: str | None) -> tuple[Any, Any]:
+def _law(study: Study, kind: str, nodes: str | None, element: str) -> tuple[Any, Any]:
     """What a study says to export, and the nodes that it lies between."""
     from microslip.errors import StudyError
     from microslip.friction import Interface, JointField
@@ -175,11 +181,11 @@ def _law(study: Study, kind: str, nodes: str | None) -> tuple[Any, Any]:
             f"{study.name}: {kind} holds a joint, and this study describes a [structure]; leave "
             "that table out, or write microslip.export.write with the law of each patch"
         )
-    if study.excitation.load_variation is not None:
+    if study.excitation.load_variation is not None and element not in ("contact", "planar-contact"):
         raise StudyError(
             f"{study.name}: excitation.load_variation: {kind} holds a joint at a constant load; "
-            "where it varies, state.try_(displacement, separation=...) in Python and the contact "
-            "element of microslip.hosts.pyharm hold it"
+            "where it varies, kind c with --element contact, state.try_(displacement, "
+            "separation=...) in Python and the contact element of microslip.hosts.pyharm hold it"
         )
     joints = build_joints(study)
     if len(joints) > 1:

@@ -63,16 +63,26 @@ class BackbonePanels:
 
     def energy(self, amplitudes: Floats) -> Floats:
         """Energy of a closed cycle [J] of the panels themselves, for rising amplitudes."""
-        # 4 (T0 - u T0') = -4 u^2 (T0/u)', of which only the second form does not cancel.
-        nodes, weights = gauss_legendre(16)
-        places = np.unique(np.concatenate((self.edges, amplitudes)))
-        width = np.diff(places)
-        u = places[:-1, None] + width[:, None] * nodes
-        force, slope = self._evaluate(u.reshape(-1))
-        rate = 4.0 * (force - u.reshape(-1) * slope).reshape(u.shape)
-        pieces = width * (rate @ weights)
-        sums = np.append(0.0, np.cumsum(pieces))
-        return np.asarray(sums[np.searchsorted(places, amplitudes)])
+
+        def rate(u: Floats) -> Floats:
+            force, slope = self._evaluate(u)
+            return 4.0 * (force - u * slope)
+
+        return cycle_energy(np.unique(np.append(self.edges, amplitudes)), amplitudes, rate)
+
+    @property
+    def middles(self) -> Floats:
+        """Integral of T0 from 0 to the middle of each panel, and after them to the end [J]."""
+        c, width = self.coefficients, np.diff(self.edges)[:, None]
+        k = np.arange(c.shape[1])
+        ends = np.array([-1.0, 1.0])[:, None, None]
+        first, second = c / (k + 1) * ends ** (k + 1), c / (k + 2) * ends ** (k + 2)
+        over = 0.5 * width * ((self.edges[:-1, None] + 0.5 * width) * first + 0.5 * width * second)
+        plain = 0.5 * width * first
+        divided = np.arange(len(c)) < (len(c) if self.inverse_width > 0.0 else 1)
+        before, after = np.where(divided, over.sum(axis=-1), plain.sum(axis=-1))
+        begin = np.append(0.0, np.cumsum(after - before))
+        return np.append(begin[:-1] - before, begin[-1])
 
     def _evaluate(self, u: Floats) -> tuple[Floats, Floats]:
         if self.inverse_width > 0.0:
@@ -92,6 +102,17 @@ class BackbonePanels:
         slope = np.where(first, shape + u * grade, grade)
         past = u >= self.end
         return np.where(past, self.limit, value), np.where(past, 0.0, slope)
+
+
+def cycle_energy(places: Floats, amplitudes: Floats, rate: Callable[[Floats], Floats]) -> Floats:
+    """Integral from 0 to each amplitude of a rate that is smooth between rising places."""
+    # 4 (T0 - u T0') = -4 u^2 (T0/u)', of which only the second form does not cancel.
+    nodes, weights = gauss_legendre(16)
+    width = np.diff(places)
+    u = places[:-1, None] + width[:, None] * nodes
+    pieces = width * (rate(u.reshape(-1)).reshape(u.shape) @ weights)
+    sums = np.append(0.0, np.cumsum(pieces))
+    return np.asarray(sums[np.searchsorted(places, amplitudes)])
 
 
 def _unequal(law: BackboneLaw, smallest: float) -> BackbonePanels:

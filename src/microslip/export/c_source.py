@@ -1,18 +1,29 @@
-"""One C99 file of a law, exact, with its header and its interface for Fortran."""
+"""One C99 file of a law, with its header and its interface for Fortran.
+
+Its memory is that of the library itself: the text of the kernel's own header files.
+"""
 
 from __future__ import annotations
 
+import re
 from importlib.resources import files
+
+import numpy as np
 
 from microslip._core.checks import Floats
 from microslip.export.request import Accuracy, Order
 
 _FOLDER = files("microslip.export") / "templates"
+_PART = re.compile(r"@IF ([a-z -]+)@\n?(.*?)@END@\n?", re.DOTALL)
+_STATIC = re.compile(r"(?m)^static [^;={]*?(\w+)\(")
+_TYPE = re.compile(r"(?m)^(?:typedef void |\} )(\w+);")
+_CONSTANTS = {"MU", "KAPPA", "SCALE", "REST", "RECIPROCALS"}
 
 
-def filled(name: str, **values: object) -> str:
-    """A template with its words between @ in place."""
+def filled(name: str, element: str = "joint", **values: object) -> str:
+    """A template with its words between @ in place, and what is of other elements left out."""
     text = (_FOLDER / f"{name}.template").read_text(encoding="utf-8")
+    text = _PART.sub(lambda part: part[2] if element in part[1].split() else "", text)
     for key, value in values.items():
         text = text.replace(f"@{key}@", str(value))
     return text
@@ -24,46 +35,121 @@ def comment(lines: list[str], start: str = " * ", first: str = "/*\n", last: str
     return first + "".join(f"{start}{line}".rstrip() + "\n" for line in safe) + last
 
 
+def _words(order: Order) -> dict[str, object]:
+    """What stands for the words of the templates."""
+    element = order.element
+    planar, contact = element.startswith("planar"), element.endswith("contact")
+    tangential = 2 if planar else 1
+    words: dict[str, object] = {
+        "NAME": order.name, "DEPTH": order.depth, "TANGENTIAL": tangential,
+        "COMPONENTS": tangential + contact, "LEAST": "-1e300", "LOAD_SCALE": "1.0",
+        "FRICTION": "1.0", "SLIP": "1.0", "SCALE": "1.0", "REST": "0.0", "ORIGIN": "0.0",
+        "ORDER": ", ".join(["two displacements" if planar else "displacement"]
+                           + ["opening of the separation [m]; forces, load [N]"] * contact),
+        "AT": "at the committed separation" if contact else "at the load that it is for",
+    }  # fmt: skip
+    if contact:
+        curve = order.load_panels
+        words |= {
+            "FRICTION": _number(curve.friction), "SCALE": _number(curve.friction),
+            "SLIP": _number(curve.slip), "LOAD_SCALE": _number(curve.load_scale),
+            "REST": _number(curve.rest), "ORIGIN": _number(curve.origin),
+            "LEAST": _number(curve.nearest), "NEAREST": _number(curve.origin + curve.nearest),
+        }  # fmt: skip
+    if order.bank is not None:
+        tops, weights = order.bank.tops, order.bank.weights
+        words |= {"SLIDERS": len(tops), "TOPS": _numbers(tops), "WEIGHTS": _numbers(weights)}
+    return words
+
+
 def declarations(order: Order) -> str:
     """What a user of the C file includes."""
-    return filled("declarations.h", NAME=order.name, DEPTH=order.depth)
+    return _filled("declarations.h", order)
 
 
 def definitions(order: Order) -> str:
-    """Table and functions."""
+    """Tables and functions, of which those that are not declared begin with the name."""
+    memory, kernel = ("sliders.c", "_sliders.h") if order.bank else ("history.c", "_front.h")
+    text = _filled(
+        memory,
+        order,
+        CURVE=_curve(order),
+        KERNEL=(files("microslip.kernels") / kernel).read_text(encoding="utf-8"),
+        COMMON=_filled("common.c", order),
+    )
+    text = text.replace("Py_ssize_t", "int").replace(
+        " Part of _compiled.c, and of what is exported as C.", ""
+    )
+    own = set(_STATIC.findall(text)) | set(_TYPE.findall(text)) | _CONSTANTS
+    return re.sub(rf"\b({'|'.join(sorted(own))})\b", rf"{order.name}_\1", text)
+
+
+def _curve(order: Order) -> str:
+    """The backbone or the load curve in panels."""
+    if order.element == "planar":
+        return ""
+    if order.element != "joint":
+        curve = order.load_panels
+        profile = curve.profile
+        return _filled(
+            "load_curve.c", order, INVERSE_WIDTH=_number(profile.inverse_width),
+            ANCHOR=_number(profile.anchor), FIRST=profile.first,
+            **_panels(profile.coefficients, curve.middles),
+        )  # fmt: skip
     panels = order.panels
-    values = {
-        "NAME": order.name,
-        "PANELS": len(panels.coefficients),
-        "TERMS": panels.coefficients.shape[1],
-        "LIMIT": _number(panels.limit),
-    }
-    if panels.inverse_width > 0.0:
-        table = filled("even_panels.c", INVERSE_WIDTH=_number(panels.inverse_width), **values)
-        content = "T0/u"
-    else:
-        table = filled("unequal_panels.c", EDGES=_numbers(panels.edges), **values)
-        content = "T0/u on the first one, T0 on the others"
-    rows = ",\n".join(f"    {{{', '.join(map(_number, row))}}}" for row in panels.coefficients)
-    return filled("history.c", TABLE=table, CONTENT=content, COEFFICIENTS=rows, **values)
+    *middles, whole = panels.middles.tolist()
+    even = panels.inverse_width > 0.0
+    words = {
+        "LIMIT": _number(panels.limit), "WHOLE": _number(whole),
+        "STIFFNESS": _number(float(panels._evaluate(np.zeros(1))[1][0])),
+        "OVER": 1 if even else "panel == 0", "EDGES": _numbers(panels.edges),
+        "INVERSE_WIDTH": _number(panels.inverse_width),
+        "CONTENT": "T0/u" if even else "T0/u on the first one, T0 on the others",
+        **_panels(panels.coefficients, np.array(middles)),
+    }  # fmt: skip
+    table = _filled("even_panels.c" if even else "unequal_panels.c", order, **words)
+    return _filled("backbone.c", order, TABLE=table, **words)
+
+
+def _panels(coefficients: Floats, middles: Floats) -> dict[str, object]:
+    rows = ",\n".join(f"    {{{', '.join(map(_number, row))}}}" for row in coefficients)
+    return {
+        "PANELS": len(coefficients), "TERMS": coefficients.shape[1],
+        "COEFFICIENTS": rows, "MIDDLES": _numbers(middles),
+    }  # fmt: skip
+
+
+def _filled(name: str, order: Order, **values: object) -> str:
+    """A template for an order, its conditional parts decided."""
+    return filled(name, order.element, **_words(order), **values)
 
 
 def write(order: Order) -> tuple[dict[str, str | bytes], Accuracy]:
     """Texts by the names of their files."""
     header = order.header()
-    memory = [
-        f"Up to {order.depth} open reversals are remembered. Where there are more, the oldest",
-        f"loops are lumped together, and {order.name}_error() bounds what that costs a motion",
-        "that comes back out to them. Stiffnesses are those of the table.",
-    ]
+    if order.bank is None:
+        memory = [
+            f"Up to {order.depth} rows of memory are kept. Where there are more, the oldest loops",
+            f"are lumped together, and {order.name}_error() bounds what that costs a motion that",
+            "comes back out to them. Stiffnesses are those of the table.",
+        ]
+    else:
+        memory = [f"{len(order.bank.tops)} sliders, each with a vector, share the memory."]
     top = comment([*header, "", *memory])
     fortran = comment([*header, "", *memory], "! ", "", "")
     return {
         order.stem + order.suffix: f"{top}\n{declarations(order)}\n{definitions(order)}",
         f"{order.stem}.h": f"{top}\n{declarations(order)}",
-        f"{order.stem}.f90": f"{fortran}\n"
-        + filled("interface.f90", NAME=order.name, DEPTH=order.depth),
+        f"{order.stem}.f90": f"{fortran}\n{_filled('interface.f90', order)}",
     }, order.accuracy
+
+
+def write_user(order: Order) -> tuple[dict[str, str | bytes], Accuracy]:
+    """The same with the user routines of Abaqus round it, in one file."""
+    text = comment(order.header()) + "\n".join(
+        ("", declarations(order), definitions(order), _filled("abaqus.c", order))
+    )
+    return {order.stem + order.suffix: text}, order.accuracy
 
 
 def _number(value: float) -> str:

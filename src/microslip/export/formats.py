@@ -31,6 +31,12 @@ class Format:
 
 FORMATS = (
     Format("c", f"{_RUN}, compiled, against joint.force", (".c",), c_source.write),
+    Format(
+        "abaqus-user",
+        f"{_RUN}, called as Abaqus calls it, by Fortran; not run in Abaqus",
+        (".c",),
+        c_source.write_user,
+    ),
     Format("fmu", f"{_RUN} with FMPy, against joint.force", (".fmu",), fmu.write),
     Format("opensees", _OPENSEES, (".py", ".tcl"), elements.opensees),
     Format("calculix", _CALCULIX, (".inp",), elements.calculix),

@@ -17,14 +17,27 @@ from microslip._core.wording import did_you_mean
 from microslip._version import __version__
 from microslip.errors import InputError
 from microslip.export.backbone_panels import BackbonePanels
-from microslip.friction import BackboneLaw, JointField, Parallel
+from microslip.export.load_panels import LoadPanels
+from microslip.friction import (
+    BackboneLaw,
+    Interface,
+    IsotropicField,
+    IsotropicJoint,
+    JointField,
+    Parallel,
+)
 from microslip.friction.base import CellModel
 from microslip.friction.conversions import check_not_rigid
+from microslip.memory import SliderBank
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,30}")
 _AMPLITUDES = 400  # at which errors are looked for
 ELEMENTS = ("opensees", "calculix", "abaqus", "ansys", "lsdyna", "nastran")
 """Kinds whose files hold elements, and so fields."""
+CODE = ("c", "abaqus-user")
+"""Kinds whose files hold code, and so any of these."""
+COMPONENTS = ("joint", "contact", "planar", "planar-contact")
+"""What one element of exported code moves in: tangentially once or twice, and in separation."""
 
 
 @dataclass(frozen=True)
@@ -72,6 +85,8 @@ class Order:
     kind: str
     run: str
     patches: tuple[Patch, ...]
+    element: str
+    model: Any
     span: tuple[float, float]
     cells: int
     depth: int
@@ -93,6 +108,18 @@ class Order:
         return BackbonePanels.of(self.law, self.span[0])
 
     @cached_property
+    def load_panels(self) -> LoadPanels:
+        """The load curve of a contact element as polynomials."""
+        if isinstance(self.model, IsotropicField):
+            return LoadPanels.of_field(self.model)
+        return LoadPanels.of_interface(self.model)
+
+    @property
+    def bank(self) -> SliderBank | None:
+        """The sliders of an element of two directions."""
+        return self.model._bank if self.element.startswith("planar") else None
+
+    @cached_property
     def cell_models(self) -> tuple[CellModel, ...]:
         """The cells that stand for each patch, in newtons and metres."""
         low, high = self.span
@@ -105,7 +132,18 @@ class Order:
         if self.kind in ELEMENTS:
             fits = [(m.fit.backbone_error, m.fit.energy_error) for m in self.cell_models]
             return Accuracy(*self.span, *map(max, zip(*fits, strict=True)))
-        return Accuracy.of(self.law, self.span, self.panels.force, self.panels.energy)
+        if self.bank is not None:  # along a line
+            bank = self.bank
+            reach = (bank.tops - bank.rests[0]) * bank.slips[0]
+            reach, weights = np.maximum(reach, 0.0), bank.weights * (bank.scales / bank.slips)[0]
+            return Accuracy.of(
+                self.law,
+                self.span,
+                lambda u: np.minimum(u[:, None], reach) @ weights,
+                lambda u: 4.0 * np.maximum(u[:, None] - reach, 0.0) @ (reach * weights),
+            )
+        panels = self.panels if self.element == "joint" else self.load_panels
+        return Accuracy.of(self.law, self.span, panels.force, panels.energy)
 
     def header(self, accuracy: Accuracy | None = None) -> list[str]:
         """What each file says of itself, line by line; SI units."""
@@ -123,6 +161,51 @@ class Order:
             lines.append(f"{count} cells of spring and slider in {len(self.patches)} patch(es).")
         lines.append(f"This kind of file: {self.run}.")
         return [short for line in lines for short in wrap(line, 96, subsequent_indent="  ")]
+
+
+def element_of(
+    kind: str, law: Any, element: str, cells: int, span: dict[str, Any]
+) -> tuple[str, Any, Any]:
+    """The element of a file of code, what it is made of, and its law along a line."""
+    check_word("element", element, COMPONENTS)
+    if kind not in CODE:
+        if element != "joint":
+            raise InputError(
+                f"`element` must be joint for {kind}, got {element}; "
+                f"{', '.join(CODE)} hold the others"
+            )
+        return element, law, law
+    if element in ("contact", "planar-contact") and not isinstance(
+        law, (Interface, IsotropicField)
+    ):
+        raise InputError(
+            f"{element} elements need an Interface, whose load varies, got {show(law)}"
+        )
+    if element == "planar" and isinstance(law, BackboneLaw):
+        law = IsotropicJoint(law, cells, **span)
+    elif element == "planar-contact" and isinstance(law, Interface):
+        law = JointField(
+            law.surface,
+            law.friction_coefficient,
+            areas=1.0,
+            separations=law.separation,
+            surface_area=1.0,
+        ).two_directions(cells)
+    if isinstance(law, IsotropicJoint):
+        return "planar", law, law.joint
+    if isinstance(law, IsotropicField):
+        if law.field._nodes.size != 1:
+            raise InputError(
+                f"{kind} holds one node, got {law.field._nodes.size}; write a file each"
+            )
+        nodes, separation = law.field._nodes, float(law.field.separations[0])
+        friction = float(nodes.weights[0] / nodes.scales[0])
+        scale = float(nodes.scales[0])
+        line = JointField(
+            nodes.curve.surface, friction, areas=scale, separations=separation, surface_area=1.0
+        )
+        return "planar-contact", law, line.rigid()
+    return element, law, law
 
 
 def patches_of(kind: str, law: Any, nodes: ArrayLike | None) -> tuple[Patch, ...]:
@@ -180,9 +263,9 @@ def _laws(kind: str, law: Any) -> list[Any]:
         )
     if type(law).__name__ in ("IsotropicJoint", "IsotropicField"):
         raise InputError(
-            f"{kind} holds one direction, and {type(law).__name__} has two; microslip.hosts.pyharm "
-            "and callbacks of its harmonics and start().try_ hold it, and its line is a law of one "
-            "direction"
+            f"{kind} holds one direction, and {type(law).__name__} has two; {' and '.join(CODE)}, "
+            "microslip.hosts.pyharm and callbacks of its harmonics and start().try_ hold it, and "
+            "its line is a law of one direction"
         )
     raise InputError(
         "`law` must be a backbone law, which one curve and Masing's rules make, such as "

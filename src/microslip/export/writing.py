@@ -20,6 +20,7 @@ from microslip.export.request import (
     check_name,
     check_word,
     described,
+    element_of,
     patches_of,
     sum_of,
 )
@@ -54,6 +55,7 @@ def write(
     largest_amplitude: float | None = None,
     cells: int = 50,
     depth: int = 256,
+    element: str = "joint",
     name: str = "joint",
     nodes: ArrayLike | None = None,
     direction: int = 1,
@@ -66,8 +68,9 @@ def write(
     ----------
     kind : str
         One of :data:`microslip.export.KINDS`.
-    law : BackboneLaw, JointField or sequence of BackboneLaw
-        The law; a field or several laws, a patch each, for kinds that are made of elements.
+    law : BackboneLaw, IsotropicJoint, IsotropicField, JointField or sequence of BackboneLaw
+        The law, in two directions for kinds of code; a field or several laws, a patch each, for
+        kinds that are made of elements.
     file : str or pathlib.Path
         Where to; some kinds put others beside it, of the same stem.
     smallest_amplitude, largest_amplitude : float, optional
@@ -76,9 +79,12 @@ def write(
     cells : int, optional
         Number of cells [-] of kinds that have them, at least 2.
     depth : int, optional
-        Open reversals [-] that exported code remembers, four of them at least. Where a history
-        has more, the oldest loops are lumped together: a decay goes on exactly, and motion that
-        comes back out to them is told a bound of its error.
+        Rows of memory [-] of exported code, one an open reversal or a step of new contact, four
+        of them at least. Where a history has more, the oldest loops are lumped together: a decay
+        goes on exactly, and motion that comes back out to them is told a bound of its error.
+    element : str, optional
+        Of code: ``joint``, one displacement at a held load; ``contact``, with the separation;
+        ``planar``, two displacements, ``planar-contact``, both, with as many sliders as ``cells``.
     name : str, optional
         What names in the file begin with.
     nodes : array_like of int, optional
@@ -118,14 +124,17 @@ def write(
         whole_number("cells", cells, 2, _MOST_CELLS),
     )
     direction = whole_number("direction", direction, 1, 3)
-    patches = patches_of(kind, law, nodes)
+    limits = {"smallest_amplitude": smallest_amplitude, "largest_amplitude": largest_amplitude}
+    element, model, law_along = element_of(kind, law, element, cells, limits)
+    patches = patches_of(kind, law_along, nodes)
     if first_number is None:
         first_number = 1 + max((node for patch in patches for node in patch.nodes), default=0)
     first_number = whole_number("first_number", first_number, 1, 90_000_000)
     order = Order(
-        kind, file_format.run, patches,
+        kind, file_format.run, patches, element, model,
         amplitude_range(sum_of(patches), smallest_amplitude, largest_amplitude),
-        cells, depth, name, direction, first_number, stem, suffix, one_line(described(law)),
+        cells, depth, name, direction, first_number, stem, suffix,
+        one_line(described(law_along)),
     )  # fmt: skip
     texts, accuracy = file_format.write(order)
     paths = [path.parent / text for text in texts]

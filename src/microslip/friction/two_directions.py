@@ -392,7 +392,7 @@ class IsotropicField(Locked):
     def start(
         self, *, energies: bool = False, arrays: Mapping[str, ArrayLike] | None = None
     ) -> VectorState:
-        """A state of all nodes at rest, which may count ``energies`` at held separations.
+        """A state of all nodes at rest, which may count ``energies``.
 
         With the ``arrays`` that ``to_arrays`` of a state gave [m, J], shapes there, it goes on.
         """

@@ -23,12 +23,14 @@
 #include "_tables.h"
 #include "_memory.h"
 #include "_curves.h"
+#include "_front.h"
 #include "_diagrams.h"
 #include "_losses.h"
 #include "_cycles.h"
 #include "_states.h"
 #include "_harmonics.h"
 #include "_coupled_harmonics.h"
+#include "_sliders.h"
 #include "_vector.h"
 #include "_moments.h"
 #include "_questions.h"
@@ -106,8 +108,8 @@ static const Kernel kernels[] = {
     {"vector_cycle", "aaanaaananndAAI", "", run_vector_cycle, 0,
      "vector_cycle(place, step, rest, samples, tops, weights, by_place, places, by_step, steps, "
      "limit, small, value, slopes, passes)"},
-    {"vector_losses", "aaaA", "", run_vector_losses, 0,
-     "vector_losses(vectors, step, radii, loss)"},
+    {"vector_losses", "aaaaA", "", run_vector_losses, 0,
+     "vector_losses(vectors, step, first_radii, last_radii, loss)"},
     {"gaussian_moment", "aAan", "", run_gaussian_moment, 0,
      "gaussian_moment(h, value, coefficients, twice the order)"},
     {"gaussian_moment_at", "dan", "d", run_gaussian_moment_at, 1,

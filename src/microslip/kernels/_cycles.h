@@ -1,64 +1,7 @@
-/* Moves and settled cycles of many nodes on one load curve. Part of _compiled.c.
+/* Settled cycles of many nodes on one load curve. Part of _compiled.c.
  *
- * Places and steps (separations) count from each node's own rest. A row of a diagram has a mark
- * beside it: T/mu of the step that made the row, and the step itself. They never change, also where
- * the row is cut; at a held load one difference of N then gives the value of a move.
+ * Places and steps (separations) count from each node's own rest.
  */
-
-typedef struct {
-    double value, base;
-} Mark;
-
-/* A move: rows that stay, front, D and kind as of step_front, T/mu, -dN/d(eta) by which it grows. */
-typedef struct {
-    Py_ssize_t depth;
-    int kind;
-    double front, density, value, fall;
-} Move;
-
-static inline void make_move(const Profile *p, double rest, const Row *rows, const Mark *marks,
-                             Py_ssize_t depth, double last_step, double last_place,
-                             double last_value, double step, double place, Move *m)
-{
-    m->depth = step_front(step, place, rows, depth, last_step, last_place, &m->front, &m->density,
-                          &m->kind);
-    double drop = m->front > step ? drop_at(p, rest + step, m->front - step) : 0.0;
-    if (m->kind == 0) {
-        m->value = last_value;
-        if (m->front > step) { /* new contact sticks */
-            m->value += m->density * drop;
-            m->fall = drop / (m->front - step);
-        } else { /* it stays where it is: what last slipped would go on */
-            const Row *top = m->depth ? &rows[m->depth - 1] : NULL;
-            m->fall = fall_at(p, rest + (top && fabs(top->density) == 1.0 ? top->end : step));
-        }
-        return;
-    }
-    m->value = m->density * drop;
-    m->fall = fall_at(p, rest + m->front);
-    if (!m->depth) return;
-    const Row *row = &rows[m->depth - 1];
-    const Mark *mark = &marks[m->depth - 1];
-    if (mark->base == step)
-        m->value = mark->value + (m->density - row->density) * drop;
-    else
-        m->value += mark->value -
-                    row->density * drop_at(p, rest + mark->base, m->front - mark->base);
-}
-
-/* The rows need room for one more. */
-static inline Py_ssize_t take_move(Row *rows, Mark *marks, double last_place, double step,
-                                   const Move *m)
-{
-    Py_ssize_t depth = add_row(rows, m->depth, step, m->front, m->density, m->kind, last_place);
-    if (depth > m->depth) {
-        marks[m->depth].value = m->value;
-        marks[m->depth].base = step;
-    }
-    return depth;
-}
-
-/* ---- settled cycles ------------------------------------------------------------------------- */
 
 /* How a move depends on what came before it: entry i of a cycle, at sample t of it. */
 typedef struct {

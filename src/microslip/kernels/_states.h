@@ -45,12 +45,10 @@ static int run_field_try(const Argument *a, Result *out)
         a[CODE].integers[i] = 4 * (long long)m.depth + m.kind;
         a[BY_PLACE].reals[i] = m.fall;
         if (!d) continue;
-        double here, turn = m.density;
+        double here;
         a[LOAD].reals[i] = load_at(p, rest[i] + now, &here);
-        if (!m.kind && !(m.front > now) && m.depth && fabs(own[m.depth - 1].density) == 1.0)
-            turn = own[m.depth - 1].density; /* what last slipped would go on */
         a[FALL].reals[i] = here;
-        a[BY_STEP].reals[i] = turn * (m.fall - here);
+        a[BY_STEP].reals[i] = turn_of(own, now, &m) * (m.fall - here);
     }
     return FINE;
 }

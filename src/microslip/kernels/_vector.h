@@ -1,159 +1,4 @@
-/* Sliders in two directions. Part of _compiled.c.
- *
- * A slider holds a vector g, which follows every step of the place as long as its size stays within
- * a radius; where it would not, the slider slips along g. Radii go with the normal load: that of
- * slider k is tops[k] less the separation, none where that is negative, and changes evenly along a
- * step, which is a straight line. While g slips, with f its angle to the step and x the way made,
- *
- *     df = -sin f dx / r(x),    tan(f/2) = tan(f0/2) exp(-integral of dx/r):
- *
- * at a held load g runs along a tractrix, and however long the step this end is exact. The way to
- * where it begins to slip is the root of a quadratic.
- */
-
-/* Derivatives of where a slider ends by a, b, length, first, last, as its frame has them. */
-typedef struct {
-    double along[5], across[5];
-} Turn;
-
-/* A slider at (a, b), a along the step, goes with a step of that length as far as its radius, which
- * goes from `first` to `last`, lets it. */
-static void slide(double a, double b, double length, double first, double last, double *along,
-                  double *across, Turn *turn)
-{
-    double rise = last - first;
-    if (turn) memset(turn, 0, sizeof(Turn));
-    *along = *across = 0.0;
-    if (!(last > 0.0)) return;
-    if (!(first > 0.0)) { /* contact begins on the way, with nothing held */
-        if (length <= rise) {
-            *along = length * last / rise;
-            if (turn) {
-                turn->along[2] = last / rise;
-                turn->along[3] = length * last / (rise * rise);
-                turn->along[4] = (length - *along) / rise;
-            }
-        } else {
-            *along = last;
-            if (turn) turn->along[4] = 1.0;
-        }
-        return;
-    }
-    if ((a + length) * (a + length) + b * b <= last * last) {
-        *along = a + length;
-        *across = b;
-        if (turn) turn->along[0] = turn->along[2] = turn->across[1] = 1.0;
-        return;
-    }
-    double square = length * length - rise * rise, half = a * length - first * rise;
-    double inside = fmin(a * a + b * b - first * first, 0.0), time = 0.0;
-    double root = sqrt(fmax(half * half - square * inside, 0.0));
-    if (half >= 0.0) time = half + root > 0.0 ? -inside / (half + root) : 0.0;
-    else if (square > 0.0) time = (root - half) / square;
-    time = fmin(fmax(time, 0.0), 1.0);
-    double begin = a + time * length, radius = first + time * rise, left = 1.0 - time;
-    double z = (last - radius) / radius, mean = 1.0;
-    if (fabs(z) < 1e-3) mean = 1.0 - z * (0.5 - z * (1.0 / 3.0 - z * (0.25 - z * 0.2)));
-    else mean = log1p(z) / z;
-    double way = length * left * mean / radius, fade = way < 700.0 ? exp(-way) : 0.0;
-    double c = begin / radius, s = b / radius;
-    double ahead = fmax(1.0 + c, 0.0), behind = fmax(1.0 - c, 0.0) * fade * fade;
-    double whole = ahead + behind, share = 2.0 * fade / whole;
-    if (!(whole > 0.0)) { /* straight against the step, where it turns neither way */
-        *along = -last;
-        if (turn) turn->along[4] = -1.0;
-        return;
-    }
-    double cosine = (ahead - behind) / whole, sine = s * share;
-    *along = last * cosine;
-    *across = last * sine;
-    if (!turn) return;
-    double grip = begin * length - radius * rise;
-    double bend = fabs(z) < 1e-3 ? -0.5 + z * (2.0 / 3.0 - z * (0.75 - z * 0.8))
-                                 : (1.0 / (1.0 + z) - mean) / z;
-    double by[5] = {begin, b, time * begin, -radius * left, -radius * time};
-    for (int k = 0; k < 5; k++) {
-        double dt = grip > 0.0 ? -by[k] / grip : 0.0;
-        double dbegin = (k == 0) + length * dt + (k == 2) * time, dlast = k == 4;
-        double dradius = (k == 3) * left + (k == 4) * time + rise * dt;
-        double dangle = (begin * (k == 1) - b * dbegin) / (radius * radius);
-        double dz = (dlast - (1.0 + z) * dradius) / radius;
-        double dway = mean * ((k == 2) * left - length * dt) / radius - way * dradius / radius +
-                      length * left * bend * dz / radius;
-        double dend = share * dangle - sine * dway;
-        turn->along[k] = dlast * cosine - last * sine * dend;
-        turn->across[k] = dlast * sine + last * cosine * dend;
-    }
-}
-
-/* The same where nothing moves along the surface: the radius alone may press a slider in. */
-static void press(double x, double y, double first, double last, double *to, double map[2][6])
-{
-    /* Columns of `map`: by x, y before, by the step's x, y, by first and last. */
-    if (map) memset(map, 0, 2 * sizeof(map[0]));
-    to[0] = x;
-    to[1] = y;
-    double size = hypot(x, y);
-    if (!(last > 0.0)) {
-        to[0] = to[1] = 0.0;
-        return;
-    }
-    if (!(first > 0.0)) {
-        if (map) map[0][2] = map[1][3] = last / (last - first);
-        return;
-    }
-    if (!(size > last * (1.0 + 1e-14))) { /* at its bound by rounding, it holds */
-        if (map) map[0][0] = map[1][1] = map[0][2] = map[1][3] = 1.0;
-        return;
-    }
-    double e[2] = {x / size, y / size}, radius = fmin(size, first), z = (last - radius) / radius;
-    double mean = fabs(z) < 1e-3 ? 1.0 - z * (0.5 - z / 3.0) : log1p(z) / z;
-    double left = first > last ? (radius - last) / (first - last) : 0.0;
-    double turned = last * left * mean / radius;
-    for (int i = 0; i < 2; i++) {
-        to[i] = last * e[i];
-        for (int k = 0; map && k < 2; k++) {
-            double across = (i == k) - e[i] * e[k];
-            map[i][k] = last / size * across;
-            map[i][2 + k] = turned * across;
-        }
-        if (map) map[i][5] = e[i];
-    }
-}
-
-/* A step (x, y) of one slider, and how its end depends on columns as of press(). */
-static void move_slider(const double *from, const double *step, double length, double first,
-                        double last, double *to, double map[2][6])
-{
-    if (!(length > 0.0)) {
-        press(from[0], from[1], first, last, to, map);
-        return;
-    }
-    double e[2] = {step[0] / length, step[1] / length}, n[2] = {-e[1], e[0]};
-    double held = first > 0.0, a = held * (from[0] * e[0] + from[1] * e[1]);
-    double b = held * (from[0] * n[0] + from[1] * n[1]), along, across;
-    Turn turn;
-    slide(a, b, length, first, last, &along, &across, map ? &turn : NULL);
-    for (int i = 0; i < 2; i++) to[i] = along * e[i] + across * n[i];
-    if (!map) return;
-    double swing[2] = {turn.along[0] * b - turn.along[1] * a - across,
-                       turn.across[0] * b - turn.across[1] * a + along};
-    if (held && turn.across[1] == 1.0 && turn.along[0] == 1.0) { /* it sticks: exactly so */
-        swing[0] = 0.0;
-        swing[1] = length;
-    }
-    for (int i = 0; i < 2; i++) {
-        for (int k = 0; k < 2; k++) {
-            map[i][k] = held * (e[i] * (turn.along[0] * e[k] + turn.along[1] * n[k]) +
-                                n[i] * (turn.across[0] * e[k] + turn.across[1] * n[k]));
-            map[i][2 + k] =
-                e[i] * (turn.along[2] * e[k] + swing[0] * n[k] / length) +
-                n[i] * (turn.across[2] * e[k] + swing[1] * n[k] / length);
-        }
-        map[i][4] = e[i] * turn.along[3] + n[i] * turn.across[3];
-        map[i][5] = e[i] * turn.along[4] + n[i] * turn.across[4];
-    }
-}
+/* Sliders in two directions: states and settled cycles of many nodes. Part of _compiled.c. */
 
 /* slide() at a held radius, from within it: the end, and its derivatives by the step, in x and y. */
 static inline void slide_held(const double *from, const double *e, double length, double radius,
@@ -335,32 +180,18 @@ static int run_vector_cycle(const Argument *a, Result *out)
     return FINE;
 }
 
-/* What sliders lose at held radii, over their stiffness: over the length x slip loses the integral
- * of r cos f dx, which is r^2 ln(sin f0 / sin f1). */
+/* What sliders lose in a step whose radii go from the first to the last, over their stiffness. */
 static int run_vector_losses(const Argument *a, Result *out)
 {
-    const double *steps = a[1].reals, *radii = a[2].reals;
-    double *loss = a[3].reals;
+    const double *steps = a[1].reals, *first = a[2].reals, *last = a[3].reals;
     Py_ssize_t nodes = a[1].n / 2, sliders = nodes ? a[2].n / nodes : 0;
-    if (a[2].n != nodes * sliders || a[0].n < 2 * a[2].n || a[3].n < a[2].n) return TOO_SHORT;
+    if (a[2].n != nodes * sliders || a[0].n < 2 * a[2].n || !all_have(a, 3, 4, a[2].n))
+        return TOO_SHORT;
     for (Py_ssize_t i = 0; i < nodes; i++) {
         const double *step = steps + 2 * i;
         double length = hypot(step[0], step[1]);
-        for (Py_ssize_t k = i * sliders; k < (i + 1) * sliders; k++) {
-            const double *g = a[0].reals + 2 * k;
-            double r = radii[k];
-            loss[k] = 0.0;
-            if (!(r > 0.0 && length > 0.0)) continue;
-            double x = (g[0] * step[0] + g[1] * step[1]) / length;
-            double y = (g[1] * step[0] - g[0] * step[1]) / length;
-            if (!((x + length) * (x + length) + y * y > r * r)) continue;
-            double begin = sqrt(x * x - fmin(x * x + y * y - r * r, 0.0));
-            double way = fmax((length - (begin - x)) / r, 0.0), c = begin / r;
-            double fade = exp(-fmin(way, 700.0));
-            /* ln((1 + c + (1 - c) fade^2)/2) without a loss of digits where the way is short */
-            double closing = log1p(-0.5 * (1.0 - c) * (1.0 - fade) * (1.0 + fade));
-            loss[k] = r * r * fmax(way + closing, 0.0);
-        }
+        for (Py_ssize_t k = i * sliders; k < (i + 1) * sliders; k++)
+            a[4].reals[k] = vector_loss(a[0].reals + 2 * k, step, length, first[k], last[k]);
     }
     return FINE;
 }

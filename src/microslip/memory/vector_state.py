@@ -140,7 +140,7 @@ class VectorState(Resumable):
 
     @property
     def dissipated_energy(self) -> Any:
-        """Energies dissipated so far at held separations [J], one a node, if counted."""
+        """Energies dissipated so far [J], one a node, if counted."""
         return self._out(counted(self._loss) * self._bank.scales * self._bank.slips)
 
     @one_at_a_time
@@ -174,10 +174,6 @@ class VectorState(Resumable):
         )
         step = None
         if separations is not None:
-            if self._loss is not None:
-                raise InputError(
-                    "separations cannot vary while energies are counted: start without energies"
-                )
             step = bank.steps_at(along("separations", separations, nodes, "nodes"))
         new = np.empty_like(self._vectors)
         value, slope = np.empty((nodes, 2)), np.empty((nodes, 2, 3))
@@ -200,9 +196,9 @@ class VectorState(Resumable):
     def _take(self, trial: Any) -> None:
         place, step, new, value = trial
         if self._loss is not None:
-            radii = self._bank.tops - self._step[:, None]
-            lost = np.empty(radii.shape)
-            kernels.compiled.vector_losses(self._vectors, place - self._place, radii, lost)
+            first, lost = self._bank.tops - self._step[:, None], np.empty(self._vectors.shape[:2])
+            last = first if step is None else self._bank.tops - step[:, None]
+            kernels.compiled.vector_losses(self._vectors, place - self._place, first, last, lost)
             self._loss += lost @ self._bank.weights
         self._place, self._vectors, self._value = place, new, value
         self._step = self._step if step is None else step

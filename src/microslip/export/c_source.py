@@ -80,8 +80,8 @@ def definitions(order: Order) -> str:
     text = text.replace("Py_ssize_t", "int").replace(
         " Part of _compiled.c, and of what is exported as C.", ""
     )
-    own = set(_STATIC.findall(text)) | set(_TYPE.findall(text)) | _CONSTANTS
-    return re.sub(rf"\b({'|'.join(sorted(own))})\b", rf"{order.name}_\1", text)
+    internal = set(_STATIC.findall(text)) | set(_TYPE.findall(text)) | _CONSTANTS
+    return re.sub(rf"\b({'|'.join(sorted(internal))})\b", rf"{order.name}_\1", text)
 
 
 def _curve(order: Order) -> str:

@@ -41,7 +41,7 @@ class LoadPanels:
     def of_interface(cls, joint: Interface) -> LoadPanels:
         """The curve of an interface, from the nearest separation that it can be pressed to."""
         curve = LoadCurve(joint.surface, joint.separation, joint.normal_load)
-        own = joint._coupling
+        coupling = joint._coupling
         for factor in _HEAVIEST:
             try:
                 nearest = curve.step_of(factor * joint.normal_load)
@@ -50,7 +50,8 @@ class LoadPanels:
             profile = curve.profile(nearest, _FAR * curve._length)
             if profile is not None:
                 rest = joint.separation
-                return cls(profile, rest, 0.0, nearest, own.friction, 1.0, own.slip)
+                friction, slip = coupling.friction, coupling.slip
+                return cls(profile, rest, 0.0, nearest, friction, 1.0, slip)
         raise InputError(
             "contact elements hold a smooth load curve, and that of "
             f"{type(joint.surface).__name__} "

@@ -97,10 +97,10 @@ def _curve(order: Order) -> str:
             **_panels(profile.coefficients, curve.middles),
         )  # fmt: skip
     panels = order.panels
-    *middles, whole = panels.middles.tolist()
+    *middles, end = panels.middles.tolist()
     even = panels.inverse_width > 0.0
     words = {
-        "LIMIT": _number(panels.limit), "WHOLE": _number(whole),
+        "LIMIT": _number(panels.limit), "WHOLE": _number(end),
         "STIFFNESS": _number(float(panels._evaluate(np.zeros(1))[1][0])),
         "OVER": 1 if even else "panel == 0", "EDGES": _numbers(panels.edges),
         "INVERSE_WIDTH": _number(panels.inverse_width),

@@ -12,7 +12,7 @@ from microslip._core.checks import Floats
 from microslip.errors import InputError
 from microslip.normal import NormalLaw
 from microslip.report.document import Progress
-from microslip.runs.structure_prediction import SHARES, Bands, Mode, StructurePrediction
+from microslip.runs.structure_prediction import SHARES, Bands, Mode, StructurePrediction, TightMode
 from microslip.structures import (
     Convergence,
     ModalCurve,
@@ -48,6 +48,7 @@ _BASE = "structure.base_damping_ratio"
 _PER_REDUCTION, _PER_POINT = 3.0, 0.01
 """Measured [s]: of 40 000 degrees of freedom; of an amplitude and 30 patches."""
 _TRIALS = 20  # reductions that a convergence takes
+_CANDIDATES = 12  # modes among which one with all bolts tight is looked for
 _DENSE = 4096  # points at which bands interpolate between the samples
 
 
@@ -88,7 +89,41 @@ def run(study: StudyDescription, progress: Progress | None = None) -> StructureP
     if part.fitted:
         with blame(study, "structure.measured.fit"):
             identified = _identified(middle, joint, tests)
-    return StructurePrediction(part, formed, state, modes, inputs, identified, tests, convergence)
+    tight = _all_tight(middle, formed, state)
+    return StructurePrediction(
+        part, formed, state, modes, inputs, identified, tests, convergence, tight
+    )
+
+
+def _all_tight(
+    study: StudyDescription, joint: ReducedJoint, state: Preload
+) -> tuple[TightMode, ...]:
+    """Beside each mode of a structure with slack bolts the one that it is with all of them tight.
+
+    Of the modes of both those are the same whose shapes are most alike where the outside of the
+    tight structure is.
+    """
+    from scipy.spatial import cKDTree
+
+    slack = study.structure
+    if slack is None or not slack.bolts.slack:
+        return ()
+    part = slack.copy(bolts=slack.bolts.copy(slack=()))
+    study = study.copy(structure=part)
+    other, rest = _tightened(study, _reduced(study, joint.layout if part.patches is None else None))
+    there, here = other.surface, joint.surface
+    _, nearest = cKDTree(here.points).query(there.points)
+    shapes = np.tensordot(there.motion, rest.model.shapes[:, :_CANDIDATES], 1).reshape(
+        3 * len(there.points), -1
+    )
+    result = []
+    for number in part.modes:
+        shape = np.tensordot(here.motion[nearest], state.model.shapes[:, number - 1], 1).ravel()
+        overlap = (shape @ shapes) ** 2 / ((shape @ shape) * (shapes**2).sum(axis=0))
+        alike = int(np.argmax(overlap))
+        curve = _solved(part, other, rest, alike + 1)
+        result.append(TightMode(number, alike + 1, float(overlap[alike]), curve))
+    return tuple(result)
 
 
 class Cost(NamedTuple):
@@ -163,7 +198,8 @@ def _converged(study: StudyDescription, joint: ReducedJoint, state: Preload) -> 
     curve = _solved(part, joint, state, part.modes[0])
     reached = curve.modal_amplitude[curve.converged]
     return part.convergence(
-        study.material[study.surface.materials[0]].build(),
+        {name: material.build() for name, material in study.material.items()},
+        study.surface.materials[0],
         build_surface(study),
         float(study.joint.friction_coefficient),
         np.unique(reached[[0, reached.size // 2, -1]]),
@@ -316,8 +352,9 @@ def _samples(
         assert sample_part is not None  # as in the study
         with blame(study, "structure"):
             if anew:
-                lap, width = _scales(middle, sample, [] if part.mesh else _SIDES) or (1.0, 1.0)
-                model = _reduced(sample, joint.patch_boxes * [lap, lap, width, width])
+                sides = [] if part.mesh or part.laps else _SIDES
+                lap, width = _scales(middle, sample, sides) or (1.0, 1.0)
+                model = _reduced(sample, joint.layout * [1.0, lap, lap, width, width])
             else:
                 model = joint.scaled(*_scales(middle, sample, scaled))
             _, state = _tightened(sample, model)
@@ -331,10 +368,10 @@ def _samples(
 def _scaling_keys(study: StudyDescription) -> list[str]:
     """Keys of which the reduced model is a multiple: a stiffness, and a mass."""
     part = study.structure
-    if part is None or part.mesh:
+    if part is None or part.mesh or part.materials:
         return []
     modulus = f"material.{study.surface.materials[0]}.young_modulus"
-    return [modulus, *(() if part.masses else ["structure.density"])]
+    return [modulus, *(() if part.masses or part.densities else ["structure.density"])]
 
 
 def _scatters_model(design: Design, part: StructurePart) -> bool:
@@ -342,7 +379,7 @@ def _scatters_model(design: Design, part: StructurePart) -> bool:
     body = f"material.{design.study.surface.materials[0]}."
     scaled = _scaling_keys(design.study)
     return any(
-        key.startswith(("material." if part.mesh else body, "structure."))
+        key.startswith(("material." if part.mesh or part.materials else body, "structure."))
         and not key.endswith(".hardness")
         and key.removeprefix("structure.") not in _OF_LAWS
         and key not in scaled

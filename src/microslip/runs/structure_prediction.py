@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -66,6 +67,18 @@ class Mode:
         return np.asarray(self.curve.loss_share[self.last])
 
 
+class TightMode(NamedTuple):
+    """What a mode of a structure with slack bolts is with all of them tight."""
+
+    of: int
+    """Number of the mode with slack bolts, from 1."""
+    number: int
+    """Number of the one most alike."""
+    mac: float
+    """How far alike their shapes are [-], 1 for the same."""
+    curve: ModalCurve
+
+
 @dataclass(frozen=True)
 class StructurePrediction:
     """All numbers of the structure of a study."""
@@ -78,3 +91,4 @@ class StructurePrediction:
     identified: ModalIdentification | None = None  # what the tests say, where a fit is asked for
     tests: tuple[ModalTest, ...] = ()
     convergence: Convergence | None = None  # how good the model is for the first mode
+    tight: tuple[TightMode, ...] = ()  # its modes with all bolts tight, where some are slack

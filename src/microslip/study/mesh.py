@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from microslip._core.checks import Floats
 from microslip._core.units import LENGTH, factor_of
 from microslip._core.wording import show
 from microslip.errors import InputError
@@ -56,6 +55,9 @@ class MeshPart(Part):
         _names('["shank 1", "shank 2"]'),
         "Names of the volumes of the shanks, each a body or a part of one.",
     )
+    ground: tuple[str, ...] = key(
+        _names('["foot"]'), "Names of volumes or faces that do not move.", default=()
+    )
     materials: tuple[str, ...] | None = key(
         _names('["steel", "steel", "titanium"]', distinct=False),
         "Material of each body; the first of the surface unless given.",
@@ -97,6 +99,7 @@ class MeshPart(Part):
                 bodies=dict.fromkeys(self.bodies, (_STAND_IN, 1.0)),
                 contacts=self.contacts,
                 bolts=dict.fromkeys(self.bolts, 1.0),
+                ground=self.ground,
                 scale=float(scale),
             )
         except InputError as error:
@@ -126,7 +129,7 @@ class MeshPart(Part):
                 raise KeyedError(f"structure.mesh.materials, item {item}", unknown(name, materials))
 
     def build(
-        self, materials: Mapping[str, Material], usual: str, density: float | None, tension: Floats
+        self, materials: Mapping[str, Material], usual: str, density: float | None
     ) -> MeshedJoint:
         """The joint, its bodies of what the study says."""
         from microslip.structures.mesh import check_elastic
@@ -139,8 +142,4 @@ class MeshPart(Part):
             body._replace(material=materials[name], density=heavy)
             for body, name, heavy in zip(self.joint.mesh.bodies, names, densities, strict=True)
         )
-        return replace(
-            self.joint,
-            mesh=replace(self.joint.mesh, bodies=bodies),
-            tension=tuple(float(value) for value in tension),
-        )
+        return replace(self.joint, mesh=replace(self.joint.mesh, bodies=bodies))

@@ -12,6 +12,7 @@ from microslip._core.checks import Floats
 from microslip._core.units import engineering, significant
 from microslip._core.wording import shorten
 from microslip.study.joints import Joint
+from microslip.study.laps import check_materials
 from microslip.study.metals import unknown
 from microslip.study.readers import KeyedError
 from microslip.study.schema import History, StudyTables
@@ -193,6 +194,7 @@ def _of_structure(study: StudyTables) -> Problems:
         yield "surface.materials, item 1", "wanted a body that bends, got a rigid one"
     if part.mesh is not None:
         part.mesh.check_materials(study.material)
+    check_materials(part, study.material)
     if getattr(study.surface, "area", None) is None:
         spread = "wanted a surface with an area, which a [structure] spreads over its patches"
         yield "surface", spread
@@ -346,8 +348,9 @@ def _values(study: Any) -> Iterator[tuple[str, float, Usual]]:
 
 
 def _usual_of_structure(part: Any) -> Iterator[tuple[str, float, Usual]]:
-    sizes = ("length", "width", "thickness", "lap") if part.mesh is None else ()
-    for name in sizes:
+    for name in ("length", "width", "thickness", "lap"):
+        if getattr(part, name) is None:
+            continue
         yield f"structure.{name}", getattr(part, name), _SIZE
     if part.density is not None:
         yield "structure.density", part.density, _BODY

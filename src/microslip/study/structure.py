@@ -10,10 +10,13 @@ import numpy as np
 from microslip._core.checks import Floats
 from microslip._core.parameters import REQUIRED
 from microslip._core.units import ACCELERATION, VELOCITY
+from microslip.errors import InputError
 from microslip.friction.pressure import BOLTS
 from microslip.structures.bolt_tightening import GRADES, TIGHTENING_FACTOR, tension_band
+from microslip.structures.bolted_beam import Drawing
 from microslip.structures.bolts import SIZED, TIGHTENING, Bolts, by_size, tensions
 from microslip.structures.lap_joint import LapJoint
+from microslip.structures.mesh import loosened, slack_bolts, tight
 from microslip.study.columns import FILE, column_values
 from microslip.study.fields import (
     AMPLITUDE,
@@ -29,6 +32,19 @@ from microslip.study.fields import (
     optional,
     quantity,
     whole_number,
+)
+from microslip.study.laps import (
+    DENSITIES_OF_PARTS,
+    DRAWING_KEYS,
+    GROUND,
+    LAPS,
+    MATERIALS_OF_PARTS,
+    SLACK,
+    LapPart,
+    beam_of,
+    bodies,
+    check_places,
+    needed,
 )
 from microslip.study.mesh import MeshPart
 from microslip.study.modal_tests import MODE, MOST_MODES, TESTS, MeasuredPart
@@ -66,6 +82,7 @@ class BoltsPart(Part):
         '["0 mm", "0 mm", "0 mm"]',
         default=None,
     )
+    slack: tuple[int, ...] = SLACK
     shank: float | None = optional(Bolts, "shank")
     hole: float | None = optional(Bolts, "hole")
     washer: float | None = optional(Bolts, "washer")
@@ -108,12 +125,7 @@ class BoltsPart(Part):
             self.__dict__.update(by_size(self.size, self.thread_friction, **given))
         if self.tightening_factor is not None:
             self.__dict__.update(self.model_spreads)
-        if self.across is not None and len(self.across) != len(self.positions or ()):
-            raise KeyedError(
-                ".across",
-                f"wanted one place a bolt, {len(self.positions or ())} of them, got "
-                f"{len(self.across)}",
-            )
+        check_places(self.positions, self.across)
 
     @property
     def bearing(self) -> float | None:
@@ -220,6 +232,8 @@ class StructurePart(Part):
     width: float | None = optional(LapJoint, "width")
     thickness: float | None = optional(LapJoint, "thickness")
     lap: float | None = optional(LapJoint, "lap")
+    laps: tuple[LapPart, ...] = LAPS
+    ground: tuple[str, ...] = GROUND
     style: Literal["half-lap", "single-lap"] = key(
         one_of("half-lap", "single-lap"),
         "Style: parts half as thick in the overlap, or whole plates on each other.",
@@ -231,6 +245,8 @@ class StructurePart(Part):
         default=None,
     )
     density: float | None = key(Unsure(MASS_DENSITY), "Mass density of the parts.", default=None)
+    materials: tuple[str, ...] = MATERIALS_OF_PARTS
+    densities: tuple[float, ...] = DENSITIES_OF_PARTS
     bolts: BoltsPart = key(Table(BoltsPart), "The bolts.")
     patches: tuple[int, int] | None = key(
         Items(whole_number(1, 100), "[15, 2]", (2, 2)),
@@ -300,13 +316,14 @@ class StructurePart(Part):
 
     def check(self, place: Place) -> None:
         """A drawing or a mesh, each with what it needs; and what neither can be."""
-        bolts = ("positions", "shank")
         if self.mesh is None:
-            _require(self, "", (*_DRAWING_KEYS, "density"))
-            _require(self.bolts, ".bolts", (*bolts, "hole", "washer"))
+            sizes, bolts = needed(self)
+            _require(self, "", sizes)
+            _require(self.bolts, ".bolts", bolts)
         else:
-            _refuse(self, "", (*_DRAWING_KEYS, "element_size"))
-            _refuse(self.bolts, ".bolts", (*bolts, "across", "head"))
+            _refuse(self, "", (*DRAWING_KEYS, "element_size", "laps", "ground", "materials",
+                               "densities"))  # fmt: skip
+            _refuse(self.bolts, ".bolts", ("positions", "shank", "across", "head"))
             _require(self, "", ("sensor", *(() if self.mesh.densities else ("density",))))
             if self.style != "half-lap":
                 raise KeyedError(".style", _BESIDE)
@@ -333,7 +350,17 @@ class StructurePart(Part):
         from microslip.structures.periodic_motion import harmonic_basis
 
         harmonic_basis(self.harmonics, 64)
-        _ = self.tension if self.mesh is not None else self.build()
+        if self.mesh is None:
+            drawing = self.build()
+            for name in ("materials", "densities"):
+                count, parts = len(getattr(self, name)), len(drawing.parts)
+                if count not in (0, parts):
+                    raise KeyedError(f".{name}", f"wanted one a part, {parts} of them, got {count}")
+        count = len(self._tensions)
+        try:
+            slack_bolts(self.bolts.slack, count)
+        except InputError as error:
+            raise KeyedError(".bolts.slack", str(error)) from None
 
     @property
     def fitted(self) -> tuple[str, ...]:
@@ -361,11 +388,17 @@ class StructurePart(Part):
         return cast(float, self.length)
 
     @property
-    def tension(self) -> Floats:
-        """Tension of each bolt [N]."""
-        count = len(self.bolts.positions or () if self.mesh is None else self.mesh.bolts)
+    def _tensions(self) -> Floats:
+        """Tension that each bolt is meant to have [N]."""
+        if self.mesh is None:
+            return self.build().tension
         tightening = {name: getattr(self.bolts, name) for name in TIGHTENING}
-        return tensions(count, **tightening, bearing=self.bolts.bearing)
+        return tensions(len(self.mesh.bolts), **tightening, bearing=self.bolts.bearing)
+
+    @property
+    def tension(self) -> Floats:
+        """Tension of each bolt that is not slack [N]."""
+        return tight(self._tensions, self.bolts.slack)
 
     @property
     def face_area(self) -> float:
@@ -377,20 +410,21 @@ class StructurePart(Part):
         """Place [m] and direction of the sensor."""
         if self.sensor is not None:
             return self.sensor.at, self.sensor.direction
-        lap = self.build()
-        return (
-            0.5 * lap.length,
-            0.0,
-            0.0 if self.style == "half-lap" else 0.5 * lap.thickness,
-        ), "z"
+        beam = self.build()
+        up = -0.5 if beam.stretches[-1].lower else 0.5
+        height = 0.0 if self.style == "half-lap" else up * beam.thickness
+        return (0.5 * beam.length, 0.0, height), "z"
 
     @property
     def holes(self) -> list[tuple[float, float, float, int]]:
         """Place along and across [m], diameter [m] and contact of each bolt's hole."""
         if self.mesh is not None:
             return self.mesh.joint.shank_sections(self.mesh.along)
-        bolts = self.build().bolts
-        return [(float(x), float(y), bolts.hole, 0) for x, y in bolts.positions]
+        return [
+            (float(lap.at + x), float(y), lap.bolts.hole, number)
+            for number, lap in enumerate(self.build().laps)
+            for x, y in lap.bolts.positions
+        ]
 
     def reducer(self, materials: Mapping[str, Material], usual: str) -> Reducer:
         """The meshed structure; ``usual`` names the material of its parts."""
@@ -398,10 +432,11 @@ class StructurePart(Part):
 
         masses = {part.at: part.mass for part in self.masses}
         if self.mesh is not None:
-            joint = self.mesh.build(materials, usual, self.density, self.tension)
+            joint = self.mesh.build(materials, usual, self.density)
             along = None if self.mesh.along is None else np.array(self.mesh.along)
-            return Reducer(joint.mesh, masses, along)
-        mesh = self.build().mesh(materials[usual], cast(float, self.density), self.element_size)
+            return Reducer(loosened(joint.mesh, self.bolts.slack), masses, along)
+        of_parts = bodies(self, materials, usual)
+        mesh = self.build().mesh(*of_parts, self.element_size, self.bolts.slack)
         return Reducer(mesh, masses, np.array([1.0, 0.0, 0.0]))
 
     @property
@@ -424,13 +459,17 @@ class StructurePart(Part):
         return NARROWEST * float(np.sqrt(self.face_area / sum(len(c.lower) for c in mesh.contacts)))
 
     def convergence(
-        self, material: Material, surface: NormalLaw, friction: float, amplitudes: Floats
+        self,
+        materials: Mapping[str, Material],
+        usual: str,
+        surface: NormalLaw,
+        friction: float,
+        amplitudes: Floats,
     ) -> Convergence:
         """The model with patches refined for its first mode, at modal amplitudes [m kg^½]."""
         form = None if self.form is None else self.form.table * [1.0, 1.0, self.form.factor]
         return self.build().converge(
-            material,
-            cast(float, self.density),
+            *bodies(self, materials, usual),
             surface,
             friction,
             amplitudes,
@@ -440,24 +479,14 @@ class StructurePart(Part):
             element_size=self.element_size,
             sensors={"sensor": self.sensing},
             masses={part.at: part.mass for part in self.masses},
+            slack=self.bolts.slack,
         )
 
-    def build(self) -> LapJoint:
-        """The lap joint of the drawing, where there is no mesh."""
-        sizes: dict[str, Any] = {
-            name: getattr(self.bolts, name)
-            for name in self.bolts.keys
-            if name not in ("positions", "across")
-        }
-        places: Any = self.bolts.positions
-        if self.bolts.across is not None:
-            places = np.stack([places, self.bolts.across], axis=1)
-        bolts = Bolts(places, **{k: v for k, v in sizes.items() if v is not None})
-        sizes = {name: getattr(self, name) for name in _DRAWING_KEYS}
-        return LapJoint(**sizes, bolts=bolts, style=self.style)
+    def build(self) -> Drawing:
+        """The beam of the drawing, where there is no mesh."""
+        return beam_of(self)
 
 
-_DRAWING_KEYS = ("length", "width", "thickness", "lap")
 _BESIDE = "wanted none beside structure.mesh, which shows it"
 
 
@@ -470,5 +499,5 @@ def _require(part: Part, path: str, names: Iterable[str]) -> None:
 
 def _refuse(part: Part, path: str, names: Iterable[str]) -> None:
     for name in names:
-        if getattr(part, name) is not None:
+        if getattr(part, name) not in (None, ()):
             raise KeyedError(f"{path}.{name}", _BESIDE)

@@ -246,7 +246,7 @@ def _rows(part: Part) -> tuple[tuple[str, str], ...]:
         value = getattr(part, name)
         if name == "cutoff" and value is None:
             rows.append((key.heading, NO_CUTOFF))
-        if value is None or name in _ELSEWHERE:
+        if value is None or value == () or name in _ELSEWHERE:
             continue
         if name == "curve":
             ends = " to ".join(quantity(x, "m") for x in (value.start, value.to))
@@ -267,6 +267,10 @@ def _rows(part: Part) -> tuple[tuple[str, str], ...]:
         elif name == "pressure" and isinstance(value, Part):
             rows.append(("Pressure spread as", str(value.kind)))  # type: ignore[attr-defined]
             rows += [item for item in _rows(value) if item[0] != _KIND]
+        elif isinstance(value, tuple) and isinstance(value[0], Part):
+            word = name.removesuffix("s").capitalize()
+            for count, item in enumerate(value, start=1):
+                rows += [(f"{word} {count}: {label}", text) for label, text in _rows(item)]
         elif isinstance(value, Part):
             rows += _rows(value)
         else:

@@ -34,6 +34,7 @@ from microslip.results.structure.pictures import (
     shape_plot,
     slip_plot,
 )
+from microslip.results.structure.slack import comparison, names, tight_numbers
 from microslip.runs.structure_prediction import Bands, Mode, StructurePrediction
 from microslip.structures import Convergence, ModalCurve, ModalIdentification, ModalTest
 from microslip.structures.modal_curve import Resonance
@@ -48,8 +49,9 @@ def answer(prediction: StructurePrediction) -> str:
     """The result in a sentence."""
     mode, curve, last = prediction.modes[0], prediction.modes[0].curve, prediction.modes[0].last
     band = "" if mode.bands is None else f" (5–95 %: {_band(mode.bands, last)})"
+    slack = f" with {names(prediction)} slack" if prediction.tight else ""
     return (
-        f"Mode {mode.number} lies at {curve.linear_frequency:.5g} Hz fully stuck; at "
+        f"Mode {mode.number} lies at {curve.linear_frequency:.5g} Hz fully stuck{slack}; at "
         f"{engineering(float(curve.amplitude[last]), _unit(prediction), 3)} at the sensor it is at "
         f"{curve.frequency[last]:.5g} Hz, and its damping ratio in steady motion is "
         f"{cells.ratio(float(curve.damping_ratio[last]))}{band}."
@@ -82,6 +84,8 @@ def sections(prediction: StructurePrediction) -> tuple[Section, ...]:
     blocks: list[Block] = [_table(mode, _unit(prediction)) for mode in prediction.modes]
     ranking = [_ranking(mode) for mode in prediction.modes if mode.bands is not None]
     parts.append(Section("Frequency and damping", (*blocks, Note(_remark(prediction), small=True))))
+    if prediction.tight:
+        parts.append(comparison(prediction))
     if prediction.convergence is not None:
         parts.append(_convergence_section(prediction.convergence, prediction.part.modes[0]))
     if ranking:
@@ -149,6 +153,8 @@ def numbers(prediction: StructurePrediction) -> dict[str, Any]:
         "convergence": convergence and [change._asdict() for change in convergence.changes],
         "from_asked_patches_to_limit": convergence
         and dict(zip(("frequency", "damping_ratio"), convergence.asked, strict=True)),
+        "slack_bolts": list(prediction.part.bolts.slack) or None,
+        "all_tight": tight_numbers(prediction.tight) or None,
         "identified": prediction.identified and _identified(prediction.identified),
     }
     return {
@@ -257,6 +263,7 @@ def _model(prediction: StructurePrediction) -> Facts:
         ("Finite elements", f"{joint.full_size} degrees of freedom"),
         ("Reduced to", f"{joint.patches} patches, {bolts}, {joint.size} in all"),
         ("Bolt tension", ", ".join(engineering(float(t), "N", 4) for t in tensions)),
+        *([("Slack", names(prediction))] if prediction.tight else []),
         ("Patches in contact", f"{pressed} of {joint.patches}"),
         ("Largest pressure", engineering(float(state.pressures.max()), "Pa", 3)),
         ("Balance of the tightened state", f"{state.equilibrium_error:.1e} of the largest force"),

@@ -1,0 +1,66 @@
+"""What slack bolts do to a structure: its modes beside those with all bolts tight."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from microslip._core.units import engineering
+from microslip.report import cells
+from microslip.report.document import Column, Section, Table
+from microslip.report.files import plain
+from microslip.runs.structure_prediction import StructurePrediction, TightMode
+from microslip.study.structure import AMPLITUDES
+
+
+def names(prediction: StructurePrediction) -> str:
+    """The slack bolts, in words."""
+    slack = prediction.part.bolts.slack
+    listed = ", ".join(str(number) for number in sorted(slack))
+    return f"bolt{'s' if len(slack) > 1 else ''} {listed}" if slack else ""
+
+
+def comparison(prediction: StructurePrediction) -> Section:
+    """Frequency and damping of each mode, and of the mode that it is with all bolts tight."""
+    unit = AMPLITUDES[prediction.part.quantity].unit
+    listed = (
+        Column("amplitude", "Amplitude at the sensor", unit, 3, short="amplitude"),
+        Column("slack_frequency", "Slack", "Hz", write=lambda f: f"{f:.5g}"),
+        Column("tight_frequency", "All tight", "Hz", write=lambda f: f"{f:.5g}"),
+        Column("slack_damping_ratio", "ζ, slack", "", write=cells.ratio),
+        Column("tight_damping_ratio", "ζ, all tight", "", write=cells.ratio),
+    )
+    tables = []
+    for mode, beside in zip(prediction.modes, prediction.tight, strict=True):
+        curves = (
+            mode.curve.amplitude, mode.curve.frequency, beside.curve.frequency,
+            mode.curve.damping_ratio, beside.curve.damping_ratio,
+        )  # fmt: skip
+        rows = tuple(zip(*(plain(values) for values in curves), strict=True))
+        title = (
+            f"Mode {mode.number} with {names(prediction)} slack, "
+            f"mode {beside.number} with all tight"
+        )
+        last = engineering(float(mode.curve.amplitude[mode.last]), unit, 3)
+        change = mode.curve.frequency[mode.last] / beside.curve.frequency[mode.last] - 1.0
+        ratio = mode.curve.damping_ratio[mode.last] / beside.curve.damping_ratio[mode.last]
+        caption = (
+            f"At {last} the frequency changes by {change:+.2%} and the damping ratio to "
+            f"{ratio:.3g} times as much. The shapes are alike to a MAC of {beside.mac:.3f}."
+        )
+        tables.append(Table(title, listed, rows, caption=caption, noun="amplitudes"))
+    return Section("Slack bolts", tuple(tables))
+
+
+def tight_numbers(tight: tuple[TightMode, ...]) -> list[dict[str, Any]]:
+    """What the summary holds of the modes with all bolts tight: plain values in SI units."""
+    return [
+        {
+            "mode": beside.of,
+            "tight_mode": beside.number,
+            "mac": beside.mac,
+            "linear_frequency": beside.curve.linear_frequency,
+            "modal_frequency": plain(beside.curve.frequency),
+            "modal_damping_ratio": plain(beside.curve.damping_ratio),
+        }
+        for beside in tight
+    ]

@@ -21,7 +21,15 @@ from microslip.identification.caveats import (
     NOT,
     Caveat,
 )
-from microslip.identification.coordinates import AREA, DENSITY, RADIUS, RIG, SUMMIT_DATA, Coordinate
+from microslip.identification.coordinates import (
+    AREA,
+    DENSITY,
+    GAIN,
+    RADIUS,
+    RIG,
+    SUMMIT_DATA,
+    Coordinate,
+)
 from microslip.identification.fit import at_bounds
 from microslip.identification.intervals import Profiled, is_at_stake
 from microslip.identification.labels import number_text
@@ -153,10 +161,13 @@ def result_of(
     if status == DIFFER:
         parameters, derived = (mark(n, Caveat("as one rig")) for n in (parameters, derived))
     lost = any(fitted.verdict == NOT for fitted in parameters.values())
-    errors = np.sqrt(np.diag(answer.covariance))
+    parameters.pop(GAIN, None)  # of the sensor, and among what was given
+    shown = np.array([coordinate.parameter != GAIN for coordinate in evidence.free], dtype=bool)
+    covariance = answer.covariance[np.ix_(shown, shown)]
+    errors = np.sqrt(np.diag(covariance))
     # Each law makes its own covariance of the noise of the displacement: its determinant counts.
     deviance, fitted_count = best.cost + problem.log_determinant, problem.free.size + problem.flat
-    names = [coordinate.name for coordinate in evidence.free]
+    names = [coordinate.name for coordinate in evidence.free if coordinate.parameter != GAIN]
     return Identification(
         law=problem.model.name,
         status=status,
@@ -164,13 +175,13 @@ def result_of(
         parameters=MappingProxyType(parameters),
         derived=MappingProxyType(derived),
         names=tuple(names),
-        correlation=lock(answer.covariance / np.outer(errors, errors)),
+        correlation=lock(covariance / np.outer(errors, errors)),
         directions=tuple(directions),
         confidence=level,
         chi_squared=best.cost,
         degrees_of_freedom=freedom,
         widened=MappingProxyType(
-            {name: math.sqrt(float(w)) for name, w in zip(names, answer.widen, strict=True)}
+            {name: math.sqrt(float(w)) for name, w in zip(names, answer.widen[shown], strict=True)}
         ),
         records=evidence.records,
         aic=deviance + 2.0 * fitted_count,

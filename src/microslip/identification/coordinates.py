@@ -12,9 +12,14 @@ from microslip._core.parameters import Parameter
 from microslip.errors import InputError
 
 RIG = "rig_stiffness"
+GAIN = "displacement_gain"
+"""True factor on the measured displacement: all lengths of a law and its rig go with it."""
 AREA, RADIUS, DENSITY = "contact_area", "radius", "density"
 SUMMIT_DATA = (AREA, RADIUS, DENSITY)
 """What tells radius and density of the summits apart, each as a coordinate with its own error."""
+
+
+_GAIN_REACH = 12.0  # standard deviations to which it is searched
 
 
 @dataclass(frozen=True)
@@ -98,6 +103,12 @@ def coordinate_of(
         scale=1.0,
         shape=parameter.low < 0.0,
     )
+
+
+def gain_coordinate(error: float) -> Coordinate:
+    """The displacement's gain, of which a calibration knows the relative standard deviation."""
+    reach = math.exp(_GAIN_REACH * error)
+    return Coordinate(GAIN, GAIN, "", 1.0 / reach, reach, "log", 1.0, prior=(1.0, error))
 
 
 def option_mapping(name: str, option: Any) -> dict[str, Any]:

@@ -270,7 +270,8 @@ def _by_compliance(problem: Problem, q: Floats) -> Floats:
         if group.rig is None or not isinstance(problem.model, BackboneModel):
             continue
         values = problem.named(group.columns, outer)
-        answer = problem.in_series(problem.model, number, group, values, 1.0 / outer[group.rig])
+        compliance, gain = 1.0 / outer[group.rig], problem.gain_of(outer)
+        answer = problem.in_series(problem.model, number, group, values, compliance, gain)
         by[group.places] = answer[3]
     by *= problem.sign
     kernels.compiled.accumulate(problem.parent, by, np.zeros(1))

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from microslip._core.checks import Floats
-from microslip.identification.coordinates import RIG, Coordinate
+from microslip.identification.coordinates import GAIN, RIG, Coordinate
 from microslip.identification.fit import (
     Fit,
     bounds_of,
@@ -34,6 +34,7 @@ from microslip.identification.verdicts import WIDEST_RATIO
 Progress = Callable[[float], None]
 
 _SIGNIFICANT = 1e-3
+_CERTAIN = 1e12  # times the information of what is known
 _TOLD_WIDTH = 0.5 * math.log(WIDEST_RATIO)
 _RESTARTS = 3
 
@@ -203,8 +204,11 @@ def noise_shares(problem: Problem, q: Floats, covariance: Floats) -> Floats:
     certain = problem.copy()
     certain.gains = {}
     certain.update(q)
-    exact = covariance_of(information(certain, q))
-    return np.minimum(np.diag(exact) / np.diag(covariance), 1.0)
+    known = information(certain, q)
+    for row, j in enumerate(problem.free):
+        if problem.coordinates[int(j)].parameter == GAIN:
+            known[row, row] *= _CERTAIN
+    return np.minimum(np.diag(covariance_of(known)) / np.diag(covariance), 1.0)
 
 
 def misfit_shift(best: Fit, freedom: int) -> float:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from microslip import kernels
 from microslip._core.checks import Floats
-from microslip.identification.coordinates import Coordinate, Datum
+from microslip.identification.coordinates import GAIN, Coordinate, Datum
 from microslip.identification.cycle_branches import cycle_of, delayed, phase_derivative
 from microslip.identification.models.base import BackboneModel, CycleModel, Model
 from microslip.identification.rigs import Answer, behind_spring
@@ -72,6 +72,8 @@ class Problem:
         self.gains = dict(gains or {})
         """Relative standard deviations of the sensors' gains, common to all cycles of all records,
         by "force", "displacement" and "normal_load"."""
+        places_of_gain = [j for j, c in enumerate(self.coordinates) if c.parameter == GAIN]
+        self._gain = places_of_gain[0] if places_of_gain else None
         self.shared: Metric | None = None
         """Of what all records have in common and is not certain."""
         self.data: list[Datum] = []
@@ -168,15 +170,16 @@ class Problem:
         row = {int(j): r for r, j in enumerate(self.free)}
         force, stiffness = np.empty_like(self.half), np.empty_like(self.half)
         by = np.zeros((self.free.size, self.half.size))
+        gain = self.gain_of(outer)
         for number, group in enumerate(self.groups):
             compliance = 0.0 if group.rig is None else 1.0 / outer[group.rig]
-            key = (compliance, *(outer[j] for j in group.columns))
+            key = (gain, compliance, *(outer[j] for j in group.columns))
             cached = self._answers[number]
             if cached is None or cached[0] != key:
                 values = self.named(group.columns, outer)
                 cached = self._answers[number] = (
                     key,
-                    self._answer(number, group, values, compliance),
+                    self._answer(number, group, values, compliance, gain),
                 )
             force[group.places], stiffness[group.places], by_values, by_compliance = cached[1]
             for j, derivative in zip(group.columns, by_values, strict=True):
@@ -184,18 +187,24 @@ class Problem:
                     by[row[j], group.places] = slopes[j] * derivative
             if group.rig is not None and group.rig in row:
                 by[row[group.rig], group.places] = slopes[group.rig] * by_compliance
+        if self._gain is not None:
+            by[row[self._gain]] = slopes[self._gain] * stiffness * self.half
         if isinstance(self.model, BackboneModel):
             for row in (force, *by):
                 row *= self.sign
                 kernels.compiled.accumulate(self.parent, row, np.zeros(1))
         return force, stiffness, by
 
+    def gain_of(self, outer: Sequence[float]) -> float:
+        """The true factor on the measured displacement, of the physical values of all."""
+        return 1.0 if self._gain is None else outer[self._gain]
+
     def _answer(
-        self, number: int, group: Group, values: dict[str, float], compliance: float
+        self, number: int, group: Group, values: dict[str, float], compliance: float, gain: float
     ) -> Answer:
         model = self.model
         if isinstance(model, BackboneModel):
-            return self.in_series(model, number, group, values, compliance)
+            return self.in_series(model, number, group, values, compliance, gain)
         if isinstance(model, CycleModel):  # without Masing's rules; its rig is rigid
             at = int(np.searchsorted(self.starts, group.places.start))
             force, stiffness, by = model.cycle(self.cycles[at].displacement, values)
@@ -209,9 +218,10 @@ class Problem:
         group: Group,
         values: dict[str, float],
         compliance: float,
+        gain: float,
     ) -> Answer:
         """Branch function of the law behind a spring, from where it was last."""
-        y, guess = self.half[group.places], self.guess[number]
+        y, guess = gain * self.half[group.places], self.guess[number]
         answer, self.guess[number] = behind_spring(model, y, values, group.load, compliance, guess)
         return answer
 
@@ -412,6 +422,8 @@ class Problem:
             if role == "normal_load":
                 row[:] = error * self._by_load(q) if self.model.scales_with_load else 0.0
                 continue
+            if role == "displacement" and self._gain is not None:
+                continue  # not linear over its error
             for at, span in enumerate(self.bins):
                 folded = self.folded[self.order[at]]
                 size = folded.coefficients.size
@@ -426,14 +438,14 @@ class Problem:
         """Change of forces where the backbone does (rows) [N]; behind a rig over 1 + c T0'(v)."""
         self.respond(q)
         outer = self.physical(q)
-        parts = []
+        gain, parts = self.gain_of(outer), []
         for number, group in enumerate(self.groups):
             values = self.named(group.columns, outer)
             compliance = 0.0 if group.rig is None else 1.0 / outer[group.rig]
             answer = self._answers[number]
             assert answer is not None
             force, stiffness = answer[1][:2]
-            v = np.maximum(self.half[group.places] - compliance * force, 0.0)
+            v = np.maximum(gain * self.half[group.places] - compliance * force, 0.0)
             # The stiffness is that of both in series: 1/(1 + c T0') is what it lets through.
             parts.append(rise(v, values, group.load) * (1.0 - compliance * stiffness))
         rows = np.ascontiguousarray(np.hstack(parts)) * self.sign

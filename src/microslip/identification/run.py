@@ -15,10 +15,11 @@ from microslip.errors import InputError
 from microslip.identification import fit_quality, parameter_choice
 from microslip.identification.caveats import Caveat
 from microslip.identification.conclusions import result_of
+from microslip.identification.coordinates import gain_coordinate
 from microslip.identification.fit import Fit, solve
 from microslip.identification.intervals import Progress, profiled
 from microslip.identification.models import model_of
-from microslip.identification.models.base import CycleModel, Model
+from microslip.identification.models.base import BackboneModel, CycleModel, Model
 from microslip.identification.models.interface import InterfaceModel
 from microslip.identification.nuisances import PLAY, checked_effects, columns_of, play_of
 from microslip.identification.options import LOSSES
@@ -210,7 +211,9 @@ def identify(
     if summit_coordinate is not None:
         coordinates.append(summit_coordinate)
     free_delay, lags = _checked_delay(delay, folded)
-
+    gains = checked_gains(gain_errors)
+    if isinstance(model, BackboneModel) and gains.get("displacement"):
+        coordinates.append(gain_coordinate(gains["displacement"]))
     effect_names = checked_effects(nuisances)
     effects = tuple(name for name in effect_names if name != PLAY)
     problem = Problem(
@@ -222,7 +225,7 @@ def identify(
         free_delay=free_delay,
         lags=lags,
         summits=count_of_summits,
-        gains=checked_gains(gain_errors),
+        gains=gains,
         effects=effects,
         beside=[columns_of(record, effects) for record in folded] if effects else None,
     )

@@ -241,4 +241,5 @@ def test_real_record() -> None:
     assert 0.450 < found.mean["friction_energy"].value < 0.463
     assert found.frequency == pytest.approx(0.25, rel=1e-3)
     assert "give `rig_stiffness`" in found.notes[-1]
-    assert "opposite sign" in " ".join(ms.measure(ms.Record.read(REAL)).notes)
+    with pytest.raises(ms.InputError, match="opposite sign"):
+        ms.measure(ms.Record.read(REAL))

@@ -89,7 +89,7 @@ READING: dict[str, Callable[[], object]] = {
     "turned time": read("time [s],force [N],displacement [m]", 3),
     "rounded time": lambda: ms.Record([0.0, 1.0, 2.0], [0.0, 1.0, 2.0], time=[0.0, 1.0, 1.0]),
     "confidence": lambda: ms.measure(RECORD, confidence=2.0),
-    "sign": lambda: measure_notes(ms.Record(RECORD.displacement, -RECORD.force)),
+    "sign": lambda: ms.measure(ms.Record(RECORD.displacement, -RECORD.force)),
     **{
         f"{name} of {role}": with_role(name, role, value)
         for name, value in (("units", "m"), ("calibration", "1 m/V"), ("zero", "mean"))

@@ -16,7 +16,6 @@ from command import run
 from scipy.special import stdtr, stdtrit
 
 import microslip as ms
-from microslip.results.measured import document
 from microslip.tribometer import (
     condition,
     delay_of,
@@ -148,11 +147,17 @@ def test_turned_around() -> None:
     turned = ms.measure(ms.Record(-RECORD.displacement, -RECORD.force, 2000.0))
     for name in ("dissipated_energy", "amplitude", "reversal_stiffness", "sliding_ratio"):
         assert turned.mean[name].value == pytest.approx(MEASURED.mean[name].value, rel=1e-9)
-    wrong = ms.measure(ms.Record(RECORD.displacement, -RECORD.force, 2000.0))
-    assert "the force has the opposite sign" in wrong.notes[0]
-    assert document([turned]).remarks == ()
-    swapped = ms.measure(ms.Record(RECORD.force, RECORD.displacement, 2000.0))
-    assert "or the two columns are swapped" in swapped.notes[0]
+    flipped = ms.Record(RECORD.displacement, -RECORD.force, 2000.0)
+    for command in (ms.measure, ms.identify):
+        with pytest.raises(ms.InputError, match=r"opposite sign .*`?sign=-1`? .* are swapped"):
+            command(flipped)
+    for early in (
+        ms.Record(RECORD.force, RECORD.displacement, 2000.0),
+        # A thin loop that a delay turns.
+        ms.Record(5e-6 * WAVE, 50.0 * np.roll(np.tanh(0.1 * WAVE), 5)),
+    ):
+        with pytest.raises(ms.InputError, match=r"behind the displacement .* swapped"):
+            ms.measure(early)
 
 
 def test_ends_of_a_column_that_hardly_moves_can_be_told_apart() -> None:
@@ -380,9 +385,7 @@ def test_command_without_a_folder(folder: Path) -> None:
     assert sorted(folder.iterdir()) == before
 
 
-def test_command_turns_signs_and_takes_units(folder: Path) -> None:
-    turned = json.loads(run("measure", "run.csv", "--flip-sign", "--json").stdout)
-    assert turned["records"][0]["mean"]["dissipated_energy"]["value"] < 0.0
+def test_command_takes_units(folder: Path) -> None:
     small = json.loads(run("measure", "run.csv", "--unit", "force=mN", "--json").stdout)
     energy = MEASURED.mean["dissipated_energy"].value
     assert small["records"][0]["mean"]["dissipated_energy"]["value"] == pytest.approx(energy / 1e3)
@@ -421,8 +424,9 @@ def test_a_rig_softer_than_the_record_is_refused(folder: Path) -> None:
 def test_command_speaks_in_options_and_names_the_file(folder: Path) -> None:
     virtual(cycles=1).to_csv("one.csv")
     assert "\none: 1 gross slip cycle, " in run("measure", "one.csv").stdout
-    turned = run("measure", "run.csv", "--flip-sign").stdout
-    assert "(reading with --flip-sign reverses it)" in turned
+    turned = run("measure", "run.csv", "--flip-sign")
+    assert turned.exit_code == 2
+    assert "(reading with --flip-sign reverses it)" in turned.stderr
     for options, message in (
         (("--unit", "force=m"), 'run.csv: force: column "force [N]": wanted a unit'),
         (("--sample-rate", "-1"), "--sample-rate: wanted a number above zero such as 200, got -1"),

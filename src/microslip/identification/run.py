@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from microslip._core.checks import exact, number, positive, show
-from microslip._core.units import engineering
 from microslip.errors import InputError
 from microslip.identification import fit_quality, parameter_choice
 from microslip.identification.caveats import Caveat
@@ -31,6 +30,7 @@ from microslip.identification.rigs import FAR_SOFTER, is_rigid, rig_contradictio
 from microslip.materials import MaterialPair
 from microslip.normal import GreenwoodWilliamson
 from microslip.numerics.threads import single_threaded
+from microslip.tribometer.cycles import check_direction
 from microslip.tribometer.folding import MOST_BINS, averaged, stated_noise
 from microslip.tribometer.folding import Folded as Folded
 from microslip.tribometer.folding import fold as fold
@@ -44,7 +44,6 @@ UNKNOWN = "unknown"
 """Of a number of summits that nobody knows."""
 INTERVALS = ("profile", "curvature")
 _IN_TIME, _LATEST = 1e-5, 1.0  # rad
-_CERTAIN, _ALIKE = 5.0, 0.2  # standard deviations; correlation of force and displacement
 
 
 @single_threaded
@@ -348,15 +347,7 @@ def _checked_direction(folded: Folded) -> Folded:
     x, force, way = folded.displacement(folded.phase), folded.force, folded.way
     energy = float(force @ way)
     noise = folded.force_noise * float(np.linalg.norm(way / np.sqrt(folded.count)))
-    away, against = x - x.mean(), force - force.mean()
-    alike = float(away @ against) / float(np.linalg.norm(away) * np.linalg.norm(against))
-    # A delay may turn a thin loop, too, but leaves the force alike to the displacement.
-    if energy < -_CERTAIN * noise and alike < _ALIKE:
-        raise InputError(
-            f"{folded.name}: the loops run the wrong way round (energy "
-            f"{engineering(energy, 'J')} a cycle): the force has the opposite sign; reading "
-            "with `sign=-1` reverses it"
-        )
+    check_direction(folded.name, energy, noise, x, force)
     return folded
 
 

@@ -93,23 +93,11 @@ def document(
         "Mean loops, and energies over the cycles",
     )
     sections += [Section("Loops", (picture,), brief=False), *last]
-    wrong = [
-        name
-        for name, measured in zip(names, measurements, strict=True)
-        if measured.mean["dissipated_energy"].value < 0.0
-    ]
-    remarks = tuple(
-        f"{name}: the dissipated energy is negative, which no joint's is: the force has the "
-        "opposite sign, or the columns are swapped; see the notes."
-        for name in wrong
-    )
     tables = [text_file("cycles.csv", lambda: _cycles(measurements))]
     if len(measurements) > 1:
         tables.append(text_file("records.csv", lambda: together.csv_of(campaign)))
     answer, number = _answer(measurements), _number(measurements)
-    return Document(
-        KIND, title, answer, tuple(sections), data, remarks, number, "loops", tuple(tables)
-    )
+    return Document(KIND, title, answer, tuple(sections), data, (), number, "loops", tuple(tables))
 
 
 def _joules(*ends: float, digits: int = 0) -> str:
@@ -133,11 +121,6 @@ def _answer(measurements: Sequence[Measurement]) -> str:
         ends = _joules(min(values), max(values))
         return f"Mostly {' and '.join(regimes)}: a cycle dissipates {ends}."
     measured, energy = measurements[0], energies[0]
-    if energy.value < 0.0:
-        return (
-            f"{len(measured)} cycles whose loops run the wrong way round, {_joules(energy.value)} "
-            "each: no regime and no friction is known before the sign of the force is right."
-        )
     if len(measured.levels) > 1:
         return f"{len(measured)} cycles at {len(measured.levels)} amplitudes: {_ends(measured)}."
     cycles = f"{len(measured)} cycle{'s' * (len(measured) > 1)}"

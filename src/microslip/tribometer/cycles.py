@@ -43,6 +43,9 @@ _LATE, _LOOKED_AT = 0.02, 40
 """Share of the energy of a cycle that a lag of the force must move, and cycles it is sought in."""
 _BESIDE = 0.1
 """Share of a cycle beside a chosen one that is taken with it: cuts are known to a sample."""
+_SURE, _ALIKE, _THIN = 5.0, 0.2, 1e-3
+"""Standard errors; correlation of force and displacement of a loop that a delay may turn; energy,
+of that of the ellipse around a loop, below which it is nothing but a line."""
 _CLIPPED, _STEPPED = 0.005, 5.0
 """Share of the samples that are exactly at an extreme; times as many as one step of a converter
 further in, where all are on such steps."""
@@ -301,6 +304,29 @@ def judged(record: Record, spikes: Sequence[Spike]) -> Cycles:
         has_spike,
         ~(columns["closure_error"] <= OPEN),
     )
+
+
+def check_direction(
+    name: str, energy: float, error: float, x: Floats, force: Floats, delay: str = ""
+) -> None:
+    """Refuse loops that give energy [J], of that error, as those of friction with a wrong sign do.
+
+    A delay turns thin loops, too, and leaves the force alike to the displacement: ``delay`` is what
+    takes it off; without it these pass.
+    """
+    away, against = x - x.mean(), force - force.mean()
+    size = float(np.linalg.norm(away) * np.linalg.norm(against))
+    ellipse = 2.0 * np.pi * size / x.size
+    if not energy < -max(_SURE * error, _THIN * ellipse):
+        return
+    words = f"{name}: the loops run the wrong way round (energy {engineering(energy, 'J')} a cycle)"
+    if float(away @ against) < _ALIKE * size:
+        cause = "the force has the opposite sign (reading with `sign=-1` reverses it)"
+    elif delay:
+        cause = f"the force is behind the displacement ({delay})"
+    else:
+        return
+    raise InputError(f"{words}: {cause}, or the two columns are swapped")
 
 
 def _share_at(values: Floats, extreme: float) -> float:

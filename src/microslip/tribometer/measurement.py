@@ -25,7 +25,7 @@ from microslip.tribometer.conditioning import condition
 from microslip.tribometer.counting import Count, Dissipated, dissipated
 from microslip.tribometer.cuts import Cuts, one_loop
 from microslip.tribometer.cycle_columns import LABELS, UNITS, columns_of, gain_error
-from microslip.tribometer.cycles import cycles_of
+from microslip.tribometer.cycles import check_direction, cycles_of
 from microslip.tribometer.estimates import Estimate, mean_of, mean_of_inverses, trend, with_gain
 from microslip.tribometer.friction_log import FrictionLog, friction_log
 from microslip.tribometer.options import CONFIDENCE
@@ -297,17 +297,18 @@ def measure(
     record, blocks, columns = judged.record, judged.blocks, judged.columns
     x, force = record.displacement, record.force
     counting = judged.selected(cycles)
+    energies = columns["dissipated_energy"][counting.selection]
+    check_direction(
+        *(record.name, float(np.median(energies)), float(energies.std() / energies.size**0.5)),
+        *(x[judged.largest_block.samples], force[judged.largest_block.samples]),
+        "`delay=1e-4`, say, takes that off",
+    )
     if rig_stiffness is not None:
         rig_stiffness = positive("rig_stiffness", rig_stiffness, "N/m", 1e8)
         columns = columns_of(record, 1.0 / rig_stiffness)
         _refuse_soft(rig_stiffness, x, columns["force_amplitude"], blocks)
         x = x - force / rig_stiffness
     notes = [*record.notes, *judged.count.notes, *judged.notes(counting)]
-    if float(np.median(columns["dissipated_energy"])) < 0.0:
-        notes.append(
-            "the dissipated energy is negative: the force has the opposite sign (reading "
-            "with `sign=-1` reverses it), or the two columns are swapped"
-        )
     if any(np.isnan(columns["reversal_stiffness"])):
         notes.append(
             "in some cycles too few samples lie in the first quarter of the force after a "

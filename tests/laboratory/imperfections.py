@@ -12,7 +12,7 @@ from .physics import FINE, Floats, Joint, motion, respond, sampled
 from .sets import RATE, SUMMITS, Set
 
 CYCLES = 20
-LAG = 3.0 / FINE
+LAG = 1.0 / 160.0
 """Of a cycle, by which a delayed force is late: whole steps of the history, for chords between them
 cut the corners at reversals (by 0.01 % of the friction)."""
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 
-FINE = 480
+FINE = 960
 """Steps a cycle of the history; samples are taken of them by interpolation."""
 
 

@@ -5,6 +5,8 @@ They are made of parallel sliders, stepped sample by sample, without the package
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 from laboratory.physics import Floats, Joint, motion, respond, sampled
@@ -190,6 +192,23 @@ def test_gains_of_one_sensor_are_one_error() -> None:
     known = ms.identify(records, intervals="curvature", rig_stiffness=(RIG, 1e-3 * RIG), **options)
     friction = known.parameters["friction_coefficient"]
     assert friction.standard_error / friction.value < 0.006
+    # All lengths go with the gain of the displacement: a product of two independent factors.
+    own = ms.identify(records, **{**options, "gain_errors": None}).parameters
+    both = ms.identify(records, **{**options, "gain_errors": {"displacement": 0.03}})
+    assert both.names == tuple(own)
+    for name, other in own.items():
+        number, error = (
+            both.parameters[name],
+            0.03 if name in ("slip_scale", "rig_stiffness") else 0.0,
+        )
+        half = math.hypot(1.96 * error, 0.5 * math.log(other.high / other.low))
+        assert 0.5 * math.log(number.high / number.low) == pytest.approx(half, rel=0.06), name
+    (seen,) = ms.identify(
+        records, rig_stiffness=RIG / 1.08, **{**options, "gain_errors": {"displacement": 0.01}}
+    ).given
+    assert seen.name == "displacement_gain"
+    assert seen.found == pytest.approx(1.08, abs=0.02)
+    assert not seen.agrees
     with pytest.raises(ms.InputError, match="gain_errors must be of force"):
         ms.identify(records, gain_errors={"forces": 0.01})
     with pytest.raises(ms.InputError, match="must be a share below 1"):

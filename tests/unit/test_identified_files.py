@@ -17,6 +17,7 @@ import pytest
 import microslip as ms
 from microslip.errors import said
 from microslip.identification.figures import cycles_by_load, intervals, loops, pictures
+from microslip.report.document import Judged, Table
 from microslip.report.files import write
 from microslip.report.plot import Words
 from microslip.report.terminal import show
@@ -286,3 +287,40 @@ def test_the_same_files_each_time(written: Path, tmp_path: Path) -> None:
     write(document(rich(), files=True), tmp_path)
     for path in sorted(written.iterdir()):
         assert path.read_bytes() == (tmp_path / path.name).read_bytes(), path.name
+
+
+def counted() -> Identified:
+    """Of whose summits nobody knows the number."""
+    records = [record(load, 6e-6) for load in (500.0, 2000.0)]
+    options = {**OPTIONS, "summits": None, "held_back": 0.0}
+    return identified(records, ["interface"], None, options, lambda share: None)
+
+
+def misfit() -> Identified:
+    records = [record(2000.0, top) for top in (1.5e-6, 6e-6)]
+    options = {**OPTIONS, "summits": None, "held_back": 0.0}
+    return identified(records, ["jenkins"], None, options, lambda share: None)
+
+
+@pytest.mark.parametrize("which", [rich, poor, counted, misfit])
+def test_page_terminal_and_python_say_the_same_of_a_fit(which: Any, tmp_path: Path) -> None:
+    outcome = which()
+    fitted = {**outcome.first.parameters, **outcome.first.derived}
+    whole = document(outcome)
+    write(whole, tmp_path)
+    stream = io.StringIO()
+    show(whole, stream, full=True)
+    printed = stream.getvalue()
+    html = (tmp_path / "report.html").read_text(encoding="utf-8")
+    page = re.sub(r"<[^>]+>", " ", html).replace("\N{MINUS SIGN}", "-")
+    rows = [row for block in whole.blocks() if isinstance(block, Table) for row in block.rows]
+    of_numbers = [row for row in rows if len(row) == 3 and isinstance(row[2], Judged)]
+    assert [row[2].text for row in of_numbers] == [number.verdict for number in fitted.values()]
+    for name, value, judged in of_numbers:
+        assert re.search(rf"{re.escape(name)} +{re.escape(value)} +.?.?{judged.text}", printed)
+        assert re.search(rf"{re.escape(name)}\s+{re.escape(value)}\s+.?\s*{judged.text}", page)
+    is_sure = all(number.verdict in ("identified", "fixed") for number in fitted.values())
+    assert ("<strong>\N{CHECK MARK}" in html) == is_sure == (whole.word == "ok")
+    assert (which is rich) == is_sure
+    if which in (counted, misfit):
+        assert "apparent" in {number.verdict for number in fitted.values()}

@@ -162,8 +162,8 @@ def result_of(
         parameters, derived = (mark(n, Caveat("as one rig")) for n in (parameters, derived))
     lost = any(fitted.verdict == NOT for fitted in parameters.values())
     parameters.pop(GAIN, None)  # of the sensor, and among what was given
-    shown = np.array([coordinate.parameter != GAIN for coordinate in evidence.free], dtype=bool)
-    covariance = answer.covariance[np.ix_(shown, shown)]
+    is_shown = np.array([coordinate.parameter != GAIN for coordinate in evidence.free], dtype=bool)
+    covariance = answer.covariance[np.ix_(is_shown, is_shown)]
     errors = np.sqrt(np.diag(covariance))
     # Each law makes its own covariance of the noise of the displacement: its determinant counts.
     deviance, fitted_count = best.cost + problem.log_determinant, problem.free.size + problem.flat
@@ -181,7 +181,10 @@ def result_of(
         chi_squared=best.cost,
         degrees_of_freedom=freedom,
         widened=MappingProxyType(
-            {name: math.sqrt(float(w)) for name, w in zip(names, answer.widen[shown], strict=True)}
+            {
+                name: math.sqrt(float(w))
+                for name, w in zip(names, answer.widen[is_shown], strict=True)
+            }
         ),
         records=evidence.records,
         aic=deviance + 2.0 * fitted_count,

@@ -43,7 +43,7 @@ _LATE, _LOOKED_AT = 0.02, 40
 """Share of the energy of a cycle that a lag of the force must move, and cycles it is sought in."""
 _BESIDE = 0.1
 """Share of a cycle beside a chosen one that is taken with it: cuts are known to a sample."""
-_SURE, _ALIKE, _THIN = 5.0, 0.2, 1e-3
+_STANDARD_ERRORS, _ALIKE, _THIN = 5.0, 0.2, 1e-3
 """Standard errors; correlation of force and displacement of a loop that a delay may turn; energy,
 of that of the ellipse around a loop, below which it is nothing but a line."""
 _CLIPPED, _STEPPED = 0.005, 5.0
@@ -317,7 +317,7 @@ def check_direction(
     away, against = x - x.mean(), force - force.mean()
     size = float(np.linalg.norm(away) * np.linalg.norm(against))
     ellipse = 2.0 * np.pi * size / x.size
-    if not energy < -max(_SURE * error, _THIN * ellipse):
+    if not energy < -max(_STANDARD_ERRORS * error, _THIN * ellipse):
         return
     words = f"{name}: the loops run the wrong way round (energy {engineering(energy, 'J')} a cycle)"
     if float(away @ against) < _ALIKE * size:

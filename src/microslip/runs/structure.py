@@ -12,7 +12,15 @@ from microslip._core.checks import Floats
 from microslip.errors import InputError
 from microslip.normal import NormalLaw
 from microslip.report.document import Progress
-from microslip.runs.structure_prediction import SHARES, Bands, Mode, StructurePrediction, TightMode
+from microslip.runs.structure_force import forced_modes, gain_of
+from microslip.runs.structure_prediction import (
+    SHARES,
+    Bands,
+    Mode,
+    Sampled,
+    StructurePrediction,
+    TightMode,
+)
 from microslip.structures import (
     Convergence,
     ModalCurve,
@@ -81,7 +89,13 @@ def run(study: StudyDescription, progress: Progress | None = None) -> StructureP
         samples = _samples(design, middle, joint, curves, lambda s: tell(0.5 + 0.5 * s))
     names = tuple(name for name, _ in inputs)
     modes = tuple(
-        Mode(number, curve, curve.other_method, _bands(samples[index], part, names, convergence))
+        Mode(
+            number,
+            curve,
+            curve.other_method,
+            _bands(samples[index], part, names, convergence),
+            forced_modes(part, joint, curve, samples[index]),
+        )
         for index, (number, curve) in enumerate(zip(part.modes, curves, strict=True))
     )
     identified = None
@@ -299,21 +313,6 @@ def _solved(part: StructurePart, joint: ReducedJoint, state: Preload, number: in
     return curve
 
 
-class Sampled(NamedTuple):
-    """A mode over the samples of what is not known exactly."""
-
-    scores: Floats
-    """Inputs as normal scores, (samples, inputs)."""
-    dense: Floats
-    """The same at many more points."""
-    frequency: Floats
-    """(samples, amplitudes) [Hz]; NaN where the balance was not reached."""
-    joint_damping: Floats
-    """Damping ratio of the joint alone, the same [-]."""
-    base_damping: tuple[Floats, Floats]
-    """What is added to it, at the samples and at those many points [-]."""
-
-
 def _samples(
     design: Design,
     middle: StudyDescription,
@@ -341,11 +340,12 @@ def _samples(
                 dense,
                 np.tile(curve.frequency, repeats),
                 np.tile(curve.damping_ratio - curve.base_damping, repeats),
+                np.tile(_gain(part, curve, joint), repeats),
                 base,
             )
             for curve in curves
         ]
-    samples = np.full((len(part.modes), 2, len(scores), len(part.amplitudes)), math.nan)
+    samples = np.full((len(part.modes), 3, len(scores), len(part.amplitudes)), math.nan)
     for row, place in enumerate(scores):
         sample = design.at(place)
         sample_part = sample.structure
@@ -360,9 +360,14 @@ def _samples(
             _, state = _tightened(sample, model)
             for index, number in enumerate(sample_part.modes):
                 curve = _curve(sample_part, model, state, number)
-                samples[index, :, row] = curve.frequency, curve.damping_ratio - curve.base_damping
+                of_joint = curve.damping_ratio - curve.base_damping
+                samples[index, :, row] = curve.frequency, of_joint, _gain(part, curve, model)
         progress((row + 1) / len(scores))
-    return [Sampled(scores, dense, frequency, damping, base) for frequency, damping in samples]
+    return [Sampled(scores, dense, f, zeta, gain, base) for f, zeta, gain in samples]
+
+
+def _gain(part: StructurePart, curve: ModalCurve, joint: ReducedJoint) -> Floats:
+    return np.ones(curve.amplitude.size) if part.force is None else gain_of(curve, joint)
 
 
 def _scaling_keys(study: StudyDescription) -> list[str]:

@@ -42,6 +42,46 @@ class Bands:
     damping [-]; None where it was not looked for."""
 
 
+class Sampled(NamedTuple):
+    """A mode over the samples of what is not known exactly."""
+
+    scores: Floats
+    """Inputs as normal scores, (samples, inputs)."""
+    dense: Floats
+    """The same at many more points."""
+    frequency: Floats
+    """(samples, amplitudes) [Hz]; NaN where the balance was not reached."""
+    joint_damping: Floats
+    """Damping ratio of the joint alone, the same [-]."""
+    gain: Floats
+    """Modal displacement at the sensor times that at the force, the same [1/kg]; ones without."""
+    base_damping: tuple[Floats, Floats]
+    """What is added to it, at the samples and at those many points [-]."""
+
+
+class ForcedMode(NamedTuple):
+    """Response to a harmonic force near a mode, as amplitudes of the sensor's quantity."""
+
+    force: float
+    """Its amplitude [N]."""
+    frequency: Floats
+    """Frequencies [Hz]."""
+    response: Floats
+    """With everything at its middle; the largest that lasts."""
+    peak: Floats
+    """Amplitude and frequency [Hz] of the peak; beyond the curve NaN."""
+    bands: Floats | None
+    """Quantiles at each frequency (3, frequencies)."""
+    peak_bands: Floats | None
+    """Quantiles of amplitude and frequency of the peak (3, 2)."""
+    error: float
+    """Half width of the widest 90 % interval of the quantiles of the peak, relative [-]."""
+    beyond: float
+    """Share of samples whose peak lies beyond the largest amplitude, which stands for it [-]."""
+    largest_force: float
+    """Which just reaches the largest amplitude, everything at its middle [N]."""
+
+
 @dataclass(frozen=True)
 class Mode:
     """One mode along the amplitudes at the sensor."""
@@ -50,6 +90,7 @@ class Mode:
     curve: ModalCurve  # by balance of harmonics
     quick: ModalCurve  # quasi-static
     bands: Bands | None  # None where everything is given as one number
+    forced: tuple[ForcedMode, ...] = ()  # one a force
 
     @property
     def last(self) -> int:

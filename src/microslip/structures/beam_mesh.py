@@ -103,7 +103,9 @@ def beam_mesh(
     layers = max(side // 2, round(0.8 * arm / size))
     bolts = max(len(lap.bolts) for lap in laps)
     longest = max(*(lap.length for lap in laps), width, arm)
-    check_count(math.ceil(max(longest - 2.0 * half * bolts, 0.8 * arm) / size))
+    reach = [end for part in parts for free in part.free for end in free[:2]]
+    lengths = float(np.ptp(reach or [0.0, longest])), width, thickness
+    check_count(math.ceil(max(longest - 2.0 * half * bolts, 0.8 * arm) / size), lengths)
     rows = lines(-edge, edge, [(y - half, y + half) for y in rows_of_bolts], size, side)
     scale = 1e-7 * min(*(lap.length for lap in laps), width, thickness)
     solids = Solids(scale)
@@ -117,7 +119,7 @@ def beam_mesh(
         marks = [(c - half, c + half) for c in np.unique(lap.bolts.positions[:, 0])]
         columns = lines(-0.5 * lap.length, 0.5 * lap.length, marks, size, side)
         count += 4 * layers * (len(columns) - 1) * (len(rows) - 1)
-        check_count(count)
+        check_count(count, lengths)
         flat = plan(columns, rows, lap.bolts, half, scale, side)
         flat = flat._replace(points=flat.points + np.array([lap.at, 0.0]))
         faces = [*flat.plate, *(quad for ring in flat.washer for quad in ring)]

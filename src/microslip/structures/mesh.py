@@ -135,12 +135,14 @@ def check_elastic(material: Material) -> None:
         )
 
 
-def check_count(hexahedra: int) -> None:
+def check_count(hexahedra: int, sizes: Iterable[float]) -> None:
     """Refuse more elements than memory is meant for."""
     if hexahedra > _MOST_CELLS:
+        lengths = " x ".join(f"{size:.4g}" for size in sizes)
         raise InputError(
             f"the mesh would have {hexahedra} hexahedra or more, above the {_MOST_CELLS} that "
-            "memory is meant for; take larger elements, such as element_size=0.01"
+            f"memory is meant for; is it really {lengths} m? If so, take larger elements, such as "
+            "element_size=0.01"
         )
 
 

@@ -21,6 +21,7 @@ from microslip.structures.modal_model import ModalJoints, ModalModel
 from microslip.structures.nonlinear_mode import ModeEquations, follow
 from microslip.structures.periodic_motion import AmplitudeMeasure, HarmonicBasis
 from microslip.structures.quasi_static import QuasiStatic
+from microslip.structures.resonance import sides
 
 _CLOSE = 0.02  # relative distance of a multiple of the frequency to another mode
 
@@ -213,19 +214,16 @@ class ModalCurve(LockedArrays, Plottable):
 
         omega = 2.0 * math.pi * along(self.frequency[good])
         zeta, p = along(self.damping_ratio[good]), along(push)
-        middle = omega**2 * (1.0 - 2.0 * zeta**2)
-        inside = (p / grid) ** 2 - 4.0 * zeta**2 * omega**4 * (1.0 - zeta**2)
-        there = inside >= 0.0
+        below, above = sides(grid, omega, zeta, p)
+        there = np.isfinite(above)
         if there.all():
             raise InputError(
                 f"force must be one whose peak lies on the curve, which ends at the modal "
                 f"amplitude {a[-1]:g}; solve for larger amplitudes, or push less"
             )
         end = int(np.argmin(there))
-        half = np.sqrt(inside[:end])
-        below, above = middle[:end] - half, middle[:end] + half
-        swings = below > 0.0
-        squares = np.concatenate([below[swings], above[::-1]])
+        swings = below[:end] > 0.0
+        squares = np.concatenate([below[:end][swings], above[:end][::-1]])
         amplitudes = np.concatenate([grid[:end][swings], grid[:end][::-1]])
         return np.sqrt(squares) / (2.0 * math.pi), amplitudes
 

@@ -65,7 +65,8 @@ class Reducer:
         self, mesh: JointMesh, masses: Mapping[Any, float] | None, along: Floats | None
     ) -> None:
         # A node of tetrahedra belongs to five times as many of them.
-        check_count(len(mesh.cells) // (5 if mesh.kind == "tetra" else 1))
+        count = len(mesh.cells) // (5 if mesh.kind == "tetra" else 1)
+        check_count(count, np.ptp(mesh.points, axis=0))
         _check_joined(mesh)
         self.mesh, self.along = mesh, along
         self.elements = Elements(mesh)

@@ -213,7 +213,7 @@ def _of_law(study: StudyTables) -> Problems:
 
 
 def _of_uncertainty(study: StudyTables) -> Problems:
-    """What is drawn is there, and drawn once."""
+    """What is factors_of_mass is there, and drawn once."""
     part = study.uncertainty
     if part is None:
         return
@@ -306,6 +306,8 @@ _SURFACE = {
 _SIZE = Usual(1e-3, 20.0, "m", "beams and plates that are bolted")
 _BODY = Usual(500.0, 2.3e4, "kg/m^3", "light polymers to tungsten")
 _BOLT = Usual(1e7, 1.1e9, "Pa", "finger-tight to the yield of grade 12.9")
+_BASE_DAMPING = Usual(1e-6, 0.05, "", "a string in vacuum to glue and rubber")
+_FORCE = Usual(1e-4, 1e5, "N", "hammers and shakers")
 _PRESSURE = Usual(1e1, 5e9, "Pa", "joints")
 
 
@@ -356,7 +358,19 @@ def _usual_of_structure(part: Any) -> Iterator[tuple[str, float, Usual]]:
         yield "structure.density", part.density, _BODY
     extent = part.extent
     usual = Usual(1e-10 * extent, 1e-2 * extent, "m", "vibration of something so long")
-    yield "structure.amplitude.to", float(part.amplitudes[-1]), usual
+    if part.quantity == "displacement":
+        yield "structure.amplitude.from", float(part.amplitudes[0]), usual
+        yield "structure.amplitude.to", float(part.amplitudes[-1]), usual
+    if part.base_damping_ratio:
+        yield "structure.base_damping_ratio", float(part.base_damping_ratio), _BASE_DAMPING
+    factors_of_mass = (part.density, part.length, part.width, part.thickness)
+    if part.mesh is None and None not in factors_of_mass:
+        body = math.prod(map(float, factors_of_mass))
+        usual = Usual(1e-6 * body, body, "kg", "what is fixed to a structure of such a mass")
+        for fixed in part.masses:
+            yield "structure.masses.mass", float(fixed.mass), usual
+    for force in part.force.amplitude if part.force is not None else ():
+        yield "structure.force.amplitude", force, _FORCE
     if part.bolts.shank is not None:
         section = 0.25 * math.pi * float(part.bolts.shank) ** 2
         for tension in sorted({float(tension) for tension in part.tension}):
@@ -368,7 +382,7 @@ def _question(key: str, value: float, usual: Usual) -> str | None:
         return None
 
     def written(number: float) -> str:
-        if usual.unit in ("", "1/m^2", "m^2", "kg/m^3"):
+        if usual.unit in ("", "1/m^2", "m^2", "kg/m^3", "kg"):
             return f"{significant(number)} {usual.unit}".rstrip()
         return engineering(number, usual.unit, 4, trim=True)
 

@@ -50,6 +50,7 @@ from microslip.study.mesh import MeshPart
 from microslip.study.modal_tests import MODE, MOST_MODES, TESTS, MeasuredPart
 from microslip.study.part import Part, Table, key
 from microslip.study.readers import Items, KeyedError, Place, Plain
+from microslip.study.structure_force import ForcePart
 from microslip.study.uncertain import Spread, Unsure
 
 if TYPE_CHECKING:
@@ -285,6 +286,12 @@ class StructurePart(Part):
         '{ at = ["0.36 m", "0 m", "0 m"], direction = "z" }',
         default=None,
     )
+    force: ForcePart | None = key(
+        Table(ForcePart),
+        "A harmonic force, whose response near each mode is told.",
+        '{ amplitude = "5 N" }',
+        default=None,
+    )
     base_damping_ratio: float = key(
         Unsure(VISCOUS_RATIO),
         "Damping of all but the joint, which is added: an input, no result; 0.01 to 0.1 %, as free "
@@ -445,8 +452,17 @@ class StructurePart(Part):
         return {
             "tension": self.tension,
             "patches": self.patches or USUAL_PATCHES,
-            "sensors": {"sensor": self.sensing},
+            "sensors": self.sensors,
         }
+
+    @property
+    def sensors(self) -> dict[str, tuple[tuple[float, float, float], str]]:
+        """Places [m] and directions of the sensor and of the force."""
+        if self.force is None:
+            return {"sensor": self.sensing}
+        at, direction = self.sensing
+        force = self.force.at or at, self.force.direction or direction
+        return {"sensor": self.sensing, "force": force}
 
     @property
     def least_patch(self) -> float:
@@ -477,7 +493,7 @@ class StructurePart(Part):
             patches=self.patches or USUAL_PATCHES,
             form=form,
             element_size=self.element_size,
-            sensors={"sensor": self.sensing},
+            sensors=self.sensors,
             masses={part.at: part.mass for part in self.masses},
             slack=self.bolts.slack,
         )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -82,6 +82,7 @@ def quantiles(
     dense: Floats,
     shares: Sequence[float],
     added: tuple[Floats, Floats] | None = None,
+    of: Callable[[Floats, Floats], Floats] | None = None,
 ) -> tuple[Floats, Floats]:
     """Quantiles of each column of values, and the half-widths of their 90 % intervals.
 
@@ -93,8 +94,11 @@ def quantiles(
     DOI 10.1201/9780429246593) and of the quantiles of ``dense``. Elsewhere quantiles are those of
     the points, their intervals of order statistics, infinite where there are too few points. Where
     there is something ``added``, known at the scores and at all of ``dense``, the values are
-    logarithms of what it is added to, and quantiles are those of the logarithm of the sum.
+    logarithms of what it is added to, and quantiles are those of the logarithm of the sum, or of
+    the columns that a function ``of`` makes of both, all of them finite.
     """
+    if of is not None:
+        return _of_columns(scores, values, dense, shares, added, of)
     middles, errors = np.full((2, len(shares), values.shape[1]), np.nan)
     finite = np.isfinite(values)
     patterns = np.unique(finite, axis=1).T
@@ -115,6 +119,7 @@ def _of_columns(
     dense: Floats,
     shares: Sequence[float],
     added: tuple[Floats, Floats] | None,
+    derived: Callable[[Floats, Floats], Floats] | None = None,
 ) -> tuple[Floats, Floats]:
     count = len(values)
     group = np.arange(count) * _GROUPS // count  # points in a row fill the cube, each by itself
@@ -133,7 +138,10 @@ def _of_columns(
     def of(fold: Floats | slice) -> Floats:
         points = _interpolated(scores[fold], values[fold], dense) if smooth else values[fold]
         if added is not None:
-            points = np.log(np.exp(points) + (added[1] if smooth else added[0][fold])[:, None])
+            other = added[1] if smooth else added[0][fold]
+            if derived is not None:
+                return derived(points, other)
+            points = np.log(np.exp(points) + other[:, None])
         return np.asarray(points)
 
     points = of(slice(None))

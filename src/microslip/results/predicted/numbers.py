@@ -18,6 +18,7 @@ from microslip.report.files import header, plain
 from microslip.results.predicted.scatter_document import FIGURES as SCATTER_FIGURES
 from microslip.results.predicted.scatter_document import numbers as scatter_numbers
 from microslip.results.structure.document import FIGURES as STRUCTURE_FIGURES
+from microslip.results.structure.document import FORCED_FIGURE
 from microslip.results.structure.document import numbers as structure_numbers
 from microslip.results.structure.fitted_study import FITTED_STUDY
 from microslip.runs.columns import (
@@ -53,6 +54,7 @@ def figure_names(study: StudyDescription) -> tuple[str, ...]:
     is_pressed = has_contacts and study.joint.pressure is not None
     figures = {
         **dict.fromkeys(STRUCTURE_FIGURES, study.structure is not None),
+        FORCED_FIGURE: study.structure is not None and study.structure.force is not None,
         **dict.fromkeys(SCATTER_FIGURES, _scatters(study)),
         **dict.fromkeys(JOINT_FIGURES, study.asks_for_joint),
         "contact_state": has_contacts and not is_pressed and study.asks_for_joint,

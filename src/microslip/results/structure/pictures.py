@@ -105,6 +105,37 @@ def curve_plot(prediction: StructurePrediction) -> Plot:
     return plot
 
 
+def forced_plot(prediction: StructurePrediction) -> Plot:
+    """Amplitude at the sensor against the frequency of the force, a panel a mode."""
+    si = AMPLITUDES[prediction.part.quantity].unit.replace("^2", "²")
+    panels, legend = [], []
+    for mode in prediction.modes:
+        highest = [forced.response for forced in mode.forced]
+        highest += [forced.bands[2] for forced in mode.forced if forced.bands is not None]
+        unit, letter = prefix(float(np.nanmax(np.concatenate(highest), initial=0.0)) or 1.0)
+        panel = Panel(
+            Axis("Frequency of the force [Hz]", margin=0.0),
+            Axis(f"Amplitude at the sensor [{letter}{si}]", log=True),
+            note=f"Mode {mode.number}",
+        )
+        for index, forced in enumerate(mode.forced):
+            if forced.bands is not None:
+                low, high = forced.bands[[0, 2]] / unit
+                pale = _PALE[index % len(_PALE)]
+                panel.add(between(forced.frequency, low, high, pale))
+        for index, forced in enumerate(mode.forced):
+            look = look_of(index)
+            panel.line(forced.frequency, forced.response / unit, look.color, dash=look.dash)
+        panels.append(panel)
+    for index, force in enumerate(prediction.part.force.amplitude if prediction.part.force else ()):
+        look = look_of(index)
+        scale, letter = prefix(force)
+        legend.append(Entry(f"{force / scale:g} {letter}N", look.color, look.dash))
+    plot = stacked(panels, 2.9 * len(panels) + 0.5, (1.0,) * len(panels))
+    plot.legend = tuple(legend)
+    return plot
+
+
 def pressure_plot(prediction: StructurePrediction) -> Plot:
     """Pressures after tightening."""
     scale, letter = prefix(float(prediction.state.pressures.max()))

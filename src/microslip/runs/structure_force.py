@@ -1,0 +1,93 @@
+"""Response of the modes of a study to a harmonic force, with its bands, from their curves."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from microslip._core.checks import Floats
+from microslip.runs.structure_prediction import SHARES, ForcedMode, Sampled
+from microslip.structures import ModalCurve, ReducedJoint
+from microslip.structures.periodic_motion import POWERS
+from microslip.structures.resonance import Resonant, refined, resonant
+from microslip.study.structure import StructurePart
+from microslip.sweeps.quantiles import quantiles
+
+_DENSE = 512  # points at which responses interpolate between the samples
+_FREQUENCIES = 121
+_WIDTHS = 5.0  # half widths of the resonance that are shown beside the outermost peaks
+
+
+def gain_of(curve: ModalCurve, joint: ReducedJoint) -> Floats:
+    """Modal displacement at the sensor times that at the force, by amplitude [1/kg]."""
+    rows = (joint.sensor("sensor"), joint.sensor("force"))
+    return np.asarray(np.prod([abs(curve.shape @ row) for row in rows], axis=0))
+
+
+def forced_modes(
+    part: StructurePart, joint: ReducedJoint, curve: ModalCurve, sampled: Sampled | None
+) -> tuple[ForcedMode, ...]:
+    """One for each force."""
+    forces = () if part.force is None else part.force.amplitude
+    return tuple(_forced(part, joint, curve, sampled, force) for force in forces)
+
+
+def _forced(
+    part: StructurePart,
+    joint: ReducedJoint,
+    curve: ModalCurve,
+    sampled: Sampled | None,
+    force: float,
+) -> ForcedMode:
+    power = POWERS[part.quantity]
+    solved = curve.converged
+    asked = part.amplitudes[solved]
+
+    def answers(logs: Floats, base: Floats, at: Floats) -> Resonant:
+        """In the sensor's quantity, of rows of ln frequency, ln zeta of the joint, ln gain."""
+        fine, values = refined(asked, logs.reshape(len(logs), 3, -1))
+        frequency, of_joint, gain = np.moveaxis(values, 1, 0)
+        moved = fine / (2.0 * math.pi * frequency) ** power
+        found = resonant(moved, frequency, of_joint + base[:, None], force * gain, at)
+        peak = found.peak * (2.0 * math.pi * found.peak[:, 1:]) ** [power, 0]
+        return Resonant(peak, found.beyond, found.amplitude * (2.0 * math.pi * at) ** power)
+
+    frequency, damping = curve.frequency[solved], curve.damping_ratio[solved]
+    gain = gain_of(curve, joint)[solved]
+    base = np.array([curve.base_damping])
+    row = np.log([frequency, damping - curve.base_damping, gain]).reshape(1, -1)
+    middle = answers(row, base, np.ones(1))
+    most = 2.0 * damping[-1] * asked[-1] * (2.0 * math.pi * frequency[-1]) ** (2 - power) / gain[-1]
+    peaks = middle
+    if sampled is not None:
+        logs = np.log([sampled.frequency, sampled.joint_damping, sampled.gain])[:, :, solved]
+        logs = np.moveaxis(logs, 0, 1).reshape(len(sampled.scores), -1)
+        solved_rows = np.isfinite(logs).all(axis=1)
+        peaks = answers(logs[solved_rows], sampled.base_damping[0][solved_rows], np.ones(1))
+    ends = np.append(peaks.peak[:, 1], middle.peak[0, 1])
+    width = float(np.exp(np.interp(np.log(middle.peak[0, 0]), np.log(asked), np.log(damping))))
+    near = _WIDTHS * min(width, 0.05)
+    at = np.linspace(ends.min() * (1.0 - near), ends.max() * (1.0 + near), _FREQUENCIES)
+    response = answers(row, base, at).amplitude[0]
+    reached = np.where(middle.beyond[0], math.nan, middle.peak[0])
+    plain = ForcedMode(force, at, response, reached, None, None, math.nan, 0.0, float(most))
+    if sampled is None:
+        return plain._replace(beyond=float(middle.beyond[0]))
+
+    def of_points(points: Floats, base: Floats) -> Floats:
+        found = answers(points, base, at)
+        return np.log(np.hstack([found.peak, found.amplitude]))
+
+    known = sampled.base_damping[0][solved_rows], sampled.base_damping[1][:_DENSE]
+    bands, errors = quantiles(
+        sampled.scores[solved_rows], logs[solved_rows], sampled.dense[:_DENSE], SHARES, known,
+        of_points,
+    )  # fmt: skip
+    bands = np.exp(bands)
+    return plain._replace(
+        bands=bands[:, 2:],
+        peak_bands=bands[:, :2],
+        error=float(np.max(errors[:, 0])),
+        beyond=float(peaks.beyond.mean()),
+    )

@@ -163,9 +163,10 @@ def jacobian_by_differences(call: Any, x: np.ndarray, h: float) -> np.ndarray:
 def test_harmonics_have_their_jacobian() -> None:
     x = 3e-7 * np.array([[0.1, 1.0, 0.3], [-0.2, 0.4, 0.9]])
     two = ms.IsotropicJoint(JOINT, 6)
-    force, jacobian = two.harmonics(x, samples=12, tolerance=1e-3)
+    # The Jacobian is that of the settled cycle, so differences want one that is near it.
+    force, jacobian = two.harmonics(x, samples=12, tolerance=1e-10)
     found = jacobian_by_differences(
-        lambda c: two.harmonics(c, samples=12, tolerance=1e-3)[0], x, 1e-13
+        lambda c: two.harmonics(c, samples=12, tolerance=1e-10)[0], x, 1e-12
     )
     for k in range(2):
         for column in range(3):
@@ -259,7 +260,7 @@ def test_harmonics_of_nodes_have_their_jacobian() -> None:
     two = FIELD.two_directions(24, nearest=NEAREST)
     x = np.stack((X, 0.7 * np.roll(X, 1, axis=0)), axis=1)
     force, load, jacobian = two.harmonics(x, separations=D, samples=SAMPLES)
-    h, size = 1e-13, np.abs(jacobian).max()
+    h, size = 1e-12, np.abs(jacobian).max()
     for k in range(3):
         for column in range(3):
             e, f = np.zeros((2, 3)), np.zeros(3)
@@ -267,12 +268,14 @@ def test_harmonics_of_nodes_have_their_jacobian() -> None:
                 e[k, column] = h
             else:
                 f[column] = h
-            up = two.harmonics(x + e, separations=D + f, samples=SAMPLES)
-            down = two.harmonics(x - e, separations=D - f, samples=SAMPLES)
+            up, down = (
+                two.harmonics(x + s * e, separations=D + s * f, samples=SAMPLES, tolerance=1e-9)
+                for s in (1.0, -1.0)
+            )
             slope = np.concatenate((up[0] - down[0], (up[1] - down[1])[:, None]), axis=1)
             np.testing.assert_allclose(
-                slope / (2.0 * h) / size, jacobian[:, :, k, :, column] / size, rtol=0, atol=2e-7
-            )
+                slope / (2.0 * h) / size, jacobian[:, :, k, :, column] / size, rtol=0, atol=5e-5
+            )  # a slider that at last just touches its circle has a derivative to either side
     held, own = two.harmonics(x, samples=SAMPLES)
     assert held.shape == force.shape
     assert load.shape == (NODES, 3)
@@ -306,3 +309,31 @@ def test_states_in_two_directions_go_through_plain_arrays() -> None:
             damaged[key].flat[0] = value
             with pytest.raises(ms.InputError, match=message):
                 start(arrays=damaged)
+
+
+def test_the_tolerance_bounds_the_error_of_a_settled_cycle() -> None:
+    """Sliders that hardly slip change little, and for long: that is not what ends it."""
+    two = FIELD.two_directions(24, nearest=NEAREST)
+    x = np.stack((X, 0.7 * np.roll(X, 1, axis=0)), axis=1)
+    exact = two.harmonics(x, separations=D, samples=SAMPLES, tolerance=1e-9)[0]
+    limit = FIELD.friction * FIELD.normal_loads
+    for tolerance in (1e-2, 1e-4, 1e-6):
+        found = two.harmonics(x, separations=D, samples=SAMPLES, tolerance=tolerance)[0]
+        assert (np.abs(found - exact).max(axis=(1, 2)) / limit).max() < tolerance
+
+
+def test_a_settled_cycle_is_that_of_many_periods() -> None:
+    """A state stepped through 600 periods, a program of its own."""
+    two = FIELD.two_directions(24, nearest=NEAREST)
+    t = 2.0 * np.pi * np.arange(SAMPLES) / SAMPLES
+    path = np.stack((3e-7 * np.cos(t), 2e-7 * np.sin(t)), axis=1) + np.zeros((NODES, 1, 1))
+    d = FIELD.separations[:, None] + 5e-8 * np.sin(2.0 * t + 0.3)
+    wanted = two.periodic(path, d, tolerance=1e-7).force
+    state = two.start()
+    for _ in range(600):
+        force = []
+        for k in range(SAMPLES):
+            force.append(state.try_(path[:, k], d[:, k]).force)
+            state.commit()
+    off = np.abs(np.stack(force, axis=1) - wanted) / np.abs(wanted).max()
+    assert off.max() < 3e-5  # of the inverse square of the periods

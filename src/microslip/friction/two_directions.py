@@ -35,12 +35,12 @@ from microslip.normal.base import NormalLaw
 
 _MOST_SLIDERS = 100_000
 _MOST_IN_STATE = 100_000_000  # sliders of all joints of a state
-_PASSES = 1000
+_PASSES = 100_000
 _BLOCK = 128  # nodes at a time, whose derivatives are held
 _GRID = 4000  # places at which the load curve is looked at
 _LIGHTEST_SHARE = 1e-3  # of the lightest node's load: knots are laid evenly down to it
 SETTLED = 1e-6
-"""Of the force limit: a cycle that changes less from period to period counts as settled."""
+"""Of the force limit: a cycle whose forces are so near their limit counts as settled."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +55,7 @@ class VectorCycle(Locked):
     load: Floats | None
     """Normal loads [N], shape (nodes, samples); None of one joint, whose law knows none."""
     passes: Integers
-    """Periods after which each cycle had settled."""
+    """Periods that the slowest slider of each cycle took to settle."""
     _bank: SliderBank
     _places: Floats
     _steps: Floats
@@ -114,8 +114,9 @@ def _settle(
         )  # fmt: skip
     if passes.min() < 0:
         raise InputError(
-            f"displacements must be a cycle that settles: node {int(np.argmin(passes))} still "
-            f"changes by more than {exact(small_enough)} of its force limit after {_PASSES} periods"
+            f"displacements must be a cycle that settles: node {int(np.argmin(passes))} is still "
+            f"more than {exact(small_enough)} of its force limit off after {_PASSES} periods; "
+            f"give a larger tolerance"
         )
     value *= bank.scales[:, None, None]
     slopes *= bank.scales[:, None, None, None]
@@ -261,9 +262,9 @@ class IsotropicJoint(Locked):
         displacement_cycle : array_like
             One period of displacements [m], shape (samples, 2), its first sample not repeated.
         tolerance : float, optional
-            Share of the force limit [-]: a cycle that changes by less from one period to the next
-            counts as settled. Sliders that hardly slip near their end change like the inverse
-            square of the number of periods, so that less takes long.
+            Share of the force limit [-] that forces may be off those after infinitely many periods.
+            Each slider is passed until its own share is reached: those that hardly slip near
+            their end like the inverse square of the number of periods, so that less takes long.
 
         Returns
         -------
@@ -294,7 +295,7 @@ class IsotropicJoint(Locked):
         samples : int, optional
             Equidistant samples of the period [-]; the error falls with their square.
         tolerance : float, optional
-            As for :meth:`periodic`; the Jacobian is exactly that of the cycle so reached.
+            As for :meth:`periodic`; the Jacobian is that of the settled cycle.
 
         Returns
         -------

@@ -82,99 +82,296 @@ static int run_vector_try(const Argument *a, Result *out)
     return FINE;
 }
 
+/* A cycle of a node: places (samples, 2) and separations, and how both follow directions. */
+typedef struct {
+    const double *x, *d, *u, *v;
+    Py_ssize_t samples, places, steps, columns, root;
+    double *begin;                /* scratch, 2 x columns */
+    double *trace;                /* of a settled slider, see trace_slider */
+    char *stuck;
+    double *runs, *held, *shares; /* what stick adds and takes off, of slopes, values and weights */
+} Round;
+
+static inline Py_ssize_t sample_of(const Round *c, Py_ssize_t k)
+{
+    return c->root + k < c->samples ? c->root + k : c->root + k - c->samples;
+}
+
+/* A step of a slider to sample t; whether it stuck. `map` as of press(), or NULL. */
+static inline int step_slider(const Round *c, Py_ssize_t t, const double *last_x, double last_d,
+                              double top, double *g, double map[2][6])
+{
+    double step[2] = {c->x[2 * t] - last_x[0], c->x[2 * t + 1] - last_x[1]};
+    double first = top - last_d, last = top - c->d[t], to[2];
+    if (first > 0.0 && last > 0.0) {
+        double u = g[0] + step[0], v = g[1] + step[1];
+        if (u * u + v * v <= last * last) {
+            g[0] = u;
+            g[1] = v;
+            return 1;
+        }
+    }
+    move_slider(g, step, hypot(step[0], step[1]), first, last, to, map);
+    g[0] = to[0];
+    g[1] = to[1];
+    return 0;
+}
+
+/* Takes N and B, of a start, over a step that did not stick; `before` is -1 at the start from rest. */
+static void take_map(const Round *c, Py_ssize_t t, Py_ssize_t before, double map[2][6], double *N,
+                     double *B)
+{
+    double n[4] = {N[0], N[1], N[2], N[3]};
+    for (int r = 0; r < 2; r++)
+        for (int k = 0; k < 2; k++) N[2 * r + k] = map[r][0] * n[k] + map[r][1] * n[2 + k];
+    const double *now = c->u + t * c->places;
+    const double *past = before < 0 ? NULL : c->u + before * c->places;
+    for (Py_ssize_t k = 0; k < c->columns; k++) {
+        double x = B[k], y = B[c->columns + k];
+        B[k] = map[0][0] * x + map[0][1] * y;
+        B[c->columns + k] = map[1][0] * x + map[1][1] * y;
+    }
+    for (Py_ssize_t k = 0; k < c->places; k++) {
+        double du = now[k] - (past ? past[k] : 0.0);
+        for (int r = 0; r < 2; r++) {
+            B[r * c->columns + k] += map[r][2] * du;
+            B[r * c->columns + c->places + k] += map[r][3] * du;
+        }
+    }
+    for (Py_ssize_t k = 0; k < c->steps; k++) {
+        double last = before < 0 ? 0.0 : c->v[before * c->steps + k], here = c->v[t * c->steps + k];
+        for (int r = 0; r < 2; r++)
+            B[r * c->columns + 2 * c->places + k] -= map[r][4] * last + map[r][5] * here;
+    }
+}
+
+/* B of what stuck from one sample to another: it just moves along. */
+static void move_along(const Round *c, Py_ssize_t from, Py_ssize_t to, double *B)
+{
+    for (Py_ssize_t k = 0; k < c->places; k++) {
+        double du = c->u[to * c->places + k] - (from < 0 ? 0.0 : c->u[from * c->places + k]);
+        B[k] += du;
+        B[c->columns + c->places + k] += du;
+    }
+}
+
+/* Passes of a slider until its state at the root, which is left in g, changes by so little that it
+ * is within `small` of where it tends to; 0 if that takes more than `most`. */
+static Py_ssize_t settle_slider(const Round *c, double rest, double top, double small,
+                                double rounding, Py_ssize_t most, double *g)
+{
+    double last_x[2] = {0.0, 0.0}, last_d = rest, root[2] = {0.0, 0.0}, change = 0.0;
+    g[0] = g[1] = 0.0;
+    for (Py_ssize_t pass = 0; pass < most; pass++) {
+        for (Py_ssize_t k = 0; k < c->samples; k++) {
+            Py_ssize_t t = sample_of(c, k);
+            step_slider(c, t, last_x, last_d, top, g, NULL);
+            last_x[0] = c->x[2 * t];
+            last_x[1] = c->x[2 * t + 1];
+            last_d = c->d[t];
+            if (k) continue;
+            double moved = hypot(g[0] - root[0], g[1] - root[1]);
+            root[0] = g[0];
+            root[1] = g[1];
+            /* What is left of a change that shrinks as it did, or as the inverse cube of passes. */
+            double ratio = moved / change;
+            int there = pass > 1 && ratio < 1.0 && 2.0 * moved * ratio <= small * (1.0 - ratio);
+            change = moved;
+            if (pass && (moved <= rounding || there)) return pass + 1;
+        }
+    }
+    return 0;
+}
+
+/* Steps 1 .. samples of a settled slider, the last back to the root: whether each sticks, where it
+ * ends and, with directions, its map. */
+static void trace_slider(const Round *c, double top, const double *settled)
+{
+    double g[2] = {settled[0], settled[1]};
+    Py_ssize_t last = c->root;
+    for (Py_ssize_t k = 1; k <= c->samples; k++) {
+        Py_ssize_t t = k < c->samples ? sample_of(c, k) : c->root;
+        double *to = c->trace + 14 * k, (*map)[6] = (double(*)[6])(to + 2);
+        c->stuck[k] = (char)step_slider(c, t, c->x + 2 * last, c->d[last], top, g,
+                                        c->columns ? map : NULL);
+        to[0] = g[0];
+        to[1] = g[1];
+        last = t;
+    }
+}
+
+static inline double (*map_of(const Round *c, Py_ssize_t k))[6]
+{
+    return (double(*)[6])(c->trace + 14 * k + 2);
+}
+
+/* Derivatives of a slider's state at the root: what its cycle leaves, or, where it does not slip in
+ * it, what the passes before left. */
+static void derive_start(const Round *c, double rest, double top, Py_ssize_t passes, double *start)
+{
+    double N[4] = {1.0, 0.0, 0.0, 1.0}, *B = c->begin;
+    size_t bytes = 2 * (size_t)c->columns * sizeof(double);
+    Py_ssize_t last = c->root, from = c->root; /* before this step, and of B */
+    memset(B, 0, bytes);
+    for (Py_ssize_t k = 1; k <= c->samples; k++) {
+        Py_ssize_t t = k < c->samples ? sample_of(c, k) : c->root;
+        if (!c->stuck[k]) {
+            move_along(c, from, last, B);
+            take_map(c, t, last, map_of(c, k), N, B);
+            from = t;
+        }
+        last = t;
+    }
+    move_along(c, from, c->root, B);
+    double a = 1.0 - N[0], b = -N[1], p = -N[2], q = 1.0 - N[3], det = a * q - b * p;
+    if (det > 1e-12) {
+        for (Py_ssize_t k = 0; k < c->columns; k++) {
+            double x = B[k], y = B[c->columns + k];
+            start[k] = (q * x - b * y) / det;
+            start[c->columns + k] = (a * y - p * x) / det;
+        }
+        return;
+    }
+    double last_x[2] = {0.0, 0.0}, last_d = rest, g[2] = {0.0, 0.0}, map[2][6];
+    memset(B, 0, bytes);
+    last = from = -1;
+    for (Py_ssize_t k = 0; k <= (passes - 1) * c->samples; k++) {
+        Py_ssize_t t = sample_of(c, k % c->samples);
+        if (!step_slider(c, t, last_x, last_d, top, g, map)) {
+            move_along(c, from, last, B);
+            take_map(c, t, last, map, N, B);
+            from = t;
+        }
+        last = t;
+        last_x[0] = c->x[2 * t];
+        last_x[1] = c->x[2 * t + 1];
+        last_d = c->d[t];
+    }
+    move_along(c, from, last, B);
+    memcpy(start, B, bytes);
+}
+
+/* Adds a settled slider to the sums. What sticks from sample t on is w (g_t - x_t) and w x, which is
+ * added where it begins and taken off where it ends. */
+static void add_slider(const Round *c, double w, const double *settled, double *B)
+{
+    double N[4];
+    Py_ssize_t width = 2 * c->columns;
+    double *row = c->begin;
+    for (Py_ssize_t k = 0; k < c->samples;) {
+        Py_ssize_t from = sample_of(c, k), end = k + 1;
+        const double *first = k ? c->trace + 14 * k : settled;
+        while (end < c->samples && c->stuck[end]) end++;
+        Py_ssize_t here = sample_of(c, end - 1);
+        /* from k to end - 1 it moves along */
+        double *begun = c->held + 2 * k, *ended = c->held + 2 * end;
+        for (int r = 0; r < 2; r++) {
+            double value = w * (first[r] - c->x[2 * from + r]);
+            begun[r] += value;
+            ended[r] -= value;
+        }
+        c->shares[k] += w;
+        c->shares[end] -= w;
+        if (width) {
+            const double *u = c->u + from * c->places;
+            double *start = c->runs + k * width, *stop = c->runs + end * width;
+            memcpy(row, B, (size_t)width * sizeof(double));
+            for (Py_ssize_t m = 0; m < c->places; m++) {
+                row[m] -= u[m];
+                row[c->columns + c->places + m] -= u[m];
+            }
+            for (Py_ssize_t m = 0; m < width; m++) {
+                start[m] += w * row[m];
+                stop[m] -= w * row[m];
+            }
+            if (end < c->samples) {
+                Py_ssize_t t = sample_of(c, end);
+                memset(N, 0, sizeof(N)); /* not used */
+                move_along(c, from, here, B);
+                take_map(c, t, here, map_of(c, end), N, B);
+            }
+        }
+        k = end;
+    }
+}
+
 /* Settled cycles of nodes that share the sliders, with derivatives along directions: (nodes,
  * samples, 2, 2 places + steps) by those of each part of the place and of the separation. A cycle
- * begins where step + |place| is largest, with a straight path from rest, and is passed until its
- * values change by no more than `small`, or `most` times: then `passes` is negative. */
+ * begins where step + |place| is largest, with a straight path from rest; each slider is passed
+ * until it has settled, all together to `small`, or `most` times: then `passes` is negative. */
 static int run_vector_cycle(const Argument *a, Result *out)
 {
     enum { PLACE, STEP, REST, SAMPLES, TOPS, WEIGHTS, BY_PLACE, PLACES, BY_STEP, STEPS, MOST, SMALL,
            VALUE, SLOPES, PASSES };
     Py_ssize_t samples = a[SAMPLES].n, places = a[PLACES].n, steps = a[STEPS].n, most = a[MOST].n;
     Py_ssize_t sliders = a[TOPS].n, nodes = a[PASSES].n, n = nodes * samples;
-    Py_ssize_t columns = 2 * places + steps;
-    double small = a[SMALL].x;
+    Py_ssize_t columns = 2 * places + steps, width = 2 * columns;
     if (samples < 1 || places < 0 || steps < 0 || a[PLACE].n < 2 * n || a[STEP].n < n ||
         a[REST].n < nodes || a[WEIGHTS].n < sliders || a[BY_PLACE].n < samples * places ||
-        a[BY_STEP].n < samples * steps || a[VALUE].n < 2 * n || a[SLOPES].n < 2 * n * columns)
+        a[BY_STEP].n < samples * steps || a[VALUE].n < 2 * n || a[SLOPES].n < n * width)
         return TOO_SHORT;
-    size_t room = (size_t)(2 * sliders * (2 + columns) + 2 * columns + 1);
-    double *memory = malloc(room * sizeof(double));
+    size_t sums = (size_t)((samples + 1) * (width + 3));
+    size_t doubles = sums + 2 * (size_t)width + 14 * ((size_t)samples + 1);
+    double *memory = malloc(doubles * sizeof(double) + (size_t)samples + 1);
     if (!memory) return NO_MEMORY;
-    const double *tops = a[TOPS].reals, *weights = a[WEIGHTS].reals, *u = a[BY_PLACE].reals,
-                 *v = a[BY_STEP].reals;
-    long long *passes = a[PASSES].integers;
+    const double *tops = a[TOPS].reals, *weights = a[WEIGHTS].reals;
+    double *start = memory + sums, whole = 0.0;
+    for (Py_ssize_t j = 0; j < sliders; j++) whole += weights[j];
+    Round c = {.u = a[BY_PLACE].reals, .v = a[BY_STEP].reals, .samples = samples, .places = places,
+               .steps = steps, .columns = columns, .runs = memory, .begin = start + width,
+               .trace = start + 2 * width, .stuck = (char *)(memory + doubles),
+               .held = memory + (samples + 1) * width,
+               .shares = memory + (samples + 1) * (width + 2)};
     for (Py_ssize_t i = 0; i < nodes; i++) {
-        const double *x = a[PLACE].reals + 2 * samples * i;
-        const double *d = a[STEP].reals + samples * i;
-        double *value = a[VALUE].reals + 2 * samples * i;
-        double *slopes = a[SLOPES].reals + 2 * samples * columns * i;
-        double *g = memory, *before = g + 2 * sliders, *by = before + 2 * sliders;
-        double *row = by + 2 * sliders * columns;
-        for (size_t k = 0; k < room; k++) memory[k] = 0.0;
-        Py_ssize_t root = 0;
-        double reach = -HUGE_VAL;
+        double reach = -HUGE_VAL, nearest = HUGE_VAL, *shares = c.shares, total = 0.0, size = 0.0;
+        Py_ssize_t longest = 1;
+        c.x = a[PLACE].reals + 2 * samples * i;
+        c.d = a[STEP].reals + samples * i;
         for (Py_ssize_t t = 0; t < samples; t++) {
-            double far = d[t] + hypot(x[2 * t], x[2 * t + 1]);
+            double far = c.d[t] + hypot(c.x[2 * t], c.x[2 * t + 1]);
+            nearest = fmin(nearest, c.d[t]);
+            size = fmax(size, 1e-15 * (fabs(c.d[t]) + far - c.d[t]));
             if (far > reach) {
                 reach = far;
-                root = t;
+                c.root = t;
             }
         }
-        double last_x[2] = {0.0, 0.0}, last_d = a[REST].reals[i];
-        Py_ssize_t last_t = -1;
-        Py_ssize_t pass = 0;
-        for (; pass < most; pass++) {
-            double change = 0.0;
-            for (Py_ssize_t k = 0; k < samples; k++) {
-                Py_ssize_t t = root + k < samples ? root + k : root + k - samples;
-                double step[2] = {x[2 * t] - last_x[0], x[2 * t + 1] - last_x[1]};
-                double length = hypot(step[0], step[1]), sum[2] = {0.0, 0.0};
-                double *out = slopes + 2 * columns * t;
-                for (Py_ssize_t c = 0; c < 2 * columns; c++) out[c] = 0.0;
-                for (Py_ssize_t j = 0; j < sliders; j++) {
-                    double map[2][6], to[2], w = weights[j], *own = by + 2 * columns * j;
-                    move_slider(g + 2 * j, step, length, tops[j] - last_d, tops[j] - d[t], to,
-                                columns ? map : NULL);
-                    for (int r = 0; r < 2; r++) {
-                        sum[r] += w * to[r];
-                        g[2 * j + r] = to[r];
-                    }
-                    if (!columns) continue;
-                    for (Py_ssize_t c = 0; c < columns; c++) {
-                        double in[6] = {own[c], own[columns + c], 0.0, 0.0, 0.0, 0.0};
-                        if (c < 2 * places) {
-                            Py_ssize_t way = c / places, p = c - way * places;
-                            in[2 + way] = u[t * places + p] -
-                                          (last_t < 0 ? 0.0 : u[last_t * places + p]);
-                        } else {
-                            Py_ssize_t p = c - 2 * places;
-                            in[4] = last_t < 0 ? 0.0 : -v[last_t * steps + p];
-                            in[5] = -v[t * steps + p];
-                        }
-                        for (int r = 0; r < 2; r++) {
-                            double total = 0.0;
-                            for (int m = 0; m < 6; m++) total += map[r][m] * in[m];
-                            row[r] = total;
-                        }
-                        own[c] = row[0];
-                        own[columns + c] = row[1];
-                        out[c] += w * row[0];
-                        out[columns + c] += w * row[1];
-                    }
-                }
-                change = fmax(change, fmax(fabs(sum[0] - value[2 * t]),
-                                           fabs(sum[1] - value[2 * t + 1])));
-                value[2 * t] = sum[0];
-                value[2 * t + 1] = sum[1];
-                last_x[0] = x[2 * t];
-                last_x[1] = x[2 * t + 1];
-                last_d = d[t];
-                last_t = t;
+        memset(memory, 0, sums * sizeof(double));
+        for (Py_ssize_t j = 0; j < sliders; j++) {
+            double g[2], rest = a[REST].reals[i];
+            if (!(tops[j] > nearest)) continue; /* it never touches */
+            Py_ssize_t passes = settle_slider(&c, rest, tops[j], a[SMALL].x / whole,
+                                              size + 1e-15 * fabs(tops[j]), most, g);
+            if (!passes) {
+                longest = 0;
+                break;
             }
-            if (pass && change <= small) break;
+            if (passes > longest) longest = passes;
+            trace_slider(&c, tops[j], g);
+            if (columns) derive_start(&c, rest, tops[j], passes, start);
+            add_slider(&c, weights[j], g, start);
         }
-        passes[i] = pass < most ? pass + 1 : -(long long)most;
+        a[PASSES].integers[i] = longest ? longest : -(long long)most;
+        double held[2] = {0.0, 0.0}, *run = start;
+        memset(run, 0, (size_t)width * sizeof(double));
+        for (Py_ssize_t k = 0; k < samples; k++) {
+            Py_ssize_t t = sample_of(&c, k);
+            double *value = a[VALUE].reals + 2 * (samples * i + t);
+            double *slopes = a[SLOPES].reals + width * (samples * i + t);
+            total += shares[k];
+            for (int r = 0; r < 2; r++) {
+                held[r] += c.held[2 * k + r];
+                value[r] = held[r] + total * c.x[2 * t + r];
+            }
+            for (Py_ssize_t m = 0; m < width; m++) {
+                run[m] += c.runs[k * width + m];
+                slopes[m] = run[m];
+            }
+            for (Py_ssize_t m = 0; m < places; m++) {
+                slopes[m] += total * c.u[t * places + m];
+                slopes[columns + places + m] += total * c.u[t * places + m];
+            }
+        }
     }
     free(memory);
     return FINE;

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 from functools import lru_cache
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import h5py
 import numpy as np
@@ -89,7 +89,7 @@ def _records(here: Path) -> Iterator[Seed]:
             "sample_rate": 100.0,
         })
     )  # fmt: skip
-    yield _of(here / "record.json", ms.Record.read)
+    yield _of(here / "record.json", ms.Record.read, parsed_apart=True)
     with h5py.File(here / "record.h5", "w") as file:
         for name, unit in UNITS.items():
             file.create_dataset(f"run/{name}", data=columns[name], compression="gzip")
@@ -349,6 +349,14 @@ def _tables(here: Path) -> Iterator[Seed]:
     yield _of(here / "gaps.npz", ms.read_gap_table)
     scipy_io.savemat(here / "gaps.mat", table | {"area_density": 1e7})
     yield _of(here / "gaps.mat", ms.read_gap_table, parsed_apart=True)
+    face = cast(ms.MeasuredContact, ms.MeasuredContact.examples()[0])
+    face.save(here / "face.npz")
+    yield _of(here / "face.npz", ms.MeasuredContact.open)
+    found = {
+        "parameters": {"friction_coefficient": {"value": 0.5, "standard_error": 0.01}},
+        "correlation": {"names": ["friction_coefficient"], "matrix": [[1.0]]},
+    }
+    yield Seed("found/summary.json", json.dumps({"fits": [found]}).encode(), _found)
     small_joint().save(here / "reduced.npz")
     yield _of(here / "reduced.npz", ms.ReducedJoint.load)
     decay = np.exp(-3.0 * np.arange(2000) * 2e-4) * np.cos(1e3 * np.arange(2000) * 2e-4)
@@ -358,6 +366,11 @@ def _tables(here: Path) -> Iterator[Seed]:
     yield _of(here / "decay.csv", ms.ModalTest.read)
     listed = b"name,joint.normal_load\n1,100 N\n2,200 N\n3,1 kN\n"
     yield Seed("list.csv", listed, lambda path: items_of(path, path.parent / "study.toml"))
+
+
+def _found(path: Path) -> ms.Study:
+    part = f'[uncertainty]\nidentification = "{path.parent.name}"\nsamples = 64\n'
+    return ms.Study.from_toml(STUDY + part, folder=path.parents[1])
 
 
 def _studies(here: Path) -> Iterator[Seed]:

@@ -100,6 +100,7 @@ NOT_ENTERED = {
     *("PerssonCurve", "Preload", "Pressure", "ReducedJoint", "SegalmanFit", "Sliders", "Summits"),
     *("Sweep", "TightenedSurface", "VectorCycle", "VectorResponse", "Verdict"),
     *("MeshedJoint.read", "ModalTest.read", "Record.read", "Scan.read", "Structure.load"),
+    "ReducedJoint.load",
     *("Drawing.converge", "PerssonCurve.from_spectrum", "Scan.changed", "evaluate_to_zarr"),
     "read_gap_table",
     *("EllipticSummits.tightened", "PressedJoint.guess", "Asperity.guess"),  # they refuse

@@ -115,8 +115,32 @@ def test_files_that_hold_no_joint(tmp_path: Path) -> None:
     with pytest.raises(ms.InputError, match="holds no reduced joint"):
         ms.ReducedJoint.load(tmp_path / "other.npz")
     np.savez(tmp_path / "half.npz", kind=np.array("microslip-reduced-joint"))
-    with pytest.raises(ms.InputError, match="is damaged"):
+    with pytest.raises(ms.InputError, match='is damaged: "mass" is missing'):
         ms.ReducedJoint.load(tmp_path / "half.npz")
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "message"),
+    [
+        ("stiffness", np.zeros((3, 3)), "stiffness has the shape"),
+        ("stiffness", np.full((33, 33), np.nan), "stiffness holds what is no number"),
+        ("stiffness", -np.eye(33), "stiffness must not be negative"),
+        ("mass", np.zeros((33, 33)), "mass must be positive definite"),
+        ("mass", np.array("x"), "mass has the shape"),
+        ("patch_areas", np.zeros(6), "patch_areas must be above zero"),
+        ("samples_patches", np.full(1872, 6), "samples_patches must be from 0 to 5"),
+        ("surface_facets", np.full((800, 4), -1), "surface_facets must be from 0 to 801"),
+        ("full_size", np.array("many"), "full_size has the shape"),
+    ],
+)
+def test_a_stored_joint_of_other_numbers_is_refused(
+    tmp_path: Path, name: str, value: Any, message: str
+) -> None:
+    small_joint().save(tmp_path / "joint.npz")
+    with np.load(tmp_path / "joint.npz") as sound:
+        np.savez(tmp_path / "changed.npz", **{**sound, name: value})
+    with pytest.raises(ms.InputError, match=message):
+        ms.ReducedJoint.load(tmp_path / "changed.npz")
 
 
 def test_form_by_function_table_and_patch() -> None:

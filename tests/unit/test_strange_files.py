@@ -225,6 +225,12 @@ def text_bomb() -> str:
     return "bomb.csv"
 
 
+def json_bomb() -> str:
+    """Rows without a name in common: of 300 kB a table of 6e8 cells."""
+    Path("bomb.json").write_text(json.dumps([{f"k{i}": 1} for i in range(25_000)]))
+    return "bomb.json"
+
+
 def line_bomb() -> str:
     Path("bomb.csv").write_text("0 " * 30_000_000)
     return "bomb.csv"
@@ -233,6 +239,7 @@ def line_bomb() -> str:
 BOMBS = {
     "text": (text_bomb, "Record"),
     "line": (line_bomb, "Record"),
+    "json": (json_bomb, "Record"),
     "hdf5": (hdf5_bomb, "Record"),
     "npz": (npz_bomb, "Record"),
     "npz-matrices": (npz_bomb, "Structure"),

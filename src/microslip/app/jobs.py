@@ -19,6 +19,7 @@ from typing import Any
 from microslip._core.wording import show
 from microslip.errors import InputError
 from microslip.study.overrides import FILE_KEYS
+from microslip.study.toml_text import tables_of, text_of
 
 LOOK = "look"
 """Begins the name of a form for a look into a file: "look record", "look scan"."""
@@ -303,12 +304,12 @@ class Workspace:
         await asyncio.gather(*self._tasks, return_exceptions=True)
 
 
-def check_study(path: Path) -> None:
-    """Refuse a study that names files: no name from a browser is ever opened."""
+def check_study(path: Path) -> str:
+    """The text of a study that names no files: no name from a browser is ever opened."""
     try:
-        tables: list[Any] = [tomllib.loads(path.read_bytes().decode("utf-8"))]
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"{path.name}: no study: {error}") from None
+        tables: list[Any] = [tables_of(text := text_of(path))]
+    except ValueError as error:
+        raise InputError(f"{path.name}: {error}") from None
     while tables:
         table = tables.pop()
         for key, value in table.items() if isinstance(table, dict) else enumerate(table):
@@ -319,6 +320,7 @@ def check_study(path: Path) -> None:
                 )
             if isinstance(value, (dict, list)):
                 tables.append(value)
+    return text
 
 
 def _filled(argument: str, names: dict[str, str]) -> str:

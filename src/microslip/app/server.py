@@ -200,8 +200,7 @@ def build(workspace: Workspace, token: str, port: int) -> App:
         try:
             table = await _table(request)
             if table.get("what") == "study":
-                check_study(stored.path)
-                text = stored.path.read_text(encoding="utf-8")
+                text = check_study(stored.path)
                 return JSONResponse({"what": "study", "name": stored.name, "text": text})
             kind = "scan" if table.get("what") == "scan" else "record"
             part, options = table.get("part"), table.get("options")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-import tomllib
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -16,6 +15,7 @@ from microslip.cli.options import ends_in, option, quantity
 from microslip.cli.output import Output
 from microslip.cli.studies import predict_into
 from microslip.cli.work import progress, stoppable
+from microslip.study.toml_text import tables_of, text_of
 
 BAND = option(
     "--band", "LOW..HIGH",
@@ -26,8 +26,8 @@ BAND = option(
 def has_structure(study: Path) -> bool:
     """Whether a study describes a bolted structure; what cannot be read is told elsewhere."""
     try:
-        return "structure" in tomllib.loads(study.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+        return "structure" in tables_of(text_of(study))
+    except ValueError:
         return False
 
 
@@ -94,7 +94,7 @@ def identify_structure(
     from microslip.results import Study
     from microslip.study.overrides import as_toml
 
-    table = tomllib.loads(study.read_text(encoding="utf-8"))["structure"]
+    table = tables_of(text_of(study))["structure"]
     before = table.get("measured", {}) if isinstance(table, dict) else {}
     listed: list[Any] = before if isinstance(before, list) else [before]
     fit = next((part["fit"] for part in listed if isinstance(part, dict) and "fit" in part), None)

@@ -397,7 +397,7 @@ def _table(solution: FaceSolution) -> tuple[Floats, Floats]:
     curve = CubicHermiteSpline(d, np.log(p), -s / p)
     share = np.arange(_SAMPLES) / _SAMPLES
     fine = np.append((d[:-1, None] + np.diff(d)[:, None] * share).ravel(), d[-1])
-    values = np.exp(curve(fine))
+    values = np.exp(np.minimum(curve(fine), np.log(p[0])))
     # The lower convex hull; where a cubic bends the wrong way its points are left out.
     hull = [0]
     for i in range(1, fine.size):

@@ -14,6 +14,7 @@ import numpy as np
 
 from microslip._core.checks import positive
 from microslip._core.files import reason, whole_file
+from microslip._core.wording import shorten
 from microslip.errors import InputError
 from microslip.materials import Material, MaterialPair
 from microslip.normal.face_solution import FaceSolution, Progress
@@ -66,7 +67,7 @@ def read_law(path: str | os.PathLike[str]) -> StoredLaw:
         return StoredLaw(
             solution, numbers, MaterialPair(*bodies), float(about["area"]), about["direction"]
         )
-    except (KeyError, TypeError, ValueError) as error:
+    except Exception as error:  # as above
         raise _damaged(path, error) from None
 
 
@@ -111,7 +112,7 @@ def _read(path: Path) -> tuple[FaceSolution, dict[str, Any]]:
             raise ValueError(f"it says {about['kind']!s:.40}, {about['format']!s:.10}")
         solution = FaceSolution(**arrays, hard=float(about["hard"]), pixels=int(about["pixels"]))
         _check(arrays)
-    except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as error:
+    except Exception as error:  # damaged archives break in many ways
         raise _damaged(path, error) from None
     return solution, about
 
@@ -145,4 +146,4 @@ def _check(arrays: dict[str, Any]) -> None:
 
 
 def _damaged(path: str | os.PathLike[str], error: Exception) -> InputError:
-    return InputError(f"{path}: holds no measured contact: {reason(error)}")
+    return InputError(f"{path}: holds no measured contact: {shorten(reason(error), 160)}")

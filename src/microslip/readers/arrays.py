@@ -54,6 +54,19 @@ class _Slot(NamedTuple):
     place: int | None
 
 
+def arrays_in(node: Any) -> Any:
+    """What a child read, with arrays of numbers as leaves, and nothing but numbers and texts."""
+    if isinstance(node, dict):
+        return {str(key): arrays_in(item) for key, item in node.items()}
+    if isinstance(node, list):
+        return [arrays_in(item) for item in node]
+    if isinstance(node, np.ndarray):
+        if node.dtype.kind not in "iuf":
+            return None
+        return node.item() if node.size == 1 else Leaf(node.shape, lambda: node)
+    return node if isinstance(node, str) or is_number(node) else None
+
+
 def leaves(arrays: Arrays) -> dict[str, Leaf]:
     """Every array by its whole name."""
     by_name: dict[str, Leaf] = {}

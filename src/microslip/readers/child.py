@@ -30,6 +30,7 @@ from microslip.readers.files import POINTS, Unusable, allowed_points, decoded, f
 _BYTES_A_POINT: Final = 24  # as unpacked, as read, and as written for the parent
 _BESIDE: Final = 1 << 28  # beside the numbers, and what the child had before
 _UNKNOWN: Final = 1 << 30  # address space of Python with libraries, where nothing tells it
+_ARRAYS: Final = 20_000
 _SECONDS: Final = 10.0
 _PATIENCE: Final = 10  # seconds for one of computing, on a machine that has other things to do
 _SPARSE: Final = ("data", "row", "col", "shape")
@@ -231,6 +232,8 @@ def _answer(request: Mapping[str, Any]) -> None:
                 Path(request["path"]), **request["options"]
             )
         tree = {"value": _split(value, arrays)}
+        if len(arrays) > _ARRAYS:
+            raise Unusable(f"holds {len(arrays)} arrays, more than {_ARRAYS}")
     except MemoryError:
         tree, arrays = {"error": "memory", "text": ""}, {}
     except InputError as error:

@@ -80,6 +80,8 @@ def foreign_kind(head: bytes) -> str:
 @contextmanager
 def usable(path: Path, noun: str) -> Iterator[None]:
     """Turn what the system says of a file into a ValueError that does not name the file."""
+    if "\0" in os.fspath(path):
+        raise ValueError("cannot be read: no file has such a name")
     try:
         yield
     except FileNotFoundError:
@@ -106,11 +108,16 @@ def reading(path: Path, noun: str, limit: object = POINTS, called: str = "") -> 
 
 
 def _near(path: Path) -> str:
+    """The file that is probably meant."""
     try:
         names = [entry.name for entry in path.parent.iterdir() if entry.is_file()]
-    except OSError:
+    except (OSError, ValueError):
         return ""
-    return did_you_mean(shorten(path.name, 200), names, cutoff=0.75)
+    ended = [name for name in names if Path(name).stem == path.name]
+    if len(ended) == 1:  # only the end of the name was left out
+        return f'; did you mean "{shorten(ended[0], 200)}"?'
+    alike = [name for name in names if Path(name).suffix == path.suffix]
+    return did_you_mean(shorten(path.name, 200), alike, cutoff=0.75)
 
 
 _OF_THE_SYSTEM = (FileNotFoundError, IsADirectoryError, PermissionError)

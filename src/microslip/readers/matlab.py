@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from microslip.readers.arrays import Arrays, Leaf, is_number
+from microslip.readers.arrays import Arrays, Leaf, arrays_in
 from microslip.readers.files import refuse_beyond
 from microslip.readers.hdf5 import leaf_of, members, opened, stored
 from microslip.readers.scipy_files import variables
@@ -21,24 +21,16 @@ def read_arrays(path: Path) -> Arrays:
     with path.open("rb") as file:
         new = file.read(19) == b"MATLAB 7.3 MAT-file"
     if not new:
-        tree = {name: _node(path, name, value) for name, value in variables(path).items()}
+        tree = {name: _in_file(path, name, value) for name, value in variables(path).items()}
         return Arrays("MAT-file", tree, ".", _ADVICE)
     return Arrays("MAT-file of version 7.3", stored(path, "MAT-file", read_new), ".", _ADVICE)
 
 
-def _node(path: Path, name: str, value: Any) -> Any:
-    """What came of a variable, as a tree; a shape alone is that of a large array."""
-    if isinstance(value, dict):
-        return {str(key): _node(path, "", item) for key, item in value.items()}
-    if isinstance(value, list):
-        return [_node(path, "", item) for item in value]
+def _in_file(path: Path, name: str, value: Any) -> Any:
+    """A variable as a tree; a shape alone is that of a large array."""
     if isinstance(value, tuple):
         return Leaf(value, lambda: variables(path, [name])[name])
-    if isinstance(value, np.ndarray):
-        if value.dtype.kind not in "iuf":
-            return None
-        return value.item() if value.size == 1 else Leaf(value.shape, lambda: value)
-    return value if isinstance(value, str) or is_number(value) else None
+    return arrays_in(value)
 
 
 # ------------------------------------------------------------------ what runs in the child

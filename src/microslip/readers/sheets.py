@@ -15,7 +15,7 @@ from microslip._core.checks import Floats
 from microslip._core.wording import show
 from microslip.readers.child import parsed
 from microslip.readers.dialect import NUMBER, Line, find_layout, is_missing
-from microslip.readers.files import allowed_points, decoded, refuse_beyond
+from microslip.readers.files import decoded, refuse_beyond
 from microslip.readers.laboratory import library
 from microslip.readers.tables import Column, Table
 from microslip.readers.text import whole_text
@@ -34,8 +34,6 @@ def rows_of(path: Path, kind: str | None) -> Rows:
     """Cells of a sheet as text, empty rows included: of a text, or of the first of a workbook."""
     if kind == "excel":
         return next(iter(_sheets(path).values()), [])
-    if path.stat().st_size > 8 * allowed_points():
-        refuse_beyond(path.stat().st_size // 8)
     text = whole_text(path)
     head = next((line for line in text.splitlines() if line.strip()), "")
     separator = max(_SEPARATORS, key=head.count)

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import csv
 import hashlib
-import io
 import json
 import os
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from concurrent.futures.process import BrokenProcessPool, ProcessPoolExecutor
 from contextlib import suppress
@@ -22,9 +20,12 @@ from microslip._core.packages import needed_for
 from microslip._core.wording import one_line
 from microslip._version import __version__
 from microslip.errors import InputError
+from microslip.readers.files import reading
+from microslip.readers.sheets import rows_of
 from microslip.readers.text import whole_text
 from microslip.report.document import Progress
 from microslip.report.files import plain
+from microslip.study.toml_text import tables_of, text_of
 
 Outcome = dict[str, Any]
 
@@ -33,6 +34,8 @@ ITEMS = "items"
 _TRIES = 3  # of an item whose worker died
 DASK_PATIENCE = "30s"
 """How long a scheduler may take to answer."""
+_MOST = 1_000_000
+"""Items of a batch."""
 _WINDOW = 4  # items in flight a worker
 STUDIES = ".toml"
 
@@ -80,7 +83,7 @@ def items_of(source: Path, study: Path | None) -> list[Item]:
     elif source.suffix.lower() == ".csv":
         items = list(_of_table(source, base))
     else:
-        lines = whole_text(source).splitlines()
+        lines = _listed(source, lambda path: whole_text(path).splitlines())
         named = [line.strip() for line in lines if line.strip() and not line.startswith("#")]
         items = [_of_file(source.parent / line, base, line) for line in named]
     if not items:
@@ -92,6 +95,15 @@ def items_of(source: Path, study: Path | None) -> list[Item]:
     return items
 
 
+def _listed(source: Path, read: Callable[[Path], list[Any]]) -> list[Any]:
+    """Lines or rows of a list."""
+    with reading(source, "a list"):
+        listed = read(source)
+    if len(listed) > _MOST:
+        raise InputError(f"{source}: wanted at most {_MOST} items, got {len(listed)}")
+    return listed
+
+
 def _of_file(path: Path, study: str, name: str = "") -> Item:
     if path.suffix.lower() == STUDIES:
         return Item(name or path.name, "predict", str(path.resolve()))
@@ -100,11 +112,9 @@ def _of_file(path: Path, study: str, name: str = "") -> Item:
 
 
 def _has_scan(study: str) -> bool:
-    import tomllib
-
     try:
-        data = tomllib.loads(Path(study).read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+        data = tables_of(text_of(Path(study)))
+    except ValueError:
         return False
     surface = data.get("surface")
     return isinstance(surface, dict) and surface.get("law") == "scan"
@@ -113,16 +123,16 @@ def _has_scan(study: str) -> bool:
 def _of_table(source: Path, study: str) -> Iterator[Item]:
     if not study:
         raise InputError(f"`study` must be given: {source} is a table of changes to it")
-    rows = csv.reader(io.StringIO(whole_text(source), newline=""))
-    keys = [key.strip() for key in next(rows, [])]
+    rows = iter(_listed(source, lambda path: rows_of(path, None)))
+    keys: list[str] = next(rows, [])
     for number, row in enumerate(rows, start=1):
-        if not any(cell.strip() for cell in row):
+        if not any(row):
             continue
         if len(row) != len(keys):
             raise InputError(
                 f"{source}: wanted {len(keys)} columns, got {len(row)} in row {number}"
             )
-        cells = [(key, cell.strip()) for key, cell in zip(keys, row, strict=True)]
+        cells = list(zip(keys, row, strict=True))
         name = dict(cells).get("name") or f"{number:06d}"
         changes = tuple(f"{key}={cell}" for key, cell in cells if key != "name")
         yield Item(name, "predict", "", study, changes)

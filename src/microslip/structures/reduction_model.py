@@ -23,6 +23,7 @@ from microslip.readers.numpy_files import archived
 from microslip.structures.bolts import each_bolt
 from microslip.structures.matrices import vector
 from microslip.structures.preload import Preload
+from microslip.structures.reduction_files import check_arrays
 from microslip.structures.reduction_patches import Samples, gaps_at, mean_over
 from microslip.structures.structure import Structure
 
@@ -346,18 +347,14 @@ class ReducedJoint(LockedArrays):
         file = Path(path)
         with reading(file, "a reduced joint", limit):
             arrays = archived(file)
-        if str(arrays.get("kind", "")) != _KIND:
-            raise InputError(
-                f"{file.name}: holds no reduced joint; ReducedJoint.save writes such files"
-            )
-        try:
-            samples = Samples(*(arrays[f"samples_{k}"] for k in Samples._fields))
-            surface = Surface(*(arrays[f"surface_{k}"] for k in Surface._fields))
-            values: dict[str, Any] = {
-                f.name: arrays[f.name] for f in fields(cls) if f.name not in _NESTED
-            }
-        except KeyError as error:
-            raise InputError(f"{file.name}: is damaged: {error} is missing") from None
+            if str(arrays.get("kind", "")) != _KIND:
+                raise InputError("holds no reduced joint; ReducedJoint.save writes such files")
+            check_arrays(arrays)
+        samples = Samples(*(arrays[f"samples_{k}"] for k in Samples._fields))
+        surface = Surface(*(arrays[f"surface_{k}"] for k in Surface._fields))
+        values: dict[str, Any] = {
+            f.name: arrays[f.name] for f in fields(cls) if f.name not in _NESTED
+        }
         values["sensor_names"] = tuple(str(name) for name in values["sensor_names"])
         values["full_size"], values["left_out"] = (
             int(values["full_size"]),

@@ -2,25 +2,20 @@
 
 from __future__ import annotations
 
-import os
-import re
-import tomllib
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Self
 
-from microslip._core.files import reason
-from microslip._core.wording import did_you_mean, shorten
+from microslip._core.wording import shorten
 from microslip.errors import StudyError
 from microslip.normal import NormalLaw
 from microslip.study.joints import Joint
-from microslip.study.overrides import MAX_DEPTH, Override, apply, dump, is_too_deep, relocated_text
+from microslip.study.overrides import Override, apply, dump, relocated_text
 from microslip.study.part import one_line
 from microslip.study.readers import FAILED, Place, Reading
 from microslip.study.schema import StudyTables
 from microslip.study.sense import check, mean_load
-
-MAX_BYTES = 64_000_000
+from microslip.study.toml_text import tables_of, text_of
 
 
 class StudyDescription(StudyTables):
@@ -125,7 +120,7 @@ class StudyDescription(StudyTables):
         path = Path(path)
         name = shorten(str(path), 200)
         try:
-            text = _text_of(path)
+            text = text_of(path)
         except ValueError as error:
             raise StudyError(f"{name}: {error}") from None
         return cls.from_toml(text, name, overrides, path.parent)
@@ -156,16 +151,10 @@ class StudyDescription(StudyTables):
         Study
             The validated study, in SI units.
         """
-        if is_too_deep(text):
-            raise StudyError(f"{name}: not a study: a key of more than {MAX_DEPTH} levels")
         try:
-            data = tomllib.loads(text)
-        except tomllib.TOMLDecodeError as error:
-            raise StudyError(f"{name}: {_toml_message(str(error), text)}") from None
-        except RecursionError:
-            raise StudyError(f"{name}: not TOML that can be read: nested too deeply") from None
-        except ValueError:  # the only one of tomllib's that says nothing of the place
-            raise StudyError(f"{name}: not a study: an integer of thousands of digits") from None
+            data = tables_of(text)
+        except ValueError as error:
+            raise StudyError(f"{name}: {error}") from None
         if not data:
             raise StudyError(
                 f"{name}: wanted a study, got none; microslip new NAME.toml writes one"
@@ -189,77 +178,3 @@ def _blamed(key: str, changes: Sequence[Override]) -> str:
         if path.startswith(f"{change.blamed}.") or f"{change.blamed}.".startswith(path):
             return f' (override "{shorten(change.text, 80)}")'
     return ""
-
-
-def _text_of(path: Path) -> str:
-    """The UTF-8 text of a study, or one line that says why there is none."""
-    try:
-        with path.open("rb") as file:
-            content = file.read(MAX_BYTES + 1)
-    except FileNotFoundError:
-        raise ValueError(f"no such file{_near(path)}") from None
-    except (OSError, ValueError) as error:
-        if os.path.isdir(path):  # noqa: PTH112 - Windows says "permission denied"; never raises
-            raise ValueError("wanted a study file, got a folder") from None
-        raise ValueError(f"cannot be read: {reason(error)}") from None
-    if len(content) > MAX_BYTES:
-        raise ValueError(f"wanted a study of at most {MAX_BYTES // 1_000_000} MB")
-    if content.startswith((b"\xff\xfe", b"\xfe\xff")):
-        raise ValueError("not UTF-8 text (it is UTF-16); save the file as UTF-8")
-    try:
-        return content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line = content.count(b"\n", 0, error.start) + 1
-        raise ValueError(
-            f"line {line}: not UTF-8 text (byte 0x{content[error.start]:02x}); "
-            "save the file as UTF-8"
-        ) from None
-
-
-def _near(path: Path) -> str:
-    try:
-        entries = list(path.parent.iterdir())
-    except (OSError, ValueError):
-        return ""
-    ended = [entry.name for entry in entries if entry.stem == path.name]
-    if len(ended) == 1:  # only the end of the name was left out
-        return f'; did you mean "{shorten(ended[0], 200)}"?'
-    names = [entry.name for entry in entries if entry.suffix == path.suffix]
-    return did_you_mean(shorten(path.name, 200), names, cutoff=0.75)
-
-
-# What tomllib says where an engineer would not see what to do.
-_CLEARER = {
-    "Invalid value": "invalid value (text and quantities stand in quotes)",
-    "Cannot overwrite a value": "this key is given twice",
-    "Illegal character '\\n'": "a text without its closing quote",
-    "Unterminated string": "a text without its closing quote",
-}
-
-# What stands where it says so, and after what, when the reason is one of these.
-_REASONS = (
-    (r"\d$", r",\d", 'the decimal sign is the point, "."'),
-    (r"\d\s*$", r"[^\W\d_]|[/%°]", 'quantities stand in quotes, such as "2 kN"'),
-    (r"[=\[,]\s*$", r"[+-]?\.\d", "write a 0 before the point"),
-    (r"[=\[,]\s*$", "[“”„«»‘’´`]", 'quotes are straight, as in "2 kN"'),
-)
-
-
-def _toml_message(message: str, text: str) -> str:
-    where = re.search(r"\s*\(at (?:line (\d+), column (\d+)|end of document)\)$", message)
-    fault = message[: where.start()] if where else message
-    lines = text.split("\n")
-    if where and where[1]:
-        line, column = int(where[1]), int(where[2])
-        before, after = lines[line - 1][: column - 1], lines[line - 1][column - 1 :].lstrip()
-        for end, begin, explanation in _REASONS:
-            if re.search(end, before[-80:]) and re.match(begin, after):
-                fault = explanation
-    else:
-        lines = text.rstrip("\n").split("\n")
-        line, column = len(lines), len(lines[-1]) + 1
-    fault = _CLEARER.get(fault, fault)
-    # tomllib shows the path of a table as a Python tuple.
-    fault = re.sub(r"\('([^()]*)',?\)", lambda m: "[" + m[1].replace("', '", ".") + "]", fault)
-    fault = shorten(fault[:1].lower() + fault[1:], 120)
-    return f"line {line}, column {column}: not TOML: {fault}"

@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 
 from microslip._core.checks import Floats
+from microslip.readers.files import Unusable, decoded
+from microslip.readers.text import whole_text
 from microslip.study.fields import LINE, YES_NO, number, one_of, text, whole_number
 from microslip.study.part import Part, Table, key
 from microslip.study.readers import Items, KeyedError, Place, Reading
@@ -84,9 +86,8 @@ class UncertaintyPart(Part):
             return
         try:
             self._fit = read_fit(place.reading, self.identification)
-        except (OSError, ValueError, KeyError, TypeError) as error:
-            reason = str(error) if isinstance(error, ValueError) else "no result of identify"
-            raise KeyedError(".identification", f"{self.identification}: {reason}") from None
+        except (OSError, ValueError) as error:
+            raise KeyedError(".identification", f"{self.identification}: {error}") from None
 
     @property
     def fit(self) -> tuple[tuple[str, ...], Floats, Floats]:
@@ -123,15 +124,15 @@ def read_fit(reading: Reading, folder: str) -> dict[str, Any]:
     path = reading.path(folder) / "summary.json"
     if not path.exists():
         raise ValueError("no such folder of an identification (it has no summary.json)")
-    data = json.loads(path.read_text(encoding="utf-8"))
-    fit = data
-    while "parameters" not in fit:
-        fit = fit["fits"][0] if "fits" in fit else fit["identification"]
-    names = tuple(name for name in fit["correlation"]["names"] if name in _FITTED)
-    if "friction_coefficient" not in names:
-        raise ValueError("wanted the identification of an interface")
-    places = [fit["correlation"]["names"].index(name) for name in names]
-    correlation = np.array(fit["correlation"]["matrix"])[np.ix_(places, places)]
-    errors = np.array([float(fit["parameters"][name]["standard_error"]) for name in names])
-    values = np.array([float(fit["parameters"][name]["value"]) for name in names])
+    with decoded("result of identify"):
+        fit = json.loads(whole_text(path))
+        while "parameters" not in fit:
+            fit = fit["fits"][0] if "fits" in fit else fit["identification"]
+        names = tuple(name for name in fit["correlation"]["names"] if name in _FITTED)
+        if "friction_coefficient" not in names:
+            raise Unusable("wanted the identification of an interface")
+        places = [fit["correlation"]["names"].index(name) for name in names]
+        correlation = np.array(fit["correlation"]["matrix"])[np.ix_(places, places)]
+        errors = np.array([float(fit["parameters"][name]["standard_error"]) for name in names])
+        values = np.array([float(fit["parameters"][name]["value"]) for name in names])
     return {"names": names, "values": values, "covariance": correlation * np.outer(errors, errors)}

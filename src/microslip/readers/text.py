@@ -32,7 +32,7 @@ from microslip.readers.tables import Column, Stated, Table
 
 MAX_BYTES = 4_000_000_000
 _HEAD = 1 << 18  # bytes in which names and rows begin
-_WHOLE = 32_000_000  # bytes of what is read at once
+_SHORT_TEXT = 32_000_000  # bytes of what is read at once
 _LINE = 1 << 21  # letters of the longest line, some hundred thousand numbers
 _BLOCK = 1 << 22  # letters that are read at a time: what is wrong costs a closer look at these
 
@@ -220,9 +220,9 @@ def _of_labview(file: TextFile, stated: dict[str, Stated]) -> tuple[Column, ...]
 def whole_text(path: Path) -> str:
     """A short text in whatever encoding it is."""
     with path.open("rb") as file:
-        content = file.read(_WHOLE + 1)
-    if len(content) > _WHOLE:
-        raise ValueError(f"wanted text of at most {_WHOLE // 1_000_000} MB, got more")
+        content = file.read(_SHORT_TEXT + 1)
+    if len(content) > _SHORT_TEXT:
+        raise ValueError(f"wanted text of at most {_SHORT_TEXT // 1_000_000} MB, got more")
     encoding = _encoding(content[:_HEAD])
     return content.decode("utf-8-sig" if encoding == "utf-8" else encoding, "replace")
 

@@ -48,9 +48,9 @@ def record(seed: int, correlation: float, cycles: int = 60, share: float = 0.01)
     return ms.Record(x, force, normal_load=LOAD, sample_rate=1000.0)
 
 
-@pytest.mark.parametrize(("correlation", "fewest"), [(0.0, 36), (0.5, 36), (0.9, 36), (0.98, 32)])
+@pytest.mark.parametrize(("correlation", "fewest"), [(0.0, 36), (0.5, 36), (0.9, 36), (0.98, 36)])
 def test_intervals_of_energy_and_friction(correlation: float, fewest: int) -> None:
-    """At least 9 of 10 hold, of 40; at 0.98, where 60 cycles hardly tell, 8 of 10."""
+    """At least 9 of 10 hold, of 40, even where 60 cycles hardly tell."""
     held = {"dissipated_energy": 0, "friction_energy": 0}
     truths = {"dissipated_energy": ENERGY, "friction_energy": LIMIT / LOAD}
     for seed in range(40):

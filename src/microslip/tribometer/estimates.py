@@ -19,12 +19,12 @@ _STEPS = 100
 """Bound of Newton's steps: a confidence of 1 - 1e-15 takes some forty."""
 _BLOCKS = 20
 """Cycles, or blocks of them, from which their correlation is judged: of fewer it is not known."""
-_LIKELY, _UPPER = 2.3, 0.8
+_LIKELY, _UPPER = 2.3, 1.2
 """Standard errors from which on a correlation is no chance; those that are added to it, since one
 that is found too small costs more than one that is found too large."""
 _NORMAL = 100_000
 """Degrees of freedom at which Student's distribution is the normal one."""
-_HIGHEST, _FARTHEST = 0.999, 1.25
+_HIGHEST, _FARTHEST = 0.999, 2.0
 
 
 class Estimate(NamedTuple):

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from microslip._core.checks import Floats
 from microslip._core.units import engineering
 from microslip._core.wording import plural
-from microslip.tribometer.estimates import trend
+from microslip.tribometer.estimates import dependence_of, trend
 
 ALIKE, MORE_ALIKE = 0.02, 0.003
 """Relative change of amplitude, force or energy over a stretch that counts as none, and the one of
@@ -38,6 +38,8 @@ SLOWER = 0.25
 """Rate at which the end of a record may still change, over that of all of it."""
 _DISTINCT = 3.0
 """Standard errors of a rate that tell it from that."""
+_FEW_FREE = 5
+"""Degrees of freedom up to which the mean of cycles that wander is hardly known."""
 _HALVES, _MOST_STRETCHES = 6, 64
 _LOSS = 0.01
 """Of the rectangle around a loop: what energies move by is of no less than that."""
@@ -131,7 +133,16 @@ def _level(columns: Mapping[str, Floats], places: NDArray[np.intp]) -> Level:
 def settled_from(columns: Mapping[str, Floats], places: NDArray[np.intp]) -> int | None:
     """From which of the cycles on nothing moves; None where something does to the end."""
     late = _settled_end(columns, places, MORE_ALIKE)
-    return _settled_end(columns, places, ALIKE) if late is None else late
+    late = _settled_end(columns, places, ALIKE) if late is None else late
+    # What still wanders there by itself has not come to rest: it may have moved by chance before.
+    if late and any(_wanders(columns[name][places[late:]]) for name in _MOVING[:2]):
+        return None
+    return late
+
+
+def _wanders(values: Floats) -> bool:
+    dependence = dependence_of(values)
+    return dependence.factor > 1.0 and dependence.freedom <= _FEW_FREE
 
 
 def _runs(values: Floats, least_noise: float) -> list[tuple[int, int]] | None:

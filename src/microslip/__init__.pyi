@@ -65,6 +65,7 @@ from .scans import Scan as Scan
 from .scans import Summits as Summits
 from .scans import SurfaceFinish as SurfaceFinish
 from .scans import read_gap_table as read_gap_table
+from .structures import Assembly as Assembly
 from .structures import BaseResponse as BaseResponse
 from .structures import BoltedBeam as BoltedBeam
 from .structures import Bolts as Bolts

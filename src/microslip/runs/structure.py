@@ -30,6 +30,7 @@ from microslip.structures import (
     ReducedJoint,
     identify_modal,
 )
+from microslip.structures.assembly import Assembly
 from microslip.structures.periodic_motion import moving_modes
 from microslip.structures.reduction_convergence import refined
 from microslip.study.build import blame, build_surface
@@ -105,8 +106,9 @@ def run(study: StudyDescription, progress: Progress | None = None) -> StructureP
             identified = _identified(middle, joint, tests)
     tight = _all_tight(middle, formed, state)
     return StructurePrediction(
-        part, formed, state, modes, inputs, identified, tests, convergence, tight
-    )
+        part, formed, state, modes, inputs, identified, tests, convergence, tight,
+        _assembly(middle, formed),
+    )  # fmt: skip
 
 
 def _all_tight(
@@ -122,7 +124,8 @@ def _all_tight(
     slack = study.structure
     if slack is None or not slack.bolts.slack:
         return ()
-    part = slack.copy(bolts=slack.bolts.copy(slack=()))
+    order = slack.bolts.order and (*slack.bolts.order, *slack.bolts.slack)
+    part = slack.copy(bolts=slack.bolts.copy(slack=(), order=order))
     study = study.copy(structure=part)
     other, rest = _tightened(study, _reduced(study, joint.layout if part.patches is None else None))
     there, here = other.surface, joint.surface
@@ -291,7 +294,20 @@ def _tightened(study: StudyDescription, joint: ReducedJoint) -> tuple[ReducedJoi
     if part.form is not None:
         joint = joint.with_form(part.form.table, part.form.factor)
     joint = joint.with_tension(part.tension)
+    assembly = _assembly(study, joint)
+    if assembly is not None:
+        return joint, assembly.state
     return joint, joint.tightened(build_surface(study), study.joint.friction_coefficient)
+
+
+def _assembly(study: StudyDescription, joint: ReducedJoint) -> Assembly | None:
+    """The bolts tightened in the order of a study, where there is one."""
+    part = study.structure
+    if part is None or not part.bolts.order:
+        return None
+    turns = np.searchsorted(sorted(part.bolts.order), part.bolts.order) + 1
+    mu = study.joint.friction_coefficient
+    return joint.assemble(build_surface(study), mu, order=turns.tolist(), passes=part.bolts.passes)
 
 
 def _curve(part: StructurePart, joint: ReducedJoint, state: Preload, number: int) -> ModalCurve:

@@ -16,6 +16,7 @@ from microslip.structures import (
     Preload,
     ReducedJoint,
 )
+from microslip.structures.assembly import Assembly
 from microslip.study.structure import StructurePart
 
 SHARES = (0.05, 0.5, 0.95)
@@ -133,3 +134,4 @@ class StructurePrediction:
     tests: tuple[ModalTest, ...] = ()
     convergence: Convergence | None = None  # how good the model is for the first mode
     tight: tuple[TightMode, ...] = ()  # its modes with all bolts tight, where some are slack
+    assembly: Assembly | None = None  # what the faces hold, where bolts are tightened in order

@@ -1,3 +1,4 @@
+from .assembly import Assembly as Assembly
 from .base_response import BaseResponse as BaseResponse
 from .beam_mesh import Lap as Lap
 from .bolted_beam import BoltedBeam as BoltedBeam

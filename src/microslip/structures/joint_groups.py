@@ -188,26 +188,27 @@ class FieldGroup:
 
     def __init__(self, field: JointField, directions: Floats, line: Floats) -> None:
         self.field = field
-        along = _unit(line)
-        across = np.stack([-along[:, 1], along[:, 0]], axis=1)
-        tangential = [np.einsum("npt,pt->np", directions[:, :, :2], way) for way in (along, across)]
+        self.along = _unit(line)
+        self.across = np.stack([-self.along[:, 1], self.along[:, 0]], axis=1)
+        ways = (self.along, self.across)
+        tangential = [np.einsum("npt,pt->np", directions[:, :, :2], way) for way in ways]
         self.directions = np.stack([*tangential, directions[:, :, 2]], axis=2)
         self.stuck = _stuck(field)
-        self._across = self.stuck[:, 1]
+        self._across_stiffness = self.stuck[:, 1]
 
     def assembled(self, displacement: Floats, answer: Any) -> tuple[Floats, Floats]:
         """Forces and tangents by coordinate, from tangential and normal ones."""
         forces = np.stack(
             [
                 answer.force,
-                self._across * displacement[:, 1],
+                self._across_stiffness * displacement[:, 1],
                 self.field.normal_loads - answer.load,
             ],
             axis=1,
         )
         tangents, tangent = np.zeros((len(forces), 3, 3)), answer.tangent
         tangents[:, 0, 0], tangents[:, 0, 2] = tangent[:, 0, 0], tangent[:, 0, 1]
-        tangents[:, 1, 1] = self._across
+        tangents[:, 1, 1] = self._across_stiffness
         tangents[:, 2, 0], tangents[:, 2, 2] = -tangent[:, 1, 0], -tangent[:, 1, 1]
         return forces, tangents
 
@@ -221,15 +222,15 @@ class FieldGroup:
             separations=separations,
             samples=basis.samples,
         )
-        nodes, size = len(self._across), basis.size
+        nodes, size = len(self._across_stiffness), basis.size
         force = np.empty((nodes, 3, size))
         force[:, 0], force[:, 2] = tangential, -normal
-        force[:, 1] = self._across[:, None] * coefficients[:, 1]
+        force[:, 1] = self._across_stiffness[:, None] * coefficients[:, 1]
         force[:, 2, 0] += self.field.normal_loads
         jacobian = np.zeros((nodes, 3, size, 3, size))
         index = np.arange(size)
         jacobian[:, 0, :, 0], jacobian[:, 0, :, 2] = tangent[:, 0, 0], tangent[:, 0, 1]
-        jacobian[:, 1, index, 1, index] = self._across[:, None]
+        jacobian[:, 1, index, 1, index] = self._across_stiffness[:, None]
         jacobian[:, 2, :, 0], jacobian[:, 2, :, 2] = -tangent[:, 1, 0], -tangent[:, 1, 1]
         return HarmonicForces(force, jacobian)
 

@@ -15,6 +15,7 @@ from microslip._core.frozen import LockedArrays
 from microslip.errors import InputError
 from microslip.report.plot import Plot
 from microslip.report.plottable import PlottableAtSensor
+from microslip.structures.assembled_faces import AssembledGroup, AssembledState
 from microslip.structures.joint_groups import JointState
 from microslip.structures.matrices import vector
 from microslip.structures.modal_model import ModalJoints, ModalModel
@@ -161,7 +162,10 @@ class TimeSteps:
         self._weights = 1.0 / diagonal
         self._pull = (1.0 - c.force) * self._solve(self._directions)
         self._flexibility = self._directions.T @ self._pull
-        self._states: list[JointState] = [group.start() for group in joints.groups]
+        self._states: list[JointState | AssembledState] = [
+            group.resumed() if isinstance(group, AssembledGroup) else group.start()
+            for group in joints.groups
+        ]
         self._identity = np.eye(joints.stuck.size)
         self.short = np.zeros(joints.stuck.size)
         """Joint forces beyond those of sticking joints [N]."""

@@ -7,10 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from microslip.errors import InputError
 from microslip.structures.beam_mesh import Lap
 from microslip.structures.bolted_beam import GROUNDS, BoltedBeam, Drawing
 from microslip.structures.bolts import Bolts
 from microslip.structures.lap_joint import LapJoint
+from microslip.structures.mesh import slack_bolts
 from microslip.study.fields import LENGTH, LINE, MASS_DENSITY, PLACE, one_of, whole_number
 from microslip.study.metals import unknown
 from microslip.study.part import Part, Table, key
@@ -71,6 +73,25 @@ SLACK = key(
     default=(),
 )
 
+ORDER = key(
+    Items(whole_number(1, MOST_BOLTS, "2"), "[2, 1, 3]", (1, MOST_BOLTS), distinct=True),
+    "Order in which the bolts that are not slack are tightened, with friction in the faces; all "
+    "at once and without, unless given.",
+    default=(),
+)
+PASSES = key(whole_number(1, 20, "2"), "How often one goes round in that order.", default=1)
+
+
+def check_bolts(slack: Sequence[int], order: Sequence[int], count: int) -> None:
+    """Refuse numbers of bolts that are not there, or not in order."""
+    try:
+        tight_ones = set(range(count)) - set(slack_bolts(slack, count))
+    except InputError as error:
+        raise KeyedError(".bolts.slack", str(error)) from None
+    if order and {number - 1 for number in order} != tight_ones:
+        listed = ", ".join(str(number + 1) for number in sorted(tight_ones))
+        raise KeyedError(".bolts.order", f"wanted each of the tight bolts {listed}, got {order}")
+
 
 def check_places(along: Sequence[float] | None, across: Sequence[float] | None) -> None:
     """Refuse places across that do not go with those along."""
@@ -103,7 +124,7 @@ def _bolts(part: Any, places: Sequence[float], across: Sequence[float] | None) -
     sizes: dict[str, Any] = {
         name: getattr(part, name)
         for name in part.keys
-        if name not in ("positions", "across", "slack")
+        if name not in ("positions", "across", "slack", "order", "passes")
     }
     where = places if across is None else np.stack([places, across], axis=1)
     return Bolts(where, **{k: v for k, v in sizes.items() if v is not None})

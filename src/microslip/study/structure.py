@@ -10,13 +10,12 @@ import numpy as np
 from microslip._core.checks import Floats
 from microslip._core.parameters import REQUIRED
 from microslip._core.units import ACCELERATION, VELOCITY
-from microslip.errors import InputError
 from microslip.friction.pressure import BOLTS
 from microslip.structures.bolt_tightening import GRADES, TIGHTENING_FACTOR, tension_band
 from microslip.structures.bolted_beam import Drawing
 from microslip.structures.bolts import SIZED, TIGHTENING, Bolts, by_size, tensions
 from microslip.structures.lap_joint import LapJoint
-from microslip.structures.mesh import loosened, slack_bolts, tight
+from microslip.structures.mesh import loosened, tight
 from microslip.study.columns import FILE, column_values
 from microslip.study.fields import (
     AMPLITUDE,
@@ -39,10 +38,13 @@ from microslip.study.laps import (
     GROUND,
     LAPS,
     MATERIALS_OF_PARTS,
+    ORDER,
+    PASSES,
     SLACK,
     LapPart,
     beam_of,
     bodies,
+    check_bolts,
     check_places,
     needed,
 )
@@ -84,6 +86,8 @@ class BoltsPart(Part):
         default=None,
     )
     slack: tuple[int, ...] = SLACK
+    order: tuple[int, ...] = ORDER
+    passes: int = PASSES
     shank: float | None = optional(Bolts, "shank")
     hole: float | None = optional(Bolts, "hole")
     washer: float | None = optional(Bolts, "washer")
@@ -363,11 +367,7 @@ class StructurePart(Part):
                 count, parts = len(getattr(self, name)), len(drawing.parts)
                 if count not in (0, parts):
                     raise KeyedError(f".{name}", f"wanted one a part, {parts} of them, got {count}")
-        count = len(self._tensions)
-        try:
-            slack_bolts(self.bolts.slack, count)
-        except InputError as error:
-            raise KeyedError(".bolts.slack", str(error)) from None
+        check_bolts(self.bolts.slack, self.bolts.order, len(self._tensions))
 
     @property
     def fitted(self) -> tuple[str, ...]:

@@ -26,6 +26,13 @@ from microslip.report.document import (
     Verdicts,
 )
 from microslip.report.files import plain
+from microslip.results.structure.bolts import (
+    assembly_numbers,
+    assembly_rows,
+    comparison,
+    names,
+    tight_numbers,
+)
 from microslip.results.structure.fitted_study import FITTED_STUDY
 from microslip.results.structure.pictures import (
     curve_plot,
@@ -35,7 +42,6 @@ from microslip.results.structure.pictures import (
     shape_plot,
     slip_plot,
 )
-from microslip.results.structure.slack import comparison, names, tight_numbers
 from microslip.runs.structure_prediction import Bands, ForcedMode, Mode, StructurePrediction
 from microslip.structures import Convergence, ModalCurve, ModalIdentification, ModalTest
 from microslip.structures.modal_curve import Resonance
@@ -165,6 +171,7 @@ def numbers(prediction: StructurePrediction) -> dict[str, Any]:
         "from_asked_patches_to_limit": convergence
         and dict(zip(("frequency", "damping_ratio"), convergence.asked, strict=True)),
         "slack_bolts": list(prediction.part.bolts.slack) or None,
+        "assembly": assembly_numbers(prediction.assembly),
         "all_tight": tight_numbers(prediction.tight) or None,
         "identified": prediction.identified and _identified(prediction.identified),
     }
@@ -338,6 +345,7 @@ def _model(prediction: StructurePrediction) -> Facts:
         ("Reduced to", f"{joint.patches} patches, {bolts}, {joint.size} in all"),
         ("Bolt tension", ", ".join(engineering(float(t), "N", 4) for t in tensions)),
         *([("Slack", names(prediction))] if prediction.tight else []),
+        *assembly_rows(prediction.assembly),
         ("Patches in contact", f"{pressed} of {joint.patches}"),
         ("Largest pressure", engineering(float(state.pressures.max()), "Pa", 3)),
         ("Balance of the tightened state", f"{state.equilibrium_error:.1e} of the largest force"),

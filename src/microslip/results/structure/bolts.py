@@ -1,14 +1,17 @@
-"""What slack bolts do to a structure: its modes beside those with all bolts tight."""
+"""What is said of bolts: what slack ones do, and what tightening in order leaves in the faces."""
 
 from __future__ import annotations
 
 from typing import Any
+
+import numpy as np
 
 from microslip._core.units import engineering
 from microslip.report import cells
 from microslip.report.document import Column, Section, Table
 from microslip.report.files import plain
 from microslip.runs.structure_prediction import StructurePrediction, TightMode
+from microslip.structures.assembly import Assembly
 from microslip.study.structure import AMPLITUDES
 
 
@@ -17,6 +20,34 @@ def names(prediction: StructurePrediction) -> str:
     slack = prediction.part.bolts.slack
     listed = ", ".join(str(number) for number in sorted(slack))
     return f"bolt{'s' if len(slack) > 1 else ''} {listed}" if slack else ""
+
+
+def assembly_rows(assembly: Assembly | None) -> list[tuple[str, str]]:
+    """What tightening in order left in the faces, for the facts of the model."""
+    if assembly is None:
+        return []
+    largest = float(np.linalg.norm(assembly.tractions, axis=1).max())
+    share = float(assembly.slip_share.max())
+    return [
+        ("Tightened in the order", ", ".join(map(str, assembly.order))),
+        (
+            "Patches hold, sideways",
+            f"{engineering(largest, 'N', 3)}, {share:.0%} of friction at most",
+        ),
+    ]
+
+
+def assembly_numbers(assembly: Assembly | None) -> dict[str, Any] | None:
+    """The same for the summary: plain values in SI units."""
+    if assembly is None:
+        return None
+    return {
+        "order": list(assembly.order),
+        "bolt_tension": assembly.tensions.tolist(),
+        "tractions": assembly.tractions.tolist(),
+        "slip_share": assembly.slip_share.tolist(),
+        "lost": assembly.lost,
+    }
 
 
 def comparison(prediction: StructurePrediction) -> Section:

@@ -139,7 +139,8 @@ def placed(folder: Path, name: str, content: bytes) -> Path:
     path.parent.mkdir(exist_ok=True)
     path.write_bytes(content)
     if path.suffix == ".mtx":
-        (path.parent / "mass.mtx").write_bytes(content)
+        mass = path.name.replace("stiffness", "mass").replace("STIF", "MASS")
+        path.with_name(mass).write_bytes(content)
     return path
 
 

@@ -247,6 +247,13 @@ def _matrices(here: Path) -> Iterator[Seed]:
     yield _of(here / "matrices.mat", load, parsed_apart=True)
     market = b"%%MatrixMarket matrix coordinate real symmetric\n2 2 3\n1 1 2e6\n2 1 -1e6\n2 2 2e6\n"
     yield Seed("market/stiffness.mtx", market, lambda path: load(path.parent), parsed_apart=True)
+    element = (
+        "*USER ELEMENT, NODES=2, LINEAR\n** ELEMENT NODES\n** 11, 12\n1\n2, 1\n"
+        "*MATRIX,TYPE=STIFFNESS\n 2e6 ,\n -1e6 , 2e6\n*MATRIX,TYPE=MASS\n 2.0 ,\n 0.0 , 3.0\n"
+    )
+    yield Seed("part.mtx", element.encode(), load, parsed_apart=True)
+    entries = b"11,1,11,1, 2e6\n12,1,11,1, -1e6\n12,1,12,1, 2e6\n"
+    yield Seed("job/model_STIF2.mtx", entries, load, parsed_apart=True)
     if find_spec("pyyeti"):
         yield Seed(
             "model.pch", (punched("KAAX", STIFFNESS) + punched("MAAX", MASS)).encode(), load, True

@@ -20,6 +20,7 @@ from microslip.readers.child import parsed
 from microslip.readers.files import decoded, reading, refuse_beyond
 from microslip.readers.numpy_files import archived
 from microslip.readers.scipy_files import market_matrix, whole_variables
+from microslip.structures.abaqus_files import load_abaqus
 
 _ASYMMETRY = 1e-8  # of the largest entry: what files with eight digits leave
 LARGEST_DENSE = 4000
@@ -255,13 +256,14 @@ def load_matrices(
         kinds = {
             ".npz": _npz,
             ".mat": whole_variables,
+            ".mtx": load_abaqus,
             **dict.fromkeys((".pch", ".op2", ".op4"), _nastran),
         }
         read = kinds.get(file.suffix.lower())
         if read is None:
             raise InputError(
-                f"{file.name}: wanted an .npz, .mat, .pch, .op2 or .op4 file, or a folder of "
-                f"mass.mtx, stiffness.mtx and damping.mtx, got {show(file.suffix)}"
+                f"{file.name}: wanted an .npz, .mat, .pch, .op2, .op4 or Abaqus' .mtx file, or a "
+                f"folder of mass.mtx, stiffness.mtx and damping.mtx, got {show(file.suffix)}"
             )
         content = _read(file, read, limit)
     matrices = {kind: _pick(file, content, kind, names.get(kind)) for kind in _NAMES}

@@ -101,7 +101,10 @@ class Structure:
         path : str or path
             An ``.npz`` or ``.mat`` file that holds the matrices, or a folder of Matrix Market
             files (``mass.mtx``, ``stiffness.mtx`` and, if it is there, ``damping.mtx``). With the
-            extra ``nastran``, a ``.pch`` of DMIG cards, an ``.op2`` or ``.op4`` of matrices.
+            extra ``nastran``, a ``.pch`` of DMIG cards, an ``.op2`` or ``.op4`` of matrices. An
+            ``.mtx`` of Abaqus: that of a substructure (``*SUBSTRUCTURE MATRIX OUTPUT, OUTPUT
+            FILE=USER DEFINED``), or one of a job (``job_STIF2.mtx``), beside which the others are
+            found. Rows are in the order of node and degree of freedom.
         limit : int, optional
             Numbers that a file may hold.
         **names : str, optional

@@ -1,0 +1,164 @@
+"""Matrices of Abaqus: text of *MATRIX OUTPUT, and of *SUBSTRUCTURE MATRIX OUTPUT.
+
+The formats are those of the Abaqus Keywords Guide: MATRIX INPUT and LABELS with node and degree of
+freedom of row and column, COORDINATE with numbers of equations, and of a substructure the linear
+*USER ELEMENT, whose symmetric matrices are given by their lower triangles, row by row.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from microslip._core.checks import Floats
+from microslip.errors import InputError
+from microslip.readers.child import parsed
+from microslip.readers.files import refuse_beyond
+
+_BYTES_A_SECOND: Final = 2e6
+_OF_A_JOB: Final = re.compile(r"(.*)_(STIF|MASS|DMPV)(\d*)", re.IGNORECASE)
+_PARTS: Final = {"stiffness": "STIF", "mass": "MASS", "damping": "DMPV"}
+_TYPES: Final = {"STIFFNESS": "stiffness", "MASS": "mass", "VISCOUSDAMPING": "damping"}
+_FIXED: Final = 1e35
+"""Stiffness [N/m] by which Abaqus holds what a boundary condition fixes, 1e36 on the diagonal."""
+
+
+def load_abaqus(file: Path) -> dict[str, Any]:
+    """Matrices of a substructure, or of the files of a job beside the one that is named.
+
+    Rows are in the order of node and degree of freedom, without what a boundary condition fixes.
+    """
+    files = {"": file}
+    if job := _OF_A_JOB.fullmatch(file.stem):
+        beside = {kind: f"{job[1]}_{part}{job[3]}".casefold() for kind, part in _PARTS.items()}
+        names = {path.stem.casefold(): path for path in file.parent.glob("*.[mM][tT][xX]")}
+        files = {kind: names[stem] for kind, stem in beside.items() if stem in names}
+    found: dict[str, Any] = {}
+    for kind, path in files.items():
+        content = parsed("Abaqus matrix file", path, read_abaqus, bytes_a_second=_BYTES_A_SECOND)
+        found |= {kind or name: matrix for name, matrix in content.items()}
+    every = sorted({tuple(place) for part in found.values() for place in part["places"].tolist()})
+    number = {place: k for k, place in enumerate(every)}
+    matrices = {kind: _placed(part, number) for kind, part in found.items()}
+    if "stiffness" not in matrices:
+        return matrices
+    free = np.flatnonzero(matrices["stiffness"].diagonal() < _FIXED)
+    return {kind: matrix[free][:, free] for kind, matrix in matrices.items()}
+
+
+def _placed(part: dict[str, Any], number: dict[tuple[int, ...], int]) -> Any:
+    """A matrix over all places."""
+    from scipy.sparse import coo_matrix
+
+    at = np.array([number[tuple(place)] for place in part["places"].tolist()])
+    entries = part["matrix"]
+    return coo_matrix(
+        (entries.data, (at[entries.row], at[entries.col])), shape=(len(number),) * 2
+    ).tocsc()
+
+
+# ------------------------------------------------------------------ what runs in the child
+
+
+def read_abaqus(path: Path) -> dict[str, Any]:
+    """Matrices by their types, of files of one "": entries, and the places of their rows."""
+    lines = path.read_text(encoding="latin-1").splitlines()
+    if lines and lines[0].startswith("%%MatrixMarket"):
+        raise InputError("is a Matrix Market file: name its folder, of mass.mtx and stiffness.mtx")
+    if any(line[:13].upper().replace(" ", "") == "*USERELEMENT" for line in lines):
+        return _substructure(lines)
+    rows = [line for line in lines if line.strip() and not line.lstrip().startswith(("*", "%"))]
+    width = len(_words(rows[0])) if rows else 0
+    if width not in (3, 5):
+        raise ValueError(
+            "wanted rows of node, degree of freedom, node, degree of freedom, value, or of row, "
+            f"column, value, got {width} numbers"
+        )
+    refuse_beyond(len(rows), width)
+    table = np.loadtxt((row.replace(",", " ") for row in rows), ndmin=2, comments=None)
+    if table.shape[1] != width:
+        raise ValueError(f"wanted {width} numbers in each row, got {table.shape[1]}")
+    places = table[:, :-1].astype(np.int64)
+    if (places != table[:, :-1]).any():
+        raise ValueError("nodes and degrees of freedom must be whole numbers")
+    ends = np.concatenate(np.split(places, 2, axis=1))
+    known, at = np.unique(ends, axis=0, return_inverse=True)
+    row, column = np.split(at.ravel(), 2)
+    return {"": {"places": known, "matrix": _mirrored(row, column, table[:, -1], len(known))}}
+
+
+def _words(text: str) -> list[str]:
+    return text.replace(",", " ").split()
+
+
+def _mirrored(row: Any, column: Any, values: Floats, size: int) -> Any:
+    """A symmetric matrix, an entry without a partner across the diagonal being given for both."""
+    from scipy.sparse import coo_matrix
+
+    given = set(zip(row.tolist(), column.tolist(), strict=True))
+    if len(given) < len(values):
+        raise ValueError("gives an entry twice: wanted assembled matrices, not those of elements")
+    alone = np.array([(j, i) not in given for i, j in zip(row, column, strict=True)], dtype=bool)
+    return coo_matrix(
+        (
+            np.append(values, values[alone]),
+            (np.append(row, column[alone]), np.append(column, row[alone])),
+        ),
+        shape=(size, size),
+    )
+
+
+def _substructure(lines: list[str]) -> dict[str, Any]:
+    """Matrices of a linear user element, and its degrees of freedom."""
+    blocks: list[tuple[str, list[str]]] = []
+    for line in lines:
+        if line.startswith("*") and not line.startswith("**"):
+            blocks.append((line.upper().replace(" ", ""), []))
+        elif blocks and line.strip() and not line.startswith("**"):
+            blocks[-1][1].append(line)
+    head, degrees = next(block for block in blocks if block[0].startswith("*USERELEMENT"))
+    full = "UNSYM" in head
+    nodes = re.search(r"NODES=(\d+)", head)
+    places = _degrees(int(nodes[1]) if nodes else 0, degrees)
+    found = {}
+    for title, rows in blocks:
+        kind = re.match(r"\*MATRIX,TYPE=(\w+)", title)
+        if kind is None or kind[1] not in _TYPES:
+            continue
+        values = np.array([float(word) for row in rows for word in _words(row)])
+        size = round(np.sqrt(len(values)) if full else (np.sqrt(8.0 * len(values) + 1.0) - 1) / 2)
+        if size != len(places) or len(values) != (size**2 if full else size * (size + 1) // 2):
+            raise ValueError(
+                f"the {_TYPES[kind[1]]} has {len(values)} numbers, and its nodes have "
+                f"{len(places)} degrees of freedom"
+            )
+        row, column = np.indices((size, size)).reshape(2, -1) if full else np.tril_indices(size)
+        name = _TYPES[kind[1]]
+        found[name] = {"places": places, "matrix": _mirrored(row, column, values, size)}
+    if not found:
+        raise ValueError("holds no *MATRIX of stiffness or mass")
+    return found
+
+
+def _degrees(count: int, rows: list[str]) -> Any:
+    """Node, by its place in the element, and degree of freedom of each row of the matrices.
+
+    The first line lists those of the first node; each that follows begins with the place of the
+    node from which on its list holds.
+    """
+    refuse_beyond(10 * count)
+    lists: dict[int, list[int]] = {}
+    for number, row in enumerate(rows):
+        words = [int(word) for word in _words(row)]
+        lists[words[0] if number else 1] = words[1:] if number else words
+    places, current = [], list[int]()
+    for node in range(1, count + 1):
+        current = lists.get(node, current)
+        places += [(node, degree) for degree in current]
+        refuse_beyond(len(places))
+    if not places:
+        raise InputError("names no degrees of freedom")
+    return np.array(places, dtype=np.int64)

@@ -17,6 +17,15 @@ JOINTS = list({repr(joint.surface): joint for joint in ms.Interface.examples()[:
 HEAVY = JOINTS[0]
 IDS = [f"{type(j.surface).__name__}-{j.separation:.2g}" for j in JOINTS]
 
+DEPTH_JOINT = ms.Interface(
+    ms.GreenwoodWilliamson(
+        ms.MaterialPair(*[ms.Material(young_modulus=69e9, poisson_ratio=0.33)] * 2),
+        ms.Gaussian(std=5e-7), radius=1e-3, density=1e8, area=2e-4,
+    ),
+    0.55,
+    normal_load=2000.0,
+)  # fmt: skip
+
 
 @pytest.fixture(params=JOINTS, ids=IDS, name="joint")
 def _joint(request: pytest.FixtureRequest) -> ms.Interface:
@@ -322,3 +331,51 @@ def test_repr() -> None:
     state = HEAVY.start()
     state.advance([1e-6, 0.0])
     assert repr(state) == f"State(displacement=0, force={state.force:g}, open_reversals=1)"
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_limited_depth_tells_a_bound_that_holds(seed):
+    """Beside the exact memory: a decay stays exact, noise within the bound; saved states go on."""
+    rng, n = np.random.default_rng(seed), 600
+    decay = np.exp(-np.arange(n) / 200) * np.cos(np.arange(n) * np.pi / 3)
+    x = 3e-7 * (rng.standard_normal(n) if seed % 2 else decay)
+    x[-1] = 1e-5  # beyond everything
+    d = DEPTH_JOINT.separation + 1e-7 * (seed > 1) * rng.standard_normal(n)
+    field = ms.JointField(
+        DEPTH_JOINT.surface, 0.55, areas=[1.0, 2.0], separations=DEPTH_JOINT.separation,
+        surface_area=1.0,
+    )  # fmt: skip
+    wanted = DEPTH_JOINT.coupled_force(x, separation=d)
+    for depth in (4, 10):
+        one, many = DEPTH_JOINT.start(depth=depth), field.start(depth=depth)
+        pieces = DEPTH_JOINT.start(depth=depth)
+        for i in range(n):
+            trial = one.try_(x[i], separation=d[i])
+            answer = many.try_([x[i]] * 2, separations=[d[i]] * 2)
+            one.commit(), many.commit()
+            tiny = 1e-9 * DEPTH_JOINT.force_limit
+            assert abs(trial.force - wanted[i]) <= one.error_bound + tiny
+            assert np.all(abs(answer.force / [1.0, 2.0] - wanted[i]) <= many.error_bound + tiny)
+            assert one.open_reversals <= depth
+            assert many.open_reversals.max() <= depth
+            if i % 200 == 100:
+                one, many = DEPTH_JOINT.start(one.to_arrays()), field.start(many.to_arrays())
+        forces = np.concatenate([pieces.advance(x[k : k + 60], separation=d[k : k + 60])
+                                 for k in range(0, n, 60)])  # fmt: skip
+        assert np.all(abs(forces - wanted) <= pieces.error_bound + tiny)
+        assert pieces.open_reversals <= depth
+        assert forces[-1] == pytest.approx(wanted[-1], rel=1e-9)
+        assert trial.force == pytest.approx(wanted[-1], rel=1e-9)
+        if seed == 0:
+            assert one.error_bound == 0.0
+
+
+def test_a_depth_is_refused_where_it_cannot_be_kept():
+    with pytest.raises(ms.InputError, match="depth must be an integer from 4"):
+        DEPTH_JOINT.start(depth=3)
+    with pytest.raises(ms.InputError, match="depth must be left out for a law without a surface"):
+        ms.Jenkins(1e8, 10.0).start(depth=8)
+    saved = DEPTH_JOINT.start(depth=8).to_arrays()
+    saved["depth"] = saved["depth"][:3]
+    with pytest.raises(ms.InputError, match="finite 'depth' of shape"):
+        DEPTH_JOINT.start(saved)

@@ -184,16 +184,21 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
 
     # -- histories ------------------------------------------------------------------------------
 
-    def start(self, arrays: Mapping[str, ArrayLike] | None = None) -> State:
+    def start(
+        self, arrays: Mapping[str, ArrayLike] | None = None, *, depth: int | None = None
+    ) -> State:
         """A state at rest, to be advanced sample by sample or piece by piece.
 
         Parameters
         ----------
         arrays : mapping of str to array_like, optional
             What :meth:`microslip.State.to_arrays` gave [m, N, J], shapes there; or what
-            ``numpy.load`` reads of it. The state goes on from there.
+            ``numpy.load`` reads of it. The state goes on from there, with its depth.
+        depth : int, optional
+            Rows of memory [-] that are kept, four at least, of an interface: what is older is
+            lumped, and ``error_bound`` says what it may cost. Without it all is remembered.
         """
-        return State(self) if arrays is None else State.from_arrays(self, arrays)
+        return State(self, depth) if arrays is None else State.from_arrays(self, arrays)
 
     def force(self, displacement: ArrayLike) -> Any:
         """Force along any displacement record, from rest, with exact memory.

@@ -308,7 +308,11 @@ class JointField(SettledField, Locked):
     # -- with memory ----------------------------------------------------------------------------
 
     def start(
-        self, arrays: Mapping[str, ArrayLike] | None = None, *, energies: bool = False
+        self,
+        arrays: Mapping[str, ArrayLike] | None = None,
+        *,
+        energies: bool = False,
+        depth: int | None = None,
     ) -> FieldState:
         """A state of all nodes at rest, which may count what each dissipates.
 
@@ -319,10 +323,13 @@ class JointField(SettledField, Locked):
             what ``numpy.load`` reads of it. The state goes on from there, and counts if it did.
         energies : bool, optional
             Whether a state at rest counts.
+        depth : int, optional
+            Rows of memory [-] of each node, four at least: what is older is lumped, and
+            ``error_bound`` says what it may cost. Without it all is remembered.
         """
         if arrays is not None:
             return FieldState._from_arrays(self._nodes, arrays)
-        return FieldState(self._nodes, bool(energies))
+        return FieldState(self._nodes, bool(energies), depth)
 
     # -- two directions -------------------------------------------------------------------------
 

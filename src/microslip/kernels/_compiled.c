@@ -96,6 +96,10 @@ static const Kernel kernels[] = {
     {"field_try", "aa?aaaaaaiiAAAIAA?A?A?C", "", run_field_try, 0,
      "field_try(place, step or None, rest, last_place, last_step, last_value, rows, marks, begin, "
      "depth, front, density, value, code, by_place, load, fall, by_step, *curve)"},
+    {"field_bound", "aaaIiinAAAP", "", run_field_bound, 0,
+     "field_bound(step, rest, front, code, begin, depth, limit, doubt, rows, marks, *profile)"},
+    {"bound_rows", "AAndnAP", "n", run_bound_rows, 0,
+     "bound_rows(stack, values, depth, separation, limit, doubt, *profile) -> depth"},
     {"field_commit", "aa?aaaiiiAAAAAI", "", run_field_commit, 0,
      "field_commit(place, step or None, front, density, value, code, begin, room, last_place, "
      "last_step, last_value, rows, marks, depth)"},

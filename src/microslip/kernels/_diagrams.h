@@ -107,6 +107,43 @@ static int run_coupled_step(const Argument *a, Result *out)
     return FINE;
 }
 
+/* Rows of a diagram after a record, no more than `limit`; whether it met what was lumped is seen from
+ * the rows that are left. */
+static int run_bound_rows(const Argument *a, Result *out)
+{
+    Row *rows = (Row *)a[0].reals;
+    double *values = a[1].reals, step = a[3].x;
+    Py_ssize_t depth = a[2].n, limit = a[4].n, inner = 0, outer = 0;
+    Doubt *doubt = (Doubt *)a[5].reals;
+    if (depth < 0 || depth > a[0].n / 3 || depth > a[1].n || limit < 4 || a[5].n < 5)
+        return TOO_SHORT;
+    for (Py_ssize_t k = 0; k < depth; k++) {
+        inner |= rows[k].end == doubt->inner;
+        outer |= rows[k].end == doubt->outer;
+    }
+    if (doubt->most > 0.0 && !outer) {
+        doubt->most = doubt->inner = doubt->outer = doubt->outside = 0.0;
+    } else if (doubt->most > 0.0 && !inner) {
+        double load = load_at(a[6].curve, step, NULL);
+        doubt->most = fmin(doubt->most, 2.0 * load); /* as much as sliders can be apart */
+        doubt->outside = 1.0;
+        doubt->error = fmax(doubt->error, doubt->most);
+    }
+    out->n = depth;
+    if (depth <= limit) return FINE;
+    Mark *marks = malloc((size_t)depth * sizeof(Mark));
+    if (!marks) return NO_MEMORY;
+    for (Py_ssize_t k = 0; k < depth; k++) {
+        marks[k].value = values[k];
+        marks[k].base = k + 1 < depth ? rows[k + 1].end : step;
+    }
+    while (depth > limit) depth = make_room(a[6].curve, 0.0, rows, marks, depth, step, doubt);
+    for (Py_ssize_t k = 0; k < depth; k++) values[k] = marks[k].value;
+    free(marks);
+    out->n = depth;
+    return FINE;
+}
+
 /* ---- force control -------------------------------------------------------------------------- */
 
 /* Separation q >= `low` whose load differs by `wanted` from that at the anchor, before it, where N

@@ -53,6 +53,31 @@ static int run_field_try(const Argument *a, Result *out)
     return FINE;
 }
 
+/* Before a commit where each node keeps no more than `limit` rows, five of doubt beside them. */
+static int run_field_bound(const Argument *a, Result *out)
+{
+    enum { STEP, REST, FRONT, CODE, BEGIN, DEPTH, LIMIT, DOUBT, ROWS, MARKS, CURVE };
+    Py_ssize_t nodes = a[STEP].n, limit = a[LIMIT].n;
+    if (!all_have(a, REST, DEPTH, nodes) || a[DOUBT].n < 5 * nodes || limit < 4 ||
+        !rows_fit(&a[ROWS], &a[MARKS], &a[BEGIN], &a[DEPTH], nodes))
+        return TOO_SHORT;
+    for (Py_ssize_t i = 0; i < nodes; i++) {
+        Row *rows = (Row *)a[ROWS].reals + a[BEGIN].integers[i];
+        Mark *marks = (Mark *)a[MARKS].reals + a[BEGIN].integers[i];
+        Doubt *doubt = (Doubt *)a[DOUBT].reals + i;
+        long long *code = &a[CODE].integers[i];
+        double step = a[STEP].reals[i], rest = a[REST].reals[i];
+        Move m = {(Py_ssize_t)(*code / 4), 0, a[FRONT].reals[i], 0.0, 0.0, 0.0};
+        if (m.depth > a[DEPTH].integers[i]) return TOO_SHORT;
+        meet_doubt(a[CURVE].curve, rest, step, &m, doubt);
+        while (m.depth >= limit && m.front > step) {
+            m.depth = make_room(a[CURVE].curve, rest, rows, marks, m.depth, m.front, doubt);
+            *code -= 4;
+        }
+    }
+    return FINE;
+}
+
 /* Makes a trial the state; every node needs room for the row that it adds. */
 static int run_field_commit(const Argument *a, Result *out)
 {

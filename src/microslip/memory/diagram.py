@@ -16,14 +16,14 @@ the kernel does it all in one pass.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from microslip import kernels
-from microslip._core.checks import Floats
+from microslip._core.checks import Floats, whole_number
 from microslip.errors import InputError
-from microslip.kernels.profile import LOSS_RULES
+from microslip.kernels.profile import LOSS_RULES, Profile
 from microslip.memory.saved import check_whole
 
 if TYPE_CHECKING:
@@ -31,6 +31,27 @@ if TYPE_CHECKING:
 
 _BLOCK = 1 << 12  # samples of a record at a time
 _MAX_PENDING = 1024  # steps, before their losses are worked out together
+
+
+DOUBTS = 5
+"""What lumped rows may have wrong, in numbers: bound over mu [N], the separations between which it
+counts, whether a move came there, and the largest bound that counted so far [N]."""
+
+
+def bounded(depth: Any) -> int | None:
+    """A limit of rows, checked."""
+    return None if depth is None else whole_number("depth", depth, 4, 1_000_000)
+
+
+def bounding_profile(curve: LoadCurve, reach: float) -> Profile:
+    """The profile by which rows are lumped, which not every curve has."""
+    profile = curve.profile(min(0.0, reach), max(0.0, reach))
+    if profile is None:
+        raise InputError(
+            "`depth` must be left out for a surface whose load curve has kinks: "
+            "its states remember all"
+        )
+    return profile
 
 
 class Step(NamedTuple):
@@ -55,9 +76,10 @@ class Diagram:
     step of new contact that has not slipped since.
     """
 
-    __slots__ = ("depth", "place", "separation", "stack", "value", "values")
+    __slots__ = ("depth", "doubt", "limit", "place", "separation", "stack", "value", "values")
 
-    def __init__(self) -> None:
+    def __init__(self, limit: int | None = None) -> None:
+        self.limit, self.doubt = limit, np.zeros(DOUBTS)  # rows at most, what they have wrong
         self.stack = np.empty((8, 3))  # end, density, integral of D beyond the end
         self.values = np.empty(8)  # integral of D (-N') from where the row begins
         self.depth = 0
@@ -67,7 +89,8 @@ class Diagram:
 
     def copy(self) -> Diagram:
         """An independent diagram with the same content."""
-        diagram = Diagram()
+        diagram = Diagram(self.limit)
+        diagram.doubt = self.doubt.copy()
         diagram.stack, diagram.values = self.stack.copy(), self.values.copy()
         diagram.depth, diagram.separation = self.depth, self.separation
         diagram.place, diagram.value = self.place, self.value
@@ -97,9 +120,19 @@ class Diagram:
             depth, self.separation, self.place = kernels.compiled.coupled(
                 d[part], x[part], result[part], stack, values, *self._last, *arguments
             )
-            self._store(stack, values, depth)
+            self._store(stack, values, self._bound(stack, values, depth, curve))
         self.value = float(result[-1])
         return result
+
+    def _bound(self, stack: Floats, values: Floats, depth: int, curve: LoadCurve) -> int:
+        """Rows that are left of ``depth`` where there is a limit to them."""
+        if self.limit is None:
+            return depth
+        profile = bounding_profile(curve, float(stack[:depth, 0].max(initial=self.separation)))
+        rows: int = kernels.compiled.bound_rows(
+            stack, values, depth, self.separation, self.limit, self.doubt, *profile.arguments
+        )
+        return rows
 
     def hold(self, separation: Floats, value: Floats, curve: LoadCurve) -> Floats:
         """Places at which the values T/mu are given ones, after which the diagram is updated."""
@@ -148,16 +181,15 @@ class Diagram:
         density = float(self.stack[self.depth - 1, 1]) if self.depth else 0.0
         return density if abs(density) == 1.0 else 0.0
 
-    def move(self, step: Step) -> None:
+    def move(self, step: Step, curve: LoadCurve) -> None:
         """Go along a probed step."""
         stack, values = self._reserve(1)
         depth = _push(
             stack, values, step.depth, step.separation, step.front, step.density, step.kind,
             step.value, step.outer, self.place,
         )  # fmt: skip
-        self._store(stack, values, depth)
-        self.value = step.value
-        self.separation, self.place = step.separation, step.place
+        self.separation, self.place, self.value = step.separation, step.place, step.value
+        self._store(stack, values, self._bound(stack, values, depth, curve))
 
     def restore(
         self, rows: Floats, separation: float, place: float, value: float, curve: LoadCurve

@@ -13,7 +13,7 @@ from microslip._core.checks import Floats, beyond
 from microslip.errors import InputError
 from microslip.kernels import Integers
 from microslip.kernels.profile import LOSS_RULES
-from microslip.memory.diagram import Diagram
+from microslip.memory.diagram import DOUBTS, Diagram, bounded, bounding_profile
 from microslip.memory.nodes import Nodes
 from microslip.memory.resumable import Resumable, counted, one_at_a_time
 from microslip.memory.saved import check_joint, check_whole, joint_array, saved_array
@@ -47,23 +47,29 @@ class FieldState(Resumable):
     The method of memory diagrams (DOI 10.3389/fmech.2020.00030) node by node: exact within Cattaneo
     and Mindlin's theory. It holds 128 bytes a node, 48 more while there is a trial, and some 60 for
     each row of a node's diagram beyond two: a reversal that is open, or a step of new contact that
-    sticks.
+    sticks; with a ``depth`` there are no more rows than that.
     """
 
     __slots__ = (
-        "_begin", "_depth", "_loss", "_marks", "_nodes", "_place", "_room", "_rows", "_step",
-        "_used", "_value",
+        "_begin", "_depth", "_doubt", "_limit", "_loss", "_marks", "_nodes", "_place", "_room",
+        "_rows", "_step", "_used", "_value",
     )  # fmt: skip
 
     _changing = (
-        "_begin", "_depth", "_loss", "_marks", "_place", "_room", "_rows", "_step", "_value",
+        "_begin", "_depth", "_doubt", "_loss", "_marks", "_place", "_room", "_rows", "_step",
+        "_value",
     )  # fmt: skip
     # Places, steps if they vary, and what the kernel makes of them.
     _trial: tuple[Floats, Floats | None, tuple[Any, ...]] | None
+    _doubt: Floats | None
 
-    def __init__(self, nodes: Nodes, energies: bool) -> None:
+    def __init__(self, nodes: Nodes, energies: bool, depth: int | None = None) -> None:
         super().__init__()
         size = nodes.size
+        self._limit, self._doubt = bounded(depth), None
+        if self._limit is not None:
+            bounding_profile(nodes.curve, 0.0)
+            self._doubt = np.zeros((size, DOUBTS))
         self._nodes = nodes
         self._rows, self._marks = np.zeros((_ROWS * size, 3)), np.zeros((_ROWS * size, 2))
         self._begin, self._room = _ROWS * np.arange(size), np.full(size, _ROWS)
@@ -101,6 +107,13 @@ class FieldState(Resumable):
     def dissipated_energy(self) -> Floats:
         """Energies dissipated so far [J], one a node; refused where they are not counted."""
         return counted(self._loss) * self._nodes.weights * self._nodes.slips
+
+    @property
+    def error_bound(self) -> Floats:
+        """Bounds of the force errors [N] that a limited depth has made so far, one a node."""
+        if self._doubt is None:
+            return np.zeros(self._nodes.size)
+        return self._doubt[:, -1] * self._nodes.weights
 
     @one_at_a_time
     def try_(self, displacement: ArrayLike, separations: ArrayLike | None = None) -> Any:
@@ -155,6 +168,14 @@ class FieldState(Resumable):
         current = self._step if step is None else step
         if self._loss is not None:
             self._loss += self._losses(place, current, code)
+        if self._doubt is not None:
+            nodes, code = self._nodes, code.copy()
+            reach = max(float((nodes.rests + current).max()), 0.0)
+            kernels.compiled.field_bound(
+                current, nodes.rests, front, code, self._begin, self._depth, self._limit,
+                self._doubt, self._rows, self._marks,
+                *bounding_profile(nodes.curve, reach).arguments,
+            )  # fmt: skip
         self._make_room((code >> 2) + (front > current))
         kernels.compiled.field_commit(
             place, step, front, density, value, code, self._begin, self._room, self._place,
@@ -174,7 +195,9 @@ class FieldState(Resumable):
             whole surface [N], a row a node. ``rows``: those of all memory diagrams, node by node,
             outermost first: node, its end [m from rest], D [-], integral of D beyond the end [m];
             force over mu of the step that made it [N] and that step [m]. ``dissipated``: energies
-            [J], empty where they are not counted. ``joint``: the format, 1, and of all nodes force
+            [J], empty where they are not counted. ``depth``: the most rows of each node, and what
+            they may have wrong as of :meth:`microslip.State.to_arrays`, empty where all is
+            remembered. ``joint``: the format, 1, and of all nodes force
             limit [N], stiffness [N/m] and kappa [-], by which a field is known again. An open trial
             is not among them. ``field.start(arrays)`` goes on from them.
         """
@@ -189,6 +212,9 @@ class FieldState(Resumable):
             "now": np.column_stack((self.displacement, self._step, self._value)),
             "rows": np.column_stack((owner, self._rows[index], self._marks[index])),
             "dissipated": lost,
+            "depth": np.zeros((0, DOUBTS + 1))
+            if self._doubt is None
+            else np.column_stack((np.full(self._nodes.size, self._limit), self._doubt)),
             "joint": self._identity(),
         }
 
@@ -201,7 +227,14 @@ class FieldState(Resumable):
     def _from_arrays(cls, nodes: Nodes, arrays: Mapping[str, ArrayLike]) -> FieldState:
         """The state of nodes that goes on as the saved one would; ``field.start(arrays)``."""
         lost = saved_array(arrays, "dissipated", -1)
-        state = cls(nodes, bool(lost.size))
+        deep = np.zeros((0, DOUBTS + 1))
+        if "depth" in arrays:
+            deep = saved_array(arrays, "depth", -1, DOUBTS + 1)
+        state = cls(nodes, bool(lost.size), int(deep[0, 0]) if deep.size else None)
+        if deep.size:
+            state._doubt = saved_array(arrays, "depth", nodes.size, DOUBTS + 1)[:, 1:].copy()
+            if (state._doubt[:, [0, 3, 4]] < 0.0).any() or (deep[:, 0] != deep[0, 0]).any():
+                raise InputError("arrays must be those of a state: its depth is none")
         check_joint(arrays, state._identity())
         last, rows = saved_array(arrays, "now", nodes.size, 3), saved_array(arrays, "rows", -1, 6)
         displacement, state._step, state._value = (column.copy() for column in last.T)

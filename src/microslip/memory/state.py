@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from microslip._core.checks import LARGEST, Floats, beyond, exact, number, record, show
 from microslip.errors import InputError
 from microslip.kernels.table import Table
-from microslip.memory.diagram import Diagram, Ledger, Step
+from microslip.memory.diagram import DOUBTS, Diagram, Ledger, Step, bounded, bounding_profile
 from microslip.memory.nodes import steps_along
 from microslip.memory.record import Memory
 from microslip.memory.resumable import Resumable, one_at_a_time
@@ -61,7 +61,7 @@ class State(Resumable):
     # Displacement, force and move of the memory, or displacement and step of the diagram.
     _trial: tuple[float, float, tuple[int, int, int]] | tuple[float, Step] | None
 
-    def __init__(self, law: Law) -> None:
+    def __init__(self, law: Law, depth: int | None = None) -> None:
         if not hasattr(law, "_backbone_at"):
             message = f" must be a backbone law, got {show(law)}; write joint.start()"
             raise InputError(f"`law`{message}")
@@ -71,6 +71,16 @@ class State(Resumable):
         self._diagram: Diagram | None = None
         self._ledger: Ledger | None = None
         self._lost = 0.0  # in closed loops, while the load was constant [J]
+        if depth is not None:
+            if law._coupling is None:
+                raise InputError(
+                    "`depth` must be left out for a law without a surface, which remembers all; "
+                    'exported code holds it with a depth: microslip.export.write("c", law, ...)'
+                )
+            limit = bounded(depth)
+            bounding_profile(law._coupling, 0.0)
+            self._diagram = Diagram(limit)
+            self._ledger = Ledger(self._diagram, 0.0)
 
     @property
     def displacement(self) -> float:
@@ -116,9 +126,16 @@ class State(Resumable):
     def open_reversals(self) -> int:
         """Number of reversals that are remembered; all that the state stores grows with it.
 
-        After the load has varied: the rows of the memory diagram.
+        After the load has varied, and where there is a ``depth``: the rows of the memory diagram.
         """
         return self._memory.depth if self._diagram is None else self._diagram.depth
+
+    @property
+    def error_bound(self) -> float:
+        """Bound of the force error [N] that a limited depth has made so far; 0 without one."""
+        if self._diagram is None or self._diagram.limit is None:
+            return 0.0
+        return float(self._diagram.doubt[-1]) * self._curve().friction
 
     @one_at_a_time
     def try_(
@@ -165,7 +182,7 @@ class State(Resumable):
             x, step = trial
             diagram, curve = self._current(), self._curve()
             ledger = self._open_ledger(diagram)
-            diagram.move(step)
+            diagram.move(step, curve)
             ledger.note(np.array([step.separation]), np.array([x]), diagram, curve)
             self._settle(diagram, x, curve.friction * step.value)
             return
@@ -225,9 +242,11 @@ class State(Resumable):
             of the open ones, oldest first, shape (reversals, 2). ``rows``: those of the memory
             diagram, outermost first: its end [m from the joint's own separation], D [-], integral
             of D beyond the end [m], integral of D (-N') from where the row begins [N], shape
-            (rows, 4). ``joint``: the format, 1, and the backbone [N] at 1 nm, 100 nm, 10 um and 1
-            mm, by which a joint is known again. An open trial is not among them.
-            ``joint.start(arrays)`` goes on from them.
+            (rows, 4). ``depth``: the most rows there may be, bound of what they have wrong over mu
+            [N], the separations [m] between which that counts, whether it did, and the largest that
+            did [N]; empty where all is remembered. ``joint``: the format, 1, and the backbone [N]
+            at 1 nm, 100 nm, 10 um and 1 mm, by which a joint is known again. An open trial is not
+            among them. ``joint.start(arrays)`` goes on from them.
         """
         memory, diagram = self._memory, self._diagram
         varied = (0.0, 0.0, 0.0) if diagram is None else (1.0, diagram.separation, diagram.value)
@@ -246,8 +265,16 @@ class State(Resumable):
             "now": np.array(ends),
             "reversals": memory.stack[: memory.depth].copy(),
             "rows": rows,
+            "depth": self._depth_array(),
             "joint": joint_array(self._law._backbone(_MARKS)),
         }
+
+    def _depth_array(self) -> Floats:
+        """The limit of rows and what they have wrong; empty without one."""
+        diagram = self._diagram
+        if diagram is None or diagram.limit is None:
+            return np.zeros(0)
+        return np.append(diagram.limit, diagram.doubt)
 
     @classmethod
     def from_arrays(cls, law: Law, arrays: Mapping[str, ArrayLike]) -> State:
@@ -256,7 +283,8 @@ class State(Resumable):
         Its arrays are as :meth:`to_arrays` gave them, or ``numpy.load`` of that;
         ``joint.start(arrays)`` makes it.
         """
-        state = cls(law)
+        deep = saved_array(arrays, "depth", -1) if "depth" in arrays else np.zeros(0)
+        state = cls(law, int(deep[0]) if deep.size else None)
         marks = law._backbone(_MARKS)
         check_joint(arrays, joint_array(marks))
         ends = saved_array(arrays, "now", 7)
@@ -272,7 +300,11 @@ class State(Resumable):
             raise InputError("arrays must be those of a state: its reversals do not nest")
         state._lost = float(ends[3])
         if ends[4] != 0.0:
-            curve, diagram = state._curve("rows"), Diagram()
+            curve, diagram = state._curve("rows"), state._diagram or Diagram()
+            if deep.size:
+                diagram.doubt = saved_array(arrays, "depth", DOUBTS + 1)[1:]
+                if (diagram.doubt[[0, 3, 4]] < 0.0).any() or len(rows) > deep[0]:
+                    raise InputError("arrays must be those of a state: its depth is none")
             diagram.restore(rows, float(ends[5]), memory.last / curve.slip, float(ends[6]), curve)
             state._diagram, state._ledger = diagram, Ledger(diagram, state._lost)
             return state

@@ -166,3 +166,88 @@ def test_zig_makes_it_for_other_machines(unit):
     assert begins["linux64"] == b"\x7fELF"
     assert begins["win64"][:2] == b"MZ"
     assert begins["darwin64"] == b"\xcf\xfa\xed\xfe"
+
+
+def third(tmp_path, kind, element="joint", size=3, **options):
+    """An array of joints as FMI 3, valid, initialised at rest."""
+    from fmpy.validation import validate_fmu
+
+    file = tmp_path / "joint.fmu"
+    export.write("fmu3", JOINT, file, element=element, size=size, depth=64, **options)
+    assert list(validate_fmu(str(file))) == []
+    description = fmpy.read_model_description(str(file))
+    unit = kind(
+        guid=description.guid,
+        unzipDirectory=fmpy.extract(str(file)),
+        modelIdentifier="joint",
+        instanceName="three",
+    )
+    unit.instantiate()
+    unit.enterInitializationMode()
+    unit.exitInitializationMode()
+    return unit
+
+
+def test_fmi_3_has_an_array_of_joints_with_stiffness(tmp_path):
+    from fmpy.fmi3 import FMU3Model
+
+    model = third(tmp_path, FMU3Model)
+    model.enterContinuousTimeMode()
+    x = np.array([records(3e-7, 200, seed)["noise"] for seed in range(3)]).T
+    states = [JOINT.start() for _ in range(3)]
+    for row in x:
+        model.setFloat64([1], [3.0 * value for value in row])  # an iteration that goes astray
+        model.getFloat64([2], 3)
+        model.setFloat64([1], row.tolist())
+        wanted = np.array([state.try_(value) for state, value in zip(states, row, strict=True)])
+        found = np.array(model.getFloat64([2, 3], 6)).reshape(2, 3).T
+        np.testing.assert_allclose(found, wanted, rtol=1e-9, atol=1e-12 * JOINT.force_limit)
+        force, place = (ctypes.c_uint32 * 1)(2), (ctypes.c_uint32 * 1)(1)
+        seed, slope = (ctypes.c_double * 3)(1.0, 2.0, -1.0), (ctypes.c_double * 3)()
+        for name in ("fmi3GetDirectionalDerivative", "fmi3GetAdjointDerivative"):
+            # FMPy's own wrapper takes one number a variable.
+            getattr(model, name)(model.component, force, 1, place, 1, seed, 3, slope, 3)
+            np.testing.assert_allclose(slope, found[:, 1] * seed, rtol=1e-14)
+        model.completedIntegratorStep()
+        for state in states:
+            state.commit()
+    lost = [state.dissipated_energy for state in states]
+    np.testing.assert_allclose(model.getFloat64([4], 3), lost, rtol=1e-10)
+    kept = model.getFMUState()
+    numbers = model.serializeFMUState(kept)
+    before = model.getFloat64([2], 3)
+    model.setFloat64([1], [1e-6, -1e-6, 0.0])
+    model.completedIntegratorStep()
+    again = model.deserializeFMUState(numbers)
+    model.setFMUState(again)
+    assert model.getFloat64([2], 3) == before
+    model.terminate()
+    model.freeInstance()
+
+
+def test_fmi_3_has_contacts_whose_load_varies(tmp_path):
+    from fmpy.fmi3 import FMU3Slave
+
+    slave = third(tmp_path, FMU3Slave, element="contact", size=2)
+    state, rng = JOINT.start(), np.random.default_rng(1)
+    for i in range(100):
+        x, opening = 3e-7 * rng.standard_normal(), 5e-8 * rng.standard_normal()
+        slave.setFloat64([1], [x, opening, x, 0.0])
+        slave.doStep(currentCommunicationPoint=0.1 * i, communicationStepSize=0.1)
+        trial = state.try_(x, separation=JOINT.separation + opening)
+        state.commit()
+        force, load = slave.getFloat64([2], 4)[:2]
+        assert force == pytest.approx(trial.force, rel=1e-9, abs=1e-9 * JOINT.force_limit)
+        assert load == pytest.approx(trial.normal_load, rel=1e-12)
+    slave.terminate()
+    slave.freeInstance()
+
+
+def test_the_sources_of_fmi_3_make_the_same_unit(tmp_path):
+    from fmpy.fmi3 import FMU3Model
+
+    third(tmp_path, FMU3Model, element="planar-contact", cells=12).freeInstance()
+    folder = Path(fmpy.extract(str(tmp_path / "joint.fmu")))
+    command = [str(COMPILER), *STRICT, "-shared", "-fPIC", "-o", "again.so", "joint.c", "-lm"]
+    done = subprocess.run(command, cwd=folder / "sources", capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from microslip.results import Study
 
 KINDS = (
-    "c", "abaqus-user", "fmu", "opensees", "calculix", "abaqus", "ansys", "lsdyna", "nastran",
-    "table", "segalman", "bouc-wen", "iwan",
+    "c", "abaqus-user", "fmu", "fmu3", "opensees", "calculix", "abaqus", "ansys", "lsdyna",
+    "nastran", "table", "segalman", "bouc-wen", "iwan",
 )  # fmt: skip
 _OPTIONS = (
     option(
@@ -38,6 +38,7 @@ _OPTIONS = (
         choices=("joint", "contact", "planar", "planar-contact"),
         default="joint",
     ),
+    option("size", "Nodes of a unit of FMI 3.", int, default=1),
     option("name", "What names in the file begin with.", default="joint"),
     option(
         "nodes",
@@ -102,9 +103,9 @@ def export(
 ) -> None:
     """Write the joint of STUDY as a file of another program, which says how exact it is.
 
-    KIND is c, abaqus-user, fmu, opensees, calculix, abaqus, ansys, lsdyna or nastran; table,
-    segalman, bouc-wen or iwan write its numbers, and models that are close to it; card writes it as
-    contact per unit area, in the words of the program that --for names.
+    KIND is c, abaqus-user, fmu, fmu3, opensees, calculix, abaqus, ansys, lsdyna or nastran;
+    table, segalman, bouc-wen or iwan write its numbers, and models that are close to it; card
+    writes it as contact per unit area, in the words of the program that --for names.
     """
     of_card = {name: options.pop(name) for name in (item.name for item in _CARD_OPTIONS)}
     of_card = {name: value for name, value in of_card.items() if value is not None}

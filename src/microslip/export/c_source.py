@@ -35,17 +35,28 @@ def comment(lines: list[str], start: str = " * ", first: str = "/*\n", last: str
     return first + "".join(f"{start}{line}".rstrip() + "\n" for line in safe) + last
 
 
+def components_of(element: str) -> int:
+    """Of a move."""
+    return 1 + element.startswith("planar") + element.endswith("contact")
+
+
+def order_of(element: str) -> str:
+    """Of its components, in words."""
+    opening = ["opening of the separation [m]; forces, load [N]"] * element.endswith("contact")
+    return ", ".join(
+        ["two displacements" if element.startswith("planar") else "displacement", *opening]
+    )
+
+
 def _words(order: Order) -> dict[str, object]:
     """What stands for the words of the templates."""
     element = order.element
-    planar, contact = element.startswith("planar"), element.endswith("contact")
-    tangential = 2 if planar else 1
+    contact = element.endswith("contact")
     words: dict[str, object] = {
-        "NAME": order.name, "DEPTH": order.depth, "TANGENTIAL": tangential,
-        "COMPONENTS": tangential + contact, "LEAST": "-1e300", "LOAD_SCALE": "1.0",
+        "NAME": order.name, "DEPTH": order.depth, "ORDER": order_of(element),
+        "TANGENTIAL": components_of(element) - contact, "COMPONENTS": components_of(element),
+        "LEAST": "-1e300", "LOAD_SCALE": "1.0",
         "FRICTION": "1.0", "SLIP": "1.0", "SCALE": "1.0", "REST": "0.0", "ORIGIN": "0.0",
-        "ORDER": ", ".join(["two displacements" if planar else "displacement"]
-                           + ["opening of the separation [m]; forces, load [N]"] * contact),
         "AT": "at the committed separation" if contact else "at the load that it is for",
     }  # fmt: skip
     if contact:

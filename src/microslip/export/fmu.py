@@ -1,4 +1,4 @@
-"""A unit of FMI 2.0 (functional mock-up) around the exported C, its sources inside."""
+"""A unit of FMI 2.0 or 3.0 (functional mock-up) around the exported C, its sources inside."""
 
 from __future__ import annotations
 
@@ -14,34 +14,58 @@ from html import escape
 from importlib.util import find_spec
 from io import BytesIO
 from pathlib import Path
+from typing import Any
 
 from microslip._version import __version__
 from microslip.errors import InputError
-from microslip.export.c_source import comment, declarations, definitions, filled
+from microslip.export.c_source import (
+    comment,
+    components_of,
+    declarations,
+    definitions,
+    filled,
+    order_of,
+)
 from microslip.export.request import Accuracy, Order
 
 _EPOCH = (1980, 1, 1, 0, 0, 0)  # of a zip: equal joints give equal files
-_PLATFORMS = {  # folders of FMI 2.0, endings, and what zig calls them
-    "linux": ("linux64", ".so", "x86_64-linux-gnu.2.17"),
-    "darwin": ("darwin64", ".dylib", "x86_64-macos"),
-    "win32": ("win64", ".dll", "x86_64-windows-gnu"),
+_PLATFORMS = {  # folders of FMI 2.0 and 3.0, endings, and what zig calls them
+    "linux": ("linux64", "x86_64-linux", ".so", "x86_64-linux-gnu.2.17"),
+    "darwin": ("darwin64", "x86_64-darwin", ".dylib", "x86_64-macos"),
+    "win32": ("win64", "x86_64-windows", ".dll", "x86_64-windows-gnu"),
 }
+_BUILD = (
+    '<?xml version="1.0" encoding="UTF-8"?>\n<fmiBuildDescription fmiVersion="3.0">\n'
+    '  <BuildConfiguration modelIdentifier="{0}"><SourceFileSet language="C99">'
+    '<SourceFile name="{0}.c"/></SourceFileSet></BuildConfiguration>\n</fmiBuildDescription>\n'
+)
 
 
 def write(order: Order) -> tuple[dict[str, str | bytes], Accuracy]:
     """The archive, with a binary for this machine if it has a C compiler, and by zig for all."""
     header = comment(order.header())
-    body = f"{header}\n{declarations(order)}\n{definitions(order)}"
+    body = f"{header}\n/* {order.size} node(s). */\n{declarations(order)}\n{definitions(order)}"
     guid = f"{{{uuid.uuid5(uuid.NAMESPACE_URL, body)}}}"
-    source = body + filled("fmu.c", NAME=order.name, GUID=guid)
-    description = filled("modelDescription.xml", NAME=order.name, GUID=guid, VERSION=__version__)
+    third = order.kind == "fmu3"
+    words: dict[str, Any] = {
+        "NAME": order.name,
+        "GUID": guid,
+        "VERSION": __version__,
+        "NODES": order.size,
+    }
+    if third:
+        words |= _arrays(order)
+    source = body + filled("fmu3.c" if third else "fmu.c", **words)
+    description = filled("modelDescription3.xml" if third else "modelDescription.xml", **words)
     page = f"<!DOCTYPE html><title>{order.name}</title><pre>{escape(header)}</pre>"
     parts: dict[str, bytes] = {
         "modelDescription.xml": description.encode(),
         f"sources/{order.name}.c": source.encode(),
         "documentation/index.html": page.encode(),
     }
-    parts |= _binaries(order.name, source)
+    if third:
+        parts["sources/buildDescription.xml"] = _BUILD.format(order.name).encode()
+    parts |= _binaries(order.name, source, third)
     archive = BytesIO()
     with zipfile.ZipFile(archive, "w", zipfile.ZIP_DEFLATED) as file:
         for name, content in parts.items():
@@ -49,7 +73,18 @@ def write(order: Order) -> tuple[dict[str, str | bytes], Accuracy]:
     return {f"{order.stem}.fmu": archive.getvalue()}, order.accuracy
 
 
-def _binaries(name: str, source: str) -> dict[str, bytes]:
+def _arrays(order: Order) -> dict[str, object]:
+    """Dimensions and values at the start of the arrays of FMI 3, a node after the other."""
+    components = components_of(order.element)
+    node = f'<Dimension start="{order.size}"/>'
+    each = f'<Dimension start="{components}"/>' * (components > 1)
+    return {
+        "ZEROS": " ".join(["0.0"] * (order.size * components)), "SCALAR": node,
+        "VECTOR": node + each, "MATRIX": node + each + each, "ORDER": order_of(order.element),
+    }  # fmt: skip
+
+
+def _binaries(name: str, source: str, third: bool) -> dict[str, bytes]:
     """Libraries for this machine and, where ziglang is installed, for every other one.
 
     Nothing where there is no compiler: the sources then serve.
@@ -60,7 +95,7 @@ def _binaries(name: str, source: str) -> dict[str, bytes]:
         native = ""
     zig = [sys.executable, "-m", "ziglang", "cc"] if find_spec("ziglang") else None
     libraries = {}
-    for system, (folder, ending, target) in _PLATFORMS.items():
+    for system, (second, folder, ending, target) in _PLATFORMS.items():
         if system == native and compiler is not None:
             command = [compiler, "-fPIC", "-fvisibility=hidden"]
         elif zig is not None:
@@ -68,7 +103,7 @@ def _binaries(name: str, source: str) -> dict[str, bytes]:
             command += ["-Wl,-s"] if system != "darwin" else []
         else:
             continue
-        path = f"binaries/{folder}/{name}{ending}"
+        path = f"binaries/{folder if third else second}/{name}{ending}"
         libraries[path] = _library(command, name, ending, source)
     return libraries
 

@@ -38,6 +38,7 @@ FORMATS = (
         c_source.write_user,
     ),
     Format("fmu", f"{_RUN} with FMPy, against joint.force", (".fmu",), fmu.write),
+    Format("fmu3", f"{_RUN} with FMPy, against joint.force", (".fmu",), fmu.write),
     Format("opensees", _OPENSEES, (".py", ".tcl"), elements.opensees),
     Format("calculix", _CALCULIX, (".inp",), elements.calculix),
     Format("abaqus", _NOT_RUN, (".inp",), elements.abaqus),

@@ -34,7 +34,7 @@ _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,30}")
 _AMPLITUDES = 400  # at which errors are looked for
 ELEMENTS = ("opensees", "calculix", "abaqus", "ansys", "lsdyna", "nastran")
 """Kinds whose files hold elements, and so fields."""
-CODE = ("c", "abaqus-user")
+CODE = ("c", "abaqus-user", "fmu3")
 """Kinds whose files hold code, and so any of these."""
 COMPONENTS = ("joint", "contact", "planar", "planar-contact")
 """What one element of exported code moves in: tangentially once or twice, and in separation."""
@@ -90,6 +90,7 @@ class Order:
     span: tuple[float, float]
     cells: int
     depth: int
+    size: int
     name: str
     direction: int
     first_number: int
@@ -263,7 +264,7 @@ def _laws(kind: str, law: Any) -> list[Any]:
         )
     if type(law).__name__ in ("IsotropicJoint", "IsotropicField"):
         raise InputError(
-            f"{kind} holds one direction, and {type(law).__name__} has two; {' and '.join(CODE)}, "
+            f"{kind} holds one direction, and {type(law).__name__} has two; {', '.join(CODE)}, "
             "microslip.hosts.pyharm and callbacks of its harmonics and start().try_ hold it, and "
             "its line is a law of one direction"
         )

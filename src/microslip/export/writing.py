@@ -28,6 +28,7 @@ from microslip.friction.conversions import amplitude_range
 
 _MOST_DEPTH = 1_000_000
 _MOST_CELLS = 10_000
+_MOST_NODES = 10_000
 
 
 @dataclass(frozen=True)
@@ -56,6 +57,7 @@ def write(
     cells: int = 50,
     depth: int = 256,
     element: str = "joint",
+    size: int = 1,
     name: str = "joint",
     nodes: ArrayLike | None = None,
     direction: int = 1,
@@ -85,6 +87,8 @@ def write(
     element : str, optional
         Of code: ``joint``, one displacement at a held load; ``contact``, with the separation;
         ``planar``, two displacements, ``planar-contact``, both, with as many sliders as ``cells``.
+    size : int, optional
+        Number of nodes [-] of a unit of FMI 3, each a joint like this one, up to 10 000.
     name : str, optional
         What names in the file begin with.
     nodes : array_like of int, optional
@@ -124,6 +128,11 @@ def write(
         whole_number("cells", cells, 2, _MOST_CELLS),
     )
     direction = whole_number("direction", direction, 1, 3)
+    size = whole_number("size", size, 1, _MOST_NODES)
+    if size > 1 and kind != "fmu3":
+        raise InputError(
+            f"`size` must be 1 for {kind}, which is one node, got {size}; fmu3 has more"
+        )
     limits = {"smallest_amplitude": smallest_amplitude, "largest_amplitude": largest_amplitude}
     element, model, law_along = element_of(kind, law, element, cells, limits)
     patches = patches_of(kind, law_along, nodes)
@@ -133,7 +142,7 @@ def write(
     order = Order(
         kind, file_format.run, patches, element, model,
         amplitude_range(sum_of(patches), smallest_amplitude, largest_amplitude),
-        cells, depth, name, direction, first_number, stem, suffix,
+        cells, depth, size, name, direction, first_number, stem, suffix,
         one_line(described(law_along)),
     )  # fmt: skip
     texts, accuracy = file_format.write(order)

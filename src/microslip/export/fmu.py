@@ -77,10 +77,10 @@ def _arrays(order: Order) -> dict[str, object]:
     """Dimensions and values at the start of the arrays of FMI 3, a node after the other."""
     components = components_of(order.element)
     node = f'<Dimension start="{order.size}"/>'
-    each = f'<Dimension start="{components}"/>' * (components > 1)
+    component = f'<Dimension start="{components}"/>' * (components > 1)
     return {
         "ZEROS": " ".join(["0.0"] * (order.size * components)), "SCALAR": node,
-        "VECTOR": node + each, "MATRIX": node + each + each, "ORDER": order_of(order.element),
+        "VECTOR": node + component, "MATRIX": node + component + component, "ORDER": order_of(order.element),
     }  # fmt: skip
 
 

@@ -83,3 +83,21 @@ def test_laws_beside_a_rigid_one() -> None:
     moved = both.displacement([50.0, 300.0, 150.0, -300.0])
     np.testing.assert_allclose(both.force(moved)[[1, 3]], [300.0, -300.0], rtol=1e-12)
     assert moved[2] == moved[1], "what is rigid holds until twice its limit is taken back"
+
+
+def test_one_type_answers_trials_with_and_without_separations():
+    """By name all is there; it unpacks as it was asked for."""
+    surface = ms.Interface.examples()[0].surface
+    field = ms.JointField(surface, 0.3, areas=1.0, loads=[5.0, 8.0], surface_area=1.0)
+    flat = field.two_directions(16)
+    for states, x in ((field.start, [1e-9, 2e-9]), (flat.start, [[1e-9, 2e-9], [3e-9, 0.0]])):
+        one, other = states(), states()
+        held, varied = one.try_(x), other.try_(x, field.separations)
+        assert type(held) is type(varied)
+        force, stiffness = held
+        forces, load, tangent = varied
+        for found, wanted in (
+            (force, forces), (held.force, forces), (held.load, load), (held.tangent, tangent),
+            (stiffness, held.stiffness), (varied.stiffness, held.stiffness),
+        ):  # fmt: skip
+            np.testing.assert_allclose(found, wanted, rtol=1e-9, atol=1e-12 * abs(wanted).max())

@@ -80,7 +80,8 @@ def _arrays(order: Order) -> dict[str, object]:
     component = f'<Dimension start="{components}"/>' * (components > 1)
     return {
         "ZEROS": " ".join(["0.0"] * (order.size * components)), "SCALAR": node,
-        "VECTOR": node + component, "MATRIX": node + component + component, "ORDER": order_of(order.element),
+        "VECTOR": node + component, "MATRIX": node + component + component,
+        "ORDER": order_of(order.element),
     }  # fmt: skip
 
 

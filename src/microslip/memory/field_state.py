@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,10 +21,12 @@ from microslip.memory.saved import check_joint, check_whole, joint_array, saved_
 _ROWS = 2  # rows of a node at the start; a move to and fro needs no more
 
 
-class FieldResponse(NamedTuple):
-    """What the nodes of a field answer to displacements and separations.
+class FieldResponse(tuple[Floats, ...]):
+    """What the nodes of a field answer to displacements and, if they vary, separations.
 
-    Within Cattaneo and Mindlin's theory, after Jaeger (1998), DOI 10.1115/1.2833765.
+    It unpacks as ``force, stiffness`` where separations were not given, else as ``force, load,
+    tangent``, and has all of them by name. Within Cattaneo and Mindlin's theory, after Jaeger
+    (1998), DOI 10.1115/1.2833765.
     """
 
     force: Floats
@@ -33,6 +35,25 @@ class FieldResponse(NamedTuple):
     """Normal loads N [N], one a node."""
     tangent: Floats
     """Derivatives of (T, N) by (displacement, separation) [N/m], shape (nodes, 2, 2)."""
+
+    def __new__(
+        cls, force: Floats, load: Floats, tangent: Floats, stiffness: Floats | None = None
+    ) -> Self:
+        """With the ``stiffness`` it unpacks as a step at held separations."""
+        parts = (force, load, tangent) if stiffness is None else (force, stiffness)
+        response = super().__new__(cls, parts)
+        response.force, response.load, response.tangent = force, load, tangent
+        return response
+
+    @property
+    def stiffness(self) -> Floats:
+        """Tangent stiffnesses dT/d(displacement) [N/m]."""
+        return self.tangent[..., 0, 0]
+
+
+def _with_spare(rows: Integers) -> Integers:
+    """Room for rows, such that rough noise seldom asks for more."""
+    return rows + rows // 2 + 4
 
 
 class FieldState(Resumable):
@@ -116,7 +137,7 @@ class FieldState(Resumable):
         return self._doubt[:, -1] * self._nodes.weights
 
     @one_at_a_time
-    def try_(self, displacement: ArrayLike, separations: ArrayLike | None = None) -> Any:
+    def try_(self, displacement: ArrayLike, separations: ArrayLike | None = None) -> FieldResponse:
         """Forces and tangents at trial displacements and, if they vary, separations.
 
         Parameters
@@ -129,10 +150,10 @@ class FieldState(Resumable):
 
         Returns
         -------
-        tuple of ndarray or FieldResponse
-            Without separations the forces [N] and the tangent stiffnesses dT/d(displacement) [N/m]
-            of the step; with them ``force``, ``load`` [N] and ``tangent`` [N/m], shape (nodes, 2,
-            2), consistent with the step.
+        FieldResponse
+            ``force``, ``load`` [N], ``stiffness`` and ``tangent`` [N/m], shape (nodes, 2, 2),
+            consistent with the step. It unpacks as ``force, stiffness`` without separations, as
+            ``force, load, tangent`` with them.
         """
         self._trial = None  # should this one fail, no earlier one is left to commit
         nodes = self._nodes
@@ -143,25 +164,22 @@ class FieldState(Resumable):
         size = place.size
         front, density, value, by_place = (np.empty(size) for _ in range(4))
         code = np.empty(size, dtype=np.int64)
-        varied: tuple[Any, ...] = (None, None, None)
-        if step is not None:
-            varied = tuple(np.empty(size) for _ in range(3))
+        load, fall, by_step = (np.empty(size) for _ in range(3))
+        current = self._step if step is None else step
         kernels.compiled.field_try(
-            place, step, nodes.rests, self._place, self._step, self._value, self._rows,
+            place, current, nodes.rests, self._place, self._step, self._value, self._rows,
             self._marks, self._begin, self._depth, front, density, value, code, by_place,
-            *varied, *nodes.curve.arguments(*nodes.reach(self._step, step)),
+            load, fall, by_step, *nodes.curve.arguments(*nodes.reach(self._step, step)),
         )  # fmt: skip
         self._trial = place, step, (front, density, value, code)
         stiffness = by_place * (nodes.weights / nodes.slips)
         force = value * nodes.weights
-        if step is None:
-            return force, stiffness
-        load, fall, by_step = varied
         tangent = np.zeros((size, 2, 2))
         tangent[:, 0, 0] = stiffness
         tangent[:, 0, 1] = nodes.weights * by_step
         tangent[:, 1, 1] = -nodes.scales * fall
-        return FieldResponse(force, nodes.scales * load, tangent)
+        pair = stiffness if step is None else None
+        return FieldResponse(force, nodes.scales * load, tangent, pair)
 
     def _take(self, trial: Any) -> None:
         place, step, (front, density, value, code) = trial
@@ -281,7 +299,7 @@ class FieldState(Resumable):
         full = np.flatnonzero(rows > self._room)
         if not full.size:
             return
-        room = rows[full] + rows[full] // 2
+        room = _with_spare(rows[full])
         used = self._used + int(room.sum())
         if used > len(self._rows):
             self._repack(rows)
@@ -294,7 +312,7 @@ class FieldState(Resumable):
 
     def _repack(self, rows: Integers) -> None:
         """A new pool, with an eighth to spare, for so many rows a node."""
-        self._room = np.where(rows > _ROWS, rows + rows // 2, _ROWS)
+        self._room = np.where(rows > _ROWS, _with_spare(rows), _ROWS)
         old, self._begin = self._begin, np.cumsum(self._room) - self._room
         self._used = int(self._room.sum())
         before = self._rows, self._marks

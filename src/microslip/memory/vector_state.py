@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,23 +13,30 @@ from numpy.typing import ArrayLike
 from microslip import kernels
 from microslip._core.checks import Floats, floats
 from microslip.errors import InputError
+from microslip.memory.field_state import FieldResponse
 from microslip.memory.nodes import Nodes, along
 from microslip.memory.resumable import Resumable, counted, one_at_a_time
 from microslip.memory.saved import check_joint, joint_array, saved_array
 
 
-class VectorResponse(NamedTuple):
-    """What nodes answer to displacements in two directions and separations.
+class VectorResponse(FieldResponse):
+    """What nodes answer to displacements in two directions and, if they vary, separations.
 
-    Sliders as Iwan's (1966, DOI 10.1115/1.3625199), each with a vector.
+    It unpacks as a :class:`FieldResponse` does. Sliders as Iwan's (1966, DOI 10.1115/1.3625199),
+    each with a vector.
     """
 
     force: Floats
-    """Tangential forces (T1, T2) [N], shape (nodes, 2)."""
+    """Tangential forces (T1, T2) [N], shape (nodes, 2), or (2,) of one joint."""
     load: Floats
-    """Normal loads N [N], one a node."""
+    """Normal loads N [N], one a node; not a number for a law whose load is held."""
     tangent: Floats
     """Derivatives of (T1, T2, N) by both displacements and the separation [N/m], (nodes, 3, 3)."""
+
+    @property
+    def stiffness(self) -> Floats:
+        """Derivatives of (T1, T2) by both displacements [N/m], shape (nodes, 2, 2)."""
+        return self.tangent[..., :2, :2]
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,7 +151,7 @@ class VectorState(Resumable):
         return self._out(counted(self._loss) * self._bank.scales * self._bank.slips)
 
     @one_at_a_time
-    def try_(self, displacement: ArrayLike, separations: ArrayLike | None = None) -> Any:
+    def try_(self, displacement: ArrayLike, separations: ArrayLike | None = None) -> VectorResponse:
         """Forces and tangents at trial displacements and, if they vary, separations.
 
         Parameters
@@ -157,10 +164,10 @@ class VectorState(Resumable):
 
         Returns
         -------
-        tuple of ndarray or VectorResponse
-            Without separations the forces [N], shape (nodes, 2), and the stiffnesses of the step
-            [N/m], (nodes, 2, 2), of one node without the first axis. With them ``force``, ``load``
-            and ``tangent``.
+        VectorResponse
+            ``force`` [N], shape (nodes, 2), ``load`` [N], ``stiffness`` [N/m], shape (nodes, 2, 2),
+            and ``tangent``; of one joint without the first axis. It unpacks as ``force,
+            stiffness`` without separations, as ``force, load, tangent`` with them.
         """
         self._trial = None  # should this one fail, no earlier one is left to commit
         bank, nodes = self._bank, self._bank.size
@@ -184,14 +191,13 @@ class VectorState(Resumable):
         self._trial = place, step, new, value
         force = value * bank.scales[:, None]
         stiffness = slope[:, :, :2] * (bank.scales / bank.slips)[:, None, None]
-        if step is None:
-            return self._out(force), self._out(stiffness)
-        load, by_step = bank.loads(step)
+        load, by_step = bank.loads(self._step if step is None else step)
         tangent = np.zeros((nodes, 3, 3))
         tangent[:, :2, :2] = stiffness
         tangent[:, :2, 2] = slope[:, :, 2] * bank.scales[:, None]
         tangent[:, 2, 2] = by_step
-        return VectorResponse(force, load, tangent)
+        pair = self._out(stiffness) if step is None else None
+        return VectorResponse(self._out(force), self._out(load), self._out(tangent), pair)
 
     def _take(self, trial: Any) -> None:
         place, step, new, value = trial

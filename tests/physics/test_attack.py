@@ -106,6 +106,7 @@ NOT_ENTERED = {
     *("FreeDecay", "HarmonicForce", "Identification", "IsotropicField", "IwanFit", "Measurement"),
     *("MeshedJoint", "ModalCurve", "ModalIdentification", "Motion", "PeriodicResponse", "RingDown"),
     *("PerssonCurve", "Preload", "Pressure", "ReducedJoint", "SegalmanFit", "Sliders", "Summits"),
+    *("FieldState", "State"),
     *("Assembly", "Sweep", "TightenedSurface", "VectorCycle", "VectorResponse", "Verdict"),
     *("MeshedJoint.read", "ModalTest.read", "Record.read", "Scan.read", "Structure.load"),
     "ReducedJoint.load",

@@ -223,22 +223,16 @@ class Drawing:
 
         Parameters
         ----------
-        material : Material or sequence of Material
-            Of all parts, or of each from left to right.
-        density : float or sequence of float
-            Theirs [kg/m^3].
-        surface : NormalLaw
-            The normal load law of the surface.
-        friction_coefficient : array_like
-            Coulomb's coefficient [-], one number (of shape ()).
+        material, density : Material, float or sequence
+            As for :meth:`reduce` [kg/m^3].
+        surface, friction_coefficient : NormalLaw, array_like
+            The law of the surface and Coulomb's coefficient [-], one number (of shape ()).
         amplitudes : array_like
             Modal amplitudes [m kg^(1/2)] at which it is to be good, one-dimensional.
         mode : int
             Which mode, from 0.
-        patches : (int, int) or array_like
-            The patches to begin with.
-        form : array_like or callable, optional
-            See :meth:`ReducedJoint.with_form`; not one gap a patch.
+        patches, form : optional
+            The patches to begin with; see :meth:`ReducedJoint.with_form`, not one gap a patch.
         tolerance : float
             Change of the damping ratio by finer patches at which it ends [-].
         most_patches : int

@@ -41,13 +41,8 @@ def assembly_numbers(assembly: Assembly | None) -> dict[str, Any] | None:
     """The same for the summary: plain values in SI units."""
     if assembly is None:
         return None
-    return {
-        "order": list(assembly.order),
-        "bolt_tension": assembly.tensions.tolist(),
-        "tractions": assembly.tractions.tolist(),
-        "slip_share": assembly.slip_share.tolist(),
-        "lost": assembly.lost,
-    }
+    arrays = {name: getattr(assembly, name).tolist() for name in ("tractions", "slip_share")}
+    return {"order": list(assembly.order), "lost": assembly.lost, **arrays}
 
 
 def comparison(prediction: StructurePrediction) -> Section:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -83,6 +84,8 @@ def add_structures(add: Add, surface: Any, joint: Any) -> None:
     for method in ("peak", "standard_deviation"):
         more = {"duration": 10.0} if method == "peak" else {}
         add(f"RandomResponse.{method}", getattr(random, method), at=[0.0, 0.0, 1.0], **more)
+    add("RandomResponse.spectrum", random.spectrum, at=[0.0, 0.0, 1.0], frequencies=[60.0, 90.0])
+    add("RandomResponse.deviations", random.deviations, columns=np.eye(3))
     add("Pulse", ms.Pulse, time=[0.0, 1e-3, 2e-3], acceleration=[0.0, 10.0, 0.0])
     add("Pulse.half_sine", ms.Pulse.half_sine, amplitude=10.0, duration=2e-3)
     pulse = ms.Pulse.half_sine(10.0, 2e-3)
@@ -90,6 +93,7 @@ def add_structures(add: Add, surface: Any, joint: Any) -> None:
         duration=4e-3, damping_ratio=1e-3)  # fmt: skip
     shock = preload.shock(pulse, directions=np.ones(3), duration=4e-3)
     add("ShockResponse.history", shock.history, at=[0.0, 0.0, 1.0])
+    add("ShockResponse.sizes", shock.sizes, columns=np.eye(3))
     add("ShockResponse.peak", shock.peak, at=[0.0, 0.0, 1.0])
     add("Structure.with_geometry", chain.with_geometry, coordinates=[[0.0], [0.0], [1.0]],
         cubic=[[[0.0]]], quartic=[[[[1e12]]]], reach=[1e-3])  # fmt: skip
@@ -139,6 +143,17 @@ def _add_drawings(add: Add, surface: Any, test: ms.ModalTest) -> None:
     add("ReducedJoint.assemble", joint.assemble, ("surface",), surface=surface,
         friction_coefficient=0.3, steps=3, passes=1, snug=0.1)  # fmt: skip
     add("ReducedJoint.with_form", joint.with_form, form=np.zeros(6), factor=1.0)
+    grounded = replace(
+        joint,
+        base_inertia=np.concatenate([np.zeros((joint.size, 3)), np.eye(3)]),
+        sensor_base=np.zeros((len(joint.sensor_names), 3)),
+    )
+    add("ReducedJoint.on_base", grounded.on_base, ("surface",), surface=surface,
+        friction_coefficient=0.3, damping_ratio=1e-3)  # fmt: skip
+    add("ReducedJoint.base", grounded.base, ("direction",), direction="z")
+    places = np.linspace(-1e-4, 1e-4, 5)[:, None]
+    add("ReducedJoint.with_geometry", joint.with_geometry, ("sensors",),
+        sensors=joint.sensor_names[:1], cases=(places, 1e13 * places**3))  # fmt: skip
     add("ReducedJoint.scaled", joint.scaled, stiffness=1.1, mass=0.9)
     add("LapJoint.size_of_elements", lap.size_of_elements, element_size=0.04)
     add("ReducedJoint.with_tension", joint.with_tension, tension=[4e3])

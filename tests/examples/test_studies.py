@@ -25,7 +25,7 @@ PINNED = {
     "spectrum": (1.749821e09, 40.0, 0.130993),
     "milled": (6.823548e10, 3200.0, 0.0197075),
 }
-LARGE = ("al2017", "bolted_beam")
+LARGE = ("al2017", "bolted_beam", "shaker", "two_laps")
 """Those that have tests of their own."""
 
 

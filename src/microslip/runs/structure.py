@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -12,6 +13,7 @@ from microslip._core.checks import Floats
 from microslip.errors import InputError
 from microslip.normal import NormalLaw
 from microslip.report.document import Progress
+from microslip.runs.shaking import shaken
 from microslip.runs.structure_force import forced_modes, gain_of
 from microslip.runs.structure_prediction import (
     SHARES,
@@ -103,11 +105,12 @@ def run(study: StudyDescription, progress: Progress | None = None) -> StructureP
     tests = _tests(part.measured, modes)
     if part.fitted:
         with blame(study, "structure.measured.fit"):
-            identified = _identified(middle, joint, tests)
+            identified = _identified(middle, _bending(part, joint), tests)
     tight = _all_tight(middle, formed, state)
+    shaking = shaken(middle, formed, curves[0].linear_frequency)
     return StructurePrediction(
         part, formed, state, modes, inputs, identified, tests, convergence, tight,
-        _assembly(middle, formed),
+        _assembly(middle, formed), shaking,
     )  # fmt: skip
 
 
@@ -293,7 +296,7 @@ def _tightened(study: StudyDescription, joint: ReducedJoint) -> tuple[ReducedJoi
     assert part is not None  # who calls has looked
     if part.form is not None:
         joint = joint.with_form(part.form.table, part.form.factor)
-    joint = joint.with_tension(part.tension)
+    joint = _bending(part, joint.with_tension(part.tension))
     assembly = _assembly(study, joint)
     if assembly is not None:
         return joint, assembly.state
@@ -310,9 +313,15 @@ def _assembly(study: StudyDescription, joint: ReducedJoint) -> Assembly | None:
     return joint.assemble(build_surface(study), mu, order=turns.tolist(), passes=part.bolts.passes)
 
 
+def _bending(part: StructurePart, joint: ReducedJoint) -> ReducedJoint:
+    """The joint with the geometry of a study, if it has one."""
+    bends = part.geometry
+    return joint if bends is None else joint.with_geometry(tuple(bends.sensors), bends.cases)
+
+
 def _curve(part: StructurePart, joint: ReducedJoint, state: Preload, number: int) -> ModalCurve:
     """A mode along the amplitudes of a study."""
-    return state.modes(
+    curve = state.modes(
         number - 1,
         part.amplitudes,
         at=joint.sensor("sensor"),
@@ -320,6 +329,9 @@ def _curve(part: StructurePart, joint: ReducedJoint, state: Preload, number: int
         damping_ratio=part.base_damping_ratio,
         harmonics=part.harmonics,
     )
+    if part.geometry is None:
+        return curve
+    return replace(curve, loss=curve.loss[:, : joint.patches])  # springs lose nothing
 
 
 def _solved(part: StructurePart, joint: ReducedJoint, state: Preload, number: int) -> ModalCurve:

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from microslip._core.checks import Floats
+from microslip.runs.shaking import Shaking
 from microslip.structures import (
     Convergence,
     ModalCurve,
@@ -135,3 +136,4 @@ class StructurePrediction:
     convergence: Convergence | None = None  # how good the model is for the first mode
     tight: tuple[TightMode, ...] = ()  # its modes with all bolts tight, where some are slack
     assembly: Assembly | None = None  # what the faces hold, where bolts are tightened in order
+    shaking: Shaking | None = None  # on a ground that moves

@@ -50,6 +50,8 @@ class GeometryAttachment:
     """P, (degrees of freedom, coordinates)."""
     reach: Floats | None
     """Largest size of each coordinate for which the potential is known."""
+    rest: Floats | None = None
+    """Displacements (degrees of freedom,) from which it bends; those of no force unless given."""
 
     has_gaps = False
     held_load = 0.0
@@ -61,16 +63,19 @@ class GeometryAttachment:
 
     def static_forces(self, motion: Floats) -> tuple[Floats, Floats]:
         """Forces and stiffnesses by form."""
-        return self.springs.at(motion)
+        return self.springs.at(self._bent(motion))
 
     def stuck(self, motion: Floats) -> Floats:
         """Stiffnesses about a static motion."""
-        return self.springs.at(motion)[1]
+        return self.springs.at(self._bent(motion))[1]
+
+    def _bent(self, motion: Floats) -> Floats:
+        return motion if self.rest is None else motion - self.columns.T @ self.rest
 
     def group(self, motion: Floats, line: Floats) -> GeometryGroup:
         """The forms about a static motion."""
         del line
-        return GeometryGroup(self.springs, self.columns, motion)
+        return GeometryGroup(self.springs, self.columns, self._bent(motion))
 
     def check_reach(self, size: Floats) -> None:
         """Refuse motions, the sizes (..., coordinates) of which leave what it is known for."""

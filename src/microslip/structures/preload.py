@@ -235,7 +235,8 @@ class Preload:
         """Refuse motions beyond what a geometry was told by; ``sizes`` are those along columns."""
         for geometry in self._bends:
             columns = geometry.coordinates
-            geometry.check_reach(np.abs(columns.T @ self.displacement))
+            before = 0.0 if geometry.rest is None else geometry.rest
+            geometry.check_reach(np.abs(columns.T @ (self.displacement - before)))
             geometry.check_reach(sizes(columns))
 
     @single_threaded
@@ -394,7 +395,7 @@ class Preload:
             Each joint linearised by itself, for laws along directions; or the first modes by their
             curves, which fields of contact need. What the joints allow unless given.
         modes : int, optional
-            How many modes, by ``modes``; those above are linear.
+            How many modes, by ``modes``, those that move most; others are linear.
         damping_ratio : float, optional
             Base damping [-] of the curves, by ``modes``.
         harmonics, samples : optional

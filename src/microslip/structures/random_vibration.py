@@ -10,13 +10,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property
-from typing import Literal
+from functools import cached_property, partial
+from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from microslip._core.checks import Floats, positive
+from microslip._core.checks import Floats, positive, record
 from microslip._core.frozen import LockedArrays
 from microslip._core.verdicts import Rule, Verdict
 from microslip.errors import InputError
@@ -32,6 +32,7 @@ RandomMethod = Literal["joints", "modes"]
 _NODES = 32
 _ROUNDS = 100
 _ENOUGH = 1e-4
+_LEAST = 1e-3  # of the mode that moves most: modes that move less do not feel their joints
 _X, _W = np.polynomial.laguerre.laggauss(_NODES)
 _AMPLITUDES = np.sqrt(2.0 * _X)
 """Of a motion whose standard deviation is one; with the weights, means over them."""
@@ -100,6 +101,9 @@ class RandomResponse(LockedArrays):
     _shapes: Floats
     _carried: Floats
     _variances: Variances
+    _answer: Callable[[Floats], NDArray[Any]]
+    """Modal coordinates (frequencies, modes) for a unit of acceleration."""
+    _spectrum: Spectrum
 
     @property
     def status(self) -> str:
@@ -143,6 +147,33 @@ class RandomResponse(LockedArrays):
             Its standard deviation, the root of the mean square.
         """
         return math.sqrt(max(self._reading(at, quantity)[0], 0.0))
+
+    def spectrum(
+        self, at: ArrayLike, frequencies: ArrayLike, quantity: Quantity = "displacement"
+    ) -> Floats:
+        """Power spectral density at a sensor, of the equivalent linear structure.
+
+        Parameters
+        ----------
+        at : array_like
+            Direction of the sensor, shape (n,).
+        frequencies : array_like
+            Frequencies [Hz] above zero, one-dimensional.
+        quantity : {"displacement", "velocity", "acceleration"}, optional
+            As for :meth:`standard_deviation`.
+
+        Returns
+        -------
+        ndarray
+            One-sided levels, of the quantity's unit squared over Hz; zero outside the noise.
+        """
+        power, sensor = power_of(quantity), vector("at", at, self._shapes.shape[0])
+        f = record("frequencies", frequencies)
+        omega = 2.0 * math.pi * np.array([positive("frequencies", x, "Hz", 100.0) for x in f])
+        signal = (self._answer(omega) @ (self._shapes.T @ sensor)) * (1j * omega) ** power
+        if power == 2:
+            signal = signal + float(sensor @ self._carried)
+        return np.asarray(np.abs(signal) ** 2 * self._spectrum.at(f))
 
     def peak(self, at: ArrayLike, duration: float, quantity: Quantity = "displacement") -> float:
         """Largest excursion to expect at a sensor, of Gaussian motion (Davenport 1964).
@@ -293,14 +324,14 @@ def by_joints(base: BaseMotion, psd: object) -> RandomResponse:
         "joints", np.abs(poles) / (2.0 * math.pi), -poles.real / np.abs(poles), deviation,
         turns / (2.0 * math.pi), power, rounds, message,
         (OUTSIDE.judge(aside), SOFTENING.judge(lost)), base.model.shapes, base.carried[:, 0],
-        variances,
+        variances, partial(linear.answer, softer=softer, dashpots=dashpots), spectrum,
     )  # fmt: skip
 
 
 def by_modes(
     base: BaseMotion, psd: object, modes: int, curve: Callable[[int, Floats], ModalCurve]
 ) -> RandomResponse:
-    """The first modes by their curves against amplitude, all others linear.
+    """The modes that move most by their curves against amplitude, all others linear.
 
     At its modal amplitude a mode answers with the frequency and damping of its curve, of which the
     means weighted with the square of the amplitude count.
@@ -313,22 +344,24 @@ def by_modes(
     if base.strains:
         raise InputError("supports that move against another need joints of laws along directions")
     linear = linear_structure(base, spectrum, none, idle)
-    modes = min(modes, model.size)
     damping = linear.damping.copy()
     if not damping.any():
         # Of the curves' own smallest amplitudes, so that the first round has a resonance.
-        damping[np.diag_indices(modes)] = 2e-3 * np.sqrt(model.squares[:modes])
+        damping[np.diag_indices(model.size)] = 2e-3 * np.sqrt(model.squares)
     variances = replace(linear, damping=damping).variances(idle, idle)
-    curves: list[ModalCurve | None] = [None] * modes
+    moving = np.diag(variances.displacement)
+    chosen = np.sort(np.argsort(-moving)[:modes])
+    chosen = chosen[moving[chosen] > _LEAST**2 * moving.max()]
+    curves: dict[int, ModalCurve] = {}
     loss = np.zeros(0)
     squares, shapes, push = model.squares.copy(), model.shapes.copy(), linear.push.copy()
     rounds, change, lost = 0, math.inf, ""
     for rounds in range(1, _ROUNDS + 1):
-        deviation = np.sqrt(np.diag(variances.displacement)[:modes])
+        deviation = np.sqrt(np.diag(variances.displacement))
         damping, shifted, power = linear.damping.copy(), model.squares.copy(), []
-        for j in range(modes):
+        for j in chosen.tolist():
             a = deviation[j] * _AMPLITUDES
-            known = curves[j]
+            known = curves.get(j)
             if known is None or not _covers(known, float(deviation[j])):
                 amplitudes = deviation[j] * np.geomspace(0.05, 4.5, 14)
                 known = curves[j] = curve(j, amplitudes)
@@ -355,25 +388,26 @@ def by_modes(
         step = 1.0 if rounds < 5 else 0.7
         squares = squares + step * (shifted - squares)
         before = deviation
-        push[:modes] = -shapes[:, :modes].T @ base.inertia[:, 0]
+        push[chosen] = -shapes[:, chosen].T @ base.inertia[:, 0]
         current = replace(linear, squares=squares, damping=damping, push=push)
         variances = current.variances(idle, idle)
-        moved = np.abs(np.sqrt(np.diag(variances.displacement)[:modes]) - before)
-        change = float((moved / np.where(before > 0.0, before, 1.0)).max())
+        moved = np.abs(np.sqrt(np.diag(variances.displacement)) / before - 1.0)
+        change = float(moved[chosen].max())
         if change < 10.0 * _ENOUGH:
             break
     message = f"solved in {rounds} rounds{lost}"
     if not change < 10.0 * _ENOUGH:
         message = f"stopped after {rounds} rounds: the motion still changes by {change:.1e}{lost}"
-    omega = np.sqrt(squares[:modes])
-    rates = np.diag(variances.velocity)[:modes]
-    softening = max(1.0 - squares[j] / model.squares[j] for j in range(modes))
+    omega = np.sqrt(squares[chosen])
+    rates = np.diag(variances.velocity)[chosen]
+    softening = float((1.0 - squares[chosen] / model.squares[chosen]).max())
     nothing = np.full(count, np.nan)
     return RandomResponse(
-        "modes", omega / (2.0 * math.pi), np.diag(damping)[:modes] / (2.0 * omega), nothing,
+        "modes", omega / (2.0 * math.pi), np.diag(damping)[chosen] / (2.0 * omega), nothing,
         nothing.copy(), loss, rounds, message,
         (MODES.judge(1.0 - float(rates.max() / rates.sum())), MODAL_SOFTENING.judge(softening)),
         shapes, base.carried[:, 0], variances,
+        partial(current.answer, softer=idle, dashpots=idle), spectrum,
     )  # fmt: skip
 
 

@@ -116,7 +116,18 @@ class Reducer:
         heavy = body.mass @ modes
         upper = [static.T @ (body.mass @ static), static.T @ heavy]
         mass = np.block([upper, [heavy.T @ static, modes.T @ heavy]])
+        base: dict[str, Any] = {}
+        if elements.grounded.size:  # what stands on ground may be shaken with it
+            rigid = elements.rigid_motion[:, :3].copy()
+            rigid[elements.grounded] = 0.0  # the ground's own inertia is not the structure's
+            heavy = body.mass @ rigid
+            inertia = [*(part.T @ heavy for part in shapes), rigid.T @ heavy]
+            base = {
+                "base_inertia": np.concatenate(inertia),
+                "sensor_base": sensing @ elements.rigid_motion[:, :3],
+            }
         reduced = ReducedJoint(
+            **base,
             mass=0.5 * (mass + mass.T),
             stiffness=stiffness,
             patch_areas=patched.areas,

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -22,6 +22,7 @@ from microslip.normal import NormalLaw
 from microslip.readers.files import POINTS, reading
 from microslip.readers.numpy_files import archived
 from microslip.structures.bolts import each_bolt
+from microslip.structures.geometry import GeometryAttachment
 from microslip.structures.matrices import vector
 from microslip.structures.preload import Preload
 from microslip.structures.reduction_files import check_arrays
@@ -32,7 +33,9 @@ if TYPE_CHECKING:
     from microslip.structures.assembly import Assembly
 
 _KIND = "microslip-reduced-joint"
-_NESTED = ("samples", "surface")
+_NESTED = ("samples", "surface", "geometry")
+_NEWER = {"base_inertia": "mass", "sensor_base": "sensor_rows"}
+"""Arrays that earlier files do not have, and what they have as many rows as."""
 
 
 class Surface(NamedTuple):
@@ -85,6 +88,13 @@ class ReducedJoint(LockedArrays):
     """Degrees of freedom before the reduction."""
     left_out: float
     """Share of the faces that had no partner [-]."""
+    base_inertia: Floats = field(default_factory=lambda: np.zeros((0, 3)))
+    """Inertia [kg] of the degrees of freedom, and of all as one piece in the last three rows, for a
+    ground that moves along x, y, z; none of a structure that floats."""
+    sensor_base: Floats = field(default_factory=lambda: np.zeros((0, 3)))
+    """How much each sensor moves with such a ground [-], (sensors, 3)."""
+    geometry: GeometryAttachment | None = None
+    """How it stiffens or softens as it bends, see :meth:`with_geometry`."""
 
     @property
     def size(self) -> int:
@@ -120,13 +130,15 @@ class ReducedJoint(LockedArrays):
         start = 3 * self.patches
         return slice(start, start + len(self.bolt_stiffness))
 
-    def sensor(self, name: str) -> Floats:
+    def sensor(self, name: str, base: bool = False) -> Floats:
         """Displacement at a sensor [m] by the degrees of freedom.
 
         Parameters
         ----------
         name : str
             One of :attr:`sensor_names`.
+        base : bool
+            Whether the motion of the ground is among them, see :meth:`on_base`.
 
         Returns
         -------
@@ -136,8 +148,9 @@ class ReducedJoint(LockedArrays):
         if name not in self.sensor_names:
             there = quoted(self.sensor_names) if self.sensor_names else "no sensor"
             raise InputError(f"sensor must be {there}, got {show(name)}")
-        row: Floats = self.sensor_rows[self.sensor_names.index(name)]
-        return row
+        index = self.sensor_names.index(name)
+        row: Floats = self.sensor_rows[index]
+        return np.concatenate([row, self.sensor_base[index]]) if base else row
 
     def with_form(self, form: ArrayLike | Any, factor: float = 1.0) -> ReducedJoint:
         """The same joint with another form of its faces.
@@ -221,7 +234,91 @@ class ReducedJoint(LockedArrays):
             The reduced matrices with the field attached.
         """
         field = self.field(surface, friction_coefficient)
-        return Structure(self.mass, self.stiffness).attach(field, directions=self.directions)
+        structure = Structure(self.mass, self.stiffness).attach(field, directions=self.directions)
+        return structure if self.geometry is None else structure.with_attachment(self.geometry)
+
+    def with_geometry(self, sensors: Sequence[str], cases: Any) -> ReducedJoint:
+        """The same joint with a stiffness that depends on how far its thin parts bend.
+
+        Parameters
+        ----------
+        sensors : sequence of str
+            Sensors whose displacements are the coordinates, at most six.
+        cases : (array_like, array_like)
+            Static cases: displacements of these [m] and the forces that hold them there [N], each
+            of the shape (cases, sensors), all else free; see :meth:`Structure.with_geometry`. They
+            count from the tightened state.
+
+        Returns
+        -------
+        ReducedJoint
+            A new one; it is not saved with the geometry.
+        """
+        rows = np.array([self.sensor(name) for name in sensors])
+        bent = Structure(self.mass, self.stiffness).with_geometry(rows.T, cases=cases)
+        (attachment,) = bent.attachments
+        return replace(self, geometry=cast(GeometryAttachment, attachment))
+
+    def on_base(
+        self, surface: NormalLaw, friction_coefficient: ArrayLike, damping_ratio: float = 0.0
+    ) -> Preload:
+        """The tightened joint with the motion of its ground as three more degrees of freedom.
+
+        Parameters
+        ----------
+        surface : NormalLaw
+            The normal load law of the surface.
+        friction_coefficient : array_like
+            As for :meth:`structure`, one number or of shape (patches,).
+        damping_ratio : float
+            Base damping of each mode [-], of dashpots that move with the ground.
+
+        Returns
+        -------
+        Preload
+            With ``base_response``, ``random_response`` and ``shock``, to be given
+            ``**joint.base("z")``.
+        """
+        self.base("z")
+        state = self.tightened(surface, friction_coefficient)
+        ratio, model = number("damping_ratio", damping_ratio), state.model
+        carried = np.asarray(self.mass @ model.shapes)
+        drag = (carried * (2.0 * ratio * np.sqrt(model.squares))) @ carried.T
+        mass, stiffness, damping = (
+            np.pad(part, (0, 3)) for part in (self.mass, self.stiffness, drag)
+        )
+        mass[:, self.size :] = self.base_inertia
+        mass[self.size :] = self.base_inertia.T
+        shaken = Structure(mass, stiffness, damping if ratio else None)
+        for joints in state.attachments:  # the ground carries them as one piece
+            rows: dict[str, Any] = {
+                part.name: np.pad(value, [(0, 3)] + [(0, 0)] * (value.ndim - 1))
+                for part in fields(joints)
+                if part.name != "reach"
+                and (value := np.asarray(getattr(joints, part.name))).shape[:1] == (self.size,)
+            }
+            shaken = shaken.with_attachment(replace(joints, **rows))
+        return shaken.preload(np.pad(state.static_force, (0, 3)))
+
+    def base(self, direction: str) -> dict[str, Any]:
+        """What ``base_response`` and its like want for a ground that moves.
+
+        Parameters
+        ----------
+        direction : {"x", "y", "z"}
+            Along which axis of the mesh.
+
+        Returns
+        -------
+        dict
+            ``supports`` and ``directions``.
+        """
+        if not len(self.base_inertia):
+            raise InputError("nothing holds this structure to a base: give its mesh a ground")
+        if direction not in ("x", "y", "z"):
+            raise InputError(f'direction must be "x", "y" or "z", got {show(direction)}')
+        way = np.array([float(axis == direction) for axis in "xyz"])
+        return {"supports": list(range(self.size, self.size + 3)), "directions": way}
 
     def static_force(self, surface: NormalLaw) -> Floats:
         """The forces of the tightened bolts, beside their own stiffness [N].
@@ -263,7 +360,13 @@ class ReducedJoint(LockedArrays):
         Preload
             The static state, with its pressures, ``modes``, ``forced_response`` and ``integrate``.
         """
-        return self.structure(surface, friction_coefficient).preload(self.static_force(surface))
+        plain, force = replace(self, geometry=None), self.static_force(surface)
+        state = plain.structure(surface, friction_coefficient).preload(force)
+        if self.geometry is None:
+            return state
+        bending = replace(self.geometry, rest=state.displacement)  # the cases are of what is tight
+        structure = plain.structure(surface, friction_coefficient)
+        return structure.with_attachment(bending).preload(force)
 
     def assemble(
         self,
@@ -338,6 +441,7 @@ class ReducedJoint(LockedArrays):
         return replace(
             self,
             mass=mass * self.mass,
+            base_inertia=mass * self.base_inertia,
             stiffness=stiffness * self.stiffness,
             bolt_stiffness=stiffness * self.bolt_stiffness,
         )
@@ -355,8 +459,10 @@ class ReducedJoint(LockedArrays):
         file = Path(path)
         if file.suffix.lower() != ".npz":
             raise InputError(f"{file.name}: a reduced joint is written to an .npz file")
+        if self.geometry is not None:
+            raise InputError(f"{file.name}: save the joint before with_geometry, which is not kept")
         arrays: dict[str, Any] = {"kind": np.array(_KIND)}
-        for part in fields(self):
+        for part in (f for f in fields(self) if f.name != "geometry"):
             value = getattr(self, part.name)
             if isinstance(value, (Samples, Surface)):
                 arrays |= {f"{part.name}_{k}": v for k, v in value._asdict().items()}
@@ -388,10 +494,19 @@ class ReducedJoint(LockedArrays):
             if str(arrays.get("kind", "")) != _KIND:
                 raise InputError("holds no reduced joint; ReducedJoint.save writes such files")
             check_arrays(arrays)
+            for name, rows in _NEWER.items():
+                array = arrays.get(name, np.zeros((0, 3)))
+                shapes = (0, 3), (len(arrays[rows]) + 3 * (rows == "mass"), 3)
+                if array.dtype.kind not in "iuf" or array.shape not in shapes:
+                    raise InputError(f"is damaged: {name} has the shape {array.shape}")
+                if not np.isfinite(array).all():
+                    raise InputError(f"is damaged: {name} holds what is no number")
         samples = Samples(*(arrays[f"samples_{k}"] for k in Samples._fields))
         surface = Surface(*(arrays[f"surface_{k}"] for k in Surface._fields))
         values: dict[str, Any] = {
-            f.name: arrays[f.name] for f in fields(cls) if f.name not in _NESTED
+            f.name: arrays[f.name]
+            for f in fields(cls)
+            if f.name not in _NESTED and (f.name in arrays or f.name not in _NEWER)
         }
         values["sensor_names"] = tuple(str(name) for name in values["sensor_names"])
         values["full_size"], values["left_out"] = (

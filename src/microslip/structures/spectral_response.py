@@ -165,6 +165,10 @@ class LinearStructure:
             joints.T @ weights, rates.sum(axis=0), _outside(frequencies, rates, poles),
         )  # fmt: skip
 
+    def answer(self, omega: Floats, softer: Floats, dashpots: Floats) -> NDArray[Any]:
+        """Modal coordinates (frequencies, modes) for a unit of acceleration."""
+        return self._response(omega, softer, dashpots)[0]
+
     def _response(
         self, omega: Floats, softer: Floats, dashpots: Floats
     ) -> tuple[NDArray[Any], NDArray[Any]]:

@@ -171,9 +171,10 @@ class Structure:
                 "joint must be a backbone law, such as ms.Interface(surface, 0.5, "
                 f"normal_load=2000.0), or a JointField, got {show(joint)}"
             )
-        return self._with(attachment)
+        return self.with_attachment(attachment)
 
-    def _with(self, attachment: Attachment) -> Structure:
+    def with_attachment(self, attachment: Attachment) -> Structure:
+        """A new one with one more of what joins degrees of freedom, already checked."""
         extended = object.__new__(Structure)  # the matrices are checked
         assign(extended, mass=self.mass, stiffness=self.stiffness, damping=self.damping)
         assign(extended, attachments=(*self.attachments, attachment))
@@ -222,7 +223,7 @@ class Structure:
         DOI 10.1016/j.jsv.2012.10.017.
         """
         columns = direction_matrix("coordinates", coordinates, self.size)
-        return self._with(geometry(columns, cubic, quartic, cases, force, reach))
+        return self.with_attachment(geometry(columns, cubic, quartic, cases, force, reach))
 
     @cached_property
     def verdicts(self) -> tuple[Verdict, ...]:

@@ -14,6 +14,7 @@ from microslip.friction.pressure import BOLTS
 from microslip.structures.bolt_tightening import GRADES, TIGHTENING_FACTOR, tension_band
 from microslip.structures.bolted_beam import Drawing
 from microslip.structures.bolts import SIZED, TIGHTENING, Bolts, by_size, tensions
+from microslip.structures.geometry import HARMONICS
 from microslip.structures.lap_joint import LapJoint
 from microslip.structures.mesh import loosened, tight
 from microslip.study.columns import FILE, column_values
@@ -52,6 +53,17 @@ from microslip.study.mesh import MeshPart
 from microslip.study.modal_tests import MODE, MOST_MODES, TESTS, MeasuredPart
 from microslip.study.part import Part, Table, key
 from microslip.study.readers import Items, KeyedError, Place, Plain
+from microslip.study.shaking import (
+    BASE,
+    GEOMETRY,
+    RANDOM,
+    SHOCK,
+    BasePart,
+    GeometryPart,
+    RandomPart,
+    ShockPart,
+    check_ground,
+)
 from microslip.study.structure_force import ForcePart
 from microslip.study.uncertain import Spread, Unsure
 
@@ -319,6 +331,10 @@ class StructurePart(Part):
         "elements, more kept modes and harmonics would change is told; some minutes.",
         default=False,
     )
+    geometry: GeometryPart | None = GEOMETRY
+    base: BasePart | None = BASE
+    random: RandomPart | None = RANDOM
+    shock: ShockPart | None = SHOCK
     measured: tuple[MeasuredPart, ...] = key(
         TESTS,
         "A test, or several of them as [[structure.measured]], drawn over the prediction.",
@@ -358,6 +374,14 @@ class StructurePart(Part):
                 'wanted "young_modulus" of a drawing, whose bodies are of one material, not of a '
                 "mesh",
             )
+        check_ground(self, bool(self.ground if self.mesh is None else self.mesh.ground))
+        if self.geometry is not None:
+            if self.converge:
+                raise KeyedError(".converge", "wanted none beside structure.geometry")
+            if self.bolts.order:
+                raise KeyedError(".bolts.order", "wanted none beside structure.geometry")
+            if "harmonics" not in self._keys_in_file:
+                self.__dict__["harmonics"] = HARMONICS
         from microslip.structures.periodic_motion import harmonic_basis
 
         harmonic_basis(self.harmonics, 64)
@@ -458,11 +482,11 @@ class StructurePart(Part):
     @property
     def sensors(self) -> dict[str, tuple[tuple[float, float, float], str]]:
         """Places [m] and directions of the sensor and of the force."""
+        places = {"sensor": self.sensing, **(self.geometry.sensors if self.geometry else {})}
         if self.force is None:
-            return {"sensor": self.sensing}
+            return places
         at, direction = self.sensing
-        force = self.force.at or at, self.force.direction or direction
-        return {"sensor": self.sensing, "force": force}
+        return {**places, "force": (self.force.at or at, self.force.direction or direction)}
 
     @property
     def least_patch(self) -> float:

@@ -22,6 +22,8 @@ from microslip.results.predicted.numbers import KIND, SUMMARY_SCHEMA, verdicts
 from microslip.results.structure.document import columns as structure_columns
 from microslip.results.structure.document import labelled as structure_arrays
 from microslip.results.structure.fitted_study import FITTED_STUDY, fitted_text
+from microslip.results.structure.shaking import columns as shaking_columns
+from microslip.results.structure.shaking import labelled as shaking_arrays
 from microslip.runs.columns import Columns, Floats, VaryingLoop, blocks
 from microslip.runs.prediction import Prediction, labelled, variables
 from microslip.runs.scatter import Scatter
@@ -50,6 +52,8 @@ def files(result: Prediction, destination: Path) -> tuple[File, ...]:
     in_one_piece = {} if result.structure is None else {
         "structure": structure_columns(result.structure)
     }  # fmt: skip
+    if result.structure is not None and result.structure.shaking is not None:
+        in_one_piece |= shaking_columns(result.structure.shaking)
     if result.scatter is not None:
         in_one_piece["bands"] = band_columns(result, result.scatter)
     for name, arrays in in_one_piece.items():
@@ -143,6 +147,10 @@ def contents(result: Prediction) -> Contents:
         dims |= sizes
         coords |= labels
         arrays |= curves_of_modes
+        if result.structure.shaking is not None:
+            sizes, columns = shaking_arrays(result.structure.shaking)
+            dims |= sizes
+            arrays |= columns
     return Contents(dims, coords, arrays, _attributes(result))
 
 

@@ -21,6 +21,7 @@ from microslip.results.structure.document import FIGURES as STRUCTURE_FIGURES
 from microslip.results.structure.document import FORCED_FIGURE
 from microslip.results.structure.document import numbers as structure_numbers
 from microslip.results.structure.fitted_study import FITTED_STUDY
+from microslip.results.structure.shaking import FIGURES as SHAKING_FIGURES
 from microslip.runs.columns import (
     AmplitudeCurve,
     Columns,
@@ -55,6 +56,7 @@ def figure_names(study: StudyDescription) -> tuple[str, ...]:
     figures = {
         **dict.fromkeys(STRUCTURE_FIGURES, study.structure is not None),
         FORCED_FIGURE: study.structure is not None and study.structure.force is not None,
+        **{figure: _is_asked(study, table) for table, figure in SHAKING_FIGURES.items()},
         **dict.fromkeys(SCATTER_FIGURES, _scatters(study)),
         **dict.fromkeys(JOINT_FIGURES, study.asks_for_joint),
         "contact_state": has_contacts and not is_pressed and study.asks_for_joint,
@@ -65,6 +67,11 @@ def figure_names(study: StudyDescription) -> tuple[str, ...]:
         "face": isinstance(study.surface, u.MeasuredFace),
     }
     return tuple(name for name, is_there in figures.items() if is_there)
+
+
+def _is_asked(study: StudyDescription, table: str) -> bool:
+    """Whether a table of the structure is there."""
+    return getattr(study.structure, table, None) is not None
 
 
 def _scatters(study: StudyDescription) -> bool:
@@ -81,6 +88,7 @@ def files(study: StudyDescription) -> tuple[str, ...]:
         "oscillator": study.oscillator is not None,
         "varying": study.excitation.load_variation is not None,
         "structure": study.structure is not None,
+        **{table: _is_asked(study, table) for table in SHAKING_FIGURES},
         "bands": _scatters(study),
     }
     pictures = [kind for kind in ("svg", "png", "pdf") if kind in formats]

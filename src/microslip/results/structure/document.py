@@ -26,6 +26,7 @@ from microslip.report.document import (
     Verdicts,
 )
 from microslip.report.files import plain
+from microslip.results.structure import shaking as told
 from microslip.results.structure.bolts import (
     assembly_numbers,
     assembly_rows,
@@ -103,7 +104,12 @@ def sections(prediction: StructurePrediction) -> tuple[Section, ...]:
         parts.append(Section("Contributions to the scatter", tuple(ranking)))
     if prediction.identified is not None:
         parts.append(_fitted(prediction, prediction.identified))
-    parts.append(Section("Structure in figures", pictures(prediction), brief=False))
+    shaking = prediction.shaking
+    figures: tuple[Picture, ...] = pictures(prediction)
+    if shaking is not None:
+        parts += told.sections(shaking)
+        figures += tuple(told.pictures(shaking))
+    parts.append(Section("Structure in figures", figures, brief=False))
     return tuple(parts)
 
 
@@ -174,6 +180,7 @@ def numbers(prediction: StructurePrediction) -> dict[str, Any]:
         "assembly": assembly_numbers(prediction.assembly),
         "all_tight": tight_numbers(prediction.tight) or None,
         "identified": prediction.identified and _identified(prediction.identified),
+        "shaking": prediction.shaking and told.numbers(prediction.shaking),
     }
     return {
         "answer": answer(prediction),

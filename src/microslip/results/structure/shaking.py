@@ -1,0 +1,280 @@
+"""What is said of a structure on a ground that moves: sections, figures, numbers and columns."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from microslip._core.checks import Floats
+from microslip._core.netcdf import Variable
+from microslip._core.quantities import QUANTITIES
+from microslip._core.units import engineering, prefix
+from microslip.report import cells
+from microslip.report.document import (
+    Block,
+    Column,
+    Facts,
+    Note,
+    Picture,
+    Section,
+    Table,
+    Verdicts,
+)
+from microslip.report.files import plain
+from microslip.report.kit import look_of
+from microslip.report.plot import COLORS, DASHED, Axis, Entry, Panel, Plot, stacked
+from microslip.runs.shaking import Shaking, Sweep
+
+FIGURES = {"base": "transmissibility", "random": "response_spectrum", "shock": "shock_peaks"}
+"""Names of the figures, by the table of the study that asks for them."""
+
+
+def _acceleration(value: float) -> str:
+    return f"{value:.3g} m/s²"
+
+
+def sections(shaking: Shaking) -> list[Section]:
+    """The parts of a document."""
+    parts = []
+    if shaking.sweeps:
+        parts.append(Section("On a shaker", _sweeps(shaking)))
+    if shaking.noise is not None:
+        parts.append(Section("In noise", _noise(shaking)))
+    if shaking.shocks:
+        parts.append(Section("Under shocks", _shocks(shaking)))
+    return parts
+
+
+def _sweeps(shaking: Shaking) -> tuple[Block, ...]:
+    listed = (
+        Column("sweep_level", "Level held", "m/s^2", 3),
+        Column("sweep_frequency", "Resonance", "Hz", write=lambda f: f"{f:.5g}"),
+        Column("transmissibility", "Transmissibility", "", 3),
+        Column("sensor_acceleration", "Sensor", "m/s^2", 3),
+        Column("base_acceleration", "Ground", "m/s^2", 3),
+        Column("base_force", "Force on the ground", "N", 3),
+    )
+    rows = []
+    for sweep in shaking.sweeps:
+        columns = _of_sweep(sweep)
+        rows.append(tuple(float(columns[column.key][sweep.peak]) for column in listed))
+    folds = [s for s in shaking.sweeps if not bool(s.response.stable.all())]
+    text = (
+        "Resonance is where the transmissibility is largest: the motion of the sensor, seen from "
+        "the ground at rest, over that of the ground; damping is that of steady motion."
+    )
+    if folds:
+        text += (
+            f" {len(folds)} of {len(shaking.sweeps)} sweeps fold over: at a held acceleration of "
+            "the ground the dashed motions do not last."
+        )
+    text += "".join(
+        f" At {_acceleration(s.level)}: {s.response.message}."
+        for s in shaking.sweeps
+        if s.response.status != "solved"
+    )
+    return Table("Resonances", listed, tuple(rows), noun="sweeps"), Note(text, small=True)
+
+
+def _noise(shaking: Shaking) -> tuple[Block, ...]:
+    noise = shaking.noise
+    assert noise is not None  # who calls has looked
+    at = shaking.sensor
+    modes = zip(noise.frequency, noise.damping_ratio, strict=True)
+    rows = (
+        ("Standard deviation of the displacement, from the ground",
+         engineering(noise.standard_deviation(at), "m", 3)),
+        ("Standard deviation of the acceleration",
+         _acceleration(noise.standard_deviation(at, "acceleration"))),
+        (f"Largest acceleration to expect in {shaking.duration:g} s",
+         _acceleration(noise.peak(at, shaking.duration, "acceleration"))),
+        ("Equivalent modes",
+         ", ".join(f"{f:.5g} Hz at {cells.ratio(float(z))}" for f, z in modes)),
+        ("Power that the joints lose", engineering(float(np.nansum(noise.joint_power)), "W", 3)),
+    )  # fmt: skip
+    judged = Verdicts(noise.verdicts, caption=f"Statistical linearisation: {noise.message}.")
+    return Facts("At the sensor", rows), judged
+
+
+def _shocks(shaking: Shaking) -> tuple[Block, ...]:
+    listed = (
+        Column("severity", "Pulse", "m/s^2", 3),
+        Column("peak_displacement", "Largest displacement, from the ground", "m", 3),
+        Column("peak_acceleration", "Largest acceleration", "m/s^2", 3),
+    )
+    rows = tuple(zip(*(plain(column) for column in _of_shocks(shaking).values()), strict=True))
+    words = {"oscillator": "the first mode along its quasi-static curve, the others linear",
+             "integration": "integration in time with the joints' states"}  # fmt: skip
+    first = shaking.shocks[0]
+    stopped = "".join(f" {s.message}." for s in shaking.shocks if s.status != "solved")
+    blocks: list[Block] = [
+        Table("Peaks at the sensor", listed, rows, noun="pulses"),
+        Note(f"By {words[first.method]}.{stopped}", small=True),
+    ]
+    return (*blocks, Verdicts(first.verdicts)) if first.verdicts else tuple(blocks)
+
+
+def pictures(shaking: Shaking) -> list[Picture]:
+    """The figures."""
+    figures = {
+        "base": (bool(shaking.sweeps), sweep_plot, "Transmissibility and acceleration of the "
+                 "sensor against frequency, a line a level; dashed: motions that do not last at a "
+                 "held acceleration of the ground.",
+                 "Transmissibility of the structure on a shaker"),
+        "random": (shaking.noise is not None, noise_plot, "Power spectral densities of the "
+                   "accelerations of the sensor and of the ground, by the equivalent linear "
+                   "structure.", "Spectrum of the response to noise"),
+        "shock": (bool(shaking.shocks), shock_plot, "Largest displacement and acceleration at the "
+                  "sensor against the peak of the pulse; dashed: in proportion to the weakest.",
+                  "Peaks under shocks against their severity"),
+    }  # fmt: skip
+    return [
+        Picture(FIGURES[name], caption, partial(plot, shaking), alternative)
+        for name, (there, plot, caption, alternative) in figures.items()
+        if there
+    ]
+
+
+def sweep_plot(shaking: Shaking) -> Plot:
+    """Transmissibilities and accelerations."""
+    upper = Panel(Axis("Frequency [Hz]", margin=0.0), Axis("Transmissibility [–]", log=True))
+    lower = Panel(
+        Axis("Frequency [Hz]", margin=0.0), Axis("Acceleration of the sensor [m/s²]", log=True)
+    )
+    legend = []
+    for index, sweep in enumerate(shaking.sweeps):
+        look, stable = look_of(index), sweep.response.stable
+        near = stable.copy()  # a stretch ends where the next one begins
+        near[1:] |= stable[:-1]
+        near[:-1] |= stable[1:]
+        for panel, y in ((upper, sweep.transmissibility), (lower, sweep.acceleration)):
+            x = sweep.response.frequency
+            panel.line(x, np.where(near, y, np.nan), look.color)
+            panel.line(x, np.where(stable, np.nan, y), look.color, width=0.9, dash=DASHED)
+        legend.append(Entry(_acceleration(sweep.level), look.color))
+    plot = stacked([upper, lower], 5.6, (1.0, 1.0))
+    plot.legend = tuple(legend)
+    return plot
+
+
+def noise_plot(shaking: Shaking) -> Plot:
+    """Spectra of the sensor and of the ground."""
+    panel = Panel(
+        Axis("Frequency [Hz]", log=True, margin=0.0),
+        Axis("Spectral density [(m/s²)²/Hz]", log=True),
+    )
+    columns = _of_noise(shaking)
+    panel.line(shaking.frequency, columns["sensor_density"], COLORS[1])
+    panel.line(shaking.frequency, columns["ground_density"], COLORS[0], dash=DASHED)
+    legend = (Entry("sensor", COLORS[1]), Entry("ground", COLORS[0], DASHED))
+    return Plot([panel], 3.4, legend=legend)
+
+
+def shock_plot(shaking: Shaking) -> Plot:
+    """Peaks against severity."""
+    columns = _of_shocks(shaking)
+    x = columns["severity"]
+    scale, letter = prefix(float(columns["peak_displacement"].max()))
+    panels = []
+    for label, y in (
+        (f"Displacement [{letter}m]", columns["peak_displacement"] / scale),
+        ("Acceleration [m/s²]", columns["peak_acceleration"]),
+    ):
+        panel = Panel(Axis("Peak of the pulse [m/s²]", low=0.0), Axis(label, low=0.0))
+        order, weakest = np.argsort(x), int(np.argmin(x))
+        ends = np.array([0.0, x.max()])
+        panel.line(ends, ends * y[weakest] / x[weakest], COLORS[0], width=0.9, dash=DASHED)
+        panel.line(x[order], y[order], COLORS[1])
+        panel.marks(x, y, COLORS[1])
+        panels.append(panel)
+    return stacked(panels, 5.0, (1.0, 1.0))
+
+
+def _of_sweep(sweep: Sweep) -> dict[str, Floats]:
+    return {
+        "sweep_level": np.full(sweep.response.frequency.size, sweep.level),
+        "sweep_frequency": sweep.response.frequency,
+        "transmissibility": sweep.transmissibility,
+        "sensor_acceleration": sweep.acceleration,
+        "base_acceleration": sweep.base_acceleration,
+        "base_force": sweep.force,
+        "lasts": sweep.response.stable.astype(float),
+    }
+
+
+def _of_noise(shaking: Shaking) -> dict[str, Floats]:
+    assert shaking.noise is not None  # who calls has looked
+    density = shaking.noise.spectrum(shaking.sensor, shaking.frequency, "acceleration")
+    return {
+        "noise_frequency": shaking.frequency,
+        "ground_density": shaking.level,
+        "sensor_density": density,
+    }
+
+
+def _of_shocks(shaking: Shaking) -> dict[str, Floats]:
+    return {
+        "severity": shaking.severity,
+        "peak_displacement": shaking.peaks("displacement"),
+        "peak_acceleration": shaking.peaks("acceleration"),
+    }
+
+
+def columns(shaking: Shaking) -> dict[str, dict[str, Floats]]:
+    """Columns by the table of the study that asks for them, for CSV files."""
+    parts: dict[str, dict[str, Floats]] = {}
+    if shaking.sweeps:
+        sweeps = [_of_sweep(sweep) for sweep in shaking.sweeps]
+        parts["base"] = {n: np.concatenate([s[n] for s in sweeps]) for n in sweeps[0]}
+    if shaking.noise is not None:
+        parts["random"] = _of_noise(shaking)
+    if shaking.shocks:
+        parts["shock"] = _of_shocks(shaking)
+    return parts
+
+
+def numbers(shaking: Shaking) -> dict[str, Any]:
+    """What the summary holds: plain values in SI units."""
+    result: dict[str, Any] = {}
+    if shaking.sweeps:
+        result["base"] = [
+            {
+                **{name: float(column[sweep.peak]) for name, column in _of_sweep(sweep).items()},
+                "stable": bool(sweep.response.stable.all()),
+                "message": sweep.response.message,
+            }
+            for sweep in shaking.sweeps
+        ]
+    if (noise := shaking.noise) is not None:
+        at = shaking.sensor
+        result["random"] = {
+            "displacement_deviation": noise.standard_deviation(at),
+            "acceleration_deviation": noise.standard_deviation(at, "acceleration"),
+            "largest_acceleration": noise.peak(at, shaking.duration, "acceleration"),
+            "equivalent_frequency": plain(noise.frequency),
+            "equivalent_damping_ratio": plain(noise.damping_ratio),
+            "joint_power": float(np.nansum(noise.joint_power)),
+            "message": noise.message,
+            "verdicts": [verdict._asdict() for verdict in noise.verdicts],
+        }
+    if shaking.shocks:
+        result["shock"] = {name: plain(column) for name, column in _of_shocks(shaking).items()}
+        result["shock"]["method"] = shaking.shocks[0].method
+        result["shock"]["verdicts"] = [v._asdict() for v in shaking.shocks[0].verdicts]
+    return result
+
+
+def labelled(shaking: Shaking) -> tuple[dict[str, int], dict[str, Variable]]:
+    """Dimensions and variables."""
+    dims: dict[str, int] = {}
+    variables: dict[str, Variable] = {}
+    for name, part in columns(shaking).items():
+        dim = f"{name}_point"
+        dims[dim] = next(iter(part.values())).size
+        variables |= {
+            n: Variable((dim,), np.ascontiguousarray(v), QUANTITIES[n].attributes)
+            for n, v in part.items()
+        }
+    return dims, variables

@@ -1,0 +1,157 @@
+"""A structure of a study on a shaker, in noise, under shocks, and how it bends."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+import numpy as np
+
+from microslip._core.checks import Floats
+from microslip._core.parameters import REQUIRED
+from microslip._core.units import ACCELERATION, FORCE, FREQUENCY, TIME
+from microslip.structures.base_response import ControlOf
+from microslip.structures.geometry import geometry
+from microslip.study.columns import FILE, column_values
+from microslip.study.fields import LINE, PLACE, number, one_of, quantity, whole_number
+from microslip.study.part import Part, Table, key
+from microslip.study.readers import Items, KeyedError, Place
+
+_LEVELS = Items(quantity(ACCELERATION, "5 m/s^2"), '["5 m/s^2", "20 m/s^2"]', (1, 20), single=True)
+_HERTZ = quantity(FREQUENCY, "150 Hz")
+_COORDINATE, _FORCE = PLACE, quantity(FORCE, "2 N", "any")
+Axis = Literal["x", "y", "z"]
+
+
+class _Shaken(Part):
+    """What moves with the ground."""
+
+    direction: Axis = key(
+        one_of("x", "y", "z"), "Direction in which the ground moves.", '"z"', default="z"
+    )
+
+
+class BasePart(_Shaken):
+    """Sines of the ground, as a shaker table makes them, stepped through the first mode."""
+
+    acceleration: tuple[float, ...] = key(
+        _LEVELS, "Levels, a sweep each: of the ground, or of the sensor where that is controlled."
+    )
+    control: ControlOf = key(
+        one_of("base", "response"),
+        "What is held along a sweep: the acceleration of the ground (base), or that of the sensor "
+        "as seen from the ground (response), where the resonance does not fold over.",
+        default="base",
+    )
+    frequencies: tuple[float, float] | None = key(
+        Items(_HERTZ, '["150 Hz", "200 Hz"]', (2, 2)),
+        "From where to where it is swept; 10 % about the first mode unless given.",
+        default=None,
+    )
+    points: int = key(whole_number(5, 500, "60"), "How many frequencies.", default=60)
+
+    def check(self, place: Place) -> None:
+        """It rises."""
+        if self.frequencies is not None and not self.frequencies[0] < self.frequencies[1]:
+            raise KeyedError(".frequencies", "wanted the lower one first, and another one")
+
+
+class RandomPart(_Shaken):
+    """Noise of the ground by its power spectral density, straight between points."""
+
+    frequencies: tuple[float, ...] = key(
+        Items(_HERTZ, '["20 Hz", "2 kHz"]', (2, 1000)), "Frequencies of the points, rising."
+    )
+    levels: tuple[float, ...] = key(
+        Items(number("0.5", least=0.0), "[0.5, 0.5]", (2, 1000)),
+        "Levels there, one-sided, in (m/s^2)^2/Hz.",
+    )
+    duration: float = key(
+        quantity(TIME, "60 s"), "Of the noise, for the peaks to expect.", default=60.0
+    )
+    modes: int = key(
+        whole_number(1, 10, "2"), "How many modes feel their joints; others are linear.", default=2
+    )
+
+    def check(self, place: Place) -> None:
+        """A level each, over rising frequencies."""
+        if len(self.levels) != len(self.frequencies):
+            raise KeyedError(
+                ".levels",
+                f"wanted one a frequency, {len(self.frequencies)} of them, got {len(self.levels)}",
+            )
+        if (np.diff(self.frequencies) <= 0.0).any():
+            raise KeyedError(".frequencies", "wanted rising frequencies")
+        if not any(self.levels):
+            raise KeyedError(".levels", "wanted some level above zero")
+
+
+class ShockPart(_Shaken):
+    """Half-sine pulses of the ground, as shock tests have them (IEC 60068-2-27)."""
+
+    acceleration: tuple[float, ...] = key(_LEVELS, "Severities: the peak of each pulse.")
+    duration: float = key(quantity(TIME, "11 ms"), "Length of the pulses.")
+
+
+class CoordinatePart(Part):
+    """A place whose displacement says how far a thin part bends."""
+
+    at: tuple[float, float, float] = key(
+        Items(PLACE, '["0 mm", "0 mm", "0.75 mm"]', (3, 3)),
+        "Its place from the middle of the lap: along, across, upwards.",
+    )
+    direction: Axis = key(one_of("x", "y", "z"), "Direction.", '"z"', default="z")
+    displacement: str = key(LINE, "Column of its displacements.", '"u"', default="u")
+    force: str = key(LINE, "Column of the forces that hold it there.", '"F"', default="F")
+
+
+class GeometryPart(Part):
+    """Thin, curved parts that stiffen or soften as they bend, from static cases of a solver."""
+
+    file: str = key(FILE, example='"cases.csv"', default=REQUIRED)
+    coordinates: tuple[CoordinatePart, ...] = key(
+        Items(Table(CoordinatePart), '[{ at = ["0 mm", "0 mm", "0.75 mm"] }]', (1, 6)),
+        "Places that are moved in the cases, all else free to follow.",
+    )
+    _cases: tuple[Floats, Floats]
+
+    def check(self, place: Place) -> None:
+        """Read the cases, and see that they tell one potential."""
+        z, forces = (
+            np.array([
+                column_values(declared, place.at(name), self.file, getattr(part, name))
+                for part in self.coordinates
+            ]).T
+            for name, declared in (("displacement", _COORDINATE), ("force", _FORCE))
+        )  # fmt: skip
+        geometry(np.eye(len(self.coordinates)), None, None, (z, forces), None, None)
+        self._cases = z, forces
+
+    @property
+    def cases(self) -> tuple[Floats, Floats]:
+        """Displacements [m] and forces [N], (cases, coordinates)."""
+        return self._cases
+
+    @property
+    def sensors(self) -> dict[str, Any]:
+        """Its places and directions by name."""
+        return {f"bend {i}": (c.at, c.direction) for i, c in enumerate(self.coordinates, 1)}
+
+
+BASE: Any = key(Table(BasePart), "Sines of the ground: a shaker table.", default=None)
+RANDOM: Any = key(Table(RandomPart), "Noise of the ground.", default=None)
+SHOCK: Any = key(Table(ShockPart), "Pulses of the ground.", default=None)
+GEOMETRY: Any = key(
+    Table(GeometryPart), "How thin, curved parts stiffen or soften as they bend.", default=None
+)
+EXCITED = ("base", "random", "shock")
+"""Tables that want something on the ground."""
+
+
+def check_ground(part: Any, grounded: bool) -> None:
+    """Refuse a ground that moves and holds nothing."""
+    for name in EXCITED:
+        if getattr(part, name) is not None and not grounded:
+            raise KeyedError(
+                f".{name}", "wanted a structure on the ground: write structure.ground, or "
+                "structure.mesh.ground for a mesh",
+            )  # fmt: skip

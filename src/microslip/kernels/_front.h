@@ -177,6 +177,12 @@ static double lump(const Profile *p, double rest, const Row *rows, double inner,
     if (fabs(load) > fabs(span)) density = value / whole / load;
     else if (span != 0.0) density = way / width / span;
     if (!(fabs(density) <= 1.0)) density = density > 0.0 ? 1.0 : -1.0;
+    if (density != 0.0) { /* the place is kept exactly, also where next to no load is left */
+        span = fmin(fmax(way / (width * density), -1.0), 1.0);
+        if (fabs(span) == 1.0) density = way / (width * span);
+        begin = ends[0] - 0.5 * width * (1.0 + span);
+        past = drop_at(p, rest + begin, ends[0] - begin);
+    }
     double most = 0.0, jump = fabs(value - density * (2.0 * past - whole));
     for (int k = 1; k < 4; k++) { /* where the two hold most apart: at one of the ends */
         double at = k < 3 ? ends[k] : begin, before = 0.0;

@@ -180,7 +180,7 @@ static double lump(const Profile *p, double rest, const Row *rows, double inner,
     if (density != 0.0) { /* the place is kept exactly, also where next to no load is left */
         span = fmin(fmax(way / (width * density), -1.0), 1.0);
         if (fabs(span) == 1.0) density = way / (width * span);
-        begin = ends[0] - 0.5 * width * (1.0 + span);
+        begin = fmax(ends[0] - 0.5 * width * (1.0 + span), inner);
         past = drop_at(p, rest + begin, ends[0] - begin);
     }
     double most = 0.0, jump = fabs(value - density * (2.0 * past - whole));

@@ -176,10 +176,11 @@ static double lump(const Profile *p, double rest, const Row *rows, double inner,
     double span = 2.0 * (ends[0] - begin) / width - 1.0, load = whole > 0.0 ? 2.0 * past / whole - 1.0 : 0.0;
     if (fabs(load) > fabs(span)) density = value / whole / load;
     else if (span != 0.0) density = way / width / span;
-    if (!(fabs(density) <= 1.0)) density = density > 0.0 ? 1.0 : -1.0;
-    if (density != 0.0) { /* the place is kept exactly, also where next to no load is left */
+    /* The place is kept exactly, also where next to no load is left. */
+    sign = density < 0.0 ? -1.0 : 1.0;
+    density = sign * fmin(fmax(fabs(density), fabs(way) / width), 1.0);
+    if (density != 0.0) {
         span = fmin(fmax(way / (width * density), -1.0), 1.0);
-        if (fabs(span) == 1.0) density = way / (width * span);
         begin = fmax(ends[0] - 0.5 * width * (1.0 + span), inner);
         past = drop_at(p, rest + begin, ends[0] - begin);
     }

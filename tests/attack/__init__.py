@@ -27,7 +27,7 @@ ATTACKS = {
     "states": Campaign("operations on states in any order", attack_states, 2),
     "varying": Campaign("paths in separation and displacement", attack_varying_loads, 2),
     "kinds": Campaign("wrong kinds of input to every callable", attack_wrong_kinds, 12),
-    "files": Campaign("mutated files of 35 formats", attack_files, 3),
+    "files": Campaign("mutated files of 39 formats", attack_files, 3),
     "disks": Campaign("full disks and kills", attack_disks, 0.001),
     "threads": Campaign("threads that share a joint", attack_threads, 0.2),
 }

@@ -121,15 +121,16 @@ class Drawing:
         names = self.parts
         listed: dict[str, list[Any]] = {}
         for name, value in (("material", material), ("density", density)):
-            given = value
-            if isinstance(value, (Material, str)) or np.ndim(value) == 0:
-                given = [value] * len(names)
+            several = isinstance(value, (list, tuple)) or (
+                isinstance(value, np.ndarray) and value.ndim > 0
+            )
+            given = list(value) if several else [value] * len(names)
             if len(given) != len(names):
                 raise InputError(
                     f"{name} must be one, or one for each of the {len(names)} parts from left to "
                     f"right, got {len(given)}"
                 )
-            listed[name] = list(given)
+            listed[name] = given
         for body in listed["material"]:
             check_elastic(body)
         heavy = [positive("density", value, "kg/m^3", 7800.0) for value in listed["density"]]

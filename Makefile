@@ -108,8 +108,8 @@ attack: $(READY) $(EXTRA)  ## attack everything public with generated input
 	@cd tests && PYTHONPATH=../benchmarks:. OPENBLAS_NUM_THREADS=1 "$(abspath $(PY))" -m attack --inputs $(INPUTS) \
 	    $(if $(TABLE),--table $(abspath $(TABLE)))
 
-laboratory: $(READY)  ## how often intervals hold the truth, and what wrong physics passes
-	@cd tests && PYTHONPATH=. OPENBLAS_NUM_THREADS=1 "$(abspath $(PY))" -m laboratory
+laboratory: $(READY)  ## how often intervals hold the truth and what wrong physics passes, into docs/identify.md
+	@cd tests && PYTHONPATH=. OPENBLAS_NUM_THREADS=1 "$(abspath $(PY))" -m laboratory --write
 
 attack-sanitized: $(READY)  ## the same on a kernel built with sanitizers
 	@tools/sanitize.sh "$(abspath $(PY))" --only histories --only states --only varying --inputs $(INPUTS)

@@ -171,6 +171,8 @@ def test_clipped() -> None:
     assert any(
         "of the force is exactly 800: a clipped" in note for note in ms.measure(clipped).notes
     )
+    stepped = ms.Record(RECORD.displacement, 7.5 * np.round(RECORD.force / 7.5), 2000.0)
+    assert any("converter's steps of 7.50 N" in note for note in ms.measure(stepped).notes)
 
 
 def test_cycles_that_do_not_close_are_left_out_of_the_means() -> None:

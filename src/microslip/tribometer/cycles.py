@@ -209,9 +209,16 @@ class Cycles:
             for extreme in (float(values.min()), float(values.max())):
                 share = _share_at(values, extreme)
                 if share > 0.0:
+                    plateau, step = "a plateau without noise", _step_of(values)
+                    if step is not None:
+                        unit = "m" if name == "displacement" else "N"
+                        plateau += (
+                            f" on the converter's steps of {engineering(step, unit)}, known to half"
+                            " of one, which no interval here has"
+                        )
                     notes.append(
-                        f"{share:.1%} of the {name} is exactly {extreme:g}: a clipped sensor, "
-                        "or a plateau without noise"
+                        f"{share:.1%} of the {name} is exactly {extreme:g}: a clipped sensor, or "
+                        f"{plateau}"
                     )
         return tuple(notes)
 
@@ -336,12 +343,19 @@ def _share_at(values: Floats, extreme: float) -> float:
     if share <= _CLIPPED or at.size <= 8 or np.count_nonzero(np.diff(at) == 1) <= 0.5 * at.size:
         return 0.0
     # A converter has many at each of its steps; of a sine twice as many at the last as at the next.
-    steps = np.unique(values[: 1 << 15])
-    if 2 < steps.size < 0.25 * min(values.size, 1 << 15):
-        inner = steps[np.argsort(np.abs(steps - extreme))[1]]
-        if at.size < _STEPPED * np.count_nonzero(values == inner):
+    if _step_of(values) is not None:
+        beside = np.abs(values - extreme)
+        inner = float(beside[beside > 0.0].min())
+        if at.size < _STEPPED * np.count_nonzero(beside == inner):
             return 0.0
     return share
+
+
+def _step_of(values: Floats) -> float | None:
+    """The step of a converter on whose steps all values are; None of values of any size."""
+    steps = np.unique(values[: 1 << 15])
+    few = 2 < steps.size < 0.25 * min(values.size, 1 << 15)
+    return float(np.diff(steps).min()) if few else None
 
 
 def _cycles(is_named: NDArray[np.bool_]) -> str:

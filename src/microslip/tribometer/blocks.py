@@ -77,6 +77,12 @@ class Blocks(NamedTuple):
 
 
 @once_a_record
+def _motion(record: Record) -> Motion:
+    """What its cycles are told by, as if there were no gaps."""
+    return motion_of(record.displacement, record.force)
+
+
+@once_a_record
 def gaps_of(record: Record) -> NDArray[np.intp]:
     """Samples behind which the time of a record, or its counter of cycles, has a gap."""
     is_jump = np.zeros(len(record) - 1, dtype=bool)
@@ -88,7 +94,7 @@ def gaps_of(record: Record) -> NDArray[np.intp]:
     longest = LONG * float(np.percentile(steps, 90.0))
     is_long = steps > longest
     if is_long.any():
-        period = motion_of(record.displacement, record.force).period
+        period = _motion(record).period
         is_long &= steps > OF_CYCLE * period * float(steps[~is_long].mean())
     return np.flatnonzero(is_long | is_jump)
 
@@ -96,7 +102,7 @@ def gaps_of(record: Record) -> NDArray[np.intp]:
 @once_a_record
 def stops_of(record: Record) -> NDArray[np.intp]:
     """First sample of each stretch in which the rig stood while it was logged, and one past it."""
-    x, motion = record.displacement, motion_of(record.displacement, record.force)
+    x, motion = record.displacement, _motion(record)
     size = max(int(0.25 * _STOOD * motion.period), 2)
     number = x.size // size
     # A few samples of each piece show whether it moves.
@@ -127,7 +133,7 @@ def blocks_of(record: Record) -> Blocks:
     # The way to a stop and that from it belong to no whole cycle.
     inner_stops = stops[(stops[:, 0] > 0) & (stops[:, 1] < x.size)]
     gaps = np.unique(np.concatenate((gaps, inner_stops[:, 0] - 1, inner_stops[:, 1] - 1)))
-    motion = motion_of(x, force, [int(gap) for gap in gaps])
+    motion = motion_of(x, force, [int(gap) for gap in gaps]) if gaps.size else _motion(record)
     edges = [0, *(int(gap) + 1 for gap in gaps), x.size]
     pieces = list(pairwise(edges))
     piece_cycles = [candidates(x[first:stop], motion) for first, stop in pieces]

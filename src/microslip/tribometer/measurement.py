@@ -331,13 +331,16 @@ def measure(
             "rest is elastic, mostly of the rig where amplitudes exceed a few micrometres; "
             "give `rig_stiffness` to take it off"
         )
+    own_mean = _means(columns, counting.selection, level, counting.is_moving)
     return Measurement(
         name=record.name,
         cycles=MappingProxyType({name: lock(values) for name, values in columns.items()}),
         regimes=regimes,
         thresholds=limits,
-        mean=_means(columns, counting.selection, level, counting.is_moving, gains),
-        own_mean=_means(columns, counting.selection, level, counting.is_moving),
+        mean=_means(columns, counting.selection, level, counting.is_moving, gains)
+        if gains
+        else own_mean,
+        own_mean=own_mean,
         gain_errors=MappingProxyType(gains),
         probability=MappingProxyType(record_regimes.probability),
         confidence=level,

@@ -231,3 +231,48 @@ def test_summits_of_their_own_radii_are_judged_once_tightened() -> None:
     summits = ms.AsperityPopulation(PAIR, [0.0, 1e-7, 2e-7], [1e-4, 2e-4, 3e-4], area=1e-7)
     joint = ms.Interface(summits.tightened(1.0, hardness=2e9), 0.3, normal_load=1.0)
     assert {"density * radius * std", "indentation over yield"} <= {v.name for v in joint.validity}
+
+
+def test_patches_of_a_structure_are_tightened_by_their_own_pressure() -> None:
+    """At rest as before, and along its line each patch as scaled by hand; what is told is true."""
+    own = solve(tightening_pressure=3e8, own_tightening=True, area=1e-4)
+    plain_law = solve(tightening_pressure=3e8, area=1e-4)
+    assert np.array_equal(own.loads, plain_law.loads)
+    places = np.array([3e8, 1.5e8, 6e7])
+    tightened = own._tightened_by(places)
+    assert tightened is not None
+    assert tightened.lengths[0] == pytest.approx(1.0, rel=1e-3)
+    for p, share, length in zip(places, tightened.share, tightened.lengths, strict=True):
+        law = solve(tightening_pressure=float(p), area=1e-4)
+        stiffness = share / length * float(own.stiffness(own.closest))
+        assert law.stiffness(law.closest) == pytest.approx(stiffness, rel=0.06)
+        joint, scaled = (
+            ms.Interface(s, 0.3, normal_load=q * 1e-4) for s, q in ((law, p), (own, 3e8))
+        )
+        u = joint.force_limit / joint.tangential_stiffness * np.array([0.1, 0.5, 1.0, 2.0])
+        assert share * scaled.backbone(u / length) == pytest.approx(joint.backbone(u), rel=0.1)
+    bolts = ms.Bolts([0.0], shank=8e-3, hole=9e-3, washer=17e-3, tension=16e3)
+    lap = ms.LapJoint(length=0.2, width=0.03, thickness=0.02, lap=0.06, bolts=bolts)
+    joint = lap.reduce(STEEL, 7800.0, patches=(4, 1), kept_modes=6)
+    one, each = (joint.tightened(law, 0.3) for law in (plain_law, own))
+    assert each.pressures == pytest.approx(one.pressures, rel=1e-6)
+    assert each.normal_loads == pytest.approx(one.normal_loads, rel=1e-6)
+    assert each.displacement == pytest.approx(
+        one.displacement, abs=1e-6 * abs(one.displacement).max()
+    )
+    # Small motion: the stiffness of each patch is that of its own law.
+    tightened = own._tightened_by(one.pressures)
+    structure = ms.Structure(joint.mass, joint.stiffness)
+    places = own.closest + (one.gaps - tightened.separations) / tightened.lengths
+    stiff = joint.patch_areas / 1e-4 * tightened.share / tightened.lengths * own.stiffness(places)
+    for i, k_n in enumerate(stiff):
+        b = joint.directions[:, i]
+        k = k_n * np.diag([1.0 / own.stiffness_ratio] * 2 + [1.0])
+        structure = ms.Structure(joint.mass, structure.stiffness + b @ k @ b.T)
+    wanted = structure.linear_modes(4).frequency
+    assert each.linear_modes(4).frequency == pytest.approx(wanted, rel=1e-4)
+    assert abs(one.linear_modes(4).frequency / wanted - 1.0).max() > 1e-4
+    with pytest.raises(ms.InputError, match="tightening_pressure must be at least"):
+        joint.with_tension(4e5).tightened(own, 0.3)
+    with pytest.raises(ms.InputError, match="own_tightening wanted only beside"):
+        solve(own_tightening=True)

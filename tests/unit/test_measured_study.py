@@ -7,6 +7,7 @@ import pytest
 
 import microslip as ms
 from microslip.scans import random_surface
+from microslip.study.build import build_surface
 
 TEXT = """
 schema = 1
@@ -102,3 +103,37 @@ def test_pieces_drawn_anew_are_a_range_of_their_own(study) -> None:
     result = study(("friction_coefficient = 0.3", sure), ("[excitation]", table + "[excitation]"))
     design = result.run().summary["uncertainty"]
     assert design["inputs"]["surface.scan"] == "4 pieces, drawn anew together"
+
+
+def test_a_structure_splits_form_and_roughness_at_its_patches(study) -> None:
+    bolted = """[structure]
+length = "60 mm"
+width = "4 mm"
+thickness = "4 mm"
+lap = "16 mm"
+density = "7800 kg/m^3"
+patches = [4, 1]
+modes = [1]
+amplitude = { from = "0.1 um", to = "1 um", points = 2 }
+[structure.bolts]
+positions = ["0 mm"]
+shank = "1 mm"
+hole = "1.2 mm"
+washer = "2 mm"
+tension = "200 N"
+"""
+    alone = TEXT[TEXT.index("[excitation]") :]
+    load = 'normal_load = "15 kN"\n'
+    description = study((load, ""), (alone, bolted))
+    notes = {}
+    for patch in ("whole", "small"):
+        build_surface(description)
+        surface = description.surface
+        law, notes[patch] = surface._law, surface.sentences()
+        assert law.numbers.own_tightening
+        description = study((load, ""), (alone, bolted.replace("[4, 1]", "[100, 100]")))
+    assert "the scan is no larger. From there to the side of a patch, 3.96 mm" in notes["whole"][1]
+    assert "are form: structure.form has them" in notes["small"][1]
+    assert surface.face.long_cutoff == pytest.approx(79.3e-6, rel=0.01)
+    result = study((load, ""), (alone, bolted)).run().structure
+    assert result.state.pressures.max() > 0.0

@@ -6,7 +6,7 @@ import dataclasses
 import math
 from abc import ABC, abstractmethod
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -73,6 +73,19 @@ def check_pair(pair: Any) -> None:
 
 FAINTEST = 1e-290
 """Load [N] below which products with it are no normal numbers any more."""
+
+
+class Tightenings(NamedTuple):
+    """Places whose laws are one but for a factor on the load and one on the separation."""
+
+    share: Floats
+    """Load that each was tightened by, over that of the law [-]."""
+    lengths: Floats
+    """Factor on its separations [-]."""
+    separations: Floats
+    """Separation [m] under that load, as of the law itself."""
+    closest: float
+    """Separation [m] of the law under its own tightening."""
 
 
 class NormalLaw(Parametric, ABC):
@@ -183,6 +196,13 @@ class NormalLaw(Parametric, ABC):
             f"`direction` must be left out: a {type(self).__name__} has no lay in the plane, as a "
             "MeasuredContact has"
         )
+
+    def _check_rest(self, loads: Floats) -> None:
+        """Refuse loads at rest [N] beyond the law, through which static solutions may pass."""
+
+    def _tightened_by(self, pressures: Floats) -> Tightenings | None:
+        """The laws of places that were tightened by less than all of it [Pa]."""
+        return None
 
     def _under(self, load: float) -> NormalLaw:
         """The surface as it is under a load [N]: tightened anew where that makes it yield."""

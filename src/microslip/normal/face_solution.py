@@ -51,6 +51,8 @@ class FaceSolution(LockedArrays):
     """Pressures of the first piece when tightened."""
     reach: Floats
     """How many of the loads, the heaviest first, each of its points touches under."""
+    lighter_tightenings: Floats
+    """Mean pressures of lighter tightenings, heaviest first, and the slopes then: (2, loads)."""
 
 
 class _Piece:
@@ -84,6 +86,11 @@ class _Piece:
         gap = self.space.displacement(self.pressure) - self.heights + self.separation
         hard = self.pressure >= hardness
         self.heights = self.heights + np.where(hard, np.minimum(gap, 0.0), 0.0)
+
+    def relieved(self) -> float:
+        """Growth of the mean pressure once the points at the hardness have yielded."""
+        assert self.pressure is not None
+        return float(closing(self.space, self.pressure > 0.0, self.growth).mean())
 
     @property
     def touching(self) -> int:
@@ -136,6 +143,26 @@ class _Face:
             "`tightening_pressure`"
         )
 
+    def first_loading(self, d: float, hardness: float, loads: int, ratio: float) -> Floats:
+        """Pressures up to the one at a separation, and the slopes of the face yielded under each.
+
+        The pieces are left as they were.
+        """
+        states = [(p.pressure, p.growth, p.separation) for p in self.pieces]
+        found = []
+        for _ in range(loads):
+            pressures, slopes = self.press(d, hardness)
+            if sum(p.touching for p in self.pieces) < _FEWEST:
+                break
+            mean, slope = float(pressures @ self.weights), float(slopes @ self.weights)
+            relieved = np.array([p.relieved() for p in self.pieces])
+            found.append((mean, float(relieved @ self.weights)))
+            # Where all that touches yields there is no slope: the relieved one is a longer step.
+            d -= math.log(ratio) * mean / max(slope, 0.2 * found[-1][1])
+        for piece, state in zip(self.pieces, states, strict=True):
+            piece.pressure, piece.growth, piece.separation = state
+        return np.array(found).T
+
 
 @single_threaded
 def solve_face(
@@ -149,6 +176,7 @@ def solve_face(
     lightest: float = 1e-3,
     workers: int = 1,
     progress: Progress | None = None,
+    own_tightening: bool = False,
 ) -> FaceSolution:
     """Tighten a face to a mean pressure, let it yield, and relieve it through geometric loads.
 
@@ -170,6 +198,8 @@ def solve_face(
         Threads of a transform.
     progress : callable, optional
         Called with the solutions done and about those to do.
+    own_tightening : bool
+        Whether to find as well what lighter tightenings would have left.
     """
     sizes = np.array([piece.size for piece in pieces], dtype=float)
     rms = math.sqrt(sum(float(np.vdot(z, z)) for z in pieces) / sizes.sum())
@@ -183,13 +213,16 @@ def solve_face(
     face.done, face.total = 8, loads + 8
     points = sum(p.touching for p in face.pieces)
     bearing = sum(piece.bearing(hardness) for piece in face.pieces)
+    lighter_tightenings = np.zeros((0, 0))
+    ratio = lightest ** (1.0 / (loads - 1))
+    if own_tightening:
+        lighter_tightenings = face.first_loading(d, hardness, loads, ratio)
     if bearing:
         for piece in face.pieces:
             piece.yielded(hardness)
             piece.growth = None
     rows: list[tuple[float, Floats, Floats, float]] = []
     tensors: list[Floats] = []
-    ratio = lightest ** (1.0 / (loads - 1))
     places: list[float] = []
     logs: list[float] = []
     for k in range(loads):
@@ -215,7 +248,7 @@ def solve_face(
     separation, p, s, contact = (np.array(column) for column in zip(*rows, strict=True))
     return FaceSolution(
         separation, p, s, contact, tensors[0], tensors[-1], bearing / max(points, 1), points,
-        picture, reach,
+        picture, reach, lighter_tightenings,
     )  # fmt: skip
 
 

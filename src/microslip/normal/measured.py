@@ -15,7 +15,7 @@ from microslip._core.checks import Floats, exact, number, plain, positive, whole
 from microslip._core.frozen import assign, lock, made_once
 from microslip.errors import InputError
 from microslip.materials import MaterialPair
-from microslip.normal.base import PRESSURE, NormalLaw, aluminium, check_pair
+from microslip.normal.base import PRESSURE, NormalLaw, Tightenings, aluminium, check_pair
 from microslip.normal.elastic_plastic import HARDNESS_RATIO
 from microslip.normal.face_solution import FaceSolution, Progress
 from microslip.normal.measured_face import (
@@ -37,6 +37,7 @@ from microslip.normal.table import TabulatedNormalLaw
 from microslip.normal.tightened import yield_stress_of
 
 _SAMPLES = 24  # points of the table between two solutions
+_BEYOND = 1e6  # times the heaviest load, to which steps of static solutions go
 
 
 @dataclass(frozen=True, eq=False, repr=False, init=False)
@@ -67,6 +68,9 @@ class MeasuredContact(TabulatedNormalLaw):
         Loads that are solved, each the same share of the one before.
     lightest : float
         The lightest of them over the heaviest [-].
+    own_tightening : bool
+        Whether patches of a :class:`ReducedJoint` are each tightened by their own pressure, up to
+        the tightening pressure: it is solved as well what lighter ones would have left.
     coarser : bool
         Whether to solve twice the pixel as well, and say what that changes.
     workers : int
@@ -111,6 +115,7 @@ class MeasuredContact(TabulatedNormalLaw):
         direction: float | None = None,
         loads: int = 12,
         lightest: float = 1e-3,
+        own_tightening: bool = False,
         coarser: bool = False,
         workers: int = 1,
         progress: Progress | None = None,
@@ -125,11 +130,17 @@ class MeasuredContact(TabulatedNormalLaw):
         if piece is not None:
             piece = whole_number("piece", piece, 16, 2**16)
         bound = _hardness(hardness, pair, tightening_pressure)
+        if own_tightening and (tightening_pressure is None or math.isinf(bound)):
+            raise InputError(
+                "`own_tightening` wanted only beside a hardness and a `tightening_pressure`, up to "
+                "which the law goes"
+            )
         modulus = pair.composite_modulus
         pressure = check_pressure(tightening_pressure, bound, modulus, face)
         task = Task(
-            face, pressure / modulus, bound / modulus, pair.stiffness_ratio, piece, loads, lightest
-        )
+            face, pressure / modulus, bound / modulus, pair.stiffness_ratio, piece, loads, lightest,
+            bool(own_tightening),
+        )  # fmt: skip
         if cache is None:
             solution = task.solved(workers, progress)
         else:
@@ -157,8 +168,13 @@ class MeasuredContact(TabulatedNormalLaw):
         if direction is not None:
             direction = number("direction", direction, "rad")
         d, p = _table(solution)
-        # The pressure was met to a millionth; from here on it is met.
-        loads = p * (numbers.pressure / p[0] * area)
+        # The pressure was met to a millionth; from here on it is met. Beyond its end the law goes
+        # on, for the steps of static solutions.
+        slope = float(solution.slope[0].mean())
+        rate = max(slope, (p[0] - p[1]) / (d[1] - d[0])) / p[0]
+        beyond = np.log(_BEYOND) * (np.arange(_SAMPLES, 0, -1) / _SAMPLES) ** 2
+        d = np.concatenate([d[0] - beyond / rate, d])
+        loads = np.concatenate([np.exp(beyond), p / p[0]]) * (numbers.pressure * area)
         super().__init__(pair, d * numbers.pixel[0], loads, tail="exponential")
         assign(self, solution=solution, numbers=numbers, area=area, direction=direction)
 
@@ -214,6 +230,21 @@ class MeasuredContact(TabulatedNormalLaw):
     def _patch(self, area: float, share: float) -> NormalLaw:
         return self._changed(area=area)
 
+    def _tightened_by(self, pressures: Floats) -> Tightenings | None:
+        """What lighter tightenings leave has the shape of this law, with a length p/K of its own.
+
+        Against the law of each tightening, at 3 to 50 MPa in place of 100, the force is within 7 %
+        and the energy of a cycle 0.5 to 1.4 times; by one tightening of all it is 2 to 20 times.
+        """
+        if not self.numbers.own_tightening:
+            return None
+        p, slopes = self.solution.lighter_tightenings[:, ::-1]
+        lengths = np.log(p / slopes)
+        share = np.clip(pressures / self.numbers.pressure, p[0] / p[-1], 1.0)
+        lengths = np.interp(np.log(share * p[-1]), np.log(p), lengths) - lengths[-1]
+        places = np.asarray(self.separation(share * self._heaviest))
+        return Tightenings(share, np.exp(lengths), places, self.closest)
+
     def tightened(
         self,
         normal_load: float,
@@ -256,7 +287,7 @@ class MeasuredContact(TabulatedNormalLaw):
         return MeasuredContact(
             face.heights, self.pair, hardness, pressure, pixel=face.pixel, area=self.area,
             piece=piece, direction=self.direction, loads=loads, lightest=lightest,
-            coarser=coarser, workers=workers,
+            own_tightening=self.numbers.own_tightening, coarser=coarser, workers=workers,
         )  # fmt: skip
 
     def save(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
@@ -296,7 +327,28 @@ class MeasuredContact(TabulatedNormalLaw):
 
     @property
     def _heaviest(self) -> float:
-        return float(np.asarray(self.loads)[0])
+        return self.numbers.pressure * self.area
+
+    @property
+    def closest(self) -> float:
+        """Separation [m] under the heaviest load, that of tightening."""
+        return float(np.asarray(self.separations)[_SAMPLES])
+
+    @property
+    def _span(self) -> tuple[float, float]:
+        return self.closest, super()._span[1]
+
+    def _separations(self, value: ArrayLike) -> Floats:
+        return NormalLaw._separations(self, value)  # also closer, for steps of static solutions
+
+    def _check_rest(self, loads: Floats) -> None:
+        share = float(np.max(loads, initial=0.0)) / self._heaviest
+        if share > 1.0 + 1e-6:
+            raise InputError(
+                f"`tightening_pressure` must be at least {share * self.numbers.pressure:.4g} "
+                f"Pa, which is what the most loaded place bears, got "
+                f"{exact(self.numbers.pressure)} Pa: solve the face with a higher one"
+            )
 
     def _standardised(self, separation: float) -> float | None:
         return separation / self.numbers.rms
@@ -332,8 +384,7 @@ class MeasuredContact(TabulatedNormalLaw):
     def _assumptions(self, separation: float | None) -> dict[str, float | None]:
         numbers, area = self.numbers, 0.0
         if separation is not None:
-            first = float(np.asarray(self.separations)[0])
-            area = float(self.contact_area(max(separation, first)))
+            area = float(self.contact_area(max(separation, self.closest)))
         values: dict[str, float | None] = {
             POINTS: numbers.points * area / (self.area * numbers.contact_share),
             SCATTER: numbers.scatter,
@@ -343,7 +394,7 @@ class MeasuredContact(TabulatedNormalLaw):
         if numbers.hardness is not None:
             values[OVER_HARDNESS] = numbers.pressure / numbers.hardness
         elif separation is not None and area > 0.0 and hardness is not None:
-            d = max(separation, float(np.asarray(self.separations)[0]))
+            d = max(separation, self.closest)
             values[PRESSURE] = float(self.load(d)) / area / hardness
         else:
             values[PRESSURE] = None if hardness is None else 0.0
@@ -438,6 +489,7 @@ def _numbers(
         stiffest_direction=math.atan2(stiffest[1], stiffest[0]) % math.pi,
         ratio_change=lighter / heaviest,
         coarser=coarser,
+        own_tightening=task.own_tightening,
     )
 
 

@@ -166,6 +166,8 @@ class ContactNumbers:
     """Mean of both at a tenth of the load over that at the heaviest [-]."""
     coarser: float | None
     """Stiffness with twice the pixel over that with the pixel [-]; None where not solved."""
+    own_tightening: bool = False
+    """Whether each load up to the pressure counts as the largest so far."""
 
 
 class Task(NamedTuple):
@@ -178,12 +180,13 @@ class Task(NamedTuple):
     piece: int | None
     loads: int
     lightest: float
+    own_tightening: bool = False
 
     @property
     def key(self) -> str:
         """A name by content."""
         z = np.ascontiguousarray(self.face.heights)
-        words = repr((z.shape, self.face.pixel, *self[1:]))
+        words = repr((z.shape, self.face.pixel, *self[1 : 7 + self.own_tightening]))
         return sha256(z.tobytes() + words.encode()).hexdigest()[:32]
 
     def solved(self, workers: int, progress: Progress | None) -> FaceSolution:
@@ -204,6 +207,7 @@ class Task(NamedTuple):
             lightest=self.lightest,
             workers=workers,
             progress=progress,
+            own_tightening=self.own_tightening,
         )
         remember(key, solution)
         return solution

@@ -70,7 +70,7 @@ def face_plot(law: Any, other_laws: Mapping[str, NormalLaw] | None = None) -> Pl
 
 def load_panel(law: Any, other_laws: Mapping[str, NormalLaw]) -> tuple[Panel, Sequence[Entry]]:
     """Pressures over the separation from the heaviest load on, with the band of the pieces."""
-    top = float(np.asarray(law.loads)[0])
+    top = law.numbers.pressure * law.area
     loads = np.geomspace(1.0, _RANGE, _POINTS) * top * (1.0 - 1e-9)
     pressures = loads / law.area
     unit = 1e6 if pressures[0] >= 1e6 else 1e3

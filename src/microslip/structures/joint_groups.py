@@ -129,6 +129,20 @@ class FieldAttachment:
 
     field: JointField
     directions: Floats
+    lengths: Floats | None = None
+    """What motions of the nodes are divided by, if their laws are alike but for a length."""
+    pressed: Floats | None = None
+    """Apparent areas of the nodes [m^2], where those of the field stand for their laws."""
+
+    def loads(self, motion: Floats) -> Floats:
+        """Normal loads of the nodes [N] at a motion by column."""
+        loads = self.field.load(self.separations(motion))[0]
+        return np.asarray(loads if self.lengths is None else loads / self.lengths)
+
+    @property
+    def areas(self) -> Floats:
+        """Apparent areas of the nodes [m^2]."""
+        return self.field.areas if self.pressed is None else self.pressed
 
     @property
     def columns(self) -> Floats:

@@ -103,12 +103,12 @@ class Preload:
     @cached_property
     def normal_loads(self) -> Floats:
         """Normal loads of the nodes of all fields [N]."""
-        return self._by_node(lambda a, u: a.field.load(a.separations(u))[0])
+        return self._by_node(lambda a, u: a.loads(u))
 
     @cached_property
     def pressures(self) -> Floats:
         """Mean pressures of the nodes of all fields [Pa]."""
-        return lock(self.normal_loads / self._by_node(lambda a, _: a.field.areas))
+        return lock(self.normal_loads / self._by_node(lambda a, _: a.areas))
 
     # -- linear motion about it -------------------------------------------------------------------
 

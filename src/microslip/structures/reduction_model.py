@@ -23,6 +23,7 @@ from microslip.readers.files import POINTS, reading
 from microslip.readers.numpy_files import archived
 from microslip.structures.bolts import each_bolt
 from microslip.structures.geometry import GeometryAttachment
+from microslip.structures.joint_groups import FieldAttachment
 from microslip.structures.matrices import vector
 from microslip.structures.preload import Preload
 from microslip.structures.reduction_files import check_arrays
@@ -361,11 +362,26 @@ class ReducedJoint(LockedArrays):
             The static state, with its pressures, ``modes``, ``forced_response`` and ``integrate``.
         """
         plain, force = replace(self, geometry=None), self.static_force(surface)
-        state = plain.structure(surface, friction_coefficient).preload(force)
+        structure = plain.structure(surface, friction_coefficient)
+        state = structure.preload(force)
+        laws = surface._tightened_by(state.pressures)
+        if laws is not None:
+            # A law with another length is the same law of motions over that length, its forces
+            # times it; and the state is at rest as before.
+            openings = (self.directions[:, :, 2].T @ state.displacement) / laws.lengths
+            gaps = laws.closest + (state.gaps - laws.separations) / laws.lengths - openings
+            areas = self.patch_areas * laws.share * laws.lengths
+            attachment = FieldAttachment(
+                JointField(surface, friction_coefficient, areas=areas, gaps=gaps),
+                self.directions / laws.lengths[:, None],
+                lengths=laws.lengths,
+                pressed=self.patch_areas,
+            )
+            structure = Structure(self.mass, self.stiffness)._with(attachment)
+            state = structure.preload(force)
         if self.geometry is None:
             return state
         bending = replace(self.geometry, rest=state.displacement)  # the cases are of what is tight
-        structure = plain.structure(surface, friction_coefficient)
         return structure.with_attachment(bending).preload(force)
 
     def assemble(

@@ -276,6 +276,11 @@ class Structure:
                     f"static_force must leave some contact: all {len(loads) // 3} nodes of a field "
                     "are open; press the faces together, or check the sign of their opening"
                 )
+        for attachment in self.attachments:
+            if isinstance(attachment, FieldAttachment):
+                field = attachment.field
+                places = attachment.loads(attachment.columns.T @ state.displacement)
+                field.surface._check_rest(places * (field.surface_area / attachment.areas))
         return Preload(
             self.mass, self.stiffness, self.damping, self.attachments, force,
             state.displacement, state.equilibrium_error, state.iterations,

@@ -13,6 +13,7 @@ from microslip.materials import MaterialPair
 from microslip.normal import NormalLaw
 from microslip.study.description import StudyDescription
 from microslip.study.joints import Joint
+from microslip.study.measured_face import MeasuredFace
 from microslip.study.readers import KeyedError, as_key
 from microslip.study.sense import lifting
 
@@ -39,6 +40,8 @@ def build_summits(study: StudyDescription) -> NormalLaw:
     with blame(study, "surface.materials"):
         first, second = surface.materials
         pair = MaterialPair(materials[first], materials[second])
+    if isinstance(surface, MeasuredFace) and study.structure is not None:
+        surface._patch = study.structure.patch_size
     with blame(study, "surface", surface.keys):
         law: NormalLaw = surface.build(pair)
         return law

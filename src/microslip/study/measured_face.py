@@ -7,6 +7,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from microslip._core.parameters import option
 from microslip._core.units import PRESSURE, engineering
 from microslip._core.wording import shorten
@@ -66,6 +68,7 @@ class MeasuredFace(ReadScan):
     piece: int | None = key_of(PIECE)
 
     _law: MeasuredContact | None = None
+    _patch: float | None = None  # side of the patches of a structure [m]
 
     def check(self, place: Place) -> None:
         """Read the scan, and refuse a profile."""
@@ -81,7 +84,15 @@ class MeasuredFace(ReadScan):
     def face(self) -> Any:
         """The scan, conditioned."""
         scan = self.conditioned
+        if self._form_off:
+            scan = scan.condition(long_cutoff=self._patch)
         return scan if self.cutoff is None else scan.condition(cutoff=self.cutoff)
+
+    @property
+    def _form_off(self) -> bool:
+        """Whether waves longer than a patch of a structure are taken off: its mesh has them."""
+        patch = self._patch
+        return patch is not None and self.long_cutoff is None and patch < max(self.read_scan.size)
 
     def build(self, pair: MaterialPair) -> NormalLaw:
         """Normal law of the face; the same face is solved once."""
@@ -92,6 +103,7 @@ class MeasuredFace(ReadScan):
             area=self.area,
             direction=self.direction,
             piece=self.piece,
+            own_tightening=self._patch is not None and self.tightening_pressure is not None,
         )
         return self._law
 
@@ -122,4 +134,25 @@ class MeasuredFace(ReadScan):
         start = f"surface.scan: {name}{cutoff}, solved point by point"
         if self._law is None:
             return [start + "."]
-        return [f"{start}: {contact_words(self._law.numbers)}."]
+        return [f"{start}: {contact_words(self._law.numbers)}.", *self._split()]
+
+    def _split(self) -> list[str]:
+        """Which waves a structure has, and which the law."""
+        patch = self._patch
+        if patch is None:
+            return []
+        size = max(self.read_scan.size)
+        ends = f"surface.scan: waves up to {engineering(min(patch, size), 'm')} are in the law"
+        if self.long_cutoff is not None:
+            ends = f"surface.scan: waves up to {engineering(self.long_cutoff, 'm')} are in the law"
+            return [f"{ends}, by surface.long_cutoff; patches are {engineering(patch, 'm')} wide."]
+        if self._form_off:
+            off = float(np.std(self.conditioned.heights - self.face.heights))
+            return [
+                f"{ends}; longer ones than a patch, {engineering(off, 'm')} rms of the scan, are "
+                "form: structure.form has them, or nothing does."
+            ]
+        return [
+            f"{ends}; the scan is no larger. From there to the side of a patch, "
+            f"{engineering(patch, 'm')}, nothing has them, and beyond that structure.form does."
+        ]

@@ -489,6 +489,12 @@ class StructurePart(Part):
         return {**places, "force": (self.force.at or at, self.force.direction or direction)}
 
     @property
+    def patch_size(self) -> float:
+        """Side of a patch, as if they were squares of one size [m]."""
+        along, across = self.patches or USUAL_PATCHES
+        return float(np.sqrt(self.face_area / (along * across)))
+
+    @property
     def least_patch(self) -> float:
         """Length of the least patch that its elements can tell [m]."""
         from microslip.structures.reduction_convergence import NARROWEST

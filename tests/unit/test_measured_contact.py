@@ -235,15 +235,16 @@ def test_summits_of_their_own_radii_are_judged_once_tightened() -> None:
 
 def test_patches_of_a_structure_are_tightened_by_their_own_pressure() -> None:
     """At rest as before, and along its line each patch as scaled by hand; what is told is true."""
-    own = solve(tightening_pressure=3e8, own_tightening=True, area=1e-4)
-    plain_law = solve(tightening_pressure=3e8, area=1e-4)
+    z = heights(128)
+    own = solve(z, tightening_pressure=3e8, own_tightening=True, area=1e-4)
+    plain_law = solve(z, tightening_pressure=3e8, area=1e-4)
     assert np.array_equal(own.loads, plain_law.loads)
     places = np.array([3e8, 1.5e8, 6e7])
     tightened = own._tightened_by(places)
     assert tightened is not None
     assert tightened.lengths[0] == pytest.approx(1.0, rel=1e-3)
     for p, share, length in zip(places, tightened.share, tightened.lengths, strict=True):
-        law = solve(tightening_pressure=float(p), area=1e-4)
+        law = solve(z, tightening_pressure=float(p), area=1e-4)
         stiffness = share / length * float(own.stiffness(own.closest))
         assert law.stiffness(law.closest) == pytest.approx(stiffness, rel=0.06)
         joint, scaled = (
@@ -253,7 +254,7 @@ def test_patches_of_a_structure_are_tightened_by_their_own_pressure() -> None:
         assert share * scaled.backbone(u / length) == pytest.approx(joint.backbone(u), rel=0.1)
     bolts = ms.Bolts([0.0], shank=8e-3, hole=9e-3, washer=17e-3, tension=16e3)
     lap = ms.LapJoint(length=0.2, width=0.03, thickness=0.02, lap=0.06, bolts=bolts)
-    joint = lap.reduce(STEEL, 7800.0, patches=(4, 1), kept_modes=6)
+    joint = lap.reduce(STEEL, 7800.0, patches=(4, 1), kept_modes=6, element_size=8e-3)
     one, each = (joint.tightened(law, 0.3) for law in (plain_law, own))
     assert each.pressures == pytest.approx(one.pressures, rel=1e-6)
     assert each.normal_loads == pytest.approx(one.normal_loads, rel=1e-6)

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 from typing import Any
 
 import numpy as np
@@ -129,6 +129,7 @@ class FieldAttachment:
 
     field: JointField
     directions: Floats
+    _: KW_ONLY
     lengths: Floats | None = None
     """What motions of the nodes are divided by, if their laws are alike but for a length."""
     pressed: Floats | None = None

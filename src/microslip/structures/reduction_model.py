@@ -377,7 +377,7 @@ class ReducedJoint(LockedArrays):
                 lengths=laws.lengths,
                 pressed=self.patch_areas,
             )
-            structure = Structure(self.mass, self.stiffness)._with(attachment)
+            structure = Structure(self.mass, self.stiffness).with_attachment(attachment)
             state = structure.preload(force)
         if self.geometry is None:
             return state

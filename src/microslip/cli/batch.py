@@ -80,7 +80,8 @@ def batch(
 @click.command(short_help="Find the load, area or roughness that gives what is wanted.")
 @study_argument
 @option(
-    "--target", "TEXT", 'What is wanted, such as "damping_ratio >= 0.5 % at 10 um".',
+    "--target", "TEXT", 'What is wanted, such as "damping_ratio >= 0.5 % at 10 um", or of a '
+    'structure "mode 1 frequency >= 180 Hz at 1 um".',
     required=True, answers_for=("target",),
 )  # fmt: skip
 @option(
@@ -109,13 +110,15 @@ def design(
     with stoppable():
         from microslip.report.files import listed, save, standard_files
         from microslip.results.designed import KIND, document
-        from microslip.runs.design import Target, open_search
+        from microslip.runs.design import Target
+        from microslip.runs.modal_design import open_search
         from microslip.study.description import StudyDescription
 
         goal = Target.read(target)
         with progress("Searching") as report:
             search = open_search(StudyDescription.load(study, overrides), goal, ranges, probability)
-            solution = search.solve()
+            solution = search.solve(progress=report)
+        with progress("Trading off") as report:
             curve = [] if no_trade_off else search.trade_off(report)
         result = document(search, solution, curve)
         if output.folder is not None:

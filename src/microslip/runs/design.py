@@ -12,7 +12,18 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from microslip._core.checks import Floats, show
-from microslip._core.units import AREA, DENSITY, FORCE, LENGTH, Kind, ends_of, engineering, to_si
+from microslip._core.units import (
+    AREA,
+    DENSITY,
+    FORCE,
+    FREQUENCY,
+    LENGTH,
+    STIFFNESS,
+    Kind,
+    ends_of,
+    engineering,
+    to_si,
+)
 from microslip.errors import InputError, StudyError
 from microslip.friction import Interface
 from microslip.kernels import Integers
@@ -29,8 +40,13 @@ from microslip.sweeps.derivatives import QUANTITIES, log_derivatives
 
 MOST_KEYS = 8
 _LEVELS = 11  # of the trade-off
-_TARGET = re.compile(r"^\s*(\w+)\s*(>=|<=)\s*([^@]+?)\s*(?:at|@)\s*(.+?)\s*$")
-UNITS = {"dissipated_energy": "J", "secant_stiffness": "N/m"}
+_TARGET = re.compile(
+    r"^\s*(?:mode\s+(\d{1,3})\s+)?(\w+)\s*(>=|<=)\s*([^@]+?)\s*(?:at|@)\s*(.+?)\s*$"
+)
+OF_MODES = ("frequency", "damping_ratio")
+UNITS = {"dissipated_energy": "J", "secant_stiffness": "N/m", "frequency": "Hz"}
+_KINDS = {"secant_stiffness": STIFFNESS, "frequency": FREQUENCY}
+_JOULES = {"J": 1.0, "mJ": 1e-3, "uJ": 1e-6, "µJ": 1e-6, "nJ": 1e-9}
 _WRITTEN = '"damping_ratio >= 0.005 at 10 um"'
 KEYS: dict[str, tuple[str, Kind | None]] = {
     "joint.normal_load": ("normal_load", FORCE),
@@ -51,38 +67,60 @@ class Target(NamedTuple):
     at_least: bool
     value: float
     amplitude: float
+    mode: int = 0
+    """The mode of a structure that it is a quantity of, from 1; 0 if of the joint."""
 
     @classmethod
     def read(cls, text: str) -> Target:
-        """From text such as "damping_ratio >= 0.005 at 10 um"."""
+        """From text such as "damping_ratio >= 0.005 at 10 um", or with "mode 1 " before it."""
         match = _TARGET.match(text)
         if match is None:
             raise InputError(f"`target` must read like {_WRITTEN}, got {text!r}")
-        name, sign, value, amplitude = match.groups()
-        if name not in QUANTITIES:
-            raise InputError(f"`target` must be of {', '.join(QUANTITIES)}, got {name!r}")
+        mode, name, sign, value, amplitude = match.groups()
+        if mode is not None and int(mode) < 1:
+            raise InputError("`target`: modes are counted from 1, got mode 0")
+        names = QUANTITIES if mode is None else OF_MODES
+        if name not in names:
+            of_mode = "" if mode is None else " of a mode"
+            hint = " (of a mode: mode 1 frequency)" if name == "frequency" else ""
+            raise InputError(f"`target` must be of {', '.join(names)}{of_mode}, got {name!r}{hint}")
         try:
             size = to_si(amplitude, LENGTH, "10 um")
-            number = _value(value)
+            number = _value(name, value)
         except ValueError as error:
             raise InputError(f"`target`: {error}") from None
-        return cls(name, sign == ">=", number, size)
+        return cls(name, sign == ">=", number, size, int(mode or 0))
 
     @property
     def written(self) -> str:
         """As it reads, with units."""
         sign, unit = ">=" if self.at_least else "<=", UNITS.get(self.quantity)
         value = engineering(self.value, unit, 6, trim=True) if unit else f"{self.value:g}"
-        return f"{self.quantity} {sign} {value} at {engineering(self.amplitude, 'm', 6, trim=True)}"
+        mode = f"mode {self.mode} " if self.mode else ""
+        amplitude = engineering(self.amplitude, "m", 6, trim=True)
+        return f"{mode}{self.quantity} {sign} {value} at {amplitude}"
 
 
-def _value(text: str) -> float:
-    """A plain number above zero, or in percent; energies and stiffnesses in SI units."""
-    percent = text.endswith("%")
-    number = float(text.rstrip("% ").split()[0])
+def _value(name: str, text: str) -> float:
+    """A value above zero: plain or in percent, of what has a unit in SI units or with its own."""
+    match = re.fullmatch(r"([-+.\deE]+)\s*(\S.*)?", text)
+    try:
+        number, unit = float(match[1]), match[2]  # type: ignore[index]
+    except (TypeError, ValueError):
+        raise ValueError(f"wanted a value above zero, got {text!r}") from None
+    if unit and name in _KINDS:
+        number = to_si(text, _KINDS[name], _KINDS[name].usual[0])
+    elif unit:
+        factors = (
+            _JOULES if name == "dissipated_energy" else {"%": 0.01} if name not in _KINDS else {}
+        )
+        if unit not in factors:
+            known = ", ".join(factors)
+            raise ValueError(f"wanted {name} as a number or in {known}, got {text!r}")
+        number *= factors[unit]
     if not (math.isfinite(number) and number > 0.0):
         raise ValueError(f"wanted a value above zero, got {text!r}")
-    return number / 100.0 if percent else number
+    return number
 
 
 class Range(NamedTuple):
@@ -229,8 +267,8 @@ class Search:
         slopes = log_derivatives(self.target.quantity, arguments, self.names)
         return np.array([float(np.mean(slopes[name])) for name in self.names])
 
-    def solve(self, level: float | None = None) -> DesignPoint:
-        """The design that changes the study least."""
+    def solve(self, level: float | None = None, progress: Progress | None = None) -> DesignPoint:
+        """The design that changes the study least; begins from the study and from its ends."""
         from scipy.optimize import minimize
 
         log_level = math.log(self.target.value if level is None else level)
@@ -244,7 +282,8 @@ class Search:
         best = None
         # From the study, and from its ends: the quantity need not be monotone in between.
         ends = [np.array([bound[k] for bound in self.bounds]) for k in (0, 1)]
-        for begin in (start, *(0.5 * (start + end) for end in ends)):
+        begins = (start, *(0.5 * (start + end) for end in ends))
+        for number, begin in enumerate(begins, start=1):
             minimum = minimize(
                 lambda x: float(((x - self.start) ** 2).sum()),
                 begin,
@@ -259,6 +298,8 @@ class Search:
             key = (miss < -1e-5, max(-miss, 0.0) if miss < -1e-5 else float(minimum.fun))
             if best is None or key < best[0]:
                 best = key, x
+            if progress is not None:
+                progress(1.0 if self.is_costly and not best[0][0] else number / 3.0)
             if self.is_costly and not best[0][0]:
                 break
         assert best is not None
@@ -352,24 +393,15 @@ def _arguments(study: StudyDescription) -> dict[str, Any]:
 
 
 _SAMPLES = 32  # where the study does not say how many: each builds its joints
-_STEP = 1e-4  # of a logarithm, for central differences: 1e-8 of the slopes
 _SMALLEST = 1e-300  # a joint that loses nothing has no logarithm
-
-
-def open_search(
-    study: StudyDescription, target: Target, ranges: Sequence[str], probability: float
-) -> Search:
-    """The search by exact derivatives where there are some, else that of any study."""
-    keys = [text.partition("=")[0].strip() for text in ranges]
-    if is_pointwise(study) and all(key in KEYS for key in keys):
-        return Search(study, target, [Range.read(text) for text in ranges], probability)
-    return AnySearch(study, target, ranges, probability)
 
 
 class AnySearch(Search):
     """Keys of any study with a joint; of several loads the one that is furthest from the target."""
 
     is_costly = True
+    _difference = 1e-4
+    """Of a logarithm, for central differences: 1e-8 of the slopes."""
 
     def __init__(
         self, study: StudyDescription, target: Target, texts: Sequence[str], probability: float
@@ -391,11 +423,16 @@ class AnySearch(Search):
             from scipy.special import ndtr
 
             design = Design(study)
-            points = design.points() if part is not None else design.points(_SAMPLES, 1)
+            count = self._count(study)
+            points = design.points() if count is None else design.points(count, 1)
             scores = design.scores(points.reshape(-1, len(design.inputs)))
             rows = [design.values(ndtr(row)) for row in scores]
         self._rows = rows
         super().__init__(study, target, ranges, probability)
+
+    def _count(self, study: StudyDescription) -> int | None:
+        """Samples; None where the study says how many groups of them there are."""
+        return _SAMPLES if study.uncertainty is None else None
 
     def _read(self, text: str) -> Range:
         """A range by the study's own reading of its ends; the key is free in it from now on."""
@@ -471,9 +508,9 @@ class AnySearch(Search):
     def _slopes(self, logs: Floats, near: Integers) -> Floats:
         ends = [
             [float(self._of_samples(logs + sign * step, near).mean()) for sign in (-1.0, 1.0)]
-            for step in _STEP * np.eye(len(logs))
+            for step in self._difference * np.eye(len(logs))
         ]
-        return np.array([(high - low) / (2.0 * _STEP) for low, high in ends])
+        return np.array([(high - low) / (2.0 * self._difference) for low, high in ends])
 
 
 def _toml(end: str) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
@@ -70,16 +71,16 @@ def run(study: StudyDescription, progress: Progress | None = None) -> StructureP
     middle = at_middle(study)
     part = middle.structure
     assert part is not None  # who calls has looked
-    joint = _refined(middle)
+    joint = refined_model(middle)
     tell(0.2)
     with blame(study, "structure"):
-        formed, state = _tightened(middle, joint)
+        formed, state = tightened(middle, joint)
     convergence = None
     if part.converge:
         with blame(study, "structure.converge"):
             convergence = _converged(middle, joint, state)
             joint = convergence.joint
-            formed, state = _tightened(middle, joint)
+            formed, state = tightened(middle, joint)
     with blame(study, "structure.sensor"):
         _check_sensor(part.modes, moving_modes(joint.sensor("sensor"), state.model.shapes))
     with blame(study, "structure"):
@@ -130,7 +131,7 @@ def _all_tight(
     order = slack.bolts.order and (*slack.bolts.order, *slack.bolts.slack)
     part = slack.copy(bolts=slack.bolts.copy(slack=(), order=order))
     study = study.copy(structure=part)
-    other, rest = _tightened(study, _reduced(study, joint.layout if part.patches is None else None))
+    other, rest = tightened(study, _reduced(study, joint.layout if part.patches is None else None))
     there, here = other.surface, joint.surface
     _, nearest = cKDTree(here.points).query(there.points)
     shapes = np.tensordot(there.motion, rest.model.shapes[:, :_CANDIDATES], 1).reshape(
@@ -171,7 +172,7 @@ def cost_of(study: StudyDescription) -> Cost:
     design = Design(study) if is_uncertain(study) else None
     count, samples, drawn_anew = reducer.elements.size, 0, False
     if design is not None and design.changed_keys != {_BASE}:
-        samples, drawn_anew = part.samples, _scatters_model(design, part)
+        samples, drawn_anew = part.samples, bool(keys_of_model(study, design.changed_keys))
     patches = int(np.prod(part.patches or USUAL_PATCHES)) * len(reducer.mesh.contacts)
     reductions = 1 + (part.patches is None) + samples * drawn_anew + _TRIALS * part.converge
     balances = len(part.modes) * (1 + samples)
@@ -190,7 +191,7 @@ def _reduced(study: StudyDescription, patches: Floats | None = None) -> ReducedJ
         return part.reducer(materials, study.surface.materials[0]).reduce(**reduction)
 
 
-def _refined(study: StudyDescription) -> ReducedJoint:
+def refined_model(study: StudyDescription) -> ReducedJoint:
     """The same; without given patches those are halved where the first mode loses most."""
     part = study.structure
     assert part is not None  # who calls has looked
@@ -290,7 +291,7 @@ def _identified(
     )
 
 
-def _tightened(study: StudyDescription, joint: ReducedJoint) -> tuple[ReducedJoint, Preload]:
+def tightened(study: StudyDescription, joint: ReducedJoint) -> tuple[ReducedJoint, Preload]:
     """The joint with the form and the tension of a study, and its state under them."""
     part = study.structure
     assert part is not None  # who calls has looked
@@ -356,7 +357,7 @@ def _samples(
     study = design.study
     part = study.structure
     assert part is not None  # who calls has looked
-    scaled, anew = _scaling_keys(study), _scatters_model(design, part)
+    scaled, anew = scaling_keys(study), bool(keys_of_model(study, design.changed_keys))
     scores = design.scores(design.points(part.samples, 1)[0])
     dense = design.scores(design.points(_DENSE, 1)[0])
     base = _base_damping(design, part, scores), _base_damping(design, part, dense)
@@ -381,11 +382,11 @@ def _samples(
         with blame(study, "structure"):
             if anew:
                 sides = [] if part.mesh or part.laps else _SIDES
-                lap, width = _scales(middle, sample, sides) or (1.0, 1.0)
+                lap, width = scales(middle, sample, sides) or (1.0, 1.0)
                 model = _reduced(sample, joint.layout * [1.0, lap, lap, width, width])
             else:
-                model = joint.scaled(*_scales(middle, sample, scaled))
-            _, state = _tightened(sample, model)
+                model = joint.scaled(*scales(middle, sample, scaled))
+            _, state = tightened(sample, model)
             for index, number in enumerate(sample_part.modes):
                 curve = _curve(sample_part, model, state, number)
                 of_joint = curve.damping_ratio - curve.base_damping
@@ -398,7 +399,7 @@ def _gain(part: StructurePart, curve: ModalCurve, joint: ReducedJoint) -> Floats
     return np.ones(curve.amplitude.size) if part.force is None else gain_of(curve, joint)
 
 
-def _scaling_keys(study: StudyDescription) -> list[str]:
+def scaling_keys(study: StudyDescription) -> list[str]:
     """Keys of which the reduced model is a multiple: a stiffness, and a mass."""
     part = study.structure
     if part is None or part.mesh or part.materials:
@@ -407,20 +408,23 @@ def _scaling_keys(study: StudyDescription) -> list[str]:
     return [modulus, *(() if part.masses or part.densities else ["structure.density"])]
 
 
-def _scatters_model(design: Design, part: StructurePart) -> bool:
-    """Whether each sample needs a mesh of its own."""
-    body = f"material.{design.study.surface.materials[0]}."
-    scaled = _scaling_keys(design.study)
-    return any(
-        key.startswith(("material." if part.mesh or part.materials else body, "structure."))
+def keys_of_model(study: StudyDescription, keys: Iterable[str]) -> list[str]:
+    """Those of some keys whose values the reduced model has been made for, in their order."""
+    part = study.structure
+    assert part is not None  # who calls has looked
+    body = f"material.{study.surface.materials[0]}."
+    scaled = scaling_keys(study)
+    return sorted(
+        key
+        for key in keys
+        if key.startswith(("material." if part.mesh or part.materials else body, "structure."))
         and not key.endswith(".hardness")
         and key.removeprefix("structure.") not in _OF_LAWS
         and key not in scaled
-        for key in design.changed_keys
     )
 
 
-def _scales(middle: StudyDescription, sample: StudyDescription, keys: list[str]) -> list[float]:
+def scales(middle: StudyDescription, sample: StudyDescription, keys: list[str]) -> list[float]:
     """How many times stiffer and heavier than the middle a sample is."""
     return [value_at(sample, key) / value_at(middle, key) for key in keys]  # type: ignore[operator]
 

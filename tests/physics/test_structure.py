@@ -144,7 +144,7 @@ def test_a_motion_s_energies_add_up_and_its_error_is_of_second_order() -> None:
         time = np.linspace(0.0, 5e-3, steps + 1)
         force = np.zeros((time.size, 3))
         force[:, 2] = pull * np.sin(2.0 * np.pi * 2000.0 * time)
-        motion = chain().integrate(force, time)
+        motion = chain().integrate(force, time, spectral_radius=0.9)
         errors.append(motion.energy_error)
         ends.append(motion.displacement[-1, 2])
     assert errors[-1] < 1e-4
@@ -503,6 +503,46 @@ def test_steps_by_the_joints_that_slip_are_those_of_the_whole() -> None:
     np.testing.assert_allclose(quick.coefficients, slow.coefficients, rtol=0, atol=1e-11 * scale)
     assert quick.omega == pytest.approx(slow.omega, rel=1e-10)
     assert quick.damping == pytest.approx(slow.damping, rel=1e-10)
+
+
+def test_joints_that_never_part_are_integrated_as_a_ring_down_is() -> None:
+    """An oscillator beside its own integrator, and a forced chain beside DOP853."""
+    from scipy.integrate import solve_ivp
+
+    spring = SPRING + 3e9
+    oscillator = ms.Oscillator(mass=2.0, stiffness=spring, joint=JOINT)
+    one = ms.Structure([[2.0]], [[spring]]).attach(JOINT, directions=[1.0])
+    end = 40.0 * math.pi * math.sqrt(2.0 / (spring + JOINT.tangential_stiffness))
+    for slips in (0.5, 3.0):
+        exact = oscillator.ring_down(slips * SLIP, duration=end, samples_per_cycle=1024)
+        for steps, bar in ((64, 1e-3), (256, 1e-4)):
+            time, start = np.linspace(0.0, end, 20 * steps + 1), [slips * SLIP]
+            wanted = exact.displacement[:: 1024 // steps]
+            motion = one.integrate(None, time, displacement=start)
+            error = abs(motion.displacement[:, 0] - wanted).max() / start[0]
+            assert error < bar
+            assert 0.5 * error < motion.step_error < 5.0 * error
+            alpha = one.integrate(None, time, displacement=start, spectral_radius=0.9)
+            assert error < 0.1 * abs(alpha.displacement[:, 0] - wanted).max() / start[0]
+
+    stuck = JOINT.tangential_stiffness * np.outer(BETWEEN, BETWEEN) + STIFFNESS
+    damped = ms.Structure(MASS, STIFFNESS, 1e-6 * stuck).attach(JOINT, directions=BETWEEN)
+    omega, amplitude = 2.0 * math.pi * 3000.0, 1e-3 * JOINT.force_limit  # it sticks: linear
+
+    def rates(t: float, y: np.ndarray) -> np.ndarray:
+        push = np.array([0.0, 0.0, amplitude * math.sin(omega * t)])
+        pull = stuck @ y[:3] + 1e-6 * stuck @ y[3:]
+        return np.append(y[3:], np.linalg.solve(MASS, push - pull))
+
+    time = np.linspace(0.0, 5e-3, 513)
+    wanted = solve_ivp(rates, (0.0, 5e-3), np.zeros(6), "DOP853", time, rtol=1e-10, atol=1e-20).y[
+        :3
+    ]
+    force = np.zeros((time.size, 3))
+    force[:, 2] = amplitude * np.sin(omega * time)
+    found = damped.integrate(force, time).displacement.T
+    # What is left is the force between its samples, and microslip.
+    assert abs(found - wanted).max() < 2e-3 * abs(wanted).max()
 
 
 def test_the_error_of_the_steps_is_told_where_faces_part() -> None:

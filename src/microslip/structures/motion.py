@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,20 +15,20 @@ from microslip._core.frozen import LockedArrays
 from microslip.errors import InputError
 from microslip.report.plot import Plot
 from microslip.report.plottable import PlottableAtSensor
-from microslip.structures.assembled_faces import AssembledGroup, AssembledState
-from microslip.structures.joint_groups import JointState
+from microslip.structures.exact_steps import ExactSteps, are_exact
 from microslip.structures.matrices import vector
-from microslip.structures.modal_model import ModalJoints, ModalModel
+from microslip.structures.modal_model import ModalModel
+from microslip.structures.time_steps import TimeSteps
 
-_ITERATIONS = 30
-_STEP = 1e-12  # of the largest joint motion so far, for the last step of Newton's method
+_RADIUS = 0.9  # spectral radius unless given
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Motion(LockedArrays, PlottableAtSensor):
     """A motion in time; made by ``structure.integrate(...)``. Displacements count from rest.
 
-    By the generalised-alpha method (Chung and Hulbert 1993, DOI 10.1115/1.2900803).
+    By exact modes where joints never part, else by the generalised-alpha method, see
+    :meth:`microslip.Preload.integrate`.
     """
 
     time: Floats
@@ -56,6 +56,9 @@ class Motion(LockedArrays, PlottableAtSensor):
     message: str
     """What came of it; where and why it stopped, and what to try."""
     _with_steps: Callable[[int], Floats] | None = None
+    _least_gain: float = (
+        4.0  # of steps half as long, counted on; turning points may take their part
+    )
 
     @cached_property
     def step_error(self) -> float:
@@ -77,7 +80,7 @@ class Motion(LockedArrays, PlottableAtSensor):
             float(np.abs(a[: len(b)] - b[: len(a)]).max()) / size
             for a, b in ((self.displacement[::2], coarser), (coarser[::2], coarsest))
         )
-        ratio = min(before / moved, 4.0) if moved else 4.0  # of a method of second order
+        ratio = min(before / moved, self._least_gain) if moved else self._least_gain
         return moved / (ratio - 1.0) if ratio > 1.5 else 2.0 * max(moved, before)
 
     @property
@@ -123,131 +126,6 @@ class Motion(LockedArrays, PlottableAtSensor):
         return f"Motion({self.time.size} times to {self.time[-1]:g} s, {self.message})"
 
 
-class Coefficients(NamedTuple):
-    """Of the method, by the spectral radius at high frequencies."""
-
-    mass: float
-    force: float
-    beta: float
-    gamma: float
-
-    @classmethod
-    def of(cls, radius: float) -> Coefficients:
-        """Second order for every radius; 1 loses nothing, 0 what is fast in one step."""
-        mass, force = (2.0 * radius - 1.0) / (radius + 1.0), radius / (radius + 1.0)
-        return cls(mass, force, 0.25 * (1.0 - mass + force) ** 2, 0.5 - mass + force)
-
-
-class TimeSteps:
-    """Modal coordinates, elastic and rigid, from step to step; joints commit at each.
-
-    In the modes of the sticking joints the linear part is solved once and for all; each step
-    iterates on the joints' motions alone.
-    """
-
-    def __init__(self, model: ModalModel, joints: ModalJoints, step: float, radius: float) -> None:
-        self._joints, self._step = joints, step
-        rigid = model.free.shape[1]
-        self.squares = np.concatenate([model.squares, np.zeros(rigid)])
-        self._directions = np.concatenate([joints.flat, np.zeros((rigid, joints.flat.shape[1]))])
-        self.damping = np.zeros((self.squares.size, self.squares.size))
-        if model.damping is not None:
-            self.damping[: model.size, : model.size] = model.damping
-        self._damped = model.damping is not None
-        self._c = c = Coefficients.of(radius)
-        diagonal = (1.0 - c.mass) / (c.beta * step**2) + (1.0 - c.force) * self.squares
-        matrix = np.diag(diagonal)
-        matrix += (1.0 - c.force) * c.gamma / (c.beta * step) * self.damping
-        self._inverse = np.linalg.inv(matrix) if self._damped else None
-        self._weights = 1.0 / diagonal
-        self._pull = (1.0 - c.force) * self._solve(self._directions)
-        self._flexibility = self._directions.T @ self._pull
-        self._states: list[JointState | AssembledState] = [
-            group.resumed() if isinstance(group, AssembledGroup) else group.start()
-            for group in joints.groups
-        ]
-        self._identity = np.eye(joints.stuck.size)
-        self.short = np.zeros(joints.stuck.size)
-        """Joint forces beyond those of sticking joints [N]."""
-        self.motion = np.zeros(joints.stuck.size)
-        """Motions of the joints [m]."""
-        self._largest = 0.0
-        self._before = self._lost()
-
-    def _lost(self) -> Floats:
-        return np.concatenate([state.lost for state in self._states] or [np.zeros(0)])
-
-    @property
-    def lost(self) -> Floats:
-        """Energies that the joints have lost since the static state [J], all groups in a row."""
-        return self._lost() - self._before
-
-    def _solve(self, right: Floats) -> Floats:
-        if self._inverse is None:
-            return np.asarray((self._weights * right.T).T)
-        return np.asarray(self._inverse @ right)
-
-    def try_joints(self, motion: Floats) -> tuple[Floats, Floats]:
-        """Forces beyond sticking and their tangents, (coordinates, coordinates)."""
-        force, slopes = self._joints.answers(motion, [state.try_ for state in self._states])
-        return force - self._joints.stuck * motion, self._joints.tangent_matrix(slopes)
-
-    def commit(self, motion: Floats, short: Floats) -> None:
-        """Make the last trial of the joints their state."""
-        for state in self._states:
-            state.commit()
-        self.motion, self.short = motion, short
-        self._largest = max(self._largest, float(np.abs(motion).max(initial=0.0)))
-
-    def place(self, q: Floats) -> None:
-        """Load the joints along a straight path from rest."""
-        motion = self._directions.T @ q
-        self.commit(motion, self.try_joints(motion)[0])
-
-    def acceleration(self, q: Floats, v: Floats, force: Floats) -> Floats:
-        """Of the state as it is."""
-        return np.asarray(
-            force - self.damping @ v - self.squares * q - self._directions @ self.short
-        )
-
-    def advance(
-        self, q: Floats, v: Floats, a: Floats, before: Floats, after: Floats
-    ) -> tuple[Floats, Floats, Floats] | None:
-        """One step under modal forces; None where Newton's method does not converge."""
-        c, h = self._c, self._step
-        drift = q + h * v + h * h * (0.5 - c.beta) * a  # displacement without the new acceleration
-        speed = v + h * (1.0 - c.gamma) * a
-        right = (1.0 - c.force) * after + c.force * before - c.mass * a
-        right += (1.0 - c.mass) / (c.beta * h * h) * drift - c.force * (
-            self.squares * q + self._directions @ self.short
-        )
-        if self._damped:
-            predicted = speed - c.gamma / (c.beta * h) * drift
-            right -= self.damping @ ((1.0 - c.force) * predicted + c.force * v)
-        linear = self._solve(right)
-        aim = self._directions.T @ linear
-        motion = aim - self._flexibility @ self.short
-        size = max(self._largest, float(np.abs(aim).max(initial=0.0)), 1e-300)
-        moved = np.inf
-        for _ in range(_ITERATIONS):
-            try:
-                short, tangent = self.try_joints(motion)
-            except InputError:  # far beyond what the law knows
-                return None
-            miss = motion - aim + self._flexibility @ short
-            change = np.linalg.solve(self._identity + self._flexibility @ tangent, miss)
-            last, moved = moved, float(np.abs(change).max(initial=0.0))
-            if moved <= _STEP * size or (moved <= 1e-9 * size and moved >= last):
-                break
-            motion = motion - change
-        else:
-            return None
-        self.commit(motion, short)
-        new = linear - self._pull @ short
-        acceleration = (new - drift) / (c.beta * h * h)
-        return new, speed + h * c.gamma * acceleration, acceleration
-
-
 def integrate(
     model: ModalModel,
     mass: Any,
@@ -256,7 +134,7 @@ def integrate(
     time: ArrayLike,
     displacement: ArrayLike | None,
     velocity: ArrayLike | None,
-    radius: float,
+    radius: float | None,
 ) -> Motion:
     """See :meth:`microslip.Preload.integrate`."""
     times = np.atleast_1d(record("time", time))
@@ -267,8 +145,7 @@ def integrate(
             "time must hold at least two rising times in even steps, such as "
             "np.linspace(0.0, 0.1, 10001)"
         )
-    radius = number("spectral_radius", radius)
-    if not 0.0 <= radius <= 1.0:
+    if radius is not None and not 0.0 <= (radius := number("spectral_radius", radius)) <= 1.0:
         raise InputError(f"spectral_radius must be from 0 to 1, got {exact(radius)}")
     forces = _forces(force, times, size)
     start, speed = (
@@ -280,8 +157,14 @@ def integrate(
     to_modal = np.asarray((mass @ shapes).T)
     q, v = to_modal @ start, to_modal @ speed
     joints = model.joints(_line(model, q, v, modal_force))
-    stepper = TimeSteps(model, joints, float(steps.mean()), radius)
+    step = float(steps.mean())
+    stepper: TimeSteps
+    if radius is None and are_exact(model, joints):
+        stepper = ExactSteps(model, joints, step, modal_force)
+    else:
+        stepper = TimeSteps(model, joints, step, _RADIUS if radius is None else radius)
     stepper.place(q)
+    stepper.begin(v)
     a = stepper.acceleration(q, v, modal_force[0])
     count = times.size
     rows = [np.empty((count, width)) for width in (q.size, q.size, stepper.motion.size)]
@@ -330,7 +213,7 @@ def integrate(
 
     return Motion(
         times[:reached], x, speed, motion, pull, work, kinetic, elastic, joint, lost, viscous,
-        message, with_steps,
+        message, with_steps, 2.0 if isinstance(stepper, ExactSteps) else 4.0,
     )  # fmt: skip
 
 

@@ -1,0 +1,144 @@
+"""Steps of a motion in time by the generalised-alpha method, in the modes of sticking joints."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from microslip._core.checks import Floats
+from microslip.errors import InputError
+from microslip.structures.assembled_faces import AssembledGroup, AssembledState
+from microslip.structures.joint_groups import JointState
+from microslip.structures.modal_model import ModalJoints, ModalModel
+
+ITERATIONS = 30
+LAST_CHANGE = 1e-12  # of the largest joint motion so far, for the last step of Newton's method
+
+
+class Coefficients(NamedTuple):
+    """Of the method, by the spectral radius at high frequencies."""
+
+    mass: float
+    force: float
+    beta: float
+    gamma: float
+
+    @classmethod
+    def of(cls, radius: float) -> Coefficients:
+        """Second order for every radius; 1 loses nothing, 0 what is fast in one step."""
+        mass, force = (2.0 * radius - 1.0) / (radius + 1.0), radius / (radius + 1.0)
+        return cls(mass, force, 0.25 * (1.0 - mass + force) ** 2, 0.5 - mass + force)
+
+
+class TimeSteps:
+    """Modal coordinates, elastic and rigid, from step to step; joints commit at each.
+
+    In the modes of the sticking joints the linear part is solved once and for all; each step
+    iterates on the joints' motions alone.
+    """
+
+    def __init__(self, model: ModalModel, joints: ModalJoints, step: float, radius: float) -> None:
+        self._joints, self._step = joints, step
+        rigid = model.free.shape[1]
+        self.squares = np.concatenate([model.squares, np.zeros(rigid)])
+        self._directions = np.concatenate([joints.flat, np.zeros((rigid, joints.flat.shape[1]))])
+        self.damping = np.zeros((self.squares.size, self.squares.size))
+        if model.damping is not None:
+            self.damping[: model.size, : model.size] = model.damping
+        self._damped = model.damping is not None
+        self._c = c = Coefficients.of(radius)
+        diagonal = (1.0 - c.mass) / (c.beta * step**2) + (1.0 - c.force) * self.squares
+        matrix = np.diag(diagonal)
+        matrix += (1.0 - c.force) * c.gamma / (c.beta * step) * self.damping
+        self._inverse = np.linalg.inv(matrix) if self._damped else None
+        self._weights = 1.0 / diagonal
+        self._pull = (1.0 - c.force) * self._solve(self._directions)
+        self._flexibility = self._directions.T @ self._pull
+        self._states: list[JointState | AssembledState] = [
+            group.resumed() if isinstance(group, AssembledGroup) else group.start()
+            for group in joints.groups
+        ]
+        self._identity = np.eye(joints.stuck.size)
+        self.short = np.zeros(joints.stuck.size)
+        """Joint forces beyond those of sticking joints [N]."""
+        self.motion = np.zeros(joints.stuck.size)
+        """Motions of the joints [m]."""
+        self._largest = 0.0
+        self._before = self._lost()
+
+    def _lost(self) -> Floats:
+        return np.concatenate([state.lost for state in self._states] or [np.zeros(0)])
+
+    @property
+    def lost(self) -> Floats:
+        """Energies that the joints have lost since the static state [J], all groups in a row."""
+        return self._lost() - self._before
+
+    def _solve(self, right: Floats) -> Floats:
+        if self._inverse is None:
+            return np.asarray((self._weights * right.T).T)
+        return np.asarray(self._inverse @ right)
+
+    def try_joints(self, motion: Floats) -> tuple[Floats, Floats]:
+        """Forces beyond sticking and their tangents, (coordinates, coordinates)."""
+        force, slopes = self._joints.answers(motion, [state.try_ for state in self._states])
+        return force - self._joints.stuck * motion, self._joints.tangent_matrix(slopes)
+
+    def commit(self, motion: Floats, short: Floats) -> None:
+        """Make the last trial of the joints their state."""
+        for state in self._states:
+            state.commit()
+        self.motion, self.short = motion, short
+        self._largest = max(self._largest, float(np.abs(motion).max(initial=0.0)))
+
+    def place(self, q: Floats) -> None:
+        """Load the joints along a straight path from rest."""
+        motion = self._directions.T @ q
+        self.commit(motion, self.try_joints(motion)[0])
+
+    def begin(self, v: Floats) -> None:
+        """Take note of velocities at the start, where a method wants them."""
+
+    def acceleration(self, q: Floats, v: Floats, force: Floats) -> Floats:
+        """Of the state as it is."""
+        return np.asarray(
+            force - self.damping @ v - self.squares * q - self._directions @ self.short
+        )
+
+    def advance(
+        self, q: Floats, v: Floats, a: Floats, before: Floats, after: Floats
+    ) -> tuple[Floats, Floats, Floats] | None:
+        """One step under modal forces; None where Newton's method does not converge."""
+        c, h = self._c, self._step
+        drift = q + h * v + h * h * (0.5 - c.beta) * a  # displacement without the new acceleration
+        speed = v + h * (1.0 - c.gamma) * a
+        right = (1.0 - c.force) * after + c.force * before - c.mass * a
+        right += (1.0 - c.mass) / (c.beta * h * h) * drift - c.force * (
+            self.squares * q + self._directions @ self.short
+        )
+        if self._damped:
+            predicted = speed - c.gamma / (c.beta * h) * drift
+            right -= self.damping @ ((1.0 - c.force) * predicted + c.force * v)
+        linear = self._solve(right)
+        aim = self._directions.T @ linear
+        motion = aim - self._flexibility @ self.short
+        size = max(self._largest, float(np.abs(aim).max(initial=0.0)), 1e-300)
+        moved = np.inf
+        for _ in range(ITERATIONS):
+            try:
+                short, tangent = self.try_joints(motion)
+            except InputError:  # far beyond what the law knows
+                return None
+            miss = motion - aim + self._flexibility @ short
+            change = np.linalg.solve(self._identity + self._flexibility @ tangent, miss)
+            last, moved = moved, float(np.abs(change).max(initial=0.0))
+            if moved <= LAST_CHANGE * size or (moved <= 1e-9 * size and moved >= last):
+                break
+            motion = motion - change
+        else:
+            return None
+        self.commit(motion, short)
+        new = linear - self._pull @ short
+        acceleration = (new - drift) / (c.beta * h * h)
+        return new, speed + h * c.gamma * acceleration, acceleration

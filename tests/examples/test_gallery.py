@@ -148,8 +148,8 @@ in step: 85.4 µJ a cycle, 0.920 of that
 sticking 1862 and 6087 Hz, sliding 1680 and 5923 Hz
 mode 1: 1857.7 to 1682.3 Hz, damping up to 0.0301; the quick look is off by 5% at most
 mode 2: 6076.3 to 5923.0 Hz, damping up to 0.0089; the quick look is off by 12% at most
-energy kept to 7e-07
-damping read from the ring-down: 0.95 to 1.02 of the mode's
+energy kept to 3e-08
+damping read from the ring-down: 0.97 to 1.00 of the mode's
 """,
     "17_measured_face": """
 hardness 1.68 GPa, 76 % of the contact is at it

@@ -192,9 +192,10 @@ def integrate(
     kinetic = 0.5 * np.sum(speeds**2, axis=1)
     elastic = 0.5 * np.sum(x * np.asarray(stiffness @ x.T).T, axis=1)
     beginning = motion[0] if motion.size else np.zeros(0)
-    joint = _work(pull, motion) + 0.5 * float(pull[0] @ beginning)
-    viscous = _work(speeds @ stepper.damping, modal)
-    work = _work(forces[:reached], x) + kinetic[0] + elastic[0] + joint[0]
+    cubic = isinstance(stepper, ExactSteps)
+    joint = _work(pull, motion, cubic) + 0.5 * float(pull[0] @ beginning)
+    viscous = _work(speeds @ stepper.damping, modal, cubic)
+    work = _work(forces[:reached], x, cubic) + kinetic[0] + elastic[0] + joint[0]
 
     def with_steps(factor: int) -> Floats:
         """Displacements in steps so many times as long."""
@@ -213,14 +214,19 @@ def integrate(
 
     return Motion(
         times[:reached], x, speed, motion, pull, work, kinetic, elastic, joint, lost, viscous,
-        message, with_steps, 2.0 if isinstance(stepper, ExactSteps) else 4.0,
+        message, with_steps, 2.0 if cubic else 4.0,
     )  # fmt: skip
 
 
-def _work(force: Floats, path: Floats) -> Floats:
-    """Work of a force along a path up to each time, by the trapezoidal rule."""
-    means = 0.5 * (force[1:] + force[:-1])
-    return np.append(0.0, np.cumsum(np.sum(means * np.diff(path, axis=0), axis=1)))
+def _work(force: Floats, path: Floats, cubic: bool) -> Floats:
+    """Work of a force along a path up to each time, by the trapezoidal rule or of cubics."""
+    step, change = np.diff(path, axis=0), np.diff(force, axis=0)
+    pieces = 0.5 * (force[1:] + force[:-1]) * step
+    if cubic and len(path) > 2:
+        bends = (np.diff(np.gradient(values, axis=0), axis=0) for values in (force, path))
+        of_force, of_path = bends
+        pieces = pieces + (change * of_path - of_force * step) / 12.0
+    return np.append(0.0, np.cumsum(np.sum(pieces, axis=1)))
 
 
 def _line(model: ModalModel, q: Floats, v: Floats, force: Floats) -> Floats:

@@ -194,8 +194,9 @@ def test_refinement_tells_what_is_left() -> None:
     }  # fmt: skip
     for change in found.changes:
         assert change.coarse.split()[0] != change.fine or change.what == "harmonics"
-        if change.what == "finite elements":  # a factor that tells
+        if change.what == "finite elements":  # a factor that tells, and the limit of second order
             assert 3 * int(change.coarse.split()[0]) < int(change.fine)
+            assert change.damping_left == pytest.approx(change.damping_ratio / 3.0)
     within = abs(found.largest.damping_left) <= 0.02
     assert found.converged == (within and not found.untried)
     assert ("not tried" in found.message) == bool(found.untried)
@@ -204,6 +205,15 @@ def test_refinement_tells_what_is_left() -> None:
     fine = small_lap().reduce(STEEL, DENSITY, found.joint.patch_boxes, element_size=0.006)
     again = fine.tightened(surface, 0.2).modes(0, [1e-7, 1e-6])
     np.testing.assert_allclose(again.damping_ratio, found.curve.damping_ratio, rtol=1e-9)
+    # The change is that of the settings that were asked for, what is left at the end included.
+    asked = small_lap().reduce(STEEL, DENSITY, (3, 2), element_size=0.006).tightened(surface, 0.2)
+    moved = again.damping_ratio / asked.modes(0, [1e-7, 1e-6]).damping_ratio
+    left = np.prod([1.0 + change.damping_left for change in found.changes])
+    largest = moved[abs(moved - 1.0).argmax()]
+    assert found.asked[1] == pytest.approx(largest * left - 1.0, rel=1e-6)
+    # 12 x 4 patches of elements of 1.5 mm say -15 %: no limit where patches end at the elements.
+    assert "cannot tell" in found.message
+    assert found.error[1] > 0.15
 
 
 # -- the Brake-Reuss beam --------------------------------------------------------------------------

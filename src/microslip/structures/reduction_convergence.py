@@ -82,10 +82,20 @@ class Convergence(Locked):
 
     @property
     def error(self) -> tuple[float, float]:
-        """Of frequency and damping ratio of ``joint`` [-]: all that is left, as independent."""
+        """Of frequency and damping ratio of ``joint`` [-]: all that is left, as independent.
+
+        Where elements are too large for finer patches, what the finer ones changed counts whole.
+        """
         left = np.array([(c.frequency_left, c.damping_left) for c in self.changes])
+        if self._patches_untried and len(self.steps) > 1:
+            first, last = np.array(self.steps)[[0, -1], 1:]
+            left = np.vstack([left, last / first - 1.0])
         frequency, damping = np.sqrt((left**2).sum(axis=0))
         return float(frequency), float(damping)
+
+    @property
+    def _patches_untried(self) -> bool:
+        return any(what.startswith("patches") for what in self.untried)
 
     @property
     def message(self) -> str:
@@ -93,9 +103,14 @@ class Convergence(Locked):
         worst, first = self.largest, self.steps[0][0]
         within = abs(worst.damping_left) <= self.tolerance
         sentences = [
-            f"from the {first} patches asked for to the limit the damping changes by "
-            f"{self.asked[1]:+.1%} and the frequency by {self.asked[0]:+.2%}"
-            + (", as far as these elements tell" if self.untried else ""),
+            f"from the {first} patches asked for to "
+            f"{self.joint.patches if self._patches_untried else 'the limit'} the damping changes "
+            f"by {self.asked[1]:+.1%} and the frequency by {self.asked[0]:+.2%}"
+            + (
+                ", by how much more with finer ones these elements cannot tell"
+                if self._patches_untried
+                else ""
+            ),
             f"refined to {self.joint.patches} patches: {worst.what} ({worst.coarse} to "
             f"{worst.fine}) leaves {worst.damping_left:+.2%} of the damping, the most of "
             f"{len(self.changes)} changes tried",
@@ -105,7 +120,10 @@ class Convergence(Locked):
         ]
         if self.untried:
             words = ", ".join(self.untried)
-            sentences.append(f"not tried: {words}, for which the elements are too large")
+            sentences.append(
+                f"not tried: {words}, for which the elements are too large; take a smaller "
+                "element_size"
+            )
         return "; ".join(sentences)
 
 

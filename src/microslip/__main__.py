@@ -1,4 +1,4 @@
-"""What ``microslip`` and ``python -m microslip`` run."""
+"""Entry point of ``microslip`` and ``python -m microslip``."""
 
 import sys
 

@@ -215,7 +215,7 @@ def _plain(name: str) -> str:
 
 
 def _near(name: str, table: Mapping[str, Metal]) -> str:
-    """What a name that is not in the table was meant to be, or all that there are."""
+    """Names of the table close to an unknown one, or all names."""
     from difflib import get_close_matches
 
     # A part of a name, such as "4340" or "iron", may be too short to be close to the whole.

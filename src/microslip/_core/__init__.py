@@ -1,1 +1,1 @@
-"""What every package stands on: checks, units, wording, frozen arrays, whole files, verdicts."""
+"""Common base of all packages: checks, units, wording, frozen arrays, whole files, verdicts."""

@@ -1,4 +1,4 @@
-"""What every public entrance asks of its numbers: one wording for one kind of mistake."""
+"""Checks of numbers at public entrances: one wording for one kind of mistake."""
 
 from __future__ import annotations
 

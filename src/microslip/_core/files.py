@@ -12,7 +12,7 @@ from microslip.errors import InputError
 
 
 def reason(error: Exception) -> str:
-    """What the system says went wrong, to follow a colon."""
+    """The system's own message of what went wrong, to follow a colon."""
     return (getattr(error, "strerror", None) or str(error) or type(error).__name__).lower()
 
 

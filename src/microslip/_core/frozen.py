@@ -31,7 +31,7 @@ def assign(instance: object, **values: Any) -> None:
 
 
 class _Proxied(dict[Any, Any]):
-    """What a read-only mapping shows, while it is pickled: Python cannot pickle the view."""
+    """Content of a read-only mapping while it is pickled: Python cannot pickle the view."""
 
 
 class Locked:

@@ -85,7 +85,7 @@ def _text() -> Any:
 
 
 class Contents(NamedTuple):
-    """What a result has to say, labelled."""
+    """Labelled content of a result."""
 
     dims: dict[str, int]
     coords: dict[str, Variable]

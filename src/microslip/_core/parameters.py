@@ -124,13 +124,13 @@ class Parameter:
 
     @property
     def heading(self) -> str:
-        """What stands for it in tables and axes."""
+        """Heading in tables and axes."""
         words = self.label or self.meaning or self.name.replace("_", " ")
         return words[:1].upper() + words[1:]
 
     @property
     def sentence(self) -> str:
-        """What it is, for a help or a schema."""
+        """Meaning in a sentence, for a help or a schema."""
         return self.help or f"{self.heading}."
 
     @property
@@ -169,7 +169,7 @@ class Parameter:
 
     @property
     def allowed(self) -> str:
-        """What it may be, in words: "above zero [N/m]", "in [0, 1)"."""
+        """Allowed values in words: "above zero [N/m]", "in [0, 1)"."""
         in_unit = f" [{self.unit}]" if self.unit else ""
         low, high = max(self.above, self.least), min(self.most, self.below)
         if self.kind is int and math.isfinite(low) and math.isfinite(high):
@@ -189,7 +189,7 @@ class Parameter:
 
     @property
     def values_in_words(self) -> str:
-        """What its values are, in words with an example, as an edge wants them."""
+        """Expected values in words with an example, for an error message."""
         if self.choices:
             return quoted((*self.choices, *(self.none,) * bool(self.none)))
         if self.kind is bool:
@@ -300,7 +300,7 @@ class Parameter:
             raise InputError(f"`{self.name}` must be {error.expected}, got {error.came}") from None
 
     def _allowed_instead(self, value: float) -> str:
-        """What would have been allowed in place of a value; nothing for one that is."""
+        """Allowed values in words, for a value outside them; empty for one inside."""
         in_unit = f" [{self.unit}]" if self.unit else ""
         if not self.holds(value):
             return self.allowed + (f" ({self.why})" if self.why else "")
@@ -447,7 +447,7 @@ def _is_number(raw_value: object) -> bool:
 def option(
     name: str, help: str, kind: Kind | type = str, label: str = "", **settings: Any
 ) -> Parameter:
-    """What belongs to no class: an option of commands and studies, by its help and kind.
+    """Declare an option of commands and studies that no class owns, by its help and kind.
 
     Unless something else is said it may be left out, and quantities are above zero.
     """

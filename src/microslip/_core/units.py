@@ -296,7 +296,7 @@ _FACTOR = re.compile(r"(p|c|n|u|µ|μ|m|k|M|G|)(m|g|N|s|Hz|Pa)(?:\^([1-4]))?")
 
 
 def _simple(unit: str) -> tuple[Decimal, tuple[tuple[str, str], ...]] | None:
-    """What :func:`_parse` gives of a common unit, or of one over another; None of all others."""
+    """Result of :func:`_parse` for a common unit, or one over another; None for all others."""
     if unit.count("/") > 1:
         return None
     exponent, powers = 0, [0, 0, 0]

@@ -57,7 +57,7 @@ class Remark(str):
 
 @dataclass(frozen=True)
 class Rule:
-    """How a quantity is judged."""
+    """Rule by which a quantity is judged."""
 
     name: str  # what is judged
     # Where ``ok`` ends and where ``outside`` begins; falling limits (``outside`` below

@@ -1,4 +1,4 @@
-"""How error messages show what came and name what was meant."""
+"""Wording of error messages: the value received and the name of the argument."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def shorten(text: str, length: int) -> str:
 
 
 def show(value: object) -> str:
-    """What came, as the person who wrote it would recognise it, short and on one line."""
+    """A received value as the user would recognise it, short and on one line."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str):

@@ -63,7 +63,7 @@ class Upload:
         return self.path.stat().st_size if self.path.exists() else 0
 
     def summary(self) -> dict[str, Any]:
-        """What the page knows of it."""
+        """Summary of the job for the page."""
         return {"id": self.id, "name": self.name, "size": self.size}
 
 
@@ -83,7 +83,7 @@ class Run:
 
     @property
     def command(self) -> str:
-        """What to type for the same result, in the folder of its files."""
+        """Command line that gives the same result, in the folder of its files."""
         return shlex.join(["microslip", *self.arguments])
 
     def files(self) -> dict[str, Path]:
@@ -119,7 +119,7 @@ class Run:
         return apply(overrides, text, tomllib.loads(text))[0]
 
     def summary(self) -> dict[str, Any]:
-        """What the page knows of it."""
+        """Summary of the job for the page."""
         plain = {
             name: getattr(self, name) for name in ("id", "kind", "state", "progress", "message")
         }
@@ -148,7 +148,7 @@ class Workspace:
         self._tasks: set[asyncio.Task[None]] = set()
 
     def place(self, name: str) -> Upload:
-        """Where a new upload goes."""
+        """Path for a new upload."""
         number = token_hex(8)
         folder = self.folder / number
         folder.mkdir(mode=0o700)

@@ -1,4 +1,4 @@
-"""What a file holds, for the page of the workbench: numbers and pictures of a scan or a record."""
+"""Preview of a file for the workbench: numbers and pictures of a scan or a record."""
 
 from __future__ import annotations
 

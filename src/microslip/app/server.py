@@ -104,7 +104,7 @@ class Guard:
 
 
 def _limited(receive: Receive, limit: int) -> Receive:
-    """What is read, up to a limit whatever the length was said to be."""
+    """Read the body up to a limit, whatever length was declared."""
     remaining = limit
 
     async def read() -> MutableMapping[str, Any]:

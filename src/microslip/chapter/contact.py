@@ -49,7 +49,7 @@ def summit() -> Asperity:
 
 
 def assumed(addition: str = "") -> str:
-    """What the figures of one asperity assume, in a sentence."""
+    """Assumptions of the figures of one asperity, in a sentence."""
     joint = summit()
     metal = joint.pair.first
     return (

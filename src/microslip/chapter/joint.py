@@ -40,7 +40,7 @@ from microslip.report.drawing import DASHES, log_scale
 
 
 def assumed(addition: str = "") -> str:
-    """What the figures of the interface assume, in a sentence."""
+    """Assumptions of the figures of the interface, in a sentence."""
     joint = worked_example()
     length = joint.slip_per_indentation * SPREAD
     return (
@@ -313,7 +313,7 @@ SAMPLES = 180
 
 
 def _last(response: CoupledResponse) -> float:
-    """What its last cycle costs [J]."""
+    """Energy dissipated in its last cycle [J]."""
     lost = response.dissipated_energy
     return float(lost[-1] - lost[-1 - SAMPLES])
 

@@ -137,7 +137,7 @@ class Plate:
 def as_plate(
     number: str, name: str, title: str, caption: str, parameters: str
 ) -> Callable[[Callable[[Plate], Drawing]], Plate]:
-    """What a drawing needs to be a figure of the chapter."""
+    """Page and layout that make a drawing a figure of the chapter."""
     return lambda drawing: Plate(number, name, title, caption, parameters, drawing)
 
 

@@ -62,7 +62,7 @@ def virtual_rig(joint: Interface, seed: int = 0) -> VirtualTribometer:
 
 
 def _assumed(addition: str) -> str:
-    """What the figures of the rig assume."""
+    """Assumptions of the figures of the rig."""
     return worked_out(
         f"Synthetic: a virtual tribometer, rig of {RIG / KILO**2:g} N/µm in series, load ripple "
         f"{100.0 * RIPPLE:g} % in step with the force, third harmonic {100.0 * HARMONIC:g} %, "
@@ -185,7 +185,7 @@ def _overlay(plate: Plate) -> Drawing:
 
 
 def _identified_text(result: Identification) -> str:
-    """What is identified and what is not, for the picture."""
+    """Identified and unidentified parameters as text, for the picture."""
     lines = []
     for name, symbol in (
         ("friction_coefficient", "μ"),

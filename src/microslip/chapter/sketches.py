@@ -49,7 +49,7 @@ def _ground(axes: Axes, x: float, y: float, width: float, below: bool = True) ->
 
 
 def _interface(axes: Axes, start: tuple[float, float], end: tuple[float, float]) -> None:
-    """Where two bodies meet and slip."""
+    """Line along which two bodies meet and slip."""
     axes.plot(
         *zip(start, end, strict=True), color=RED, linewidth=2.6, solid_capstyle="butt", zorder=3
     )

@@ -44,7 +44,7 @@ def worked_example(normal_load: float = 2000.0) -> Interface:
 
 
 def _heights_assumed() -> str:
-    """What the figure assumes, in a sentence."""
+    """Assumptions of the figure, in a sentence."""
     joint = worked_example()
     return (
         f"Gaussian summit heights, σ = {engineering(SPREAD, 'm')}, mean 0; at "
@@ -133,7 +133,7 @@ def summits() -> tuple[float, float, float]:
 
 
 def _assumed_profile() -> str:
-    """What the figure of the roughness assumes."""
+    """Assumptions of the figure of the roughness."""
     density, radius, spread = summits()
     return (
         f"Synthetic, no measurement: Gaussian heights, Rq = {engineering(ROUGHNESS, 'm')}, so "

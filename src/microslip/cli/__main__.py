@@ -1,4 +1,4 @@
-"""What ``python -m microslip.cli`` runs."""
+"""Entry point of ``python -m microslip.cli``."""
 
 from microslip.cli import main
 

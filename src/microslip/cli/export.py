@@ -172,7 +172,7 @@ def _write_card(
 
 
 def _law(study: Study, kind: str, nodes: str | None, element: str) -> tuple[Any, Any]:
-    """What a study says to export, and the nodes that it lies between."""
+    """Law of a study to export, and the nodes that it lies between."""
     from microslip.errors import StudyError
     from microslip.friction import Interface, JointField
     from microslip.study.build import build_joints

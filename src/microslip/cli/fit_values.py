@@ -1,4 +1,4 @@
-"""What ``identify`` is given on the command line as values with their units."""
+"""Values with units given to ``identify`` on the command line."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def options_of(values: dict[str, Any], laws: Sequence[str]) -> dict[str, Any]:
 
 
 def values_of(texts: tuple[str, ...], laws: Sequence[str]) -> dict[str, float]:
-    """What --fix says, NAME=VALUE each."""
+    """Values of --fix, NAME=VALUE each."""
     units = _units_of(laws)
     return {
         name: _quantity("--fix", name, text, units) for name, text in pairs("fix", texts).items()
@@ -51,7 +51,7 @@ def values_of(texts: tuple[str, ...], laws: Sequence[str]) -> dict[str, float]:
 
 
 def bounds_of(texts: tuple[str, ...], laws: Sequence[str]) -> dict[str, tuple[float, float]]:
-    """What --bound says, NAME=LOW..HIGH each."""
+    """Bounds of --bound, NAME=LOW..HIGH each."""
     units = _units_of(laws)
     bounds = {}
     for name, text in pairs("bound", texts).items():
@@ -68,7 +68,7 @@ def bounds_of(texts: tuple[str, ...], laws: Sequence[str]) -> dict[str, tuple[fl
 
 
 def known_of(texts: tuple[str, ...], laws: Sequence[str]) -> dict[str, tuple[float, float]]:
-    """What --known says, NAME=VALUE±DEVIATION each."""
+    """Known values of --known, NAME=VALUE±DEVIATION each."""
     units = {**_units_of(laws), **_FOLLOWING}
     measured = {}
     for name, text in pairs("known", texts).items():
@@ -129,7 +129,7 @@ def delay_of(text: str | None) -> float | str:
 
 
 def rig_stiffness_of(text: str) -> Any:
-    """What is known of the rig: "free", None for a rigid one, a value, or with its deviation."""
+    """Known stiffness of the rig: "free", None for a rigid one, a value, or with its deviation."""
     words = text.strip()
     if words in ("free", "rigid"):
         return "free" if words == "free" else None

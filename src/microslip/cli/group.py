@@ -1,4 +1,4 @@
-"""What all commands share: exit codes, errors of one line, outputs that fail."""
+"""Shared base of all commands: exit codes, one-line errors, outputs that fail."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What there is to look up or to open: metals, schema, figures, and pages in a browser."""
+"""Lists and pages: metals, schema, figures, and pages in a browser."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def materials(name: str | None, as_json: bool) -> None:
 
 
 def _as_dict(metal: Metal) -> dict[str, Any]:
-    """What is known of a metal, in plain values."""
+    """Properties of a metal, in plain values."""
     values = {key: getattr(metal, key) for key in _KEYS}
     return {
         "description": metal.description,

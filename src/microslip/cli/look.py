@@ -26,7 +26,7 @@ def look() -> None:
 @click.argument("path")
 @reads()
 def record(path: str, reading: Reading) -> None:
-    """What a record holds."""
+    """Show the content of a record."""
     from microslip.app.preview import record_view, save_record
 
     read, part = reading.read(path), _part()
@@ -37,7 +37,7 @@ def record(path: str, reading: Reading) -> None:
 @click.argument("path")
 @offers(offered.LEVEL, *offered.READING)
 def scan(path: str, level: str | None, valid: tuple[float, float] | None, **options: Any) -> None:
-    """What a scan holds."""
+    """Show the content of a scan."""
     from microslip.app.preview import save_scan, scan_view
     from microslip.scans import Scan
 

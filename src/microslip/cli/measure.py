@@ -1,4 +1,4 @@
-"""What a tribometer recorded."""
+"""The command ``measure``: evaluate the records of a tribometer."""
 
 from __future__ import annotations
 
@@ -164,7 +164,7 @@ def _joints(study: Path) -> list[Interface]:
 
 
 def _borders(joints: list[Interface], results: Sequence[Measurement]) -> RegimeBorders | None:
-    """Where the regimes of a study's joint end under the loads of the records."""
+    """Regime borders of a study's joint under the loads of the records."""
     from microslip.tribometer.regimes import borders_of
 
     loads = [load.value for m in results if (load := m.mean.get("normal_load")) is not None]

@@ -152,7 +152,7 @@ def _values_or_none(context: click.Context, param: click.Parameter, value: Any) 
 
 
 def spelling(context: click.Context | None) -> Spelling:
-    """How a command says arguments: as its options; what it has no option for, as Python."""
+    """Spell arguments as a command does: as its options; without an option, as Python."""
     options: dict[str, click.Option] = {}
     for param in context.command.params if context is not None else ():
         if not isinstance(param, click.Option):
@@ -183,7 +183,7 @@ def spelling(context: click.Context | None) -> Spelling:
 
 
 def _words(value: Any, param: click.Option, name: str) -> str:
-    """What follows the name of an option."""
+    """Metavariable of an option."""
     if value is UNSAID:
         return param.metavar or "VALUE"
     if value is False:

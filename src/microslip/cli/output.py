@@ -1,4 +1,4 @@
-"""Where a command puts its result, and how it tells it."""
+"""Output of a command: where a result is written, and how it is printed."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ FIGURES = (
 
 
 class Output(NamedTuple):
-    """What the options say of a result."""
+    """Output options of a command."""
 
     folder: Path | None
     overwrite: bool

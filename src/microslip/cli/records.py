@@ -40,7 +40,7 @@ OVER = option(
 
 
 class Reading(NamedTuple):
-    """What the options say of the files."""
+    """Reading options of a command that takes files."""
 
     displacement: str | None
     force: str | None
@@ -154,7 +154,7 @@ class Listed(NamedTuple):
     manifest: Manifest | None
 
     def columns(self, rows: Sequence[int]) -> dict[str, list[Any]]:
-        """What a manifest says of some of the files, by columns that others do not show."""
+        """Columns of a manifest that hold values for some of the files only."""
         if self.manifest is None:
             return {}
         elsewhere = ("normal_load", "amplitude", "worn_volume", "run", "rig")
@@ -190,7 +190,7 @@ def listed(
 def each_of(
     option: str, texts: tuple[str, ...], count: int, noun: str = "one", remedy: str = ""
 ) -> tuple[str, ...]:
-    """What an option was given for each record, or for none."""
+    """Values of an option for each record, or None."""
     if texts and len(texts) != count:
         records = plural(count, "record")
         raise click.UsageError(
@@ -200,7 +200,7 @@ def each_of(
 
 
 def slice_of(option: str, text: str | None) -> slice | None:
-    """What FIRST..LAST says, both counted from 1 and both taken; an end may be left out."""
+    """Slice of FIRST..LAST, both counted from 1 and inclusive; an end may be left out."""
     if text is None:
         return None
     first, dots, last = (part.strip() for part in text.partition(".."))
@@ -233,7 +233,7 @@ def volumes_of(texts: tuple[str, ...], count: int) -> list[float | None]:
 
 
 def pairs(option: str, texts: tuple[str, ...]) -> dict[str, str]:
-    """What an option that may be repeated was given as WHAT=..., by WHAT."""
+    """Values of a repeatable option WHAT=..., by WHAT."""
     values = {}
     for text in texts:
         key, equals, value = text.partition("=")
@@ -253,7 +253,7 @@ def stiffness(text: str) -> float:
 
 
 def calibration_of(texts: tuple[str, ...]) -> tuple[tuple[str, ...], dict[str, float]]:
-    """What --calibration says of the factors, and relative errors of those that have one."""
+    """Factors of --calibration, and relative errors of those that have one."""
     factors, errors = [], {}
     for role, text in pairs("calibration", texts).items():
         value, deviation = with_deviation(text)

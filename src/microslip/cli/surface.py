@@ -1,4 +1,4 @@
-"""What a scan of a surface says, and what joint it makes."""
+"""The command ``surface``: evaluate a scan, and report the resulting joint."""
 
 from __future__ import annotations
 

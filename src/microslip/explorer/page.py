@@ -52,7 +52,7 @@ def _input(
 
 
 def _inputs() -> Iterator[dict[str, Any]]:
-    """What can be chosen; it begins as the worked example of the chapter's joint."""
+    """Inputs of the explorer; they begin as the worked example of the chapter's joint."""
     modulus, ratio = (parameter_of(Material, name) for name in ("young_modulus", "poisson_ratio"))
     for number, group in ((1, "first"), (2, "second")):
         yield _input(f"e{number}", group, modulus, 69e9, (1e9, 500e9))

@@ -74,7 +74,7 @@ def _words(order: Order) -> dict[str, object]:
 
 
 def declarations(order: Order) -> str:
-    """What a user of the C file includes."""
+    """Declarations that a user of the C file includes."""
     return _filled("declarations.h", order)
 
 

@@ -326,7 +326,7 @@ def write_card(
 
 
 def _limits_of(card: ContactCard, holds: str) -> list[str]:
-    """What a card holds and what it does not, line by line."""
+    """Limits of a card, line by line."""
     errors, layer = card.errors, card.layer
     half, twice = 0.5 * card.pressure, 2.0 * card.pressure
     stick = errors.elastic_slip if "slip" in holds else errors.constant_stick

@@ -38,7 +38,7 @@ class VirtualLayer:
 
 @dataclass(frozen=True)
 class CardErrors:
-    """What a contact card cannot hold of the joint; relative [-]."""
+    """Errors of a contact card against the joint; relative [-]."""
 
     pressure: float
     """Of the pressure between the points of the table, at most."""

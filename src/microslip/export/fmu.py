@@ -110,7 +110,7 @@ def _binaries(name: str, source: str, third: bool) -> dict[str, bytes]:
 
 
 def _library(command: list[str], name: str, ending: str, source: str) -> bytes:
-    """What a compiler makes of the source."""
+    """Compile the source to a library."""
     with tempfile.TemporaryDirectory() as scratch:
         file, library = Path(scratch) / f"{name}.c", Path(scratch) / f"{name}{ending}"
         file.write_text(source, encoding="utf-8")

@@ -1,4 +1,4 @@
-"""What is to be exported, checked, and how exactly a file will hold it."""
+"""Request for an export, checked, with the accuracy of the file over its range."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ COMPONENTS = ("joint", "contact", "planar", "planar-contact")
 
 @dataclass(frozen=True)
 class Accuracy:
-    """How exactly a file holds a law over a range of amplitudes."""
+    """Accuracy of a file against the law over a range of amplitudes."""
 
     smallest_amplitude: float
     """Smallest amplitude looked at [m]."""
@@ -147,7 +147,7 @@ class Order:
         return Accuracy.of(self.law, self.span, panels.force, panels.energy)
 
     def header(self, accuracy: Accuracy | None = None) -> list[str]:
-        """What each file says of itself, line by line; SI units."""
+        """Header of each file, line by line; SI units."""
         errors = accuracy or self.accuracy
         low, high = errors.smallest_amplitude, errors.largest_amplitude
         lines = [

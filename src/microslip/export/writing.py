@@ -33,7 +33,7 @@ _MOST_NODES = 10_000
 
 @dataclass(frozen=True)
 class Exported:
-    """What was written, and how exactly it holds the law."""
+    """Files written, and their accuracy against the law."""
 
     kind: str
     """The kind of file."""

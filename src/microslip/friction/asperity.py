@@ -162,7 +162,7 @@ class Asperity(Interface):
         return plain(self._grade * np.sqrt(np.maximum(a - r, 0.0) * (a + r)))
 
     def normal_displacement(self, radius: ArrayLike, body: Body | None = None) -> Any:
-        """How far the surface gives way [m] under the pressure, inside the contact and outside.
+        """Normal displacement of the surface [m] by the pressure, inside and outside the contact.
 
         Distances are as :meth:`pressure` has them. It is the displacement into one ``body``,
         "first" or "second", against its distant points; by default of both together, which in the

@@ -437,11 +437,11 @@ class CellModel(BackboneLaw):
 
         @property
         def cell_count(self) -> int:
-            """How many there are."""
+            """Number of cells."""
 
         @property
         def fit(self) -> Any:
-            """How close the cells are over a range of amplitudes; None where none was asked for."""
+            """Accuracy of the cells over a range of amplitudes; None where none was asked for."""
 
 
 class PowerModel(BackboneLaw):

@@ -257,7 +257,7 @@ def _two_parts(first: Floats, second: Floats, target: Floats) -> tuple[float, fl
 
 
 class _Times:
-    """How long the equation takes, for n = 1.
+    """Integrals of the equation over its hysteretic force, for n = 1.
 
     In the rising part q = 1 - exp(-v) goes from 0 towards 1 with the rate 1 - q^n, in the falling
     part q = exp(v) - 1 goes to 0 with the rate 1 + q^n.

@@ -103,7 +103,7 @@ class CoupledResponse(Locked):
         return np.asarray(self.energy_per_step[first + 1 :].reshape(-1, count).sum(axis=1))
 
     def ratcheting(self, samples_per_cycle: int) -> Floats:
-        """How far the displacement gets [m] in each cycle of a periodic history.
+        """Net displacement [m] in each cycle of a periodic history.
 
         Under force control a load that varies moves a joint on: contacts slip when it is light.
         Where the entries fade to rounding the joint has settled; where they do not, it ratchets,

@@ -48,7 +48,7 @@ class CoupledCycle(Locked):
         separation: ArrayLike | None = None,
         normal_load: ArrayLike | None = None,
     ) -> Floats:
-        """How the forces change while displacements and separations change in given directions.
+        """Derivatives of the forces along given directions of displacement and separation.
 
         Changes of the displacement [m], and of the separation [m] or of the normal load [N], at
         each sample a unit of each parameter, are of the shape (samples, parameters) or (samples,).

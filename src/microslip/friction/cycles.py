@@ -17,7 +17,7 @@ Rest: TypeAlias = float | Literal["mean"]
 
 
 class Backbone(Protocol):
-    """What a settled cycle asks of its law, for displacements u >= 0 [m]."""
+    """Interface of a law to settled cycles, for displacements u >= 0 [m]."""
 
     def _backbone(self, u: Floats) -> Floats:
         """T0 [N]."""
@@ -56,7 +56,7 @@ class PeriodicResponse(_Cycle):
     _rest_is_mean = False
 
     def derivative(self, directions: ArrayLike) -> Floats:
-        """How the forces change while the displacements change in given directions.
+        """Derivatives of the forces along given directions of the displacements.
 
         Parameters
         ----------

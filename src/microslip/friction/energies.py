@@ -1,4 +1,4 @@
-"""Where the work of a record goes: what the joint stores, and what it dissipates.
+"""Energy balance of a record: stored and dissipated energy.
 
 With E(a) for the energy of a closed cycle of amplitude a, first loading to u dissipates E(u)/4 and
 stores u T0(u)/2 - E(u)/8. A branch whose end is 2h away from its reversal dissipates E(h)/2: each

@@ -80,7 +80,7 @@ class FieldCycle(Locked):
 
 
 class FieldOfNodes(Protocol):
-    """What the cycles of a field ask of it."""
+    """Interface of a field to its settled cycles."""
 
     @property
     def separations(self) -> Floats:

@@ -1,4 +1,4 @@
-"""What lies behind the force of one asperity: zones, tractions, displacements of its surface.
+"""Fields of one asperity: zones, tractions, displacements of its surface.
 
 Boussinesq's and Cerruti's kernels (Johnson, Contact Mechanics, 1985, sections 3.2 and 3.6) need two
 integrals of a layer q(r): its potential and its deviator at the distance r from the centre,
@@ -271,7 +271,7 @@ def bodies(pair: MaterialPair, body: Body | None) -> tuple[Material, ...]:
 
 
 def shares(pair: MaterialPair, body: Body | None) -> tuple[float, float]:
-    """What the potential and the deviator of a traction are multiplied with [1/Pa]."""
+    """Factors of the potential and the deviator of a traction [1/Pa]."""
     materials = bodies(pair, body)
     along = sum((2.0 - m.poisson_ratio) / m.shear_modulus for m in materials)
     across = sum(m.poisson_ratio / m.shear_modulus for m in materials)

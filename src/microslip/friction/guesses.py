@@ -1,4 +1,4 @@
-"""What loops and records say at first sight, for values to start a fit from."""
+"""Start values of a fit, from loops and records."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Features(NamedTuple):
 
     @property
     def backbone(self) -> Floats:
-        """What it answers [N]: half of what the force gained."""
+        """Backbone force [N]: half the rise of the force from a reversal."""
         return 0.5 * (self.force + self.force_amplitude)
 
     @property

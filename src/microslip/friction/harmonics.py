@@ -112,7 +112,7 @@ class Basis:
 
     @property
     def in_kernel(self) -> bool:
-        """Whether the kernel takes so high a harmonic."""
+        """Whether the kernel takes harmonics of this order."""
         return self.orders[-1] <= _MOST_ORDERS
 
     def integrated(
@@ -138,7 +138,7 @@ class Basis:
         return dense, columns
 
     def moving(self, functions: Floats, from_mean: bool) -> Floats:
-        """How a displacement moves from its rest with each coefficient, for one node of many."""
+        """Derivatives of a displacement from its rest by the coefficients, for one node of many."""
         if not (from_mean and self.has_mean):
             return functions[None]
         moving = functions.copy()
@@ -231,7 +231,7 @@ class _Motion:
         return value if derivative else value - self.begin
 
     def directions(self, t: Floats, derivative: int = 0) -> Floats:
-        """How it changes with each coefficient."""
+        """Derivatives of the displacement by the coefficients."""
         return self.basis.values(t, derivative) * self.moves
 
     def _turning_points(self) -> Floats:
@@ -466,7 +466,7 @@ class _Cycle:
         )
 
     def _jumps(self) -> Floats:
-        """What turning points add that move, for a law that is rigid at rest: its force jumps."""
+        """Terms of moving turning points, for a law that is rigid at rest: its force jumps."""
         size = self.motion.basis.size
         if math.isfinite(self.law.tangential_stiffness):
             return np.zeros((size, size))

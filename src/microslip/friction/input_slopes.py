@@ -1,4 +1,4 @@
-"""Which inputs an answer depends on: slopes d ln answer / d ln input of an interface."""
+"""Sensitivities d ln answer / d ln input of an interface."""
 
 from __future__ import annotations
 

@@ -181,7 +181,7 @@ class Interface(CoupledLaw):
 
     @property
     def validity(self) -> tuple[Verdict, ...]:
-        """How far the assumptions of the model hold here: name, value, limit, word, meaning."""
+        """Verdicts on the assumptions of the model: name, value, limit, word, meaning."""
         return validity(self)
 
     def stick_area(self, displacement: ArrayLike) -> Any:

@@ -30,7 +30,7 @@ class _Cells(NamedTuple):
 
 
 class IwanFit(NamedTuple):
-    """How well cells (Iwan 1966, DOI 10.1115/1.3625199) stand for a law over a range."""
+    """Accuracy of cells (Iwan 1966, DOI 10.1115/1.3625199) against a law over a range."""
 
     backbone_error: float
     """Largest relative error of the backbone, which lies nowhere below the law [-]."""

@@ -51,7 +51,7 @@ class DerivativeBackbone:
 
 
 class Differentiable(Protocol):
-    """What derivatives ask of a law, for displacements >= 0 [m]."""
+    """Interface of a law to its derivatives, for displacements >= 0 [m]."""
 
     def _backbone(self, u: Floats) -> Floats: ...
 
@@ -107,7 +107,7 @@ def derivatives_by_parameters(
 def _at_amplitudes(
     law: Differentiable, quantity: str, at: ArrayLike
 ) -> Callable[[DerivativeBackbone], Any]:
-    """What depends on one displacement, or on the amplitude of a cycle."""
+    """Derivatives of quantities of one displacement, or of the amplitude of a cycle."""
     x = floats("at", at)
     a = np.abs(x).reshape(-1)
     if quantity == "backbone":

@@ -124,7 +124,7 @@ class PressedJoint(Parallel):
         return self.laws  # type: ignore[return-value]
 
     def slip_shares(self, displacement: float) -> Floats:
-        """How near each place is to sliding at a displacement [m]: T/(mu N) there, 0 to 1."""
+        """Ratio T/(mu N) of each place at a displacement [m], 0 to 1."""
         u = number("displacement", displacement, "m", 1e-7)
         return np.array([float(law.backbone(u)) / law.force_limit for law in self._joints])
 

@@ -71,7 +71,7 @@ BOLTS = MappingProxyType(
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Pressure(Locked):
-    """How a normal load is spread over the faces: areas, and the pressure on each for a unit load.
+    """Distribution of a normal load over the faces: areas, and pressure on each for a unit load.
 
     Made by :meth:`cone`, :meth:`parabola`, :meth:`annulus`, :meth:`bolt`, :meth:`table` or
     :meth:`patches`.
@@ -177,7 +177,7 @@ class Pressure(Locked):
         edge: float | None = None,
         rings: int = RINGS,
     ) -> Pressure:
-        """What a bolt presses where two plates meet: a cone by Rötscher's rule.
+        """Pressure of a bolt between two plates: a cone by Rötscher's rule.
 
         Parameters
         ----------

@@ -15,7 +15,7 @@ from microslip.normal.load_curve import LoadCurve, check_surface
 
 
 class FirstLoading(NamedTuple):
-    """What contacts carry after one straight step from rest, with its tangents.
+    """Forces after one straight step from rest, with their tangents.
 
     After Jaeger (1998), DOI 10.1115/1.2833765; see :func:`first_loading`.
     """

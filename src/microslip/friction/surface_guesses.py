@@ -1,4 +1,4 @@
-"""What loops say of a rough surface at first sight, and the surface that says it."""
+"""Start values of a rough surface, from loops."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How far the assumptions of the model hold: the rules for interfaces, and a verdict for each."""
+"""Validity of the model: the rules for interfaces, and a verdict for each."""
 
 from __future__ import annotations
 
@@ -203,7 +203,7 @@ RULES: tuple[Rule, ...] = (
 
 
 class _Joint(Protocol):
-    """What is judged: a surface under a load."""
+    """The subject of the rules: a surface under a load."""
 
     @property
     def surface(self) -> NormalLaw: ...

@@ -1,4 +1,4 @@
-"""What a height distribution offers to the laws that stand on it."""
+"""Interface of a height distribution to the laws that use it."""
 
 from __future__ import annotations
 

@@ -134,7 +134,7 @@ class DensityHeights(HeightDistribution):
         """Density [1/m] at heights of any shape, zero where it is none."""
 
     def _probabilities(self, edges: Floats) -> Floats:
-        """What the nodes of each panel stand for."""
+        """Probabilities of the nodes of each panel."""
         width = np.diff(edges)[:, None]
         return self._pdf(edges[:-1, None] + width * NODES) * width * _WEIGHTS
 

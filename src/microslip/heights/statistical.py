@@ -178,7 +178,7 @@ class Statistical(DensityHeights):
         return np.where(np.isfinite(values), values, 0.0)
 
     def _probabilities(self, edges: Floats) -> Floats:
-        """What the nodes of each panel stand for.
+        """Probabilities of the nodes of each panel.
 
         Near a singular end of a density no node does it justice: there each panel is given its
         exact probability.

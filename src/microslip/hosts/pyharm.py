@@ -28,7 +28,7 @@ def elements() -> list[type[Any]]:
 
 
 class _Element(NodeToNodeElement):  # type: ignore[misc]
-    """What the elements share: coefficients of motion and force, and the Jacobian between them.
+    """Common base of the elements: coefficients of motion and force, and their Jacobian.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""What a fit says of itself and of its numbers: records, and the one table of their words."""
+"""Caveats of a fit and of its numbers: records, and the one table of their words."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ Call = Callable[[str], str]
 
 
 class Row(NamedTuple):
-    """What the caveats of one kind say and do."""
+    """Words and effect of the caveats of one kind."""
 
     words: str | tuple[str, ...]
     """The sentence, or clauses of it of which those are left out that name what is None. Fields:
@@ -273,7 +273,7 @@ class Caveat:
 
     @property
     def row(self) -> Row:
-        """What all of its kind say and do."""
+        """Words and effect of its kind."""
         return TABLE[self.kind]
 
     def words(self, call: Call = str) -> str:
@@ -284,7 +284,7 @@ class Caveat:
         return "".join(self._filled(clause, call) for clause in clauses if self._has(clause))
 
     def remedy(self, call: Call = str) -> str:
-        """What would settle it; empty where nothing is known to."""
+        """The measurement that would settle it; empty where none is known."""
         return "; ".join((*self.remedies, *filter(None, [self._filled(self.row.remedy, call)])))
 
     def _has(self, clause: str) -> bool:

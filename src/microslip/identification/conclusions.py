@@ -251,7 +251,7 @@ def _parameters(evidence: _Evidence) -> tuple[dict[str, Fitted], list[Direction]
 
 
 def _derived(evidence: _Evidence, parameters: Numbers) -> dict[str, Fitted]:
-    """What follows: along the way that moves it most, and wherever the profiles have been."""
+    """Derived quantities with intervals: along the most sensitive direction, and by profiles."""
     answer = evidence.answer
     widest = float(answer.widen.max(initial=1.0))
     derived = {}
@@ -326,7 +326,7 @@ def _leaning(
 
 
 def _reservations(evidence: _Evidence, names: Sequence[str]) -> Iterator[Reservation]:
-    """What numbers rest on that does not hold, and which of them do."""
+    """Reservations about the assumptions of a fit, and the numbers that depend on them."""
     records = evidence.problem.folded
     if evidence.is_misfit:
         data = {
@@ -375,7 +375,7 @@ def _same_laws(evidence: _Evidence) -> Iterator[Reservation]:
 
 
 def _far_area(evidence: _Evidence) -> Caveat | None:
-    """What says that a contact area was measured at a load that no record is near."""
+    """The caveat of a contact area measured at a load far from all records."""
     measured = next((c.load for c in evidence.problem.coordinates if c.parameter == AREA), None)
     loads = [load for load in evidence.loads if load]
     if measured is None or not loads:
@@ -396,7 +396,7 @@ def range_of(values: Sequence[float | None], unit: str) -> str | None:
 
 
 def _status(evidence: _Evidence, parameters: Numbers) -> tuple[str, list[Caveat]]:
-    """How the fit ended, and what its message says."""
+    """Status of the fit, and its message."""
     best, rigs = evidence.answer.best, None
     if not best.converged:
         status, message_caveats = NOT_CONVERGED, [Caveat(best.cause, {"why": best.why})]
@@ -429,7 +429,7 @@ def _at_bounds(at: Sequence[str], parameters: Numbers) -> Caveat:
 
 
 def _remarks(evidence: _Evidence, lost: bool) -> Iterator[Caveat]:
-    """What is to be said of the fit besides; ``lost`` is whether a parameter is not identified."""
+    """Further remarks on the fit; ``lost`` is whether a parameter is not identified."""
     problem, answer, design = evidence.problem, evidence.answer, evidence.design
     yield from nuisances.noise_remarks(problem, answer.best, evidence.freedom, evidence.loss)
     yield from nuisances.causes(problem, answer.best, evidence.freedom)

@@ -1,4 +1,4 @@
-"""What a fit moves: the law's parameters, the rig's stiffness and measured data."""
+"""Coordinates of a fit: the law's parameters, the rig's stiffness and measured data."""
 
 from __future__ import annotations
 

@@ -65,7 +65,7 @@ def pictures(result: Any) -> tuple[Picture, ...]:
 
 
 class Cycle(NamedTuple):
-    """What is drawn of one record."""
+    """Curves drawn of one record."""
 
     load: float | None
     x: Floats
@@ -271,7 +271,7 @@ def _scale(fitted: Fitted, value: float) -> tuple[float, str]:
 def _line_ends(
     value: float, low: float, high: float, open_low: bool, open_high: bool
 ) -> tuple[float, float]:
-    """Where the line of an interval begins and ends; without an end it goes on for a while."""
+    """Ends of the line of an interval; an open end is drawn a little further."""
     if open_low and open_high:
         return (0.5 * value, 2.0 * value) if value > 0.0 else (value - 1.5, value + 1.5)
     if open_low:

@@ -30,7 +30,7 @@ _LEAST_DAMPING, _MOST_DAMPING = 1e-3, 1e6
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """Where a minimisation ended."""
+    """Result of a minimisation."""
 
     q: Floats
     cost: float
@@ -49,7 +49,7 @@ class Fit:
 
     @property
     def deviance(self) -> float:
-        """What sums under different weights are compared by."""
+        """Quantity by which sums under different weights are compared."""
         return self.cost + self.weight
 
     @property
@@ -180,7 +180,7 @@ def covariance_of(information: Floats) -> Floats:
 
 
 class Score(NamedTuple):
-    """What further forces would take off the sum of squares, if all were linear."""
+    """Expected decrease of the sum of squares by further forces, all taken as linear."""
 
     fall: float
     sizes: Floats
@@ -212,7 +212,7 @@ def _descended(
     good_enough: float = 1e-12,
     share: float = 0.0,
 ) -> tuple[Fit, bool]:
-    """Where damped steps after Gauss and Newton within the bounds lead, and if that is the end.
+    """End of damped Gauss-Newton steps within the bounds, and whether it is a minimum.
 
     Levenberg (1944, DOI 10.1090/qam/10666) and Marquardt (1963, DOI 10.1137/0111030). The sum of
     squares may be off its minimum by ``good_enough`` or by a share of itself.

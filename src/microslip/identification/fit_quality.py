@@ -1,4 +1,4 @@
-"""What a fit must stand: cycles it has not seen, energies, and rigs that are the same."""
+"""Tests of a fit: cycles held back, energies, and compliances of one rig."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class RecordFit(Locked):
 
     @property
     def name(self) -> str:
-        """What the record is called."""
+        """Name of the record."""
         return self.folded.name
 
     @property
@@ -119,7 +119,7 @@ def slip_shares(problem: Problem, q: Floats) -> list[float]:
 
 
 def _held_back_rows(cycles: int, share: float) -> NDArray[np.bool_]:
-    """Which cycles are held back: as even as the share allows; one at least, and two stay."""
+    """Cycles held back: as even as the share allows; at least one, and two stay."""
     steps = np.floor(np.arange(cycles + 1) * share + 1e-9)
     rows = np.diff(steps) > 0.0
     if not rows.any():
@@ -157,7 +157,7 @@ def held_back_error(problem: Problem, best: Fit, share: float) -> float | None:
 
 
 def rigs_differ(problem: Problem, best: Fit, freedom: int) -> Caveat | None:
-    """What says that records of one rig want compliances of their own; None where they do not.
+    """The caveat that records of one rig want compliances of their own; None where they do not.
 
     First a score test: by how much the sum of squares would fall, in the linear approximation, if
     each record had its own. Where that is certain and large, a fit in which each has: a law that
@@ -279,7 +279,7 @@ def _by_compliance(problem: Problem, q: Floats) -> Floats:
 
 
 def misfit(records: Sequence[RecordFit], reduced: float) -> Caveat:
-    """What says that a law leaves more than noise."""
+    """The caveat that the residual of a law exceeds the noise."""
     residual_square = sum(float(record.residual @ record.residual) for record in records)
     force_square = sum(
         float(np.square(record.measured - record.measured.mean()).sum()) for record in records

@@ -169,7 +169,7 @@ def _profile_beyond(
 def _fit_beyond(
     problem: Problem, best: Fit, start: Floats, row: int, move: float, is_held: bool = False
 ) -> Floats | None:
-    """Where the fit goes with one bound moved; None where the law has no answer out there."""
+    """Fit with one bound moved; None where the law has no answer there."""
     j = int(problem.free[row])
     coordinate = problem.coordinates[j]
     low, high = coordinate.limits

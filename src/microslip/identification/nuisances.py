@@ -1,4 +1,4 @@
-"""What stands beside a law: forces, play, delays and noisy loads, each tested for its part."""
+"""Nuisances beside a law: forces, play, delays and noisy loads, each tested for its part."""
 
 from __future__ import annotations
 
@@ -152,7 +152,7 @@ def play_of(problem: Problem, best: Fit) -> Play:
 
 
 def causes(problem: Problem, best: Fit, freedom: int) -> Iterator[Caveat]:
-    """What would explain most of what the law leaves: play, a force beside the law, or a delay."""
+    """Likely causes of most of the misfit: play, a force beside the law, or a delay."""
     if not best.finite or best.cost < CAUSES_FROM * freedom:
         return
     shares = explained_shares(problem, best)
@@ -231,7 +231,7 @@ def _errors(problem: Problem, q: Floats) -> Floats:
 
 
 def _late(problem: Problem, best: Fit, freedom: int) -> Iterator[Caveat]:
-    """What says that a delay would explain what the law leaves (score test), or is wrong."""
+    """The caveat that a delay would explain the misfit (score test), or is wrong."""
     if problem.free_delay:
         return
     frequencies = [record.frequency for record in problem.folded]
@@ -261,7 +261,7 @@ def _late(problem: Problem, best: Fit, freedom: int) -> Iterator[Caveat]:
 
 
 def noise_remarks(problem: Problem, best: Fit, freedom: int, loss: str) -> Iterator[Caveat]:
-    """What is worth saying of the noise of the loads, and of a misfit too small to be noise."""
+    """Remarks on the noise of the loads, and on a misfit too small to be noise."""
     wider = widened_by_loads(problem, best.q)
     if wider and max(wider.values()) > _NOTICED:
         name = max(wider, key=lambda key: wider[key])
@@ -272,7 +272,7 @@ def noise_remarks(problem: Problem, best: Fit, freedom: int, loss: str) -> Itera
 
 
 def widened_by_loads(problem: Problem, q: Floats) -> Mapping[str, float]:
-    """How many times as wide the noise of the loads makes each interval, if all is linear."""
+    """Factors by which the noise of the loads widens each interval, in linear approximation."""
     uncertain = [problem.has_load_error(i) for i in problem.order]
     if not any(uncertain) or not problem.nuisance_effects:
         return {}

@@ -1,4 +1,4 @@
-"""What may be chosen of an identification: for commands, which do not wait for what works on it."""
+"""Options of an identification, without the code that works on them, for fast commands."""
 
 LAWS = ("interface", "jenkins", "iwan", "segalman", "bouc-wen")
 """The usual laws; any other that is exported may be fitted, too."""

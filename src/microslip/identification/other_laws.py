@@ -1,4 +1,4 @@
-"""What other laws that answer the same loops as well make of a fit's numbers."""
+"""Spread of a fit's numbers over other laws that fit the same loops as well."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ Refit = Callable[..., Identification]
 
 
 def spread_over_laws(result: Identification, refit: Refit) -> Identification:
-    """What other laws that answer the loops as well make of the numbers.
+    """Spread of the numbers over other laws that fit the loops as well.
 
     The limit of sliding that no record reached is as wide as exponential heights and a sphere have
     it. Where heights are searched without an upper end, their limit is the exponential one: what

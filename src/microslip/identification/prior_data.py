@@ -1,4 +1,4 @@
-"""What was given beside the loops, and whether the loops bear it out."""
+"""Data given beside the loops, and whether the loops agree with them."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ class _Source(NamedTuple):
     """Where it stands among the data."""
 
     def residual(self, fitted: float) -> float:
-        """What was fitted less what was given, in standard deviations."""
+        """Fitted value less the given one, in standard deviations."""
         if self.inverse:
             return (1.0 - self.value / fitted) * self.value / self.error
         return (fitted - self.value) / self.error

@@ -281,7 +281,7 @@ class Problem:
 
     @property
     def extra_count(self) -> int:
-        """How many data from elsewhere there are."""
+        """Number of data from elsewhere."""
         priors = sum(self.coordinates[int(j)].prior is not None for j in self.free)
         return priors + len(self.data)
 
@@ -355,7 +355,7 @@ class Problem:
         return metric_of(flat, self.nuisances_of(at, loads=loads))
 
     def _flat(self, at: int) -> Floats:
-        """What has no limits in a record, weighted: its offset, and forces beside the law."""
+        """Unlimited directions in a record, weighted: its offset, and forces beside the law."""
         weight = self.weight[self.bins[at], None]
         if self.beside is None:
             return weight
@@ -366,7 +366,7 @@ class Problem:
         return self.model.scales_with_load and self.folded[record].load_error > 0.0
 
     def nuisances_of(self, at: int, *, loads: bool = True) -> Floats:
-        """What nuisances of variance 1 do to a record: its displacement, drift, play and load."""
+        """Effects of unit-variance nuisances on a record: displacement, drift, play and load."""
         folded, effects = self.folded[self.order[at]], self.nuisance_effects[at]
         size = folded.coefficients.size
         root = np.linalg.cholesky(folded.covariance)
@@ -465,7 +465,7 @@ class Problem:
         return phase_derivative(delayed(self.folded[self.order[at]], self.lags[self.order[at]]))
 
     def late(self, at: int) -> Floats:
-        """What a phase by which the displacement is earlier does to the weighted residuals."""
+        """Derivative of the weighted residuals by a phase lead of the displacement."""
         turned = self._turned(at)
         effects = self.nuisance_effects[at][: turned.size]
         return np.asarray(turned @ effects * self.weight[self.bins[at]])

@@ -1,4 +1,4 @@
-"""How far each number can go before the data contradict it: likelihood profiles."""
+"""Likelihood profiles: how far each number can go before the data contradict it."""
 
 from __future__ import annotations
 
@@ -154,7 +154,7 @@ class Walk:
 
     @property
     def is_over(self) -> bool:
-        """Whether all begins again from a better minimum."""
+        """Whether the search starts again from a better minimum."""
         return self.lowest is not None and not self._is_last
 
     def _bound(self, direction: float) -> float:
@@ -226,7 +226,7 @@ class Walk:
 def _next(
     inside: float, below: float, outside: float, above: float, goal: float, room: float
 ) -> float:
-    """Where to look next: secant within the bracket, or further out by no more than four times."""
+    """The next value to try: secant within the bracket, or further out by up to four times."""
     if math.isinf(outside):
         guess = inside * goal / max(below, 1e-3 * goal)
         return min(max(guess * 1.02, 1.1 * inside), 4.0 * inside, room)

@@ -1,4 +1,4 @@
-"""What follows from the coordinates of a fit, as functions of them with derivatives."""
+"""Derived quantities of a fit as functions of its coordinates, with derivatives."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ def _distinct(loads: Sequence[float | None]) -> list[float | None]:
 
 
 class _Answer:
-    """What a law derives at one load, kept for the coordinates asked last."""
+    """Derived quantities of a law at one load, kept for the last coordinates."""
 
     def __init__(self, problem: Problem, record: int, loads: Any, pair: Any, area: Any) -> None:
         self._problem, self._record, self._loads = problem, record, loads

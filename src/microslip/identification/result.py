@@ -1,4 +1,4 @@
-"""What an identification found, and how sure it is."""
+"""Result of an identification, with its uncertainty."""
 
 from __future__ import annotations
 
@@ -237,12 +237,12 @@ class Identification(Locked, Plottable):
 
     @property
     def message(self) -> str:
-        """What the status means here, in a sentence or some."""
+        """Meaning of the status for this fit, in sentences."""
         return self._message()
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What else is to be known of the fit, a sentence each."""
+        """Further notes on the fit, a sentence each."""
         return self._notes()
 
     @property

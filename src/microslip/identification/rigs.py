@@ -65,7 +65,7 @@ def behind_spring(
 
 
 def is_rigid(stiffness: Any) -> bool:
-    """Whether what is said of a rig is that it does not give way."""
+    """Whether a rig is given as rigid."""
     if isinstance(stiffness, str):
         return stiffness.strip().casefold() == "rigid"
     if isinstance(stiffness, (int, float, np.number)):
@@ -74,7 +74,7 @@ def is_rigid(stiffness: Any) -> bool:
 
 
 def of_each_rig(option: Any, labels: Sequence[str], named: bool) -> dict[str, Any]:
-    """What is said of each rig, by its label."""
+    """The given stiffness of each rig, by its label."""
     if not isinstance(option, Mapping):
         return dict.fromkeys(labels, option)
     have = ", ".join(show(label) for label in labels)
@@ -174,7 +174,7 @@ def rig_contradiction(
     loops: Sequence[Loop],
     times: float = 1.0,
 ) -> Caveat | None:
-    """What says that loops are so many ``times`` stiffer than the rig given for them."""
+    """The caveat that loops are ``times`` stiffer than the rig given for them."""
     for j, coordinate in enumerate(coordinates):
         if coordinate.parameter != RIG or not (
             coordinate.fixed or (coordinate.prior is not None and times == 1.0)

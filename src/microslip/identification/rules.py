@@ -1,4 +1,4 @@
-"""How far a fit is to be trusted: its rules, in one place."""
+"""Rules of how far a fit can be trusted, in one place."""
 
 from __future__ import annotations
 

@@ -372,7 +372,7 @@ def _checked_summits(
     area: float | None,
     notes: list[Caveat],
 ) -> float | None:
-    """How many summits there are, where the law has a distribution of their heights.
+    """Number of summits, where the law has a distribution of their heights.
 
     As stated, else as the surface that was given or a density known from elsewhere has it.
     """

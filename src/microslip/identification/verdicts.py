@@ -1,4 +1,4 @@
-"""What the data can tell of each number, what they cannot, and what would settle it."""
+"""Verdicts on each number: identified, bounded or not, and the remedy."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ class Fitted:
 
     @property
     def remedy(self) -> str:
-        """What measurement would settle it; else empty."""
+        """The measurement that would settle it; empty where none is known."""
         return "" if self.caveat is None else self.caveat.remedy()
 
 
@@ -133,13 +133,13 @@ class Direction:
 
     @property
     def remedy(self) -> str:
-        """What measurement would settle it."""
+        """The measurement that would settle it; empty where none is known."""
         return "; ".join(self.remedies)
 
 
 @dataclass(frozen=True)
 class Design:
-    """What the records hold, as far as a remedy depends on it."""
+    """Properties of the records on which a remedy depends."""
 
     loads: int
     scales_with_load: bool
@@ -150,7 +150,7 @@ class Design:
     """Whether some record reaches it."""
 
     def remedies(self, coordinate: Coordinate, verdict: str) -> tuple[str, ...]:
-        """What would settle a number that is not identified."""
+        """Measurements that would settle a number that is not identified."""
         if verdict == IDENTIFIED:
             return ()
         if coordinate.parameter == RIG:
@@ -187,7 +187,7 @@ def judge(
     design: Design | None = None,
     profile: tuple[tuple[float, float], ...] = (),
 ) -> Fitted:
-    """What an interval says of a number; an end that is but the bound of the search is none."""
+    """Verdict of an interval on a number; the bound of the search is no end."""
     ends = (
         (coordinate.outer(interval.low), interval.low_open),
         (coordinate.outer(interval.high), interval.high_open),

@@ -1,4 +1,4 @@
-"""How the residuals of a record count once its nuisances have taken their share."""
+"""Weights of the residuals of a record once its nuisances are taken out."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _SMALL = 0.02  # of the noise: a nuisance that moves the answer less is left whe
 
 @dataclass(frozen=True, eq=False)
 class Metric:
-    """How the residuals of a record are weighted once its nuisances have taken their share."""
+    """Weights of the residuals of a record once its nuisances are taken out."""
 
     directions: Floats
     shrink: Floats

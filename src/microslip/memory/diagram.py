@@ -167,7 +167,7 @@ class Diagram:
     # -- one step at a time -------------------------------------------------------------------
 
     def probe(self, separation: float, place: float, curve: LoadCurve) -> Step:
-        """Where a step would lead; the diagram stays as it is."""
+        """Diagram after a step; the diagram itself stays as it is."""
         last = self.separation
         outcome = kernels.compiled.coupled_step(
             separation, place, self.stack, self.values, self.depth, last, self.place,
@@ -218,7 +218,7 @@ class Diagram:
     # -- slip -----------------------------------------------------------------------------------
 
     def losses(self, separation: Floats, displacement: Floats, curve: LoadCurve) -> Floats:
-        """What slip loses in each step of a record [J]; the diagram stays as it is."""
+        """Energy dissipated in each step of a record [J]; the diagram stays as it is."""
         places = displacement / curve.slip
         profile = curve.profile(*self._reach(separation))
         with np.errstate(over="ignore", invalid="ignore"):  # fronts may be beyond all numbers

@@ -22,7 +22,7 @@ _ROWS = 2  # rows of a node at the start; a move to and fro needs no more
 
 
 class FieldResponse(tuple[Floats, ...]):
-    """What the nodes of a field answer to displacements and, if they vary, separations.
+    """Response of the nodes of a field to displacements and separations.
 
     It unpacks as ``force, stiffness`` where separations were not given, else as ``force, load,
     tangent``, and has all of them by name. Within Cattaneo and Mindlin's theory, after Jaeger
@@ -329,7 +329,7 @@ class FieldState(Resumable):
         self._rows[target], self._marks[target] = before[0][source], before[1][source]
 
     def _losses(self, place: Floats, step: Floats, code: Integers) -> Floats:
-        """What the trial loses, over mu kappa."""
+        """Energy dissipated in the trial, over mu kappa."""
         nodes, lost = self._nodes, np.zeros(place.size)
         profile = nodes.curve.profile(*nodes.reach(self._step, step))
         if profile is not None:

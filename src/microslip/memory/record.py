@@ -129,7 +129,7 @@ class Memory:
         return result[:count]
 
     def probe(self, x: float) -> tuple[float, float, float, tuple[int, int, int]]:
-        """Where a move to ``x`` would lead; the memory stays as it is.
+        """Memory after a move to ``x``; the memory itself stays as it is.
 
         Distance along the backbone, its factor and the value it starts from, with what
         :meth:`move` needs to make that move.

@@ -1,4 +1,4 @@
-"""What all states share: a trial that moves nothing until it is committed, one thread at a time."""
+"""Common base of all states: trials that move nothing until committed, one thread at a time."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ class Resumable:
 
 
 def counted(losses: Floats | None) -> Floats:
-    """What has been dissipated, where that is counted."""
+    """Dissipated energy, where it is counted."""
     if losses is None:
         raise InputError(
             "dissipated_energy is not counted: start the state with start(energies=True)"

@@ -25,7 +25,7 @@ _MARKS = np.array([1e-9, 1e-7, 1e-5, 1e-3])  # displacements [m] at which a law 
 
 
 class Law(Protocol):
-    """What a state asks of its law."""
+    """Interface of a law to a state."""
 
     @property
     def _coupling(self) -> LoadCurve | None: ...

@@ -20,7 +20,7 @@ from microslip.memory.saved import check_joint, joint_array, saved_array
 
 
 class VectorResponse(FieldResponse):
-    """What nodes answer to displacements in two directions and, if they vary, separations.
+    """Response of nodes to displacements in two directions and separations.
 
     It unpacks as a :class:`FieldResponse` does. Sliders as Iwan's (1966, DOI 10.1115/1.3625199),
     each with a vector.
@@ -70,7 +70,7 @@ class SliderBank:
         return np.zeros(self.size) if self.nodes is None else self.nodes.rests
 
     def identity(self) -> Floats:
-        """What a saved state is known by."""
+        """Identity of the law of a saved state."""
         sums = np.array([self.tops.size, self.tops.sum(), self.weights.sum()])
         return joint_array(sums, self.scales, self.slips, self.rests)
 

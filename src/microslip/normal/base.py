@@ -44,7 +44,7 @@ def plasticity_index(pair: MaterialPair, spread: float, radius: float) -> dict[s
 def sparse_contacts(
     surface: Any, area: float, spread: float, radius: float, separation: float | None
 ) -> dict[str, float | None]:
-    """What is asked of summits on an apparent area [m^2]: far apart, small and many.
+    """Rules for summits on an apparent area [m^2]: far apart, small and many.
 
     Of a law with a count of summits, contacts and a contact area; None is no contact at all.
     """

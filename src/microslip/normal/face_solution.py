@@ -29,7 +29,7 @@ _FEWEST = 12  # points in contact below which no lighter load is solved
 
 @dataclass(frozen=True, eq=False)
 class FaceSolution(LockedArrays):
-    """What was solved, heaviest load first; pressures over E*, lengths in pixels along x."""
+    """Solution of a face, heaviest load first; pressures over E*, lengths in pixels along x."""
 
     separation: Floats
     """Separations, rising."""

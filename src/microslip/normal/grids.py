@@ -1,4 +1,4 @@
-"""What a normal law gives an interface, at many separations and many steps at once.
+"""Grids of a normal law for an interface: many separations and many steps at once.
 
 The sums are those of :class:`NormalLaw`: the drop N(d) - N(d + u), the fall -N'(d + u), the excess
 (half the integral of v (u - v) N''(d + v) over 0 <= v <= u) and its derivative by u. An interface

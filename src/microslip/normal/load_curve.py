@@ -150,7 +150,7 @@ class LoadCurve:
 
     @cached_property
     def slip_losses(self) -> SlipLosses:
-        """What slip loses, where it is no profile."""
+        """Energy dissipated by slip, for a law without a profile."""
         return SlipLosses(self.surface, self.origin)
 
     def fall(self, step: Floats) -> Floats:

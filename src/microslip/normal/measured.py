@@ -420,7 +420,7 @@ class MeasuredContact(TabulatedNormalLaw):
 
 
 def _hardness(hardness: float | None, pair: MaterialPair, pressure: float | None) -> float:
-    """What bounds the pressure [Pa]; infinite where nothing shall yield."""
+    """Bound of the pressure [Pa]; infinite where nothing yields."""
     if hardness is None:
         return math.inf if pressure is None or pair.hardness is None else pair.hardness
     if isinstance(hardness, float) and hardness == math.inf:

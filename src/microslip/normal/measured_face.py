@@ -132,7 +132,7 @@ def check_pressure(pressure: float | None, hardness: float, modulus: float, face
 
 @dataclass(frozen=True)
 class ContactNumbers:
-    """What is told with the law of a measured face, at its heaviest load."""
+    """Numbers reported with the law of a measured face, at its heaviest load."""
 
     pressure: float
     """Mean pressure of tightening, or the heaviest of an elastic face [Pa]."""
@@ -171,7 +171,7 @@ class ContactNumbers:
 
 
 class Task(NamedTuple):
-    """What a solution hangs on."""
+    """Inputs of a solution."""
 
     face: Face
     pressure: float  # over E*

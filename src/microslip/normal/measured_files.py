@@ -1,4 +1,4 @@
-"""What was solved of a face, in a small file: a law, or a solution known by its content."""
+"""Small files of solved faces: a law, or a solution known by its content."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _ARRAYS = {"separation": 1, "pressure": 2, "slope": 2, "contact": 1, "sliding": 
 
 
 class StoredLaw(NamedTuple):
-    """What a law is made of."""
+    """Stored parts of a law."""
 
     solution: FaceSolution
     numbers: ContactNumbers
@@ -119,7 +119,7 @@ def _read(path: Path) -> tuple[FaceSolution, dict[str, Any]]:
 
 
 def _check(arrays: dict[str, Any]) -> None:
-    """What later steps rely on."""
+    """Check the conditions that later steps need."""
     count = arrays["separation"].size
     for name, dimensions in _ARRAYS.items():
         array = arrays[name]

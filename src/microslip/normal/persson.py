@@ -42,7 +42,7 @@ _FACTORS = ((3e-4, 0.55), (1e-3, 0.62), (3e-3, 0.72), (1e-2, 0.81), (3e-2, 0.94)
 if TYPE_CHECKING:
 
     class SpectrumLike(Protocol):
-        """What :class:`microslip.scans.Spectrum` is."""
+        """Interface of :class:`microslip.scans.Spectrum`."""
 
         @property
         def wavenumber(self) -> Floats:

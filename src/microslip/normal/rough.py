@@ -304,7 +304,7 @@ class RoughSurface(TabulatedNormalLaw):
 
     @property
     def _limit_said(self) -> str:
-        """Why the law ends where it does."""
+        """Reason why the law ends where it does."""
         if self._heaviest_first < _FULL * self._full:
             return "the pressure is 0.6 of the hardness"
         return "half of the face touches"

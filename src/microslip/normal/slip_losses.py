@@ -1,4 +1,4 @@
-"""What slip loses along a varying load, for laws that no profile gives.
+"""Energy dissipated by slip along a varying load, for laws without a profile.
 
 While the front runs by dq over D, with s behind it, mu kappa (1 - s D) [N(d) - N(q) +
 N'(q) (q - d)] dq is lost: twice half the integral of v N''(d + v), of which every part is positive.
@@ -52,7 +52,7 @@ class SlipLosses:
             self._spheres = Spheres(spheres.heights - origin, spheres.constants)
 
     def of(self, runs: Floats, samples: int) -> Floats:
-        """What each step of a record loses, over mu kappa.
+        """Energy dissipated in each step of a record, over mu kappa.
 
         The runs of the slip front over rows of a diagram, one a column, in the order of time: in
         step ``sample`` the front runs ``ahead`` over a row of ``density``, to leave ``sign``
@@ -121,7 +121,7 @@ class SlipLosses:
         return self._marks
 
     def _rules(self, front: Floats) -> list[tuple[Rule, NDArray[np.bool_]]]:
-        """Which rule serves which pieces: between the knots of a table all is a parabola."""
+        """Quadrature rule of each piece: between the knots of a table all is a parabola."""
         spline = self._law._spline
         if spline is None:
             return [(_ROOTS, np.ones(front.size, dtype=bool))]

@@ -131,7 +131,7 @@ class Contacts:
         return _terms(kind, v, self._s[summits], self._k[summits])
 
     def _far(self, kind: Kind) -> Table:
-        """What the summits beyond the near panels give, over v to the power of its order."""
+        """Sum over the summits beyond the near panels, over v to the power of its order."""
         points = 0.5 * (1.0 + NODES)
         halves = [_resample(side) for side in (0, 1)]
         weight = self._k * _power(self._s, kind.power)
@@ -171,7 +171,7 @@ class Contacts:
 
 
 def _terms(kind: Kind, v: Any, s: Floats, k: Floats) -> Floats:
-    """What each contact gives; one that is none, of indentation 0, gives nothing."""
+    """Terms of each contact; an indentation of 0 gives nothing."""
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
         x = v / s
     x = np.where(s > 0.0, x, 0.0)
@@ -246,5 +246,5 @@ class Spheres:
         return contacts.sum(kind, v)
 
     def count(self, separation: float) -> int:
-        """How many summits stand above a separation."""
+        """Number of summits above a separation."""
         return int(np.searchsorted(-self.heights, -separation, side="left"))

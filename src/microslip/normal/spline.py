@@ -147,7 +147,7 @@ def _drops(spline: Spline, d: Floats, u: Floats) -> Floats:
 
 
 def _past_piece(spline: Spline, i: Integers, d: Floats, u: Floats) -> Floats:
-    """What drops d + u have past piece i, that of d."""
+    """Values of drops d + u beyond piece i, that of d."""
     knots, slopes, curvatures, loads, _, ends, has_tail = spline
     last = knots.size - 1
     j = np.maximum(np.searchsorted(knots, d + u, side="right") - 1, i + 1)

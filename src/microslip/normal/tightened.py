@@ -153,7 +153,7 @@ class TightenedSurface(NormalLaw):
 
     @cached_property
     def _stiff(self) -> Floats:
-        """What each summit's Hertz constant (4/3) E* sqrt(R) [N/m^1.5] counts, all alike."""
+        """Weights of the Hertz constant (4/3) E* sqrt(R) [N/m^1.5] of each summit, all alike."""
         return np.asarray(4.0 / 3.0 * self.pair.composite_modulus * np.sqrt(self.radius))
 
     @property
@@ -180,7 +180,7 @@ class TightenedSurface(NormalLaw):
         return self._bisect(low, high)
 
     def _bisect(self, low: float, high: float) -> float:
-        """Where the load on the way in is the tightening load: regula falsi on its logarithm."""
+        """Separation of the tightening load on the way in: regula falsi on its logarithm."""
 
         def miss(d: float) -> float:
             load = self._loading(d)

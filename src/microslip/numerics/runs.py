@@ -9,5 +9,5 @@ from numpy.typing import NDArray
 
 
 def runs_of(mask: NDArray[Any]) -> NDArray[np.intp]:
-    """Where each run of true values begins, and one past its end (runs, 2)."""
+    """First index and end (exclusive) of each run of true values (runs, 2)."""
     return np.flatnonzero(np.diff(mask, prepend=False, append=False)).reshape(-1, 2)

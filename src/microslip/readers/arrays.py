@@ -34,7 +34,7 @@ class Leaf(NamedTuple):
 
 
 class Arrays(NamedTuple):
-    """What is in a file of arrays."""
+    """Content of a file of arrays."""
 
     kind: str
     """What the file is, such as "MAT-file"."""

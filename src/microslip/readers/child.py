@@ -45,7 +45,7 @@ def parsed(
     bytes_a_second: float = 2e7,
     **options: Any,
 ) -> Any:
-    """What a function makes of a file in a child.
+    """Result of a function on a file, computed in a child process.
 
     Parameters
     ----------
@@ -93,7 +93,7 @@ _ERRORS: Final[Mapping[str, type[ValueError]]] = {"input": InputError, "unusable
 
 
 def _cause(status: int | None, seconds: float) -> str:
-    """Why a child has no answer."""
+    """Reason why a child has no answer."""
     if status is None or status >= 0:
         return "damaged, its reader gave no answer"
     name = signal.Signals(-status).name
@@ -111,7 +111,7 @@ class _Server:
         self._lock = threading.Lock()
 
     def ask(self, request: Mapping[str, Any]) -> int | None:
-        """How the fork ended that answers a request; None where all ended."""
+        """Exit of the fork that answers a request; None where all ended."""
         with self._lock:
             process = self._begun()
             assert process.stdin is not None
@@ -194,7 +194,7 @@ def _joined(node: Any, archive: Mapping[str, Any]) -> Any:
 
 
 def _split(value: Any, arrays: dict[str, Any]) -> Any:
-    """What a parser made of a file as JSON, and beside it the arrays that it names."""
+    """Result of a parser as JSON, and beside it the arrays that it names."""
     name = f"a{len(arrays)}"
     if isinstance(value, dict):
         return {"items": {str(key): _split(item, arrays) for key, item in value.items()}}

@@ -1,4 +1,4 @@
-"""How a text file of numbers is laid out: separator, decimal sign, names, units, first row."""
+"""Layout of a text file of numbers: separator, decimal sign, names, units, first row."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Line(NamedTuple):
 
 
 class Layout(NamedTuple):
-    """How the rows of a file are to be read."""
+    """Layout of the rows of a file."""
 
     separator: str | None
     """None: any number of spaces."""
@@ -156,7 +156,7 @@ def _first_row(
     mask: Sequence[bool | None],
     number: Callable[[str], object],
 ) -> int:
-    """Where the rows begin, if one among the first is wrong: that is to be said, not skipped."""
+    """First row of numbers; a wrong one among the first is reported, not skipped."""
     lead = mask.index(True)
     first = start
     for i in reversed(range(start)):
@@ -180,7 +180,7 @@ def _kinds(row: Sequence[str], number: Callable[[str], object]) -> list[bool | N
 
 
 def _weight(start: int, end: int, mask: Sequence[bool | None]) -> float:
-    """How much rows look like those of a record: lines of settings may be of one kind, too."""
+    """Score of rows as those of a record: lines of settings may be of one kind, too."""
     numbers, texts = mask.count(True), mask.count(False)
     # One column is no record: "1,5" is that only where it can be nothing else.
     columns = numbers if numbers > 1 else 0.1

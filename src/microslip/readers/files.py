@@ -1,4 +1,4 @@
-"""Which kind of file it is, what went wrong with it, and how much it may hold.
+"""Kind of a file, its errors, and the limit of its size.
 
 A stranger's file may declare more than any memory holds in a few bytes. So its readers compare what
 it declares with one limit (:func:`limited`) before they ask for memory.
@@ -71,7 +71,7 @@ def kind_of(head: bytes, suffix: str) -> str | None:
 
 
 def foreign_kind(head: bytes) -> str:
-    """What a file of no known kind probably is."""
+    """Probable kind of a file of no known format."""
     return next(
         (name for magic, name in _STRANGERS if head.startswith(magic)), "another binary file"
     )
@@ -142,7 +142,7 @@ def decoded(kind: str, quiet: bool = True) -> Iterator[None]:
 
 
 def first_line(error: BaseException, path: Path | None = None) -> str:
-    """What a library says, on one line; of a path the name of its file."""
+    """Message of a library on one line; a path is cut to the name of its file."""
     text = str(error) if path is None else str(error).replace(str(path), path.name)
     lines = text.strip().splitlines()
     return shorten(lines[0], 160) if lines else type(error).__name__

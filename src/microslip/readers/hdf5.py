@@ -29,7 +29,7 @@ def read_arrays(path: Path) -> Arrays:
 
 
 def stored(path: Path, kind: str, reader: Callable[[Path], Any]) -> Any:
-    """What a reader makes of a file in a child, the numbers of its data sets not read yet."""
+    """Content of a file read in a child, without the numbers of its data sets."""
 
     def leaf(shape: list[int], where: str, field: str | None, unit: Any, rate: Any) -> Leaf:
         turned = reader is not read_tree  # MATLAB's order is the other one
@@ -69,12 +69,12 @@ def opened(path: Path) -> Iterator[Any]:
 
 
 def leaf_of(item: Any, field: str | None = None, unit: Any = None, rate: Any = None) -> Any:
-    """Where numbers are, and of what shape."""
+    """Path and shape of a data set."""
     return {_LEAF: [list(item.shape), item.name, field, unit, rate]}
 
 
 def members(group: Any, skip: str = "\0") -> Iterator[tuple[str, Any]]:
-    """What a group holds, by name; a link to another file is refused, one to nowhere left out."""
+    """Members of a group by name; a link to another file is refused, a dangling one left out."""
     import h5py
 
     home = h5py.h5o.get_info(group.id).fileno

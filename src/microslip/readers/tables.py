@@ -142,7 +142,7 @@ def headings(columns: Sequence[Named]) -> str:
 
 
 def unmistakable(column: Named, columns: Sequence[Named]) -> str:
-    """What to write for a column so that no other is meant."""
+    """Spelling of a column that no other column shares."""
     alike = [c for c in columns if c.heading == column.heading]
     return f"#{column.place + 1}" if len(alike) > 1 else shorten(column.heading, 40)
 

@@ -70,7 +70,7 @@ class TextFile(NamedTuple):
 
     @property
     def kind(self) -> str:
-        """How the file was understood."""
+        """Kind of the file, in words."""
         layout = self.layout
         parts = [
             f"text ({_CALLED[self.encoding]})",
@@ -114,7 +114,7 @@ class TextFile(NamedTuple):
                     yield index + 1, row[place]
 
     def no_number(self, line: int, place: int, cell: str) -> ValueError:
-        """What is wrong with a cell, and where it is."""
+        """Message of a cell that is no number, with its place."""
         name = shorten(self.layout.names[place], 40) or f"#{place + 1}"
         hint = ""
         other_sign = "," if self.decimal == "." else "."
@@ -361,7 +361,7 @@ def _cells(file: TextFile, block: _Block) -> Iterator[tuple[int, list[str] | Non
 
 
 def _is_cut(file: TextFile, cells: Sequence[str]) -> bool:
-    """Whether what is there of a row are numbers, the last of them perhaps cut, too."""
+    """Whether the rest of a row are numbers, the last of them perhaps cut, too."""
     number = NUMBER[file.decimal].fullmatch
     complete = (number(with_hyphen(cell)) or is_missing(cell) for cell in cells[:-1])
     last = with_hyphen(cells[-1]).rstrip("eE+-.,")

@@ -1,4 +1,4 @@
-"""How numbers stand in tables, on the terminal and on a page alike."""
+"""Format of numbers in tables, on the terminal and on a page alike."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a result says, once: every renderer tells the same document."""
+"""Document of a result: every renderer writes the same content."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Facts:
-    """What is said of one thing, name by name: a material, a file, a rig."""
+    """Facts of one thing, name by name: a material, a file, a rig."""
 
     title: str
     rows: tuple[tuple[str, str], ...]
@@ -176,7 +176,7 @@ class Document:
 
     @property
     def verdicts(self) -> tuple[Verdicts, ...]:
-        """What is judged in it."""
+        """Verdicts in the document."""
         return tuple(block for block in self.blocks() if isinstance(block, Verdicts))
 
     @property

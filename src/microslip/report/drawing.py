@@ -1,4 +1,4 @@
-"""What figures drawn by Matplotlib share: style, page, axes."""
+"""Common base of figures drawn by Matplotlib: style, page, axes."""
 
 from __future__ import annotations
 

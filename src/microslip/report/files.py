@@ -33,7 +33,7 @@ TEXT, NUMBER, FIGURE = 6e-7, 9e-8, 0.02
 
 
 def header(kind: str, schema: int, title: str) -> dict[str, Any]:
-    """What every summary.json begins with."""
+    """Header of every summary.json."""
     return {
         "kind": kind,
         "schema": schema,

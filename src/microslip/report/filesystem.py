@@ -1,4 +1,4 @@
-"""What the system does in one step: swap two folders, take a free name, hold a folder.
+"""Atomic steps of the file system: swap two folders, take a free name, hold a folder.
 
 Python has neither of the renames used here; they are called in the C library.
 """

@@ -37,7 +37,7 @@ _PATIENCE = 1.0  # seconds in which two renames are done, where nobody can be as
 
 
 class _Place(NamedTuple):
-    """Where a result is to be, and what may be replaced there."""
+    """Destination of a result, and the files that may be replaced there."""
 
     target: Path
     name: str
@@ -99,7 +99,7 @@ def _umask() -> int:
 
 
 def _prefix(target: Path) -> str:
-    """How hidden names of a place begin; long ones by their hash, since names have a limit."""
+    """Prefix of hidden names of a place; long ones by their hash, since names have a limit."""
     name = os.fsencode(target.name)
     if len(name) > _LONGEST:
         return f".{sha256(name).hexdigest()[:32]}."
@@ -277,7 +277,7 @@ def _check_contents(folder: Path, place: _Place) -> None:
 
 
 def _other_entries(folder: Path) -> list[str]:
-    """What is no plain file: a folder or a link is somebody's own, whatever its name."""
+    """Entries that are no plain files: a folder or a link is the user's own, whatever its name."""
     return sorted(e.name for e in folder.iterdir() if e.is_symlink() or not e.is_file())
 
 

@@ -100,7 +100,7 @@ def anchor(title: str) -> str:
 
 
 def _banner(document: Document) -> Iterator[str]:
-    """How far to trust the answer, first of all."""
+    """Overall verdict, at the head of the page."""
     if not document.verdicts and not document.remarks:
         return
     judged = [judgement for block in document.verdicts for judgement in judgements(block)]
@@ -154,7 +154,7 @@ def _figure(picture: Picture, number: int, svg: bytes) -> str:
 
 
 def _provenance(document: Document) -> Iterator[Section]:
-    """Who made it, and what lies beside the page."""
+    """Program and version, and the files beside the page."""
     generator = document.data.get("generator")
     names = [name for name in document.data.get("files", ()) if name != "report.html"]
     blocks: list[Block] = []

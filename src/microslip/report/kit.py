@@ -32,7 +32,7 @@ SHORT_DASH = (1.0, 1.0)
 
 
 class Look(NamedTuple):
-    """How a line looks; either dashes or markers tell lines apart in grey."""
+    """Style of a line; dashes or markers tell lines apart in grey."""
 
     color: str = COLORS[0]
     dash: tuple[float, ...] = ()
@@ -72,7 +72,7 @@ def visible_values(values: Floats, log: bool = True) -> Floats:
 
 
 def in_unit(values: Floats, unit: str) -> tuple[float, str]:
-    """What values are divided by, and the unit that is then left: of the middle one of them."""
+    """Divisor of values and their unit, chosen by the middle value."""
     if unit in ("", "-", "–"):
         return 1.0, "–"
     if unit.startswith("1/"):  # counts per area are read per square millimetre
@@ -139,7 +139,7 @@ def in_rows(panels: Sequence[Panel], columns: int) -> tuple[float, ...]:
 
 
 class Family(NamedTuple):
-    """What one panel of many shows over the same axis: its name, its unit, and its lines."""
+    """One of many panels over the same axis: its name, its unit, and its lines."""
 
     name: str
     unit: str

@@ -1,4 +1,4 @@
-"""Where everything of a figure stands on its page, worked out once for all its renderers."""
+"""Layout of a figure on its page, computed once for all renderers."""
 
 from __future__ import annotations
 
@@ -114,7 +114,7 @@ class Frame:
         return self.left + across * self.width, self.top + (1.0 - up) * self.height
 
     def name_place(self, name: shapes.LineName) -> tuple[float, float, float] | None:
-        """Where a name along a line begins or ends on the page [pt], and its angle [rad]."""
+        """Position of a name along a line [pt], and its angle [rad]."""
         x, y = self.points(name.x, name.y)
         visible = (x >= self.left) & (x <= self.right) & (y >= self.top) & (y <= self.bottom)
         x, y = x[visible], y[visible]

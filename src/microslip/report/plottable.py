@@ -1,4 +1,4 @@
-"""What every result that can be drawn offers."""
+"""Interface of every result that can be drawn."""
 
 from __future__ import annotations
 

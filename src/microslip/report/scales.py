@@ -1,4 +1,4 @@
-"""Which prefix numbers that stand together share, and which of many are shown."""
+"""Common prefix of numbers shown together, and selection of those shown."""
 
 from __future__ import annotations
 

@@ -136,12 +136,12 @@ def judgements(block: Verdicts) -> list[Judgement]:
 
 
 def value_text(block: Verdicts, name: str, value: float) -> str:
-    """What is judged, for people."""
+    """Judged value, as text."""
     return f"{significant(100.0 * value)} %" if name in block.percent else significant(value)
 
 
 def limit_text(block: Verdicts, name: str, limit: float) -> str:
-    """What it is held to, a number that somebody chose."""
+    """Limit of a rule, as text."""
     return f"{100.0 * limit:.3g} %" if name in block.percent else f"{limit:.3g}"
 
 

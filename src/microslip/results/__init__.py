@@ -1,4 +1,4 @@
-"""What each product says of itself, as one document: predicted, measured, identified, scanned.
+"""Documents of each product: predicted, measured, identified, scanned.
 
 A new kind of result is one module here (or a package, where it is long). It offers
 

@@ -1,4 +1,4 @@
-"""What a batch says: how many, which failed and why, one table and figures over all."""
+"""Document of a batch: number of items, failures with reasons, one table and figures over all."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What an inverse design says: the values found, how sure they are, and the trade-off."""
+"""Document of an inverse design: the values found, their uncertainty, and the trade-off."""
 
 from __future__ import annotations
 

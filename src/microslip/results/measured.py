@@ -56,7 +56,7 @@ def document(
     say: Say = str,
     skipped: Sequence[tuple[str, str]] = (),
 ) -> Document:
-    """What measured records say, at least one; ``skipped`` could not be measured, and why.
+    """Document of measured records, at least one; ``skipped`` could not be measured, and why.
 
     Texts that name arguments are spelt by ``say`` for those who read them.
     """
@@ -135,7 +135,7 @@ def _answer(measurements: Sequence[Measurement]) -> str:
 
 
 def _ends(measured: Measurement) -> str:
-    """What cycles dissipate at the least and the largest amplitude of a record with several."""
+    """Energy a cycle at the least and the largest amplitude of a record with several."""
     levels = sorted(measured.levels, key=lambda level: level.mean["amplitude"].value)
     low, high = (
         f"{_joules(level.mean['dissipated_energy'].value)} at "
@@ -146,7 +146,7 @@ def _ends(measured: Measurement) -> str:
 
 
 def _number(measurements: Sequence[Measurement]) -> Number:
-    """What a cycle dissipates, with its interval; over several records the range of them."""
+    """Energy a cycle with its interval; over several records its range."""
     energies = [measured.mean["dissipated_energy"] for measured in measurements]
     first, measured = energies[0], measurements[0]
     if len(energies) > 1:
@@ -201,7 +201,7 @@ def _sections(measured: Measurement, say: Say, is_alone: bool) -> tuple[Section,
 
 
 def _channels_text(notes: Sequence[ChannelNote]) -> str:
-    """Which columns were read, in a line."""
+    """Columns read, in a line."""
     words = [
         f'{note.kind.replace("_", " ")} "{note.heading}"{", sign turned" * note.is_turned}'
         for note in notes

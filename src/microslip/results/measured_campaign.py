@@ -1,4 +1,4 @@
-"""What measured records say together: a row a record, evolution, fretting map, wear, runs."""
+"""Records of a campaign together: a row a record, evolution, fretting map, wear, runs."""
 
 from __future__ import annotations
 
@@ -157,7 +157,7 @@ def pictures(campaign: Campaign, confidence: float = 0.95) -> dict[str, Picture]
 def sections(
     campaign: Campaign, skipped: Sequence[tuple[str, str]], confidence: float
 ) -> tuple[list[Section], list[Section]]:
-    """What stands before the single records, and behind them."""
+    """Sections before and after the single records."""
     first = [Section("Records", (table_of(campaign),))]
     if skipped:
         texts = tuple(f"{shorten(name, 80)}: {why}" for name, why in skipped)
@@ -254,7 +254,7 @@ def _run_in(laws: Sequence[RunningIn], confidence: float) -> Table:
 
 
 def _specimens(found: Sequence[tuple[str, Pooled]], confidence: float) -> tuple[Table, Table]:
-    """What they say together, and each of them."""
+    """Pooled values, and those of each specimen."""
     columns = (
         Column("quantity", "quantity"),
         Column("condition", "condition"),

@@ -30,7 +30,7 @@ KIND = "microslip-modal-test"
 
 
 def document(tests: Sequence[ModalTest]) -> Document:
-    """What tests of modes say."""
+    """Document of modal tests."""
     names = [shorten(test.name, 100) for test in tests]
     title = names[0] if len(names) == 1 else f"{len(names)} tests of modes"
     data = {

@@ -142,7 +142,7 @@ def _of_table(source: Path, study: str) -> Iterator[Item]:
 
 
 def run_item(item: Item) -> Outcome:
-    """What an item gives: rows of plain numbers, or the reason why there are none."""
+    """Result of an item: rows of plain numbers, or the reason why there are none."""
     begin = time.perf_counter()
     try:
         rows = _measured(item) if item.work == "measure" else _predicted(item)
@@ -187,7 +187,7 @@ def _measured(item: Item) -> list[dict[str, float | None]]:
 
 @dataclass(frozen=True)
 class Batch:
-    """What has come of a batch so far."""
+    """Results of a batch so far."""
 
     items: tuple[Item, ...]
     outcomes: Mapping[str, Outcome]

@@ -133,7 +133,7 @@ class AmplitudeCurve(Columns):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class HistoryResponse(Columns):
-    """What one joint does along the history of the study, from rest, as equal-length arrays.
+    """Response of one joint to the history of the study, from rest, as equal-length arrays.
 
     Parameters
     ----------
@@ -214,7 +214,7 @@ class OscillatorCurve(Columns):
 
 @dataclass(frozen=True)
 class Limits:
-    """What the dissipated energy E tends to: c a^3 at small amplitudes a, 4 mu N (a - b) at large.
+    """Limits of the dissipated energy E: c a^3 at small amplitudes a, 4 mu N (a - b) at large.
 
     `cubic_coefficient` c [J/m^3] and `linear_offset` b [m]; None where the joint has no such limit.
     """
@@ -241,7 +241,7 @@ def extremes(excitation: Excitation, normal_load: float) -> tuple[float, ...]:
 
 
 def in_words(variation: LoadVariation) -> str:
-    """How a load varies over a cycle."""
+    """Variation of the load over a cycle, in words."""
     size = (
         f"{100.0 * variation.share:.6g} %"
         if variation.share is not None

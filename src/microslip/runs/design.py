@@ -159,7 +159,7 @@ def parts_of(text: str) -> tuple[str, str, str]:
 
 
 def range_error(key: str, text: str) -> InputError:
-    """What is wrong with ends that are no range."""
+    """Error message of ends that are no range."""
     ends = text.partition("=")[2]
     return InputError(f"`vary`: {key}: wanted low..high above zero, got {ends!r}")
 
@@ -205,7 +205,7 @@ class Search:
         self.start = np.log([float(self.middle[name]) for name in self.names])
 
     def _start(self) -> tuple[list[str], dict[str, Any]]:
-        """What the ranges are called, and the values that the study has of them and of others."""
+        """Names of the ranges, and the values that the study has of them and of others."""
         middle = _arguments(at_middle(self.study))
         names = [KEYS[r.key][0] for r in self.ranges]
         for r, name in zip(self.ranges, names, strict=True):
@@ -218,7 +218,7 @@ class Search:
         return names, middle
 
     def _factors(self) -> dict[str, Floats]:
-        """What the samples multiply the arguments of the middle with."""
+        """Factors of the samples on the arguments of the middle."""
         if not is_uncertain(self.study):
             return {}
         design = Design(self.study)
@@ -326,7 +326,7 @@ class Search:
         return x
 
     def at(self, x: Floats, level: float) -> DesignPoint:
-        """What a design gives."""
+        """Result of a design."""
         samples, (reached, _) = self.values(x), self.quantile(x)
         sign = 1.0 if self.target.at_least else -1.0
         share = float(np.mean(sign * (samples - math.log(level)) >= -1e-9))

@@ -41,7 +41,7 @@ DEFAULT_RANGE = (1e-3, 1e2)
 
 @dataclass(frozen=True)
 class Defaults:
-    """Which amplitudes the study leaves open, and the slip scale [m] they are then taken from."""
+    """Amplitudes that the study leaves open, and the slip scale [m] they are taken from."""
 
     scale: float
     amplitudes: bool
@@ -55,7 +55,7 @@ class Defaults:
         return cls(float(f"{scale:.1e}"), is_open, excitation.curve is None)
 
     def notes(self) -> list[str]:
-        """What was assumed, in sentences."""
+        """Assumptions made, in sentences."""
         scale = engineering(self.scale, "m", trim=True)
         of = f"times the slip scale, {scale} when rounded to two digits"
         notes = []
@@ -111,7 +111,7 @@ def _variables(study: StudyDescription) -> dict[str, Variable]:
 
 
 def rows_of(study: StudyDescription) -> list[dict[str, float]]:
-    """What a study says at the amplitudes of its loops and nowhere else, a row a load and loop."""
+    """Results of a study at the amplitudes of its loops only, a row a load and loop."""
     study = at_middle(study)
     joints = build_joints(study)
     amplitudes = _amplitudes(study, Defaults.of(study, joints))

@@ -1,4 +1,4 @@
-"""Which two or three inputs an answer hangs on, of each joint of a study."""
+"""Sensitivities of the answers of each joint of a study to its inputs."""
 
 from __future__ import annotations
 

@@ -148,7 +148,7 @@ def _all_tight(
 
 
 class Cost(NamedTuple):
-    """How large the model of a study is, and what a run takes on one core of 2023."""
+    """Size of the model of a study, and the time of a run on one core of 2023."""
 
     degrees_of_freedom: int
     patches: int
@@ -268,7 +268,7 @@ def _identified(
     joint: ReducedJoint,
     tests: tuple[ModalTest, ...],
 ) -> ModalIdentification:
-    """What tests say of the joint, from the values of the study on."""
+    """Identification of the joint by tests, from the values of the study on."""
     part = study.structure
     assert part is not None  # who calls has looked
     body = study.surface.materials[0]

@@ -26,7 +26,7 @@ SHARES = (0.05, 0.5, 0.95)
 
 @dataclass(frozen=True)
 class Bands:
-    """What a mode does over the samples of what is not known exactly."""
+    """Results of a mode over the samples of the uncertain inputs."""
 
     frequency: Floats  # quantiles at each amplitude [Hz], shape (3, amplitudes)
     damping_ratio: Floats  # the same [-]

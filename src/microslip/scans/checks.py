@@ -1,4 +1,4 @@
-"""What can be the heights and the pixel of a scan."""
+"""Checks of the heights and the pixel of a scan."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _ATOM = 1e-10  # [m] no surface varies less: smaller is rounding
 
 
 def spikes(heights: NDArray[np.float64]) -> int:
-    """How many points are so far away that nothing else would be seen beside them."""
+    """Number of points so far away that nothing else would be seen beside them."""
     # A hundred thousand points tell the usual distance well enough, in milliseconds.
     step = max(1, heights.size // 100_000)
     sample = heights.ravel()[::step]
@@ -67,7 +67,7 @@ def repeated(heights: NDArray[np.float64]) -> tuple[float, int, float, float] | 
 
 
 def exact_zeros(heights: NDArray[np.float64]) -> int | None:
-    """How many points are exactly zero, if far more than have any other height near it.
+    """Number of exact zeros, if far more than any other height near it.
 
     Of few digits each height is there often; then zero is as often as its neighbours.
     """
@@ -84,7 +84,7 @@ def exact_zeros(heights: NDArray[np.float64]) -> int | None:
 
 
 def absurd(heights: NDArray[np.float64], pixel: tuple[float, ...]) -> list[str]:
-    """What to ask back of units that are more likely wrong than right."""
+    """Message on units that are likely wrong."""
     low, high = np.nanpercentile(heights[:: max(1, heights.shape[0] // 500)], (0.5, 99.5)).tolist()
     height, step = high - low, min(pixel)
     size = max(n * s for n, s in zip(heights.shape[::-1], pixel, strict=True))
@@ -110,7 +110,7 @@ def enough(name: str, heights: NDArray[np.float64]) -> None:
 
 
 def objection(heights: NDArray[np.float64]) -> str:
-    """Why heights cannot be measured: all the same, or with spikes that drown the others."""
+    """Reason why heights cannot be evaluated: all equal, or dominated by spikes."""
     low, high = float(np.fmin.reduce(heights, axis=None)), float(np.fmax.reduce(heights, axis=None))
     if low == high:
         return (

@@ -73,7 +73,7 @@ def combine(
 
 
 class Spread(NamedTuple):
-    """How much estimates of one face scatter: standard deviations over the mean [-]."""
+    """Scatter of estimates of one face: standard deviations over the mean [-]."""
 
     density: float
     radius: float

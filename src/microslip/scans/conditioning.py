@@ -28,7 +28,7 @@ _ROUNDING = 1e-14  # of the heights: less is left of an exact plane
 
 @dataclass(frozen=True)
 class Steps:
-    """What is to be done, in this order; None where nothing."""
+    """Steps of conditioning, in this order; None where skipped."""
 
     level: Any = None
     outliers: Any = None

@@ -13,7 +13,7 @@ _BLOCK = 1 << 16  # summits a pass
 
 
 class Tops(NamedTuple):
-    """What a fit says of summits, one row each."""
+    """Fitted summits, one row each."""
 
     curvatures: Floats
     """Principal curvatures (n, 2) [1/m], the larger first; above zero for a summit."""

@@ -145,7 +145,7 @@ def _fitted(
 
 
 def _ends(levels: Floats) -> NDArray[np.intp]:
-    """Where the levels are that the quantiles are judged between, from either side."""
+    """Levels between which the quantiles are judged, from either side."""
     ends = np.array([*RANGE, *TAIL])
     return np.asarray(np.abs(levels[:, None] - np.append(ends, 1.0 - ends)).argmin(axis=0))
 

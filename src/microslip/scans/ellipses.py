@@ -1,4 +1,4 @@
-"""How long the summits of a scan are beside their width, and along what."""
+"""Ellipticity and direction of the summits of a scan."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How much of the moments of a surface few points carry."""
+"""Share of the moments of a surface carried by few points."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class ExtremeShares(NamedTuple):
 
 
 def extreme_shares(scan: HeightMap) -> ExtremeShares:
-    """How much of each moment few points carry."""
+    """Share of each moment carried by few points."""
     heights = scan.heights
     scan.moments()  # says what is wrong with heights that have none
     shares = [share_of_heights(scan)]
@@ -45,7 +45,7 @@ def extreme_shares(scan: HeightMap) -> ExtremeShares:
 
 
 def share_of_heights(scan: HeightMap) -> float:
-    """How much of the variance of the heights alone."""
+    """Share of the variance of the heights alone."""
     return _share([np.abs(scan.heights - np.nanmean(scan.heights))])
 
 

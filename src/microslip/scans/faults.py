@@ -50,7 +50,7 @@ _BOW = 1.0
 
 
 def faults(heights: Floats) -> list[Remark]:
-    """What a map of heights [m] shows of faults: what, how much, and what to do."""
+    """Faults of a map of heights [m]: kind, number, and remedy."""
     if heights.ndim != 2 or min(heights.shape) < _FEWEST:
         return []
     there = heights[~np.isnan(heights)]

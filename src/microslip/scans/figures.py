@@ -44,7 +44,7 @@ def map_figure(scan: Any) -> Plot:
 
 
 def summit_figure(summits: Any) -> Plot:
-    """Where the summits are, as rings that show on a map of the heights; of a profile, on it."""
+    """Positions of the summits, as rings on a map of the heights; of a profile, on it."""
     if summits.scan.is_profile:
         return trace_figure(summits.scan)
     panel = _map_panel(summits.scan)

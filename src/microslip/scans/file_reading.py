@@ -29,7 +29,7 @@ _TEXTS = ("csv", "txt", "tsv", "dat", "prn")  # endings that say no more than th
 
 
 class Understood(NamedTuple):
-    """What a file holds, as a scan takes it."""
+    """Content of a file as a scan."""
 
     heights: np.ndarray
     """[m], NaN where missing."""

@@ -48,13 +48,13 @@ ESTIMATES = {
 
 
 def single_value(values: Any) -> Any:
-    """What was said once, by itself."""
+    """Value of an option given once."""
     return values[0] if isinstance(values, tuple) and len(values) == 1 else values
 
 
 @dataclass(frozen=True)
 class Request:
-    """What is wanted of a scan, in SI units: the options of scans by their names."""
+    """Options of scans by their names, in SI units."""
 
     path: Path
     cutoff: float | None = None
@@ -86,7 +86,7 @@ class Request:
 
     @classmethod
     def of(cls, *scans: Path, cutoff_given: bool, **options: Any) -> Request:
-        """What options of the command, in SI units, ask for."""
+        """Request of the command's options, in SI units."""
         drawing = {option.name: options.pop(option.name, None) for option in DRAWING}
         options["drawing"] = {name: value for name, value in drawing.items() if value is not None}
         options["against"] = tuple(map(Path, options.pop("against", None) or ()))
@@ -103,7 +103,7 @@ class Request:
 
     @property
     def is_of_faces(self) -> bool:
-        """Whether more is asked than what one scan says."""
+        """Whether more than one scan is concerned."""
         return len(self.scans) != 1 or bool(self.against or self.drawing)
 
     def pair(self) -> MaterialPair | None:

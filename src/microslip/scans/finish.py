@@ -1,4 +1,4 @@
-"""What a drawing says of a surface, as summits, with how far that can be trusted."""
+"""Surface from a drawing as summits, with the limits of its validity."""
 
 from __future__ import annotations
 

@@ -55,7 +55,7 @@ class HeightFit(Locked):
 
     @property
     def verdict(self) -> str:
-        """What the heights are, in a sentence."""
+        """Kind of the heights, in a sentence."""
         gauss, best, rms = self.gaussian, self.best, self.statistics.rms
         text = {
             "ok": "The heights are Gaussian for all that matters",
@@ -77,7 +77,7 @@ class HeightFit(Locked):
         return f"{text}."
 
     def verdicts(self) -> tuple[Verdict, ...]:
-        """How far the heights are from a Gaussian: points, quantiles, those of the top tenth."""
+        """Deviation of the heights from a Gaussian: points, quantiles, those of the top tenth."""
         gaussian = self.gaussian
         return judged(
             {

@@ -1,4 +1,4 @@
-"""What each law of the summit heights makes of a joint, and which one the tail bears."""
+"""Joint by each law of the summit heights, and the law that the tail supports."""
 
 from __future__ import annotations
 

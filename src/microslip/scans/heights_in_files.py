@@ -42,7 +42,7 @@ _BY_SLASH = re.compile(r"(.+?)\s*/\s*([^\W\d_]{1,12})")
 
 @dataclass(frozen=True)
 class Wishes:
-    """What the user states of a file; None where nothing."""
+    """The user's statements on a file; None where nothing."""
 
     format: Any = None
     unit: Any = None
@@ -187,7 +187,7 @@ def _of_text(file: TextFile, form: str, wishes: Wishes) -> RawHeights:
 
 
 def _order(called: list[str], count: int) -> tuple[list[int], tuple[str, ...]]:
-    """Which columns are x, y and z, or x and z, by their names; by their places without names."""
+    """Columns of x, y and z, or x and z, by their names; without names by their places."""
     axes = ["x", "y", "z"] if count > 2 else ["x", "z"][2 - count :]
     places = list(range(len(axes)))
     if sorted(called) == axes:

@@ -1,4 +1,4 @@
-"""What a user wants of a joint against both cut-offs of the scan and against its size."""
+"""Quantities of a joint against both cut-offs of the scan and against its size."""
 
 from __future__ import annotations
 
@@ -142,7 +142,7 @@ def joint_over_cutoffs(
     filter: str = "gaussian",
     progress: Progress | None = None,
 ) -> JointOverCutoffs:
-    """What is wanted of a joint against both cut-offs and on patches of the scan.
+    """Quantities of a joint against both cut-offs and on patches of the scan.
 
     Parameters
     ----------
@@ -270,7 +270,7 @@ def _longs(
 
 @dataclass(frozen=True)
 class _JointOf:
-    """What is computed of some summits."""
+    """Function from summits to the quantities of a joint."""
 
     pair: MaterialPair
     normal_load: float

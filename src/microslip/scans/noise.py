@@ -1,4 +1,4 @@
-"""How much of a scan is noise from one point to the next."""
+"""Noise of a scan from one point to the next."""
 
 from __future__ import annotations
 

@@ -12,7 +12,7 @@ _TOLERANCE = 1e-5  # residual, beside that of the first guess
 
 
 def outliers(heights: Floats, threshold: float) -> np.ndarray:
-    """Where points stand out of their neighbours."""
+    """Outliers among neighbouring points."""
     from scipy.ndimage import median_filter
 
     gaps = np.isnan(heights)

@@ -16,7 +16,7 @@ from microslip.scans.summits import Summits
 
 
 class Quantity(NamedTuple):
-    """What a parameter is called, and its SI unit; "-" for none."""
+    """Name of a parameter, and its SI unit; "-" for none."""
 
     label: str
     unit: str
@@ -100,7 +100,7 @@ def _of_patch(patch: HeightMap) -> dict[str, float]:
 
 
 def _counted_in_patches(scan: HeightMap, summits: Summits) -> list[dict[str, float]]:
-    """What is counted in each of three by three patches, each summit in the one it lies in."""
+    """Counts in three by three patches, each summit in the one it lies in."""
     places = [
         np.clip((3.0 * summits.positions[:, axis] / scan.size[axis]).astype(int), 0, 2)
         for axis in (0, 1)

@@ -85,7 +85,7 @@ def find_peaks(heights: Floats) -> Peaks:
 
 
 def _higher(heights: Floats) -> Codes:
-    """Which of its eight neighbours are higher than each point, a bit each; none if missing."""
+    """Higher ones of the eight neighbours of each point, a bit each; none if missing."""
     rows, columns = heights.shape
     codes = np.empty(heights.shape, dtype=np.uint8)
     step = max(1, _BLOCK // columns)

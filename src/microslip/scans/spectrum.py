@@ -270,7 +270,7 @@ def _weighted_mean(z: Floats, tapers: list[Floats], present: Floats | None) -> f
 
 
 def mirrored_counts(count: int) -> Floats:
-    """How many waves of the full transform each one of the half stands for; the mean is none."""
+    """Number of waves of the full transform for each one of the half; the mean has none."""
     sides = np.full(count // 2 + 1, 2.0)
     if count % 2 == 0:
         sides[-1] = 1.0

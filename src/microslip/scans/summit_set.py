@@ -93,7 +93,7 @@ class Summits(Locked, Plottable):
 
     @property
     def count(self) -> int:
-        """How many there are."""
+        """Number of summits."""
         return self.heights.size
 
     @property
@@ -241,7 +241,7 @@ class Summits(Locked, Plottable):
         friction_coefficient: float = 0.5,
         amplitude: float | None = None,
     ) -> HeightLaws:
-        """What each law of the summit heights makes of a joint at a load, and which to take.
+        """Joint by each law of the summit heights at a load, and the one to take.
 
         Parameters
         ----------
@@ -277,7 +277,7 @@ class Summits(Locked, Plottable):
         )
 
     def validity(self, joint: Interface | None = None) -> tuple[Verdict, ...]:
-        """How far the summits bear a joint, a verdict for each assumption.
+        """Validity of the summits for a joint, a verdict for each assumption.
 
         Those on the summits come first, then those on a joint of theirs at its load, if one is
         given.
@@ -308,7 +308,7 @@ class Summits(Locked, Plottable):
         return (*judged(values), *(joint.validity if joint is not None else ()))
 
     def _against_mccool(self) -> float:
-        """How far the radius counted is from McCool's, as a factor; infinite where he has none."""
+        """Ratio of the counted radius to McCool's; infinite where his is undefined."""
         try:
             mccool = self.scan.moments().mccool().radius
         except InputError:  # no Gaussian surface at all: no factor is too large

@@ -1,4 +1,4 @@
-"""What Greenwood and Williamson's model asks of a surface, and where it is from."""
+"""Inputs of Greenwood and Williamson's model, and their sources."""
 
 from __future__ import annotations
 

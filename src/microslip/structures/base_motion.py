@@ -30,7 +30,7 @@ _ROUNDING = 1e-8  # of the sides of a joint: motion that is none
 
 
 class AtRest(NamedTuple):
-    """What is asked of a structure at rest, see :class:`microslip.Preload`."""
+    """Interface of a structure at rest, see :class:`microslip.Preload`."""
 
     mass: Any
     stiffness: Any
@@ -43,7 +43,7 @@ class AtRest(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class BaseMotion:
-    """What the motion of a base does to a structure, for each of its inputs."""
+    """Effect of the motion of a base on a structure, for each of its inputs."""
 
     model: ModalModel
     """Of the structure that is held; shapes are zero at supports."""
@@ -139,7 +139,7 @@ def _under_the_structure(
 
 
 def _drag_of_mass(rest: AtRest, carried: Floats, frame: Frame | None) -> Floats | None:
-    """What a damping proportional to the mass does where its dashpots stand on the ground.
+    """Forces of mass-proportional damping whose dashpots stand on the ground.
 
     C = alpha M + beta K alone is told apart; of any other C the dashpots stand on the base.
     """

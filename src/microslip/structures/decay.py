@@ -87,7 +87,7 @@ def slow_flow(
     omega = CubicSpline(places, np.sqrt((spring + averaged) / mass))
 
     def rates(a: Floats) -> tuple[Floats, Floats, Floats]:
-        """What a cycle takes of an amplitude, its angular frequency and its damping ratio."""
+        """Amplitude lost a cycle, angular frequency and damping ratio."""
         stiffness = spring + joint._slope(a)
         natural = omega(np.maximum(np.log(a), places[0]))
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):

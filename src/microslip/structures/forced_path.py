@@ -24,7 +24,7 @@ _FINEST = 1e-6  # shortest arc step, beside the range of frequencies
 
 @dataclass(frozen=True, eq=False)
 class Excitation:
-    """What drives a periodic motion, by powers of 1/omega: the key k belongs to omega^-k."""
+    """Excitation of a periodic motion, by powers of 1/omega: the key k belongs to omega^-k."""
 
     forces: dict[int, Floats]
     """On the modes (modes, size)."""
@@ -90,7 +90,7 @@ class Drive:
     control: Control | None = None
 
     def linear_response(self, omega: float, share: float) -> _Point:
-        """What sticking joints answer; ``share`` of the level, or of what the control holds."""
+        """Response with sticking joints; ``share`` of the level, or of what the control holds."""
         balance = self.balance
         modes, size = balance.shape
         matrix = balance.linear_matrix(omega, 0.0).reshape(modes * size, modes * size)
@@ -212,7 +212,7 @@ class Followed(NamedTuple):
     message: str
 
     def fields(self, drive: Drive) -> dict[str, Any]:
-        """What a :class:`ForcedResponse` holds of it."""
+        """Fields of a :class:`ForcedResponse`."""
         model, basis = drive.balance.model, drive.balance.basis
         points = [solved.point for solved in self.path]
         elastic, rigid = model.size, drive.excitation.rigid

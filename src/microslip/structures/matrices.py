@@ -88,7 +88,7 @@ def symmetric_matrix(name: str, value: Any, size: int | None = None) -> Any:
 
 
 def _place(gap: Any) -> tuple[int, int]:
-    """Where a matrix is largest."""
+    """Position of the largest entry of a matrix."""
     if is_sparse(gap):
         gap = gap.tocoo()
         i = int(np.argmax(gap.data))
@@ -224,7 +224,7 @@ def dense(matrix: Any) -> Floats:
 
 
 def rigid_count(squares: Floats, stiffness: Any, mass: Any) -> int:
-    """How many of the lowest modes have no frequency but rounding."""
+    """Number of the lowest modes whose frequency is rounding."""
     rate = fastest_rate(stiffness, mass)
     return int(np.count_nonzero(squares <= 50.0 * mass.shape[0] * 2.3e-16 * rate))
 
@@ -290,7 +290,7 @@ def _missing(name: str, content: Mapping[str, Any]) -> str:
 
 
 def _read(file: Path, read: Callable[[Path], Any], limit: int) -> Any:
-    """What a reader makes of a file; whatever it raises names the file."""
+    """Result of a reader on a file; any exception names the file."""
     with reading(file, "matrices", limit), decoded(f"{file.suffix.lower()} file"):
         return read(file)
 

@@ -178,7 +178,7 @@ class MeshedJoint(Locked):
     def shank_sections(
         self, along: ArrayLike | None = None
     ) -> list[tuple[float, float, float, int]]:
-        """Where the shanks go through their contacts, for pictures.
+        """Sections of the shanks through their contacts, for pictures.
 
         Parameters
         ----------
@@ -343,7 +343,7 @@ def _solids(path: Path, file: Any) -> tuple[str, Indices, list[Indices]]:
 
 
 class _Names:
-    """What a file calls its volumes and faces."""
+    """Names of volumes and faces in a file."""
 
     def __init__(self, path: Path, file: Any, numbers: list[Indices]) -> None:
         self._path, self._file, self._numbers = path, file, numbers

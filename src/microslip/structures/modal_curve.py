@@ -117,7 +117,7 @@ class ModalCurve(LockedArrays, Plottable):
 
     @property
     def harmonic_error(self) -> Floats:
-        """What harmonics beyond the set would change of the joints' damping ratio, relative [-].
+        """Relative change of the joints' damping ratio by harmonics beyond the set [-].
 
         By one step of Newton's method at each amplitude with those that were left out, up to two
         above the highest, when first asked for; NaN where nothing was solved. Above some percent

@@ -77,7 +77,7 @@ class ModalJoints:
 
     @cached_property
     def parts(self) -> list[slice]:
-        """Where the coordinates of each group stand."""
+        """Positions of the coordinates of each group."""
         ends = np.cumsum([0] + [g.stuck.size for g in self.groups])
         return [slice(int(a), int(b)) for a, b in pairwise(ends)]
 

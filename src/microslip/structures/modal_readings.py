@@ -236,7 +236,7 @@ def _band_limits(band: Any) -> tuple[float, float]:
 
 
 def _filtered(x: Floats, step: float, low: float, high: float) -> Floats:
-    """What lies in a band, without a shift in time."""
+    """Signal within a band, without a phase shift."""
     from scipy.signal import butter, sosfiltfilt
 
     if not 0.0 < low < high < 0.5 / step:

@@ -272,7 +272,7 @@ _GRAVITY = 9.80665
 
 
 def modal_kind(path: str | os.PathLike[str]) -> str | None:
-    """What a file holds: a curve, a ring-down or a stepped sine; None for all else."""
+    """Kind of a file: a curve, a ring-down or a stepped sine; None for all else."""
     try:
         there = understood(_table(Path(path)).columns)
         return _kind(_roles(there, {}), there)
@@ -393,7 +393,7 @@ def _stepped_sine(table: Table, roles: dict[str, Named], points: Any) -> Stepped
 
 
 def _sensed(table: Table, roles: Mapping[str, Named]) -> tuple[Floats, str]:
-    """What the sensor shows [SI], and of which quantity it is."""
+    """Signal of the sensor [SI], and its quantity."""
     signals = [role for role in POWERS if role in roles]
     if len(signals) > 1:
         raise InputError(

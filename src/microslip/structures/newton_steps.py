@@ -31,7 +31,7 @@ class ModePoint(NamedTuple):
 
 
 class ModeResidual(NamedTuple):
-    """What the equations of a mode miss at a point."""
+    """Residual of the equations of a mode at a point."""
 
     forces: Floats
     border: Floats

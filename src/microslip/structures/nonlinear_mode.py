@@ -23,7 +23,7 @@ _STALLED = 1e-7  # residual with which a stalled line search counts as rounding
 
 
 class Solution(NamedTuple):
-    """What Newton's method came to."""
+    """Result of Newton's method."""
 
     point: ModePoint
     converged: bool
@@ -130,7 +130,7 @@ _FINEST = 0.01  # shortest step in the logarithm of the amplitude
 
 @dataclass(frozen=True, eq=False)
 class Continuation:
-    """What came out at each amplitude."""
+    """Results at each amplitude."""
 
     solutions: list[Solution | None]
     """In the order of the amplitudes; None where it was not reached."""
@@ -205,7 +205,7 @@ def _first_solution(equations: ModeEquations, target: float) -> tuple[Solution |
 
 
 def _same_mode(point: ModePoint, guess: ModePoint) -> bool:
-    """Whether Newton's method stayed near its guess: it may land on a motion far away."""
+    """Whether Newton's method stayed near its guess: it may converge to another motion."""
     a, b = point.coefficients[:, 1:3].ravel(), guess.coefficients[:, 1:3].ravel()
     likeness = abs(float(a @ b)) / float(np.linalg.norm(a) * np.linalg.norm(b))
     return likeness > 0.8 and 0.7 < point.omega / guess.omega < 1.4

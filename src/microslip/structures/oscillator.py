@@ -309,7 +309,7 @@ class Oscillator:
 
 
 def _length(name: str, cycles: Any, duration: Any) -> tuple[int | None, float | None]:
-    """How long a motion is followed: by cycles or by a duration [s]."""
+    """Duration of a motion: by cycles or by a time [s]."""
     if (cycles is None) == (duration is None):
         came = "neither" if cycles is None else "both"
         raise InputError(f"{name} needs cycles=... or duration=... [s], one of them, got {came}")

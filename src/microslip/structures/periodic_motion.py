@@ -36,7 +36,7 @@ _MOST_ORDER = 1000
 
 @dataclass(frozen=True)
 class HarmonicBasis:
-    """Which harmonics a motion has, and the samples of a period it is looked at."""
+    """Harmonics of a motion, and its samples over a period."""
 
     harmonics: tuple[int, ...]
     """Rising; 0, the mean, is always among them."""
@@ -142,7 +142,7 @@ class AmplitudeMeasure:
 
 
 def power_of(quantity: Any) -> int:
-    """How often a quantity is a derivative of the displacement."""
+    """Order of derivative of the displacement."""
     if not isinstance(quantity, str) or quantity not in POWERS:
         words = ", ".join(f'"{name}"' for name in POWERS)
         raise InputError(f"`quantity` must be one of {words}, got {show(quantity)}")

@@ -77,7 +77,7 @@ class Preload:
 
     @property
     def message(self) -> str:
-        """What came of it, in a sentence."""
+        """Result in a sentence."""
         return (
             f"at rest after {self.iterations} steps, {self.equilibrium_error:.1e} of the largest "
             "force unbalanced"

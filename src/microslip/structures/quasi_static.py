@@ -155,7 +155,7 @@ class QuasiStatic:
     def _turn(
         self, laws: Laws, x: Floats, opposite: Floats | None, square: float, amplitude: float
     ) -> tuple[Floats, float]:
-        """Where the inertia of half the way from the opposite turning point is the load.
+        """Turning point under half the inertia load from the opposite one.
 
         Or that of the whole way from rest, without one; the amplitude is given, lambda is not.
         """

@@ -1,4 +1,4 @@
-"""How far a reduced joint has converged in its patches, mesh, kept modes and harmonics."""
+"""Convergence of a reduced joint in its patches, mesh, kept modes and harmonics."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ NARROWEST = 0.9
 
 
 class Change(NamedTuple):
-    """What one finer model changes."""
+    """Changes by one finer model."""
 
     what: str
     """Of the model, such as "patches halved along"."""
@@ -99,7 +99,7 @@ class Convergence(Locked):
 
     @property
     def message(self) -> str:
-        """What came of it, in a sentence."""
+        """Result in a sentence."""
         worst, first = self.largest, self.steps[0][0]
         within = abs(worst.damping_left) <= self.tolerance
         sentences = [

@@ -15,7 +15,7 @@ _CHUNK = 256  # elements at once: a bound on memory
 
 
 class Points(NamedTuple):
-    """Where points lie: the cell of each, and the values of its shape functions there."""
+    """Position of points: the cell of each, and the values of its shape functions there."""
 
     cells: Indices
     values: Floats

@@ -89,7 +89,7 @@ INSIDE = Rule(
 
 @dataclass(frozen=True, eq=False)
 class ModalIdentification(LockedArrays):
-    """What tests of a structure say of its joint; :func:`identify_modal` makes it.
+    """Joint identified from tests of a structure; :func:`identify_modal` makes it.
 
     Least squares of ln(frequency) and ln(damping ratio); intervals by its linearisation, after
     Seber and Wild, DOI 10.1002/0471725315.

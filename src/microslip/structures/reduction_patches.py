@@ -36,7 +36,7 @@ class Samples(NamedTuple):
 
 
 class Patches(NamedTuple):
-    """What patches are, and their relative displacements as functionals of the elements'."""
+    """Patches, and their relative displacements as functionals of the elements'."""
 
     samples: Samples
     areas: Floats

@@ -60,7 +60,7 @@ class Spectrum:
 
 
 class Variances(NamedTuple):
-    """What the motions of a linear structure in noise are."""
+    """Variances of the motions of a linear structure in noise."""
 
     displacement: Floats
     """Covariance of the modal coordinates (modes, modes)."""
@@ -95,7 +95,7 @@ class LinearStructure:
 
     @cached_property
     def _slow(self) -> int:
-        """How many modes, from the lowest, answer dynamically."""
+        """Number of modes, from the lowest, that respond dynamically."""
         highest = 2.0 * math.pi * _BEYOND * float(self.spectrum.frequency[-1])
         return max(1, int(np.count_nonzero(self.squares < highest**2)))
 

@@ -25,7 +25,7 @@ _ENOUGH = 1e-12  # unbalanced force, beside the largest of all forces
 
 
 class StaticState(NamedTuple):
-    """Where a structure comes to rest."""
+    """Static equilibrium of a structure."""
 
     displacement: Floats
     forces: list[Floats]

@@ -49,7 +49,7 @@ AGREEING = Rule(
 
 
 class SteppedSine(NamedTuple):
-    """What a stepped sine says."""
+    """Result of a stepped sine."""
 
     values: Values
     controlled: str
@@ -127,7 +127,7 @@ def stepped_sine(
 
 
 def _other_phase(frequency: Floats, phase: Floats, power: int) -> str:
-    """Which phase it could be that was given, in words: that of another quantity, or a lag."""
+    """Phase probably given instead, in words: that of another quantity, or a lag."""
     turned = np.unwrap(phase[np.argsort(frequency, kind="stable")])
     falling = bool(turned[-1] < turned[0])
     ahead = phase if falling else -phase

@@ -227,7 +227,7 @@ class Structure:
 
     @cached_property
     def verdicts(self) -> tuple[Verdict, ...]:
-        """How far the model is what a structure with joints can be: units, rigid motion."""
+        """Verdicts on the model of a structure with joints: units, rigid motion."""
         return judge(self.mass, self.stiffness, self.attachments)
 
     # -- statics ----------------------------------------------------------------------------------

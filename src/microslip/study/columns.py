@@ -126,7 +126,7 @@ def _unit(column: Named, stated_unit: str | None, kind: Kind) -> str:
 
 
 def _share(unit: str) -> Decimal:
-    """What a plain number is multiplied with: it may be in percent."""
+    """Factor of a plain number: it may be in percent."""
     return Decimal("0.01") if unit.lower() in ("%", "percent") else Decimal(1)
 
 

@@ -19,7 +19,7 @@ from microslip.study.toml_text import tables_of, text_of
 
 
 class StudyDescription(StudyTables):
-    """What :class:`microslip.Study` is, before anything is computed."""
+    """Description of a :class:`microslip.Study`, before anything is computed."""
 
     _name: str = "study"
     _text: str | None = None
@@ -97,7 +97,7 @@ class StudyDescription(StudyTables):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What was taken from elsewhere: table values and their sources, files, overrides."""
+        """Sources of values: tables, files, overrides."""
         return self._notes
 
     @classmethod

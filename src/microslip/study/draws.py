@@ -1,4 +1,4 @@
-"""What is uncertain in a study, drawn: from points to studies of plain numbers."""
+"""Draws of the uncertain values of a study: from points to studies of plain numbers."""
 
 from __future__ import annotations
 

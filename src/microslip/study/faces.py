@@ -28,7 +28,7 @@ _MOST_SCANS = 50
 
 
 class RoughFace(NamedTuple):
-    """What is known of one face."""
+    """Known properties of one face."""
 
     statistics: SummitStatistics
     origin: str
@@ -70,7 +70,7 @@ class DrawnFace(Part):
     )
 
     def check(self, place: Place) -> None:
-        """What no drawing says is refused."""
+        """Refuse values that no drawing has."""
         try:
             _ = self.finish
         except InputError as error:
@@ -80,7 +80,7 @@ class DrawnFace(Part):
 
     @property
     def finish(self) -> SurfaceFinish:
-        """What the drawing says."""
+        """Surface of the drawing."""
         from microslip.scans import SurfaceFinish
 
         return SurfaceFinish(**{name: getattr(self, name) for name in DrawnFace.keys})
@@ -148,7 +148,7 @@ class ScannedFace(Scanned):
         return RoughFace(statistics, origin, self.verdicts(), spread)
 
     def verdicts(self) -> tuple[Verdict, ...]:
-        """How far the scans bear a joint: those of all of them."""
+        """Verdicts on the faces as inputs of a joint."""
         return tuple(verdict for scan in self._scans for verdict in scan.verdicts())
 
 
@@ -163,7 +163,7 @@ FACES = (ScannedFace, DrawnFace, SummitsFace)
 
 
 def _kind(raw: Any) -> str:
-    """Which way was taken; what has keys of none is told what summits need."""
+    """Way in which the face is described; without keys, what summits need."""
     if "scan" in raw:
         return ScannedFace.__name__
     return (DrawnFace if raw.keys() & DrawnFace.keys else SummitsFace).__name__
@@ -187,7 +187,7 @@ class FacedSurface(SurfaceTable):
 
     @property
     def faces(self) -> dict[str, RoughFace]:
-        """What is known of each face; it is found once."""
+        """Known properties of each face; found once."""
         if self._faces is None:
             self._faces = {key: part.face() for key, part in self.face_tables().items()}
         return self._faces
@@ -204,11 +204,11 @@ class FacedSurface(SurfaceTable):
         return self.statistics.to_surface(pair, self.area)
 
     def verdicts(self) -> tuple[Verdict, ...]:
-        """How far what the faces are known by bears a joint."""
+        """Verdicts on the faces as inputs of a joint."""
         return tuple(verdict for face in self.faces.values() for verdict in face.verdicts)
 
     def sentences(self) -> list[str]:
-        """Where the summits are from."""
+        """Sources of the summits."""
         sentences = [
             f"surface{key}: {face.statistics}, {face.origin}." for key, face in self.faces.items()
         ]
@@ -225,7 +225,7 @@ class FacedSurface(SurfaceTable):
         return "greenwood-williamson"
 
     def findings(self) -> dict[str, Any]:
-        """What is known of the faces, in SI units."""
+        """Known properties of the faces, in SI units."""
         faces = {
             key.lstrip(".") or "face": {
                 **asdict(face.statistics),

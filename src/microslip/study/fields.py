@@ -93,7 +93,7 @@ class Described(Part):
     """The class."""
 
     def values(self) -> dict[str, Any]:
-        """What the class is made of, in SI units."""
+        """Arguments of the class, in SI units."""
         return {item.name: getattr(self, item.name) for item in parameters_of(self.describes)}
 
 
@@ -105,12 +105,12 @@ class DescribedAlone(Described):
         return self.describes(**self.values())
 
     def check(self, place: Place) -> None:
-        """What the class refuses is refused here."""
+        """Refuse here whatever the class refuses."""
         self.build()
 
 
 def can_be_described(kind: type) -> bool:
-    """Whether all that a class needs are parameters that it says."""
+    """Whether all that a class needs are declared parameters."""
     if not dataclasses.is_dataclass(kind) or not parameters_of(kind):
         return False
     names = {item.name for item in parameters_of(kind)}

@@ -33,7 +33,7 @@ INTERFACE = key_of(Interface)
 
 
 class Joint(Part):
-    """What presses and holds the surfaces: friction coefficient [–] and normal loads [N]."""
+    """Friction coefficient [–] and normal loads [N] of the joint."""
 
     law: str = tag(
         INTERFACE, "The surface decides; other laws have keys of their own.", default=INTERFACE

@@ -113,7 +113,7 @@ class MeasuredFace(ReadScan):
         return self.area or self.read_scan.area
 
     def findings(self) -> dict[str, Any]:
-        """What was solved, in SI units."""
+        """Numbers of the solution, in SI units."""
         scan = self.face
         numbers: dict[str, Any] = {
             "name": scan.name,
@@ -128,7 +128,7 @@ class MeasuredFace(ReadScan):
         return {"scan": numbers}
 
     def sentences(self) -> list[str]:
-        """What was solved, in words."""
+        """Solution in words."""
         name = shorten(Path(self.scan).name, 100)
         cutoff = "" if self.cutoff is None else f", cut-off {engineering(self.cutoff, 'm')}"
         start = f"surface.scan: {name}{cutoff}, solved point by point"

@@ -61,7 +61,7 @@ def _completed(entry: dict[str, Any], metal: Metal, notes: list[str], name: str)
 
 
 def unknown(name: str, described: Iterable[str]) -> str:
-    """What to say of a body that is neither a material of the study nor a metal of the table."""
+    """Message on a body that is neither a material of the study nor a metal of the table."""
     described = [candidate for candidate in described if metal_called(candidate) is None]
     table = 'a metal of the table (see "microslip materials")'
     if described:

@@ -44,7 +44,7 @@ class Override:
 
     @property
     def note(self) -> str:
-        """What was replaced, in a sentence."""
+        """Replaced values, in a sentence."""
         value = self.text.partition("=")[2].strip()
         return f"{dotted(self.path)} was overridden: {shorten(value, 80)}."
 
@@ -211,7 +211,7 @@ def _canonical(data: dict[str, Any]) -> str:
 
 
 def dump(study: dict[str, Any]) -> str:
-    """What a study was given, as TOML."""
+    """Values of a study, as TOML."""
     plain = {key: value for key, value in study.items() if not isinstance(value, dict)}
     tables = {(key,): value for key, value in study.items() if isinstance(value, dict)}
     blocks = [_lines(plain)] if plain else []

@@ -1,4 +1,4 @@
-"""What all tables of a study have in common: keys that are declared.
+"""Common base of all tables of a study: declared keys.
 
 A table is a class whose keys are :func:`key` of a declaration or of another reader. From them
 follow how it is read, what it says of a mistake and at which key, and its JSON Schema.
@@ -50,7 +50,7 @@ class Key:
 
     @property
     def declared(self) -> Parameter | None:
-        """What is declared of its value, or of each of many; None of a table."""
+        """Declaration of its value, or of each of many; None of a table."""
         reader = self.reader
         while isinstance(reader, (Items, Named)):
             reader = reader.item
@@ -63,7 +63,7 @@ class Key:
 
     @property
     def heading(self) -> str:
-        """What stands for it in tables: its label, or the first clause of its help."""
+        """Heading in tables: its label, or the first clause of its help."""
         label = "" if self.declared is None else self.declared.label
         return label or _CLAUSE_ENDS.split(self.help, maxsplit=1)[0]
 
@@ -235,7 +235,7 @@ class Part:
 
     @classmethod
     def prepare(cls, raw: dict[str, Any], place: Place) -> dict[str, Any]:
-        """What stands in the file, before its keys are looked at."""
+        """Values of the file before its keys are read."""
         return raw
 
     def check(self, place: Place) -> None:
@@ -250,7 +250,7 @@ class Part:
 
     @classmethod
     def no_table(cls, raw_value: object, place: Place) -> str:
-        """What to say where no table stands."""
+        """Message where no table stands."""
         needed = [
             f"{name} = {item.example or item.reader.example}"
             for name, item in cls.keys.items()
@@ -261,14 +261,14 @@ class Part:
 
     @classmethod
     def missing(cls, name: str, item: Key, place: Place) -> str:
-        """What to write for a key that is missing."""
+        """Remedy for a missing key."""
         if not item.example:
             return f"missing; write a table [{place.at(name).key}]"
         return f"missing; write for example {name} = {item.example}"
 
     @classmethod
     def unknown(cls, name: str) -> str:
-        """What to say of a key that it has not."""
+        """Message on an unknown key."""
         if hint := did_you_mean(name, cls.keys):
             return f"unknown key{hint}"
         home = next((words for words, model in HOMES if name in model.keys), None)
@@ -347,7 +347,7 @@ class SurfaceTable(Part):
         return area
 
     def findings(self) -> dict[str, Any]:
-        """What was found where its summits come from, in SI units, under a key of summary.json."""
+        """Numbers found with its summits, in SI units, under a key of summary.json."""
         return {}
 
     def sentences(self) -> list[str]:
@@ -355,7 +355,7 @@ class SurfaceTable(Part):
         return []
 
     def verdicts(self) -> tuple[Verdict, ...]:
-        """How far that bears a joint, apart from what its load decides."""
+        """Verdicts apart from those that depend on the load."""
         return ()
 
 
@@ -364,7 +364,7 @@ HOMES: list[tuple[str, type[Part]]] = []
 
 
 def homes_of(model: type[Part], path: str = "") -> Iterator[tuple[str, type[Part]]]:
-    """Where the keys of a table and of those in it belong, in words."""
+    """Tables to which the keys of a table belong, in words."""
     yield f"[{path}]" if path else "the top level", model
     for name, item in model.keys.items():
         where = f"{path}.{name}" if path else name

@@ -1,4 +1,4 @@
-"""How the normal load of a study is spread over the faces."""
+"""Distribution of the normal load of a study over the faces."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class PressurePart(Part):
         raise NotImplementedError
 
     def check(self, place: Place) -> None:
-        """What no distribution has is refused."""
+        """Refuse values that no distribution has."""
         self.spread()
 
 
@@ -114,7 +114,7 @@ class PatchesPressure(PressurePart):
 
 
 class BoltPressure(PressurePart):
-    """What bolts press where two plates meet: a cone of 30 degrees from head and nut."""
+    """Pressure of bolts between two plates: a cone of 30 degrees from head and nut."""
 
     kind: str = tag("bolt", "By bolts through two plates.")
     size: str = key(one_of(*BOLTS), "Size of the bolts, which gives head and hole.", '"M8"')

@@ -1,4 +1,4 @@
-"""How the value of a key is read at its place in a study, and what is noted where it is wrong."""
+"""Reading of a key at its place in a study, and notes of errors."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class KeyedError(ValueError):
 
 @dataclass
 class Reading:
-    """Where a study is read from, what is to be told of it, and what is wrong with it."""
+    """Source of a study, its notes and its errors."""
 
     folder: Path | None = None
     notes: list[str] = field(default_factory=list)
@@ -42,7 +42,7 @@ class Reading:
         return (self.folder or Path()) / name
 
     def message(self, error: str, name: str) -> str:
-        """What is wrong with a file, saying where it was looked for."""
+        """Error of a file, saying where it was looked for."""
         if self.folder is None or Path(name).is_absolute():
             return error
         return error.replace("no such file", "no such file in the folder of the study")
@@ -68,7 +68,7 @@ class Place(NamedTuple):
         self.reading.errors.append((self.key, message))
 
     def attempt(self, work: Callable[[], T], names: Sequence[str] = ()) -> T:
-        """What comes of some work, or FAILED; what is wrong is noted at its key.
+        """Result of some work, or FAILED; the error is noted at its key.
 
         An error of the physics stands at the key of its argument, where that is one of ``names``.
         """
@@ -88,7 +88,7 @@ class Place(NamedTuple):
 
 
 class Reader:
-    """How the value of a key is read, and what an editor is told of it."""
+    """Reader of a key, and its description for an editor."""
 
     help: str = ""
     example: str = ""  # as TOML

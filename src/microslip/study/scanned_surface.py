@@ -51,12 +51,12 @@ class _Channel(Reader):
 
 
 def _single(values: Any) -> Any:
-    """What was said once, by itself."""
+    """Value of an option given once."""
     return values[0] if values and len(values) == 1 else values
 
 
 class ReadScan(SurfaceTable):
-    """How a scan is read and conditioned."""
+    """Reading and conditioning of a scan."""
 
     cutoff: float | None = key_of(options.CUTOFF)
     long_cutoff: float | None = key_of(options.LONG_CUTOFF)
@@ -119,7 +119,7 @@ class ReadScan(SurfaceTable):
 
 
 class Scanned(ReadScan):
-    """How scans are read, and what counts as a summit in them."""
+    """Reading of scans, and the definition of a summit in them."""
 
     method: str = key_of(options.METHOD)
     prominence: float | None = key_of(options.PROMINENCE)
@@ -255,7 +255,7 @@ class ScanSurface(Scanned):
         return f"cut-off {self.cutoff_text()}" if self.cutoff else "no cut-off: the pixel decides"
 
     def verdicts(self) -> tuple[Verdict, ...]:
-        """How far the summits bear a joint, apart from what its load decides."""
+        """Verdicts on the summits, apart from those that depend on the load."""
         if self.read_scan.is_profile:
             from microslip.scans.scan_rules import judged, radius_in_pixels, verdicts
 
@@ -280,7 +280,7 @@ class ScanSurface(Scanned):
         return self.area or self.read_scan.area
 
     def findings(self) -> dict[str, Any]:
-        """What was found in the scan, in SI units."""
+        """Numbers found in the scan, in SI units."""
         summits = None if self.read_scan.is_profile else self.summits
         scan = self.profile if summits is None else summits.scan
         numbers = {

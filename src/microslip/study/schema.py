@@ -1,4 +1,4 @@
-"""What a study file may hold, as a tree of frozen models.
+"""Content of a study file, as a tree of frozen models.
 
 Each quantity is text with a unit in the file and an SI float here. Reading a file, and telling
 what is wrong with it, is the work of :mod:`microslip.study.description`.
@@ -185,7 +185,7 @@ class History(Part):
 
 
 class Excitation(Part):
-    """What the joint goes through: amplitudes of loops, range of the curves, an own history."""
+    """Excitation of the joint: amplitudes of loops, range of the curves, a time history."""
 
     rules = {"not": {"required": ["amplitudes", "force_amplitudes"]}}  # noqa: RUF012
 
@@ -243,7 +243,7 @@ class OscillatorPart(Part):
 
 
 class Output(Part):
-    """What is written besides `summary.json` and the copy of the study."""
+    """Files written besides `summary.json` and the copy of the study."""
 
     formats: tuple[str, ...] = key(
         Items(one_of(*FORMATS), '["netcdf", "csv", "svg"]', (1, 20), distinct=True),

@@ -1,4 +1,4 @@
-"""What only shows in the whole of a study, and what is more likely a slip: no computation."""
+"""Consistency of a whole study, and likely mistakes: no computation."""
 
 from __future__ import annotations
 
@@ -213,7 +213,7 @@ def _of_law(study: StudyTables) -> Problems:
 
 
 def _of_uncertainty(study: StudyTables) -> Problems:
-    """What is factors_of_mass is there, and drawn once."""
+    """Uncertain inputs exist, and are drawn once."""
     part = study.uncertainty
     if part is None:
         return
@@ -284,7 +284,7 @@ def _of_amount(study: StudyTables) -> Problems:
 
 
 class Usual(NamedTuple):
-    """What a quantity usually is: its ends in SI units, its unit, and of what they are."""
+    """Usual range of a quantity: its ends in SI units, its unit, and the objects meant."""
 
     low: float
     high: float
@@ -312,7 +312,7 @@ _PRESSURE = Usual(1e1, 5e9, "Pa", "joints")
 
 
 def questions(study: Any) -> list[str]:
-    """What to ask back of a study, a sentence each; nothing where all is usual."""
+    """Likely unit errors of a study, a sentence each; empty where all is usual."""
     unknown = [
         f"{key}: is this number known? The loops that the study was identified from did not tell "
         "it, and give the same for others; take the key from not_identified once it is measured."

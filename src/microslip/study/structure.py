@@ -129,14 +129,14 @@ class BoltsPart(Part):
 
     @property
     def model_spreads(self) -> dict[str, Spread]:
-        """How a torque leaves the tension open."""
+        """Scatter of the tension at a given torque."""
         if self.torque is None or isinstance(self.torque, Spread):
             return {}
         low, high = tension_band(self.tightening_factor or TIGHTENING_FACTOR)
         return {"torque": Spread.between(low * self.torque, high * self.torque)}
 
     def check(self, place: Place) -> None:
-        """What a size says, and one place across for each along."""
+        """The size that the thread gives, and one place across for each along."""
         if self.size is not None:
             given = {name: getattr(self, name) for name in SIZED}
             self.__dict__.update(by_size(self.size, self.thread_friction, **given))
@@ -151,7 +151,7 @@ class BoltsPart(Part):
 
 
 class SensorPart(Part):
-    """Where amplitudes are meant, as a test's sensor shows them."""
+    """Sensor at which amplitudes are meant, as in a test."""
 
     at: tuple[float, float, float] = key(
         Items(_PLACES, '["0.36 m", "0 m", "0 m"]', (3, 3)),
@@ -216,7 +216,7 @@ class AmplitudeRange(Part):
 
 
 class FormPart(Part):
-    """How far the faces stand apart where nothing presses: columns x, y and gap of a CSV file."""
+    """Gap between the unloaded faces: columns x, y and gap of a CSV file."""
 
     file: str = key(FILE, example='"form.csv"', default=REQUIRED)
     x: str = key(LINE, "Column of the places along the lap.", '"x"', default="x")
@@ -395,7 +395,7 @@ class StructurePart(Part):
 
     @property
     def fitted(self) -> tuple[str, ...]:
-        """What is fitted to the tests."""
+        """Parameters fitted to the tests."""
         return next((test.fit for test in self.measured if test.fit), ())
 
     @property
@@ -472,7 +472,7 @@ class StructurePart(Part):
 
     @property
     def reduction(self) -> dict[str, Any]:
-        """How it is reduced."""
+        """Settings of its reduction."""
         return {
             "tension": self.tension,
             "patches": self.patches or USUAL_PATCHES,

@@ -85,7 +85,7 @@ class Elastic(Part):
 
     @classmethod
     def missing(cls, name: str, item: Key, place: Place) -> str:
-        """What to write; a name that is none of the table of metals may have been meant as one."""
+        """Remedy for a missing material; a name not in the table may have been meant as one."""
         called = place.key.rpartition(".")[2]
         near = nearest(called, metals())
         hint = f' (the table of metals has no "{called}"; did you mean "{near}"?)' if near else ""
@@ -96,7 +96,7 @@ class Elastic(Part):
         return Material(self.young_modulus, self.poisson_ratio, self.hardness)
 
     def check(self, place: Place) -> None:
-        """What the material refuses is refused here."""
+        """Refuse here whatever the class refuses."""
         self.build()
 
 
@@ -125,7 +125,7 @@ class Surface(SurfaceTable):
         raise NotImplementedError
 
     def check(self, place: Place) -> None:
-        """What the law refuses of itself is refused here."""
+        """Refuse here whatever the class refuses."""
         self.build(_ANY_PAIR)
 
 
@@ -300,7 +300,7 @@ class RoughFaceSurface(Surface):
 
     @property
     def model_spreads(self) -> dict[str, Spread]:
-        """What the law itself leaves open, by the key that it is drawn at."""
+        """Model error of the law, by the key that it is drawn at."""
         if "stiffness_factor" in self._keys_in_file:
             return {}
         return {"stiffness_factor": Spread.about(1.0, ROUGH_ERROR)}
@@ -316,7 +316,7 @@ class RoughFaceSurface(Surface):
         return dataclasses.replace(law, stiffness_factor=self.stiffness_factor)
 
     def sentences(self) -> list[str]:
-        """What the law stands on, and what no drawing says."""
+        """Basis of the law, and what no drawing says."""
         law = cast(RoughSurface, self.build(_ANY_PAIR))
         left_out = "the Hurst exponent, " if "hurst" not in self._keys_in_file else ""
         return [

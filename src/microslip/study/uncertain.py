@@ -213,7 +213,7 @@ _MEANINGS = {
 
 
 class Followed(NamedTuple):
-    """What stands for a quantity that follows another: its key, what stands there, and a factor."""
+    """Stand-in of a quantity that follows another: its key, its place, and a factor."""
 
     key: str
     source: object
@@ -259,7 +259,7 @@ def with_followers(tables: dict[str, Any]) -> dict[str, Any]:
 
 
 def spreads_of(part: object) -> Iterator[tuple[str, Spread]]:
-    """What is uncertain by itself in a table and in those that it holds, by the file's keys."""
+    """Quantities of a table and of those that it holds that are uncertain by themselves, by key."""
     return ((key, spread) for key, spread in _all_spreads(part, "") if spread.of is None)
 
 

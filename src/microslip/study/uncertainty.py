@@ -1,4 +1,4 @@
-"""How what is uncertain in a study is drawn: points, seed, quantiles, correlations."""
+"""Sampling of the uncertain inputs of a study: points, seed, quantiles, correlations."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _KEYS = '["surface.radius", "surface.density"]'
 
 
 class CorrelationPart(Part):
-    """How two uncertain numbers go together: the correlation of their normal scores."""
+    """Correlation of two uncertain numbers: that of their normal scores."""
 
     between: tuple[str, ...] = key(Items(LINE, _KEYS, (1, 2)), "Keys of the two.")
     value: float = key(number("-0.5", above=-1.0, below=1.0), "Correlation of their normal scores.")
@@ -38,7 +38,7 @@ class _Shares(Items):
 
 
 class UncertaintyPart(Part):
-    """How the numbers that are given as tables are drawn, and what is told of the results."""
+    """Sampling of the uncertain inputs, and the quantiles reported."""
 
     samples: int = key(
         whole_number(64, MOST_SAMPLES, "512"),

@@ -256,7 +256,7 @@ class Joints:
         return np.asarray(self.normal_stiffness / self.ratio)
 
     def joint(self, name: str) -> Floats:
-        """What belongs to a joint at rest."""
+        """Quantities of a joint at rest."""
         if name == "separation":
             return np.asarray(self.origin + self.length * self.place)
         if name in ("contact_count", "contact_area"):
@@ -342,7 +342,7 @@ def _points(
     shape: tuple[int, ...],
     loops: int | None,
 ) -> dict[str, Floats]:
-    """What belongs to an amplitude, block by block of all points."""
+    """Quantities of an amplitude, block by block of all points."""
     by_force = "force_amplitude" in args
     driven = args["force_amplitude" if by_force else "amplitude"]
     stretch = joints.kappa * joints.length

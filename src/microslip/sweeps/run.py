@@ -190,7 +190,7 @@ def _labelled(
 def _of_law(
     joint: BackboneLaw, axes: Mapping[str, Floats], names: Sequence[str]
 ) -> dict[str, Floats]:
-    """What a law without a load says of its amplitudes."""
+    """Results of a law without a load at its amplitudes."""
     amplitudes = {name: axis.reshape(-1) for name, axis in axes.items()}
     a = joint._amplitudes(amplitudes.get("amplitude"), amplitudes.get("force_amplitude"))
     calls: dict[str, Callable[[], Any]] = {

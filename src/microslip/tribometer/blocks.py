@@ -55,12 +55,12 @@ class Block(NamedTuple):
 
     @property
     def samples(self) -> slice:
-        """Where the block lies in the record."""
+        """Position of the block in the record."""
         return slice(self.first, self.stop)
 
     @property
     def cycle_count(self) -> int:
-        """How many whole cycles it has."""
+        """Number of whole cycles."""
         return len_of(self.cycles)
 
 
@@ -207,7 +207,7 @@ def _cycles_between(block: Block, begin: int, end: int) -> Block:
 
 
 def _gap_note(time: Floats, gaps: NDArray[np.intp], empty: int) -> str:
-    """What to say of gaps, and of the blocks between them that have no cycle."""
+    """Note on gaps, and on blocks between them without a cycle."""
     at = int(gaps[np.diff(time)[gaps].argmax()])
     longest = f"{engineering(float(time[at + 1] - time[at]), 's')}"
     after = f"{engineering(float(time[at]), 's')}"

@@ -334,7 +334,7 @@ class Campaign(Locked):
         return found
 
     def load_law(self, confidence: float = 0.95) -> LoadLaw | None:
-        """How the stiffness grows with the load; None of loads that are few or alike.
+        """Growth of the stiffness with the load; None of loads that are few or alike.
 
         A straight line of the logarithms; specimens have a height of their own.
         """
@@ -403,7 +403,7 @@ class Campaign(Locked):
         return False
 
     def running_in(self, confidence: float = 0.95) -> list[RunningIn]:
-        """How friction and energy of each contact run in, where they do."""
+        """Running-in of friction and energy of each contact, where there is one."""
         found = []
         for name, members, numbers in self._histories(alike=True):
             columns = [self.measurements[i].cycles for i in members]

@@ -261,7 +261,7 @@ def means_figure(campaign: Any) -> Plot:
 
 
 def running_in_figure(laws: Sequence[Any]) -> Plot:
-    """What ran in, over the cycle, with its law."""
+    """Running-in over the cycle, with its law."""
     panels = []
     laws = laws[:MOST_LOGS]
     for law in laws:

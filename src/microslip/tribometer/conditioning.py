@@ -1,4 +1,4 @@
-"""What a record goes through before it is measured, and how late its force is."""
+"""Conditioning of a record before it is evaluated, and the delay of its force."""
 
 from __future__ import annotations
 
@@ -155,7 +155,7 @@ def _low_pass(values: Floats, cutoff: float) -> Floats:
 
 
 def delay_of(record: Record, *, confidence: float = 0.95) -> Estimate:
-    """How far the force lags behind the displacement, from the kinks at the reversals.
+    """Delay of the force behind the displacement, from the kinks at the reversals.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Which cycle of its life each cycle of a record is, and the energy of those between.
+"""True cycle numbers of the cycles of a record, and the energy of those not logged.
 
 Rigs log ten cycles at the first, the hundredth, the thousandth. What was dissipated is then not the
 sum of what was logged. The number of a cycle is told by the rig's counter, or by time and frequency
@@ -40,7 +40,7 @@ class Count(NamedTuple):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What is to be said of cycles that were not logged."""
+        """Notes on cycles that were not logged."""
         if self.numbers is None:
             return (
                 f"no cumulative energy: {self.source}; give the rig's counter, "

@@ -1,4 +1,4 @@
-"""Where the cycles of a record begin, turn and end."""
+"""Start, reversals and end of the cycles of a record."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def noise_of(values: Floats) -> float:
 
 
 class Motion(NamedTuple):
-    """What the cycles of a record are told by, the same in all of it."""
+    """Features by which the cycles of a record are found, the same in all of it."""
 
     middle: float
     """Of the displacement [m]."""
@@ -105,7 +105,7 @@ def motion_of(displacement: Floats, force: Floats, gaps: Sequence[int] = ()) -> 
 
 
 def crossings_of(x: Floats, band: float) -> int:
-    """How often the middle is crossed for good, a band around it left out."""
+    """Number of full crossings of the middle, a band around it left out."""
     return int(_crossings(x, band)[0].size)
 
 
@@ -171,12 +171,12 @@ def split(displacement: Floats, force: Floats) -> Cuts:
 
 
 def len_of(cycles: Cuts | None) -> int:
-    """How many cycles these are."""
+    """Number of cycles."""
     return 0 if cycles is None else cycles.cuts.size - 1
 
 
 def no_cycle(motion: Motion) -> InputError:
-    """What to say where the displacement moves to and fro and has no whole cycle."""
+    """Message where the displacement oscillates without a whole cycle."""
     return InputError(
         f"no full cycle: the displacement crosses its middle {motion.middle:g} m "
         f"{_times(motion.crossings)}, and no cycle is whole from one turning "
@@ -189,7 +189,7 @@ def _times(count: int) -> str:
 
 
 def _crossings(x: Floats, band: float) -> tuple[Floats, NDArray[np.bool_]]:
-    """Where the middle is crossed for good, in samples, and whether upwards."""
+    """Full crossings of the middle, in samples, and whether upwards."""
     outside = np.flatnonzero(np.abs(x) > band)
     if outside.size == 0:
         return np.zeros(0), np.zeros(0, dtype=bool)

@@ -1,4 +1,4 @@
-"""What each cycle of a record has: its amplitudes, energy, sliding, stiffness, closure."""
+"""Columns of each cycle of a record: its amplitudes, energy, sliding, stiffness, closure."""
 
 from __future__ import annotations
 

@@ -61,7 +61,7 @@ class Drift(NamedTuple):
     """That, of the range of the channel [-]."""
 
     def note(self, remedy: str) -> str:
-        """What to say of it."""
+        """Note on it."""
         unit = "m" if self.channel == "displacement" else "N"
         return (
             f"the {self.channel} drifts by {engineering(self.total, unit)} over the cycles that "
@@ -70,7 +70,7 @@ class Drift(NamedTuple):
 
 
 class Delay(NamedTuple):
-    """How late the force is, by a delay or a filter of its channel."""
+    """Delay of the force, by a lag or a filter of its channel."""
 
     samples: float
     seconds: float | None
@@ -79,7 +79,7 @@ class Delay(NamedTuple):
     """About how much of the energy of a cycle it costs or feigns [-]."""
 
     def note(self) -> str:
-        """What to say of it."""
+        """Note on it."""
         size = f"{significant(abs(self.samples), 2)} samples"
         remedy = "`sample_rate` makes a time of it"
         if self.seconds is not None:
@@ -111,7 +111,7 @@ class Cycles:
 
     @cached_property
     def count(self) -> Count:
-        """Which cycle of its life each is."""
+        """True cycle number of each."""
         return count_of(self.record, self.blocks.having_cycles)
 
     @property
@@ -166,7 +166,7 @@ class Cycles:
     # -- what is to be said ----------------------------------------------------------------------
 
     def notes(self, counting: Settled) -> list[str]:
-        """What is to be said of the record, where these cycles count."""
+        """Notes on the record, where these cycles count."""
         return [
             *self.blocks.notes,
             *self._left_out(),

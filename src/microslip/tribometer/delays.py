@@ -1,4 +1,4 @@
-"""How far the force of a record lags behind its displacement: by a delay, or a filter."""
+"""Delay of the force of a record behind its displacement: a lag, or a filter."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Lag(NamedTuple):
 
 
 class _Reversals(NamedTuple):
-    """What is around the reversals of some cycles: a row each, troughs turned around."""
+    """Samples around the reversals of some cycles: a row each, troughs turned around."""
 
     force: Floats
     way: Floats

@@ -67,7 +67,7 @@ def quantile(confidence: float, freedom: int) -> float:
 
 
 class Dependence(NamedTuple):
-    """How far values that follow each other are from being independent."""
+    """Dependence of successive values."""
 
     factor: float
     """Variance of their mean over that of independent ones; 1 where no more shows."""
@@ -76,7 +76,7 @@ class Dependence(NamedTuple):
 
 
 def dependence_of(values: Floats, fitted_count: int = 1) -> Dependence:
-    """How much less the mean of a series tells than that of independent values.
+    """Dependence of a series: the information of its mean against independent values.
 
     The integrated autocorrelation of a first-order process, of the values and, as noise may hide
     it, of the means of blocks of 4, 16, ... of them; the largest counts. The estimate of the

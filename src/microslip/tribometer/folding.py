@@ -312,7 +312,7 @@ def _growth(sums: Floats, counts: Floats, mean: Floats) -> Estimate:
 def _settled_cycles(
     judgement: Cycles, phases: Turns, cycles: slice | None, running_in: int
 ) -> NDArray[np.bool_]:
-    """Which of the whole cycles are settled."""
+    """Settled cycles among the whole ones."""
     name, cycle_count = judgement.record.name, phases.cycle_count
     if cycle_count < 1:
         raise InputError(f"{name}: no whole cycle from one peak to the next")

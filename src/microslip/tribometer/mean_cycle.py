@@ -108,7 +108,7 @@ class MeanCycle:
             self._levers[i : i + 4] += self._inverse[:, i].T
 
     def _noise_share(self, piece: slice) -> Floats:
-        """What the curve leaves of the noise of each sample, as a share of its variance."""
+        """Share of the noise variance of each sample that remains in the curve."""
         return 1.0 - self._curve(self._levers, piece)
 
     def of(self, values: NDArray[np.float64] | NDArray[np.int64]) -> Level:

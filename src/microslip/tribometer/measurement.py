@@ -1,4 +1,4 @@
-"""What the cycles of a record say: energy, damping, friction, stiffness, regime."""
+"""Evaluation of the cycles of a record: energy, damping, friction, stiffness, regime."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class AmplitudeLevel(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Measurement(Plottable):
-    """What the cycles of a record say, each for itself and in the mean.
+    """Evaluation of the cycles of a record, each for itself and in the mean.
 
     Parameters
     ----------
@@ -163,7 +163,7 @@ class Measurement(Plottable):
         return self.accumulated(self.cycles["dissipated_energy"])
 
     def drift(self, column: str) -> Estimate:
-        """How much a column changes from one cycle to the next: its trend by least squares.
+        """Change of a column from one cycle to the next: its trend by least squares.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""Where in its cycle each sample of a record lies."""
+"""Phase of each sample of a record in its cycle."""
 
 from __future__ import annotations
 
@@ -184,7 +184,7 @@ def _least_squares(normal: Floats, right: Floats) -> Floats:
 
 
 class Places(NamedTuple):
-    """How many bins the samples of a record want."""
+    """Number of bins for the samples of a record."""
 
     number: int
     alike: bool

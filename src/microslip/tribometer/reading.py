@@ -64,7 +64,7 @@ _MOST_LONE, _LONGEST_LONE = 0.01, 3
 
 @dataclass(frozen=True)
 class Statements:
-    """What the user states of a file; None where nothing."""
+    """The user's statements on a file; None where nothing."""
 
     columns: Mapping[str, Any]
     sample_rate: float | None
@@ -159,7 +159,7 @@ def read(path: Path, statements: Statements) -> dict[str, Any]:
 
 
 def _counted(arrays: dict[str, Floats], counter: Named, how: str) -> ChannelNote:
-    """What to say of the rig's counter of cycles; one that falls is none."""
+    """Note on the rig's counter of cycles; one that falls is none."""
     values, heading = arrays[CYCLE_NUMBER], shorten(counter.heading, 60)
     if float(np.diff(values).min()) < 0.0 or float(values[0]) < 0.0:
         if how == "as stated":
@@ -366,7 +366,7 @@ def _add_stated(
     statements: Statements,
     notes: list[str],
 ) -> None:
-    """What the file states for the whole record, where the user and the columns do not."""
+    """Add what the file states for the whole record, unless the user or the columns do."""
     if parts["sample_rate"] is not None:
         if "time" in by_part:
             raise InputError("`time` and `sample_rate` say the same; write one of them")

@@ -1,4 +1,4 @@
-"""What a rig recorded, in SI units, with the story of where each number is from."""
+"""Record of a rig in SI units, with the source of each number."""
 
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ _BORDER_POINTS = 25
 
 
 class Thresholds(NamedTuple):
-    """Where one regime ends and the next begins."""
+    """Borders between the regimes."""
 
     stick: float
     """Energy ratio A up to which the contact counts as sticking."""
@@ -49,7 +49,7 @@ def _of_sphere() -> Thresholds:
 
 
 def thresholds(model: BackboneLaw | None = None) -> Thresholds:
-    """Where the regimes of a law end."""
+    """Regime borders of a law."""
     if model is None:
         return _of_sphere()
     bent, onset, word = _ends_of(model)
@@ -115,7 +115,7 @@ def borders_of(
 
 
 def _first(holds: Callable[[float], bool], low: float, high: float, steps: int = 100) -> float:
-    """Where something begins to hold that does at the high end, by halves."""
+    """First value from which a condition holds up to the high end, by bisection."""
     for _ in range(steps):
         middle = 0.5 * (low + high)
         low, high = (low, middle) if holds(middle) else (middle, high)

@@ -1,4 +1,4 @@
-"""How stiff a contact is after a reversal, and how far it stays so."""
+"""Stiffness of a contact after a reversal, and the range over which it holds."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def way_of(
 
 
 def _smoother(window: int, means: tuple[Floats, ...]) -> Floats:
-    """What frees samples of a window from noise: the shapes of the mean way, and a parabola."""
+    """Smoothing of the samples of a window: the shapes of the mean way, and a parabola."""
     time = np.arange(window) / window
     shapes = [np.ones(window), *means]
     room = window - 2 - len(shapes)

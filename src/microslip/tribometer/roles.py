@@ -1,4 +1,4 @@
-"""Which column of a record is what: as stated, or by names and units that leave no doubt."""
+"""Roles of the columns of a record: as stated, or by unambiguous names and units."""
 
 from __future__ import annotations
 
@@ -116,7 +116,7 @@ def is_coefficient(column: Named) -> bool:
 
 
 def role_of(column: Named) -> str | None:
-    """What a column is by its name, if its unit does not speak against it."""
+    """Role of a column by its name, if its unit does not speak against it."""
     role = _by_words(column.short) or _by_symbol(column)
     if role == CYCLE_NUMBER:
         return role if column.unit is None or not is_unit(column.unit) else None

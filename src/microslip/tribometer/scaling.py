@@ -24,7 +24,7 @@ _FACTOR = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(\S.*?)\
 
 
 class Scale(NamedTuple):
-    """What turns the numbers of a file into SI."""
+    """Factor and offset from the numbers of a file to SI."""
 
     factor: Decimal
     words: str

@@ -1,4 +1,4 @@
-"""Which cycles of a record the means are of: those in which nothing moves.
+"""Settled cycles of a record: those over which its means are taken.
 
 A mean over amplitudes that step, or over friction that runs in, belongs to no cycle, and the more
 cycles the narrower the interval around it. So means are of a stretch in which nothing moves.
@@ -68,7 +68,7 @@ class Settled(NamedTuple):
 
 
 def excess_loss_notes(loss_factor: NDArray[np.float64]) -> list[str]:
-    """What to say of loops that are larger than the rectangle around them."""
+    """Notes on loops that are larger than the rectangle around them."""
     large = loss_factor > _MOST_LOSS
     if not large.any():
         return []
@@ -196,7 +196,7 @@ def _longest(values: Floats, widest: float) -> tuple[int, int]:
 
 
 def _moves(values: Floats, smallest: float) -> bool:
-    """Whether a straight line over the values rises by more than that, and not by accident."""
+    """Whether a linear trend of the values exceeds that, and not by accident."""
     slope, error = _slope(values)
     return abs(slope * (values.size - 1)) > smallest and abs(slope) > CERTAIN * error
 
@@ -209,7 +209,7 @@ def _slope(values: Floats) -> tuple[float, float]:
 def _moving(
     columns: Mapping[str, Floats], places: NDArray[np.intp], alike: float
 ) -> dict[str, tuple[float, float]]:
-    """What changes by more than that over some cycles: its slope a cycle and the error of that."""
+    """Trends beyond that over some cycles: slope a cycle and its error."""
     if places.size < JUDGED:
         return {}
     around = 4.0 * abs(
@@ -290,7 +290,7 @@ def _moving_note(
 def _steps_note(
     columns: Mapping[str, Floats], places: NDArray[np.intp], runs: list[tuple[int, int]]
 ) -> str:
-    """Which stretches of one amplitude there are, and of which the means are."""
+    """Note on the levels of amplitude, and on the one that is evaluated."""
     amplitude = columns["amplitude"][places]
     texts = []
     for first, stop in runs:

@@ -1,4 +1,4 @@
-"""What several measurements of one contact say: the rig in series, and rate dependence."""
+"""Several measurements of one contact together: the rig in series, and rate dependence."""
 
 from __future__ import annotations
 

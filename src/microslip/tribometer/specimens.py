@@ -29,7 +29,7 @@ class Pooled(NamedTuple):
 
 
 def of_one(means: Sequence[Estimate], confidence: float) -> Estimate:
-    """What the records of one specimen say: their mean, by their scatter or by their own errors."""
+    """Mean of the records of one specimen, with the error by scatter or by their own errors."""
     values = np.array([mean.value for mean in means])
     errors = np.array([mean.standard_error for mean in means])
     if values.size == 1:

@@ -53,7 +53,7 @@ class Spike(NamedTuple):
 
 
 def spikes_of(record: Record) -> tuple[Spike, ...]:
-    """Where a record has spikes.
+    """Positions of spikes in a record.
 
     A spike is up to three samples in a row which are farther from the median of the eight samples
     before and the eight behind than five times half the range, both of those samples (their lowest

@@ -1,4 +1,4 @@
-"""What a law tells an identification: by the metadata of its class, or by a class of its own."""
+"""Models of an identification: by the metadata of a law's class, or by a class of their own."""
 
 from __future__ import annotations
 

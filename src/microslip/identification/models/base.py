@@ -1,4 +1,4 @@
-"""What a law tells an identification: its parameters, and its answer with exact derivatives."""
+"""Base of the models: parameters of a law, and its force with exact derivatives."""
 
 from __future__ import annotations
 
@@ -112,7 +112,7 @@ class Model(ABC):
         pair: MaterialPair | None = None,
         area: float | None = None,
     ) -> tuple[Derived, ...]:
-        """What follows from the values, for each of the different loads where it depends on it."""
+        """Derived quantities, for each of the different loads where they depend on it."""
         return ()
 
     def within(self, values: Mapping[str, float]) -> dict[str, float]:
@@ -149,7 +149,7 @@ class BackboneModel(Model):
         load: float | None,
         loads: Sequence[float | None],
     ) -> Floats:
-        """What chance does to :meth:`curve` if there were one summit: a row for each height.
+        """Change of :meth:`curve` by one summit: a row for each height.
 
         One standard deviation of the number of summits at each height, the same heights for all
         ``loads``; no rows for a law without summits of random heights.

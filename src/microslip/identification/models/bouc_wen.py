@@ -181,7 +181,7 @@ class BoucWenModel(CycleModel):
 
 
 def _runs(path: Floats, shortest: float) -> tuple[list[int], list[float]]:
-    """Where the runs of a path from its top begin, and their ways; ``shortest`` is rounding."""
+    """Starts and directions of the runs of a path from its top; ``shortest`` is rounding."""
     steps = np.sign(np.diff(path))
     moves = np.flatnonzero(steps)
     bends = moves[1:][steps[moves[1:]] != steps[moves[:-1]]]
@@ -216,7 +216,7 @@ class _Flow:
         return y, f, float(1.0 / first[0]), f * (gone - before)
 
     def go(self, start: float, s: float) -> tuple[float, float]:
-        """Where a move over ``s`` ends, and its derivative by the start."""
+        """End of a move over ``s``, and its derivative by the start."""
         y = float(self._law._flow(np.array([start]), np.array([s]))[0])
         first, last = self._rate(np.array([start, y]))
         return y, float(last / first)

@@ -79,7 +79,7 @@ class LawModel(BackboneModel):
         *materials: Any,
         **options: Any,
     ) -> tuple[Derived, ...]:
-        """What the law tells besides its parameters; its limit and its stiffness in any case."""
+        """Derived quantities of the law; its limit and its stiffness in any case."""
         units = dict(self.kind._quantities)
         if "force_limit" not in self.names:
             units["force_limit"] = "N"

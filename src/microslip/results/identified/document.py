@@ -73,7 +73,7 @@ _LAWS = (
 
 @dataclass(frozen=True)
 class Identified:
-    """What one command has found."""
+    """Result of one run of ``identify``."""
 
     results: tuple[Identification, ...]
     """One for each law; the first is what the pictures and the study are of."""
@@ -184,7 +184,7 @@ def measured_together(
 
 
 def _borders(first: Identification, loads: Sequence[float]) -> RegimeBorders | None:
-    """Where the regimes of the law that was found end, its rig in series; None without a rig."""
+    """Regime borders of the identified law, its rig in series; None without a rig."""
     rig = first.parameters.get("rig_stiffness")
     if first.law != "interface" or (rig is not None and rig.verdict not in HAS_VALUE):
         return None
@@ -198,7 +198,7 @@ def _borders(first: Identification, loads: Sequence[float]) -> RegimeBorders | N
 
 
 def summarise(outcome: Identified, say: Say = str, *, labelled: bool = False) -> dict[str, Any]:
-    """What summary.json holds: plain values in SI units, messages as ``say`` puts them.
+    """Content of summary.json: plain values in SI units, messages as ``say`` puts them.
 
     For people numbers are ``labelled`` in the messages.
     """
@@ -261,7 +261,7 @@ def _compared(comparison: Comparison) -> dict[str, Any]:
 
 
 def document(outcome: Identified, say: Say = str, files: bool = False) -> Document:
-    """What was identified, and what was not; with ``files`` why none of them is joint.toml."""
+    """Identified and unidentified parameters; with ``files`` the reason for no joint.toml."""
     toml, why = joint_text(outcome, say)
     pictures = figures.pictures(outcome.first)
     tables = [text_file("residuals.csv", lambda: _residuals(outcome.first))]
@@ -354,7 +354,7 @@ def _value_and_interval(number: Summary) -> str:
 
 
 def _open_section(fit: Summary) -> list[Section]:
-    """What the records leave open; no section where they leave nothing."""
+    """Open questions of the records; no section where there are none."""
     texts, ways = numbers.open_texts(fit), numbers.directions_of(fit)
     blocks: list[Block] = [Items(tuple(texts))]
     if ways:
@@ -364,7 +364,7 @@ def _open_section(fit: Summary) -> list[Section]:
 
 
 def _prior_table(fit: Summary) -> Table:
-    """What was given with an uncertainty beside what was found."""
+    """Values given with an uncertainty beside the identified ones."""
     heads = ("What was given", "Value", "Found", "Deviations off", "From the rest", "Verdict")
     rows = tuple(
         (
@@ -388,7 +388,7 @@ def _texts(title: str, heads: Sequence[str], rows: tuple[Any, ...], caption: str
 
 
 def _records(records: Sequence[Summary]) -> Table:
-    """What is left of each record, and how late its force is where that was free."""
+    """Residual of each record, and the delay of its force where that was free."""
     columns = (
         Column("name", "Record"),
         Column("normal_load", "N", "N"),

@@ -98,7 +98,7 @@ class Groups:
 
 
 def section(groups: Groups, confidence: float) -> Section:
-    """What each group says, and all of them together."""
+    """Results of each group, and of all together."""
     noun = groups.column.replace("_", " ")
     names = groups.names()
     columns = (

@@ -52,7 +52,7 @@ def quantity(value: float | None, unit: str, digits: int = 4) -> str:
 
 
 def word_of(number: Summary) -> Word:
-    """How good the verdict on a number is."""
+    """Word of the verdict on a number."""
     return _WORDS.get(number["verdict"], "watch")
 
 
@@ -88,7 +88,7 @@ def _free(fit: Summary) -> list[Summary]:
 
 
 def verdicts_of(fit: Summary) -> tuple[Verdict, ...]:
-    """How far a fit can be trusted."""
+    """Verdicts on a fit."""
     # What follows counts where it is known no better than to be doubted, such as past all forces.
     follows = [n for n in fit["derived"].values() if n["verdict"] in HAS_VALUE[1:-1]]
     identified = (n["verdict"] == "identified" or is_at_bound(n) for n in _free(fit) + follows)
@@ -96,7 +96,7 @@ def verdicts_of(fit: Summary) -> tuple[Verdict, ...]:
 
 
 def headline(fit: Summary) -> str:
-    """What came out, in a line."""
+    """Result in a line."""
     free = _free(fit)
     identified = sum(number["verdict"] == "identified" for number in free)
     return f"{fit['law']}: {identified} of {len(free)} parameters identified ({fit['status']})"
@@ -115,7 +115,7 @@ def first_number(fit: Summary) -> Number | None:
 
 
 def sentence(fit: Summary) -> str:
-    """What was fitted to what."""
+    """The fitted law and its records, in a sentence."""
     records = fit["records"]
     count = "one record" if len(records) == 1 else f"{len(records)} records"
     text = f"The law {fit['law']}, fitted to the settled cycles of {count}"
@@ -128,7 +128,7 @@ def sentence(fit: Summary) -> str:
 
 
 def hints_of(fit: Summary, study: str | None) -> list[str]:
-    """How more could come out of the same records."""
+    """Hints on how the same records could tell more."""
     if fit["law"] != "interface":
         return []
     if "std" not in fit["derived"]:
@@ -146,12 +146,12 @@ def hints_of(fit: Summary, study: str | None) -> list[str]:
 
 
 def knows_radius(fit: Summary) -> bool:
-    """Whether radius and density of the summits are told apart."""
+    """Whether radius and density of the summits are identified separately."""
     return "radius" in fit["derived"] or "radius" in fit["parameters"]
 
 
 def quality_of(fit: Summary) -> list[str]:
-    """How well the law answers."""
+    """Quality of the fit."""
     texts = [
         f"Reduced χ² {significant(fit['reduced_chi_squared'])} "
         f"over {fit['degrees_of_freedom']} degrees of freedom."
@@ -171,7 +171,7 @@ def quality_of(fit: Summary) -> list[str]:
 
 
 def open_parameters(fit: Summary) -> list[OpenParameter]:
-    """What the records do not tell, with reason and remedy; not a cell of a law that is none."""
+    """Parameters not identified, with reason and remedy; not a cell of a law that is none."""
     return [
         OpenParameter(
             label(name, number.get("normal_load")),
@@ -247,7 +247,7 @@ def energy_text(record: Summary) -> str:
 
 
 class _Outcome(Protocol):
-    """What is said of a fit here: its result, and the study that materials are from."""
+    """A fit with its study, the source of its materials."""
 
     @property
     def first(self) -> Identification: ...
@@ -310,7 +310,7 @@ def _surface(result: Identification) -> Any:
 
 
 def _remarks(outcome: _Outcome, say: Callable[[str], str]) -> str:
-    """What is measured in the file and what is not, as comments."""
+    """Measured and assumed values of the file, as comments."""
     assert outcome.study is not None
     summary = outcome.first.summary()
     lines = [f"Identified by microslip {__version__} from:"]

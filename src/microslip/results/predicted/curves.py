@@ -249,7 +249,7 @@ def _energy(result: Prediction, axis: AmplitudeAxis) -> Panel:
 def _limit_lines(
     result: Prediction, index: int, axis: AmplitudeAxis
 ) -> list[tuple[Floats, Floats, str, float]]:
-    """Where the energy tends to at small and at large amplitudes: lines, names, coefficients.
+    """Limits of the energy at small and at large amplitudes: lines, names, coefficients.
 
     Of parallel lines the one with the largest coefficient is uppermost.
     """

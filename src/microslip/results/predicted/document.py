@@ -1,4 +1,4 @@
-"""What a prediction says: its answer, its tables, figures, verdicts and the study itself."""
+"""Document of a prediction: its answer, tables, figures, verdicts and the study itself."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ def _written(value: float, unit: str) -> str:
 
 
 def _excitation(result: Prediction) -> tuple[str, str, list[Floats]]:
-    """What the study gives: its name and unit, and its amplitudes under each load."""
+    """Excitation of the study: its name and unit, and its amplitudes under each load."""
     if result.study.excitation.force_amplitudes is not None:
         return "force amplitude", "N", [row.force_amplitude for row in result.rows]
     return "displacement amplitude", "m", [row.amplitude for row in result.rows]
@@ -107,7 +107,7 @@ def _case(result: Prediction) -> str:
 
 
 def answer(result: Prediction) -> str:
-    """What a cycle costs, in a sentence."""
+    """Energy of a cycle, in a sentence."""
     load, place = _middle(result)
     row = result.rows[load]
     share = float(row.force_ratio[place])
@@ -240,7 +240,7 @@ def study_facts(study: StudyDescription) -> tuple[Facts, ...]:
 
 
 def _rows(part: Part) -> tuple[tuple[str, str], ...]:
-    """What the keys of a part stand for and hold, those of the parts in it included."""
+    """Meaning and values of the keys of a part, those of the parts in it included."""
     rows: list[tuple[str, str]] = []
     for name, key in ((part.attributes[name], key) for name, key in part.keys.items()):
         value = getattr(part, name)

@@ -224,7 +224,7 @@ def _loads(result: Prediction) -> tuple[Floats, Floats]:
 
 
 def _area_scale(result: Prediction, largest: float) -> tuple[float, str]:
-    """What real areas [m²] are divided by, and the label of their axis."""
+    """Divisor of real areas [m²], and the label of their axis."""
     apparent = getattr(result.study.surface, "area", None)
     if apparent is not None:
         return 0.01 * apparent, "Real over apparent area [%]"

@@ -30,7 +30,7 @@ from microslip.runs.scatter import Scatter
 
 
 def files(result: Prediction, destination: Path) -> tuple[File, ...]:
-    """What a result writes; the copy of the study names its files as seen from the destination."""
+    """Files of a result; the copy of the study names its files as seen from the destination."""
     study = result.study
     samples = sum(len(loop.force) for loops in result.loops for loop in loops)
     tables = [csv_file("loops.csv", partial(loop_blocks, result), samples, UNITS, 5)]

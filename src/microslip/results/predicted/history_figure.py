@@ -177,7 +177,7 @@ def pressure(result: Prediction) -> Plot:
 
 
 def _places(joint: PressedJoint) -> tuple[Floats, str]:
-    """Where each area is: its distance from the axis, or its rank by pressure as area."""
+    """Position of each area: its distance from the axis, or its rank by pressure as area."""
     spread = joint.pressure
     if spread.distances is not None:
         unit, letter = prefix(float(spread.distances.max()))

@@ -133,7 +133,7 @@ def summarise(result: Prediction, defaults: Defaults) -> dict[str, Any]:
 
 
 def tightening(joint: Any) -> dict[str, Any] | None:
-    """What tightening has done to the surface, if it was tightened."""
+    """Effect of tightening on the surface, if it was tightened."""
     law = getattr(joint, "surface", None)
     if not isinstance(law, TightenedSurface):
         return None
@@ -173,7 +173,7 @@ def tightening_notes(joint: Any) -> list[str]:
 
 
 def pressure(joint: Any) -> dict[str, Any] | None:
-    """How the load is spread, if it is."""
+    """Distribution of the load, if there is one."""
     if not isinstance(joint, PressedJoint):
         return None
     spread = joint.pressure
@@ -199,7 +199,7 @@ def pressure_notes(joint: Any) -> list[str]:
 
 
 def load_notes(study: StudyDescription, joint: Interface) -> list[str]:
-    """What a scan and tightening have given, and what is at constant normal load, in sentences."""
+    """Notes on the scan, tightening and constant normal load, in sentences."""
     notes = [] if study.surface is None else study.surface.sentences()
     notes += [*tightening_notes(joint), *pressure_notes(joint)]
     variation, history = study.excitation.load_variation, study.excitation.history
@@ -238,7 +238,7 @@ def _title_notes(study: StudyDescription, names: Sequence[str]) -> list[str]:
 
 
 def joint_entry(study: StudyDescription, joint: Interface) -> dict[str, Any]:
-    """What the summary says of a joint at rest, its verdicts included."""
+    """Joint at rest in the summary, its verdicts included."""
     varies = study.excitation.load_varies
     return {
         "normal_load": plain(getattr(joint, "normal_load", None)),

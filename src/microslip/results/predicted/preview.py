@@ -1,4 +1,4 @@
-"""What a study says, in SI units, and what its joint is at rest: no loop, no file."""
+"""Preview of a study in SI units, and of its joint at rest: no loop, no file."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def preview(study: StudyDescription) -> Document:
 
 
 def _size(cost: Cost) -> Facts:
-    """How large a structure is, and what it takes."""
+    """Size of a structure, and its cost."""
     minutes = cost.seconds / 60.0
     duration = f"{cost.seconds:.0f} s" if minutes < 2.0 else f"{minutes:.0f} min"
     rows = (
@@ -92,7 +92,7 @@ def _size(cost: Cost) -> Facts:
 
 
 def next_step(document: Document) -> str:
-    """What a run would do, to be followed by the command."""
+    """Content of a run, to be followed by the command."""
     data = document.data
     parts = [f"{data['loops']} loops", f"curves of {data['points']} points in all"]
     if data["samples"]:

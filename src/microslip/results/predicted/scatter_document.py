@@ -1,4 +1,4 @@
-"""What a prediction says of its scatter: bands, how sure they are, and what to measure next."""
+"""Scatter of a prediction: bands, their sampling error, and the next measurement."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ def _half_widths(scatter: Scatter, name: str) -> Floats:
 
 
 def _of_input(decision: Decision, place: int) -> dict[str, Any]:
-    """What an input does to a result; Sobol' indices where they were asked for."""
+    """Contribution of an input to a result; Sobol' indices where they were asked for."""
     arrays = {"share": decision.shares, "low": decision.low, "high": decision.high}
     if decision.first is not None and decision.total is not None:
         arrays |= {"first": decision.first, "total": decision.total}
@@ -97,7 +97,7 @@ def _of_input(decision: Decision, place: int) -> dict[str, Any]:
 
 
 def _ranking(result: Prediction, scatter: Scatter) -> Table:
-    """Who is to be measured next, for the loss factor."""
+    """Inputs to measure next, for the loss factor."""
     columns = (
         Column("share", "Share in the scatter of ln η", "", write=cells.percent, short="share"),
         Column("first", "Sobol’ index, first", "", write=cells.ratio, short="first"),
@@ -117,7 +117,7 @@ def _ranking(result: Prediction, scatter: Scatter) -> Table:
 
 
 def _remark(scatter: Scatter) -> str:
-    """How the delta method sees it."""
+    """Remark of the delta method."""
     decisions = [d for d in scatter.decisions if d.name == "loss_factor"]
     worst = max(decisions, key=lambda d: abs(d.scatter - d.delta))
     return (
@@ -180,7 +180,7 @@ def tornado(result: Prediction, scatter: Scatter) -> Plot:
 
 
 def numbers(scatter: Scatter) -> dict[str, Any]:
-    """What the summary holds of it: plain values in SI units."""
+    """Scatter in the summary: plain values in SI units."""
     return {
         "inputs": {entry.key: entry.written for entry in scatter.inputs},
         "samples": scatter.samples,

@@ -63,7 +63,7 @@ def _table(
 
 
 def joint_table(joints: Rows, law: str) -> Table:
-    """What the joint is at rest, one row for each load."""
+    """Joint at rest, one row for each load."""
     counts = cells.counted if law in COUNTED else cells.expected
     real = Column("contact_area", "Real area", "m^2", write=cells.area, short="real area")
     if joints[0]["contact_area_fraction"] is not None:
@@ -150,7 +150,7 @@ def hertz_table(joints: Rows) -> tuple[Table, ...]:
 
 
 def cycle_table(joints: Rows, *, by_force: bool, varies: bool) -> Table:
-    """What each cycle is, one row for each load and amplitude; what was chosen comes first."""
+    """Cycles, one row for each load and amplitude; chosen columns come first."""
     amplitudes = (replace(_FORCE, brief=True), _AMPLITUDE) if by_force else (_AMPLITUDE, _FORCE)
     columns = (
         _LOAD,
@@ -175,7 +175,7 @@ def cycle_table(joints: Rows, *, by_force: bool, varies: bool) -> Table:
 
 
 def varying_table(joints: Rows) -> Table:
-    """What each cycle is as the normal load varies, one row for each load and amplitude."""
+    """Cycles under a varying normal load, one row for each load and amplitude."""
     share = "Over that at constant load"
     columns = (
         _LOAD,
@@ -220,7 +220,7 @@ def oscillator_table(joints: Rows, *, by_force: bool) -> Table:
 
 
 def history_table(joints: Rows) -> Table:
-    """How far the own history goes, one row for each load."""
+    """Extremes of the time history, one row for each load."""
     label = "Largest displacement"
     columns = (
         _LOAD,

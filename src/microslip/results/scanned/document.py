@@ -1,4 +1,4 @@
-"""What a measured scan says, as a document, and the files that it makes."""
+"""Document of a scan, and the files written with it."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ Say = Callable[[str], str]
 
 
 def document(findings: Findings, folder: Path | None = None, say: Say = str) -> Document:
-    """What a measured scan says; its study file names the scan as seen from the folder."""
+    """Document of a scan; its study file names the scan as seen from the folder."""
     remarks = tuple(say(text) for text in _remarks(findings))
     pictures = _pictures(findings)
     notes = findings.scan.notes if findings.summits is None else findings.summits.notes
@@ -135,7 +135,7 @@ def _number(data: dict[str, Any]) -> Number:
 
 
 def _remarks(findings: Findings) -> list[str]:
-    """What the reader has to know first; nothing if all is well."""
+    """Remarks at the head; empty if all is well."""
     request, laws = findings.request, findings.laws
     remarks = []
     if not request.cutoff_given:
@@ -269,7 +269,7 @@ def _over_cutoffs(findings: Findings, data: dict[str, Any]) -> Table:
 
 
 def _column_notes(findings: Findings, data: dict[str, Any]) -> str:
-    """What the columns of the table over cut-offs are."""
+    """Meaning of the columns of the table over cut-offs."""
     counted = any(row["counted_radius"] is not None for row in data["over_cutoffs"])
     beside = ""
     if counted:

@@ -48,7 +48,7 @@ _NOTHING = "Nothing is judged without a scan, or materials and a load."
 
 @dataclass(frozen=True)
 class Faces:
-    """What is known of the faces."""
+    """Known properties of the faces."""
 
     request: Request
     faces: dict[str, RoughFace]
@@ -88,7 +88,7 @@ def analyse(request: Request, progress: Progress | None = None) -> Faces:
 
 
 def document(analysis: Faces, folder: Path | None = None) -> Document:
-    """What the faces are, alone and together; the study names scans as seen from the folder."""
+    """Faces alone and together; the study names scans as seen from the folder."""
     combined = analysis.combined
     answer = (
         f"{'The face' if len(analysis.faces) == 1 else 'Both faces together'}, as summits on a "

@@ -29,7 +29,7 @@ FACES_KIND = "microslip-faces"
 
 
 def summarise(findings: Findings, remarks: tuple[str, ...]) -> dict[str, Any]:
-    """What summary.json holds: plain values in SI units, None for what there is not."""
+    """Content of summary.json: plain values in SI units, None for missing ones."""
     request, scan = findings.request, findings.scan
     errors = findings.errors
     units = {name: unit for name, (_, unit) in {**HEIGHTS, **MOMENTS}.items()}

@@ -1,1 +1,1 @@
-"""What a bolted structure of a study does: frequency and damping against amplitude."""
+"""Document of a bolted structure of a study: frequency and damping against amplitude."""

@@ -1,4 +1,4 @@
-"""What is said of a bolted structure: its answer, its sections, its numbers, tables and arrays."""
+"""Document of a bolted structure: its answer, sections, numbers, tables and arrays."""
 
 from __future__ import annotations
 
@@ -170,7 +170,7 @@ def pictures(prediction: StructurePrediction) -> tuple[Picture, ...]:
 
 
 def numbers(prediction: StructurePrediction) -> dict[str, Any]:
-    """What the summary holds of the structure: plain values in SI units."""
+    """Structure in the summary: plain values in SI units."""
     joint, state, convergence = prediction.joint, prediction.state, prediction.convergence
     parts = {
         "convergence": convergence and [change._asdict() for change in convergence.changes],
@@ -414,7 +414,7 @@ def _resonance(mode: Mode, other: Resonance) -> str:
 
 
 def _bands_remark(mode: Mode) -> str:
-    """How the bands of a mode were found, and how sure they are."""
+    """Method and sampling error of the bands of a mode."""
     if mode.bands is None:
         return ""
     error = mode.bands.damping_error
@@ -451,7 +451,7 @@ _FITTED = {
 
 
 def _fitted(prediction: StructurePrediction, identified: ModalIdentification) -> Section:
-    """What the test says of the joint, and what it does not."""
+    """Parameters of the joint identified and not identified by the test."""
     listed = (
         Column("parameter", "Parameter"),
         Column("value", "Value", "", write=cells.ratio),
@@ -523,7 +523,7 @@ def _strongest_correlation(identified: ModalIdentification) -> str:
 
 
 def _convergence_section(convergence: Convergence, number: int) -> Section:
-    """What a finer model would change."""
+    """Changes by a finer model."""
     listed = (
         Column("what", "Changed"),
         Column("from", "From"),

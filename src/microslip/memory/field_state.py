@@ -52,8 +52,8 @@ class FieldResponse(tuple[Floats, ...]):
 
 
 def _with_spare(rows: Integers) -> Integers:
-    """Room for rows, such that rough noise seldom asks for more."""
-    return rows + rows // 2 + 4
+    """Room for rows: what is deep grows by more, so that rough noise seldom asks for more."""
+    return rows + rows // 2 + np.clip(2 * rows - 5, 0, 6)
 
 
 class FieldState(Resumable):

@@ -68,9 +68,7 @@ def read_decay(time: ArrayLike, signal: ArrayLike) -> FreeDecay:
     (Feldman 2011, DOI 10.1016/j.ymssp.2010.07.018). The first is returned, their difference is the
     error that is told: both read a damping that changes from cycle to cycle differently.
     """
-    t, x = record("time", time), record("signal", signal)
-    if t.size != x.size:
-        raise InputError(f"signal must have one value for each of the {t.size} times, got {x.size}")
+    t, x = _signal(time, signal)
     if t.size < 48:
         raise InputError(
             "signal must have at least six cycles of eight samples or more, got "
@@ -87,6 +85,9 @@ def read_decay(time: ArrayLike, signal: ArrayLike) -> FreeDecay:
         )
     peaks = _peaks(t, x, rising)
     amplitude = 0.5 * (peaks[:, 0] - peaks[:, 1])
+    if amplitude.min() <= 0.0:
+        at = float(rising[int(np.argmin(amplitude))])
+        raise InputError(f"signal must swing to both sides in each cycle, not so at {at:.6g} s")
     period = np.diff(rising)
     # Over two cycles around each: a decrement between neighbours sits between them.
     decrement = 0.5 * np.log(amplitude[:-2] / amplitude[2:])
@@ -98,6 +99,17 @@ def read_decay(time: ArrayLike, signal: ArrayLike) -> FreeDecay:
         middle, amplitude[1:-1], frequency, damping,
         np.abs(frequency - smooth_frequency), np.abs(damping - smooth_damping),
     )  # fmt: skip
+
+
+def _signal(time: ArrayLike, signal: ArrayLike) -> tuple[Floats, Floats]:
+    """Times and values of a signal whose powers are still numbers."""
+    t, x = np.atleast_1d(record("time", time)), np.atleast_1d(record("signal", signal))
+    if t.size != x.size:
+        raise InputError(f"signal must have one value for each of the {t.size} times, got {x.size}")
+    largest = float(np.abs(x).max(initial=0.0))
+    if largest > 1e100:
+        raise InputError(f"signal must be what a sensor shows, got a value of {largest:.4g}")
+    return t, x
 
 
 def _crossings(t: Floats, x: Floats) -> Floats:
@@ -164,8 +176,8 @@ Values = tuple[Floats, Floats, Floats]
 def ring_down(time: ArrayLike, signal: ArrayLike, points: Any, quantity: Any, band: Any) -> Values:
     """See :meth:`microslip.ModalTest.from_ring_down`."""
     points, power = whole_number("points", points, 1, 1000), power_of(quantity)
-    t, x = np.atleast_1d(record("time", time)), np.atleast_1d(record("signal", signal))
-    if t.size == x.size and t.size > 16:
+    t, x = _signal(time, signal)
+    if t.size > 16:
         x = x - x.mean()
         step = float(t[-1] - t[0]) / (t.size - 1)
         even_times = np.linspace(t[0], t[-1], t.size)

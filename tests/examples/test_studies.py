@@ -50,6 +50,12 @@ def test_numbers_and_verdicts(name: str) -> None:
     assert {verdict.word for verdict in joint.validity} == {"ok"}
 
 
+@pytest.mark.parametrize("name", LARGE)
+def test_no_example_leaves_what_its_law_assumes(name: str) -> None:
+    joints = build_joints(ms.Study.load(FOLDER / f"{name}.toml"))
+    assert {verdict.word for joint in joints for verdict in joint.validity} <= {"ok", "watch"}
+
+
 def test_they_are_what_python_makes() -> None:
     """Of the lay by the ratio of compliances, of the bolts by a sum over rings."""
     lay = last_joint("lay")

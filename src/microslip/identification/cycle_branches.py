@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from microslip._core.checks import Floats
 from microslip.memory import Memory
 from microslip.tribometer.folding import Folded
+from microslip.tribometer.motion import later
 
 _COINCIDENT = 1e-7  # rad
 
@@ -23,7 +24,7 @@ class Cycle(NamedTuple):
     parent: NDArray[np.int64]
     displacement: Floats
     basis: Floats
-    """Mean, cosines and sines (rows) at each place."""
+    """Terms of the displacement (rows) at each place."""
     first: NDArray[np.int64]
     """Where the first of the two nodes of each bin lies."""
     second: NDArray[np.int64]
@@ -32,8 +33,10 @@ class Cycle(NamedTuple):
 def cycle_of(folded: Folded) -> Cycle:
     """The tree of a record: two places a bin, which integrate it, and the turning points."""
     low, high = folded.phase - folded.spread, folded.phase + folded.spread
-    nodes = np.concatenate((low, high) if np.any(folded.spread > 0.0) else (low,))
-    turns = _turning_points(folded)
+    is_wide = bool(np.any(folded.spread > 0.0))
+    corners = low[0] + np.mod(folded.corners - low[0], 2.0 * math.pi)
+    nodes = np.concatenate((low, high, corners) if is_wide else (low, corners))
+    turns = low[0] + np.mod(_turning_points(folded) - low[0], 2.0 * math.pi)
     # One that a bin meets is not doubled: there would be a cycle of rounding's size.
     away = np.abs((turns[:, None] - nodes + math.pi) % (2.0 * math.pi) - math.pi)
     phase = np.concatenate((nodes, turns[away.min(axis=1) > _COINCIDENT]))
@@ -55,7 +58,7 @@ def cycle_of(folded: Folded) -> Cycle:
         x,
         np.ascontiguousarray(np.roll(basis, -root, axis=0).T),
         place[:count],
-        place[count : 2 * count] if nodes.size > count else place[:count],
+        place[count : 2 * count] if is_wide else place[:count],
     )
 
 
@@ -88,18 +91,5 @@ def delayed(folded: Folded, lag: float) -> Folded:
     """The record with its displacement later by a phase [rad]: the delay of its force."""
     if lag == 0.0:
         return folded
-    angle = lag * folded.harmonics.astype(float)
-    a, b = folded.coefficients[1::2], folded.coefficients[2::2]
-    turned = folded.coefficients.copy()
-    turned[1::2] = a * np.cos(angle) - b * np.sin(angle)
-    turned[2::2] = a * np.sin(angle) + b * np.cos(angle)
-    return Folded(**{**folded.__dict__, "coefficients": turned})
-
-
-def phase_derivative(folded: Folded) -> Floats:
-    """Derivative of the displacement's coefficients by a phase [m/rad]."""
-    n = folded.harmonics.astype(float)
-    moved = np.zeros_like(folded.coefficients)
-    moved[1::2] = n * folded.coefficients[2::2]
-    moved[2::2] = -n * folded.coefficients[1::2]
-    return moved
+    terms, corners = later(folded.coefficients, folded.harmonics, folded.corners, lag)
+    return Folded(**{**folded.__dict__, "coefficients": terms, "corners": corners})

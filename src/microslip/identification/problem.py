@@ -14,11 +14,12 @@ from numpy.typing import NDArray
 from microslip import kernels
 from microslip._core.checks import Floats
 from microslip.identification.coordinates import GAIN, Coordinate, Datum
-from microslip.identification.cycle_branches import cycle_of, delayed, phase_derivative
+from microslip.identification.cycle_branches import cycle_of, delayed
 from microslip.identification.models.base import BackboneModel, CycleModel, Model
 from microslip.identification.rigs import Answer, behind_spring
 from microslip.identification.whitening import Metric, metric_of
 from microslip.tribometer.folding import Folded
+from microslip.tribometer.motion import phase_derivative
 
 Rise = Callable[[Floats, dict[str, float], float | None], Floats]
 """Change of the backbone (rows) at displacements, values of the law and a load."""
@@ -462,7 +463,8 @@ class Problem:
 
     def _turned(self, at: int) -> Floats:
         """Derivative of the displacement's coefficients by a phase."""
-        return phase_derivative(delayed(self.folded[self.order[at]], self.lags[self.order[at]]))
+        folded = delayed(self.folded[self.order[at]], self.lags[self.order[at]])
+        return phase_derivative(folded.coefficients, folded.harmonics)
 
     def late(self, at: int) -> Floats:
         """Derivative of the weighted residuals by a phase lead of the displacement."""

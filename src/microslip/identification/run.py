@@ -157,13 +157,14 @@ def identify(
     -----
     What Fig. 19.22 of the chapter (DOI 10.1007/978-3-319-56818-8_19) does by eye, with the rig and
     the noise in it. Weighted least squares on the mean cycle of each record. The displacement is a
-    Fourier series whose errors count (generalised least squares); half distances are those of the
-    measured displacement, so that Masing's rules hold for joint and rig in series: T = T0(v),
-    v + T0(v)/k = y. The force's offset is free in each record; a straight drift of the force or the
-    displacement is taken off, and its error counts, as does that of the mean load of a record whose
-    load is a channel (a load that is given as one number is taken to be exact). Intervals are those
-    of the profile likelihood, widened by the root of the reduced chi-squared where that exceeds 1
-    significantly, or by the scatter of whole cycles (Huber's sandwich) where that is larger.
+    Fourier series, with corners where a drive has some, whose errors count (generalised least
+    squares); half distances are those of the measured displacement, so that Masing's rules hold for
+    joint and rig in series: T = T0(v), v + T0(v)/k = y. The force's offset is free in each record;
+    a straight drift of the force or the displacement is taken off, and its error counts, as does
+    that of the mean load of a record whose load is a channel (a load that is given as one number is
+    taken to be exact). Intervals are those of the profile likelihood, widened by the root of the
+    reduced chi-squared where that exceeds 1 significantly, or by the scatter of whole cycles
+    (Huber's sandwich) where that is larger.
     """
     stated = locals().copy()
     report = _reporter(progress)

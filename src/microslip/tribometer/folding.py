@@ -17,7 +17,8 @@ from microslip.loops import Loop
 from microslip.tribometer.cuts import FEWEST_SAMPLES, one_loop
 from microslip.tribometer.cycles import Cycles, cycles_of, judged
 from microslip.tribometer.estimates import Estimate, trend
-from microslip.tribometer.mean_cycle import QUIET, MeanCycle, drift_of, error_of_mean, series_of
+from microslip.tribometer.mean_cycle import MeanCycle, drift_of, error_of_mean
+from microslip.tribometer.motion import QUIET, basis, motion_of
 from microslip.tribometer.phases import Turns, all_turns, places_of, stretches
 from microslip.tribometer.record import Record
 from microslip.tribometer.spikes import Spike, jumps
@@ -38,8 +39,8 @@ CLIPPED = "found from a record that looks clipped"
 class Folded(Locked):
     """The settled cycles of a record on one cycle of phase.
 
-    The displacement is a Fourier series with the harmonics that stand out of the noise, the force
-    its mean in bins of the phase. Both carry the noise seen in the scatter between the cycles; a
+    The displacement is a Fourier series with the harmonics that stand out of the noise, and the
+    corners that a drive such as a triangle has, the force its mean in bins of the phase. Both carry the noise seen in the scatter between the cycles; a
     straight drift is taken off both.
     """
 
@@ -59,7 +60,7 @@ class Folded(Locked):
     harmonics: NDArray[np.int64]
     """Numbers of the harmonics of the displacement; the mean is not among them."""
     coefficients: NDArray[np.float64]
-    """Mean [m], then cosine and sine of each harmonic [m]."""
+    """Mean [m], cosine and sine of each harmonic [m], height and shift of each corner [m]."""
     covariance: NDArray[np.float64]
     """Covariance of the coefficients [m^2]."""
     force_noise: float
@@ -94,15 +95,12 @@ class Folded(Locked):
     """Half the play [m] between joint and transducer, of which the joint sees nothing,"""
     play_error: float = 0.0
     """and its standard error [m]."""
+    corners: NDArray[np.float64] = field(default_factory=lambda: lock(np.zeros(0)))
+    """Phases [rad] at which the displacement has a corner, as that of a triangle does."""
 
     def basis(self, phase: Floats, order: int = 0) -> Floats:
-        """Mean, cosines and sines at phases [rad], or a derivative of them by the phase."""
-        n = self.harmonics.astype(float)
-        angle = np.outer(phase, n) + 0.5 * math.pi * order
-        factor = n**order
-        first = np.full((phase.size, 1), 1.0 if order == 0 else 0.0)
-        rows = np.stack((factor * np.cos(angle), factor * np.sin(angle)), axis=2)
-        return np.hstack((first, rows.reshape(phase.size, 2 * n.size)))
+        """Terms of the displacement at phases [rad], or a derivative of them by the phase."""
+        return basis(phase, self.harmonics, self.corners, order)
 
     def displacement(self, phase: Floats, order: int = 0) -> Floats:
         """Displacement [m] at phases [rad], or a derivative of it by the phase."""
@@ -235,12 +233,12 @@ def _fold(
     gone -= float(gone.mean())
     del cycle
     x -= moved.slope * gone
-    harmonics, coefficients, covariance, noise_x = series_of(
-        np.mod(phase, 2.0 * math.pi), x, places.number
-    )
+    motion = motion_of(np.mod(phase, 2.0 * math.pi), x, places.number)
     del x
-    saw = np.zeros(coefficients.size)
-    saw[2::2] = moved.error / (math.pi * harmonics)  # a straight line, cut at each cycle
+    harmonics = motion.harmonics
+    saw = np.zeros(motion.coefficients.size)
+    # A straight line, cut at each cycle.
+    saw[2 : 2 + 2 * harmonics.size : 2] = moved.error / (math.pi * harmonics)
     level = curve.of(force - drift.slope * gone)
     drifted = drift.error * np.bincount(column, gone) / total
     del gone
@@ -277,10 +275,10 @@ def _fold(
         cycle_force=lock(sums),
         cycle_count=lock(counts),
         harmonics=lock(harmonics),
-        coefficients=lock(coefficients),
-        covariance=lock(covariance + np.outer(saw, saw)),
+        coefficients=lock(motion.coefficients),
+        covariance=lock(motion.covariance + np.outer(saw, saw)),
         force_noise=max(noise_f, QUIET * 0.5 * float(np.ptp(level.mean))),
-        displacement_noise=noise_x,
+        displacement_noise=motion.noise,
         normal_load=load,
         frequency=rate if timed else None,
         cycles=int(rows.size),
@@ -293,6 +291,7 @@ def _fold(
         drifted=lock(drifted),
         doubt=doubt,
         freedom=max(curve.freedom - 1.0, 1.0),
+        corners=lock(motion.corners),
     )
     return folded, further_spikes
 
@@ -422,7 +421,7 @@ def averaged(record: Record, noise: tuple[float, float], bins: int = MOST_BINS) 
     x, force, phase = (np.roll(values, -first) for values in (x, force, phase))
     phase = np.mod(phase - phase[0], 2.0 * math.pi)
     floor = QUIET * 0.5 * span
-    harmonics, coefficients, covariance, series_noise = series_of(phase, x, size)
+    motion = motion_of(phase, x, size)
     stated = max(noise[1], floor)
     column = np.arange(size) * min(size, bins) // size
     count = np.bincount(column).astype(float)
@@ -440,9 +439,9 @@ def averaged(record: Record, noise: tuple[float, float], bins: int = MOST_BINS) 
         count=lock(count),
         cycle_force=lock(sums[None].astype(float)),
         cycle_count=lock(count[None]),
-        harmonics=lock(harmonics),
-        coefficients=lock(coefficients),
-        covariance=lock(covariance * (stated / max(series_noise, floor)) ** 2),
+        harmonics=lock(motion.harmonics),
+        coefficients=lock(motion.coefficients),
+        covariance=lock(motion.covariance * (stated / max(motion.noise, floor)) ** 2),
         force_noise=noise[0],
         displacement_noise=noise[1],
         normal_load=float(load.mean()) if isinstance(load, np.ndarray) else load,
@@ -451,4 +450,5 @@ def averaged(record: Record, noise: tuple[float, float], bins: int = MOST_BINS) 
         left_out=0,
         notes=(*record.notes, *said),
         said=said,
+        corners=lock(motion.corners),
     )

@@ -1,9 +1,9 @@
-"""The mean cycle: of the displacement a series, of forces a curve, and what is left beside it."""
+"""The mean cycle of a channel as a curve through bins, and what is left beside it."""
 
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,15 +11,6 @@ from numpy.typing import NDArray
 from microslip._core.checks import Floats
 from microslip.tribometer.phases import stretches
 
-MOST_HARMONICS, MOST_OF_CORNERS = 120, 300
-"""Of a motion whose harmonics stand out one by one; of one with corners, such as a triangle, whose
-reversals a shorter series makes 0.3 % too near."""
-QUIET = 1e-9
-"""Of the amplitude: below it noise is rounding."""
-_FINE = 4096  # bins of the displacement: their width is nothing to a hundred harmonics
-_ROUNDS, _LARGE = 100, 0.3
-_MANY = 5
-"""Harmonics from which on a motion is no sine, so that all of them count."""
 _LEAST_SHARE = 0.1  # of the noise of a sample that the curve must leave for it to count
 _TAILS, _WITHIN = 3.0, 0.97334  # share of the variance of a normal distribution within three
 _SIGNIFICANT = 1e-3
@@ -165,100 +156,6 @@ def _slopes(middle: Floats, mean: Floats) -> Floats:
     places = np.concatenate(([middle[-1] - turn], middle, [middle[0] + turn]))
     values = np.concatenate(([mean[-1]], mean, [mean[0]]))
     return np.asarray((values[2:] - values[:-2]) / (places[2:] - places[:-2]))
-
-
-# -- the displacement as a series -----------------------------------------------------------------
-
-
-def series_of(
-    phase: Floats, x: Floats, places: int
-) -> tuple[NDArray[np.int64], Floats, Floats, float]:
-    """Fourier series of the displacement: harmonics, coefficients, covariance, noise [m]."""
-    size = _FINE
-    column = np.empty(phase.size, dtype=np.int64)
-    for piece in stretches(phase.size):
-        bins = (phase[piece] * (size / (2.0 * math.pi)) + 1e-9).astype(np.int64)
-        column[piece] = np.minimum(bins, size - 1)
-    weight = np.bincount(column, minlength=size).astype(float)
-    full = weight > 0.0
-    weight = weight[full]
-    place = np.bincount(column, phase, minlength=size)[full] / weight
-    mean = np.bincount(column, x, minlength=size)[full] / weight
-    most_told = max(1, math.floor(0.4 * places))
-    harmonic_count = min(MOST_HARMONICS, most_told)
-    all_of, design = _series_design(place, harmonic_count)
-    floor = QUIET * 0.5 * float(np.ptp(mean))
-    price = 2.0 * math.log(x.size) + 2.0 * math.log(harmonic_count)
-    harmonics, is_whole = np.array([1]), False
-    for _ in range(_ROUNDS):
-        columns = np.concatenate(
-            ([0], np.column_stack((harmonics, harmonic_count + harmonics)).ravel())
-        )
-        part = design[:, columns]
-        normal = part.T @ (weight[:, None] * part)
-        coefficients = np.linalg.solve(normal, part.T @ (weight * mean))
-        residual = _sample_residual(
-            phase, x, column, full, place, part @ coefficients, coefficients, harmonics
-        )
-        # What is left at each harmonic; they are nearly orthogonal over whole cycles.
-        amplitudes = design.T @ np.bincount(column, residual, minlength=size)[full] * (2.0 / x.size)
-        power = (
-            0.5
-            * x.size
-            * (amplitudes[1 : harmonic_count + 1] ** 2 + amplitudes[harmonic_count + 1 :] ** 2)
-        )
-        is_unused = np.ones(harmonic_count, dtype=bool)
-        is_unused[harmonics - 1] = False
-        freedom = max(x.size - 2 * harmonic_count - 1, 1)
-        white = max(float(residual @ residual) - float(power[is_unused].sum()), 0.0) / freedom
-        noise = max(math.sqrt(white), floor)
-        # Two degrees of freedom each; one pays if it takes off more than BIC's price of two.
-        # The largest first: what is left of them leaks into others where phases are not even.
-        lowest_power = max(price * noise**2, _LARGE * float(power[is_unused].max(initial=0.0)))
-        new = all_of[is_unused & (power > lowest_power)]
-        if new.size == 0 and not is_whole and harmonics.size >= _MANY:
-            # Of a triangle or a trapezoid: those that do not stand out by themselves do together.
-            is_odd = bool(np.all(harmonics % 2 == 1))
-            # Corners of a drive are alike there and back; other motions have no more to tell.
-            harmonic_count, is_whole = min(MOST_OF_CORNERS, most_told), True
-            if not is_odd:
-                harmonic_count = min(MOST_HARMONICS, most_told)
-            all_of, design = _series_design(place, harmonic_count)
-            is_unused = ~np.isin(all_of, harmonics)
-            new = all_of[is_unused & ((all_of % 2 == 1) | (not is_odd))]
-        if new.size == 0:
-            break
-        harmonics = np.sort(np.concatenate((harmonics, new)))
-    return harmonics, coefficients, noise**2 * np.linalg.inv(normal), noise
-
-
-def _series_design(place: Floats, count: int) -> tuple[Any, Any]:
-    """Harmonics up to a number, and the mean, cosines and sines of all of them at some phases."""
-    all_of = np.arange(1, count + 1, dtype=np.int64)
-    angle = np.outer(place, all_of)
-    return all_of, np.hstack((np.ones((place.size, 1)), np.cos(angle), np.sin(angle)))
-
-
-def _sample_residual(
-    phase: Floats,
-    x: Floats,
-    column: NDArray[np.int64],
-    full: NDArray[np.bool_],
-    place: Floats,
-    fitted: Floats,
-    coefficients: Floats,
-    harmonics: NDArray[np.int64],
-) -> Floats:
-    """Each sample less the series, taken along its tangent from the middle of the bin."""
-    angle = np.outer(place, harmonics)
-    slopes = harmonics * (-np.sin(angle) * coefficients[1::2] + np.cos(angle) * coefficients[2::2])
-    value, slope, middle = np.zeros((3, full.size))
-    value[full], slope[full], middle[full] = fitted, slopes.sum(axis=1), place
-    residual = x.copy()
-    for piece in stretches(x.size):
-        of = column[piece]
-        residual[piece] -= value[of] + slope[of] * (phase[piece] - middle[of])
-    return residual
 
 
 # -- what changes over the cycles -----------------------------------------------------------------

@@ -39,9 +39,9 @@ CLIPPED = "found from a record that looks clipped"
 class Folded(Locked):
     """The settled cycles of a record on one cycle of phase.
 
-    The displacement is a Fourier series with the harmonics that stand out of the noise, and the
-    corners that a drive such as a triangle has, the force its mean in bins of the phase. Both carry the noise seen in the scatter between the cycles; a
-    straight drift is taken off both.
+    The displacement is a Fourier series with the harmonics that stand out of the noise, and with
+    the corners that a drive such as a triangle has; the force is its mean in bins of the phase.
+    Both carry the noise seen in the scatter between the cycles; a straight drift is taken off both.
     """
 
     name: str

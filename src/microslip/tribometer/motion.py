@@ -104,8 +104,8 @@ def motion_of(phase: Floats, x: Floats, places: int) -> Motion:
     # Those that do not stand out by themselves do together. Alike there and back, odd ones alone.
     is_odd = bool(np.all(smooth.harmonics % 2 == 1))
     most = min(MOST_OF_CORNERS if is_odd else MOST_HARMONICS, most_told)
-    whole = np.arange(1, most + 1, 1 + is_odd, dtype=np.int64)
-    return _fitted(samples, most, np.zeros(0), np.union1d(whole, smooth.harmonics))
+    every_one = np.arange(1, most + 1, 1 + is_odd, dtype=np.int64)
+    return _fitted(samples, most, np.zeros(0), np.union1d(every_one, smooth.harmonics))
 
 
 def _price(motion: Motion, count: int) -> float:
@@ -169,8 +169,8 @@ def _fitted(
         columns = np.concatenate(([0], np.column_stack((2 * harmonics - 1, 2 * harmonics)).ravel()))
         part = design[:, columns]
         for _ in range(_MOVES if corners.size else 1):
-            whole = np.hstack((part, corner_terms(samples.place, corners)))
-            coefficients, normal = samples.solved(whole)
+            terms = np.hstack((part, corner_terms(samples.place, corners)))
+            coefficients, normal = samples.solved(terms)
             heights, shifts = coefficients[columns.size :: 2], coefficients[columns.size + 1 :: 2]
             moves = -shifts / heights
             if not np.abs(moves).max(initial=0.0) < 0.2:  # no corner there, and no fit

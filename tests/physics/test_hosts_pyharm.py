@@ -142,6 +142,73 @@ def test_a_contact_pushes_apart_and_has_the_derivatives_of_its_forces():
         np.testing.assert_allclose(J[:, k], slope, rtol=0.0, atol=3e-3 * np.abs(J).max())
 
 
+@pytest.mark.parametrize("dirs", [[2, 0], [2, 0, 1]])
+def test_a_field_between_two_parts_is_its_pairs_of_nodes(dirs):
+    """Three pairs in one element, numbered otherwise on the other side."""
+    loads, count = [400.0, 900.0, 0.0], len(dirs)
+    field = ms.JointField(JOINT.surface, 0.4, areas=np.full(3, 1e-4), loads=loads)
+    parts = {
+        name: {"matrix": {k: np.eye(9) for k in "MKC"}, "ndofs": 3, "nnodes": 3} for name in "ab"
+    }
+    from pyHarm.Maestro import Maestro
+
+    from microslip.hosts import pyharm
+
+    connector = {
+        "type": "microslip_contact", "connect": {"a": [0, 1, 2], "b": [2, 0, 1]}, "dirs": dirs,
+        "law": field, "sliders": 40,
+    }  # fmt: skip
+    system = {"type": "Base", "nh": [0, 1, 3], "nti": 64}
+    model = Maestro({
+        "analysis": {}, "plugin": pyharm.elements(), "system": system, "substructures": parts,
+        "connectors": {"joint": connector},
+    })  # fmt: skip
+    element, table = element_of(model), model.system.expl_dofs
+
+    def edof(sub, node):
+        """Indices (direction, coefficient) of a node."""
+        its = table[(table["sub"] == sub) & (table["node_num"] == node)]
+        its = its.sort_values(["dof_num", "harm", "cs"])
+        return np.array(its.index).reshape(3, 5)
+
+    x = np.zeros(2 * 9 * 5 + 1)
+    x[:-1] = 1e-7 * np.random.default_rng(8).normal(size=90)
+    moved = np.zeros((3, 3, 5))  # pair, direction, coefficient
+    for i, (a, b) in enumerate(zip([0, 1, 2], [2, 0, 1], strict=True)):
+        moved[i] = x[edof("a", a)] - x[edof("b", b)]
+    opened = moved[:, 2].copy()
+    opened[:, 0] += field.separations
+    if count == 2:
+        force, load, _ = field.harmonics(moved[:, 0], [0, 1, 3], separations=opened)
+        tangential = force[:, None]
+    else:
+        tangential, load, _ = field.two_directions(40).harmonics(
+            moved[:, :2], [0, 1, 3], separations=opened, samples=64
+        )
+    load[:, 0] -= loads
+    whole = np.zeros_like(x)
+    for i, (a, b) in enumerate(zip([0, 1, 2], [2, 0, 1], strict=True)):
+        for node, sign in ((("a", a), 1.0), (("b", b), -1.0)):
+            places = edof(*node)
+            whole[places[: count - 1]] += sign * tangential[i]
+            whole[places[2]] -= sign * load[i]
+    found = element.evalResidual(x, 1.0)
+    np.testing.assert_allclose(found, whole[element.indices], rtol=0.0, atol=1e-9 * 900.0)
+    J, way = element.evalJacobian(x, 1.0)[0], 1e-11 * np.random.default_rng(9).normal(size=90)
+    step = np.append(way, 0.0)
+    ends = [element.evalResidual(x + sign * step, 1.0) for sign in (1, -1)]
+    slope = 0.5 * (ends[0] - ends[1])
+    np.testing.assert_allclose(
+        J @ step[element.indices], slope, rtol=0.0, atol=2e-3 * np.abs(slope).max()
+    )
+    wrong = {**connector, "connect": {"a": [0, 1], "b": [2, 0]}}
+    with pytest.raises(ms.InputError, match="connect must list 3 node"):
+        Maestro({
+            "analysis": {}, "plugin": pyharm.elements(), "system": system, "substructures": parts,
+            "connectors": {"joint": wrong},
+        })  # fmt: skip
+
+
 def test_the_forced_response_is_that_of_structure_and_of_time_integration():
     stuck = np.linalg.eigvalsh(
         np.diag(np.diag(M) ** -0.5)

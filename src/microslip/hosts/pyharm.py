@@ -1,4 +1,4 @@
-"""Elements for pyHarm: a joint in one direction, in two, and as a contact with its normal.
+"""Elements for pyHarm: a joint in one direction, in two, and contacts with their normal.
 
 pyHarm finds them by its entry points; ``pyHarm.extension.load("microslip")`` registers them, or
 ``Maestro({"plugin": microslip.hosts.pyharm.elements(), ...})``. A connector of theirs reads::
@@ -20,6 +20,7 @@ from pyHarm.Elements.NodeToNodeElements.NodeToNodeElement import NodeToNodeEleme
 from microslip._core.checks import Floats, show
 from microslip.errors import InputError
 from microslip.friction import BackboneLaw, Interface, IsotropicJoint, JointField
+from microslip.hosts.contact_nodes import ContactNodes, contact_field
 
 
 def elements() -> list[type[Any]]:
@@ -36,19 +37,22 @@ class _Element(NodeToNodeElement):  # type: ignore[misc]
         Length [m] that pyHarm's displacements count in.
     """
 
-    directions: ClassVar[int]
-    law_kind: ClassVar[type]
+    directions: ClassVar[tuple[int, ...]]
+    law_kind: ClassVar[type | tuple[type, ...]]
     law_text: ClassVar[str]
+    data: Any
+    indices: Any
 
     def __post_init__(self) -> None:
         numbers = get_array_nh(self.nh)[0]
         self.harmonics = [int(number) for number in numbers]
         self.length = 1.0
+        self._count = 1
         dirs = self.data["dirs"]
-        if len(dirs) != self.directions:
+        if len(dirs) not in self.directions:
+            counts = " or ".join(map(str, self.directions))
             raise InputError(
-                f"`dirs` must be {self.directions} direction(s) for {self.factory_keyword}, got "
-                f"{dirs}"
+                f"`dirs` must be {counts} direction(s) for {self.factory_keyword}, got {dirs}"
             )
         law = self.data.get("law")
         if not isinstance(law, self.law_kind):
@@ -67,15 +71,44 @@ class _Element(NodeToNodeElement):  # type: ignore[misc]
     def response(self, motion: Floats) -> tuple[Floats, Floats]:
         """Forces [N] (directions, coefficients) of a motion [m] of that shape, and their Jacobian.
 
-        It has the shape (directions, directions, coefficients, coefficients) [N/m].
+        Directions are those of one node after the other. The Jacobian [N/m] is of the shape
+        (nodes, directions of a node twice, coefficients, coefficients); one node needs no axis.
         """
         raise NotImplementedError
 
     def generateIndices(self, expl_dofs: Any) -> None:
-        """Find the degrees of freedom, as pyHarm does, and what takes them to the joint."""
-        super().generateIndices(expl_dofs)
-        across = self.Pslave - self.Pmaster
-        self._across = np.concatenate([turn @ across for turn in self.Pdir])
+        """Find the degrees of freedom, as pyHarm does pair by pair, and what takes them there."""
+        data, pairs = self.data, self._pairs()
+        parts = []
+        for pair in pairs:
+            self.data = {**data, "connect": pair}
+            super().generateIndices(expl_dofs)
+            across = self.Pslave - self.Pmaster
+            turned = np.concatenate([turn @ across for turn in self.Pdir])
+            parts.append((np.asarray(self.indices), turned))
+        self.data = data
+        self.indices = np.unique(np.concatenate([indices for indices, _ in parts]))
+        width = len(parts[0][1])
+        self._across = np.zeros((width * len(parts), self.indices.size))
+        for i, (indices, turned) in enumerate(parts):
+            columns = np.searchsorted(self.indices, indices)
+            self._across[width * i : width * (i + 1), columns] = turned
+
+    def _pairs(self) -> list[Any]:
+        """What connects each pair of nodes, as pyHarm's own elements have it."""
+        connect = self.data["connect"]
+        sides = list(connect.items()) if isinstance(connect, dict) else list(connect)
+        lengths = {len(nodes) for sub, nodes in sides if sub != "GROUND"}
+        if lengths != {self._count}:
+            raise InputError(
+                f"connect must list {self._count} node(s) a side for {self.factory_keyword}, got "
+                f"{connect}"
+            )
+        pairs = [
+            [(sub, [nodes[i if sub != "GROUND" else 0]]) for sub, nodes in sides]
+            for i in range(self._count)
+        ]
+        return [dict(pair) for pair in pairs] if isinstance(connect, dict) else pairs
 
     def adim(self, lc: float, wc: float) -> None:
         """Count displacements in a characteristic length; forces stay forces."""
@@ -89,9 +122,13 @@ class _Element(NodeToNodeElement):  # type: ignore[misc]
         key = x.tobytes()
         if self._known is None or self._known[0] != key:
             motion = self.length * (self._across @ x)
-            force, jacobian = self.response(motion.reshape(self.directions, -1))
-            full = jacobian.transpose(0, 2, 1, 3).reshape(motion.size, motion.size)
-            turned = self._across.T @ full @ self._across
+            size = len(self.data["dirs"])
+            force, jacobian = self.response(motion.reshape(self._count * size, -1))
+            blocks = jacobian.reshape(self._count, size, size, *jacobian.shape[-2:])
+            wide = motion.size // self._count
+            blocks = blocks.transpose(0, 1, 3, 2, 4).reshape(self._count, wide, wide)
+            turned = (blocks @ self._across.reshape(self._count, wide, -1)).reshape(motion.size, -1)
+            turned = self._across.T @ turned
             self._known = key, self._across.T @ force.reshape(-1), self.length * turned
         return self._known[1], self._known[2]
 
@@ -115,7 +152,7 @@ class JointElement(_Element):
     """
 
     factory_keyword = "microslip_joint"
-    directions = 1
+    directions = (1,)
     law_kind, law_text = BackboneLaw, "a backbone law"
 
     def read_law(self, law: Any) -> None:
@@ -136,7 +173,7 @@ class PlanarJointElement(_Element):
     """
 
     factory_keyword = "microslip_planar_joint"
-    directions = 2
+    directions = (2,)
     law_kind, law_text = IsotropicJoint, "an IsotropicJoint, such as IsotropicJoint(joint)"
 
     def response(self, motion: Floats) -> tuple[Floats, Floats]:
@@ -146,42 +183,36 @@ class PlanarJointElement(_Element):
 
 
 class ContactElement(_Element):
-    """A contact that opens, closes and slips in two directions; ``dirs`` names the normal first.
+    """Contacts that open, close and slip: nodes of a field, all in one compiled call.
 
-    Data: ``law``, an :class:`microslip.Interface`, whose separation is that of no motion;
-    ``sliders``, 128; ``balanced``, whether the load at rest is taken off, True, since the forces
-    that press the joint are rarely in the model. The normal displacement opens the contact.
+    ``dirs`` names the normal first, then one tangential direction or two; ``connect`` lists as many
+    nodes on both sides as the law has. Data: ``law``, a :class:`microslip.JointField`, or an
+    :class:`microslip.Interface` for one pair of nodes, whose separations are those of no motion
+    (of a field its gaps, if it has any); ``sliders``, 128, and ``nearest`` as of
+    :meth:`microslip.JointField.two_directions`; ``balanced``, whether the load where nothing moves
+    is taken off, True, since the forces that press a joint are rarely in the model. The normal
+    displacement opens a contact. One tangential direction takes neither sliders nor samples.
     """
 
     factory_keyword = "microslip_contact"
-    directions = 3
-    law_kind, law_text = Interface, "an Interface, which has a surface"
+    directions = 2, 3
+    law_kind, law_text = (
+        (Interface, JointField),
+        "an Interface, which has a surface, or a JointField",
+    )
 
     def read_law(self, law: Any) -> None:
-        """A joint with a surface."""
+        """The nodes."""
         if 0 not in self.harmonics:
             raise InputError("a contact needs the mean: nh must be a number, or begin with 0")
-        field = JointField(
-            law.surface,
-            law.friction_coefficient,
-            areas=[1.0],
-            separations=[law.separation],
-            surface_area=1.0,
-        )
-        self.law = field.two_directions(self.data.get("sliders", 128))
-        self.separation = law.separation
-        self.load = law.normal_load if self.data.get("balanced", True) else 0.0
+        options = (self.data.get("sliders", 128), self.data.get("nearest"))
+        balanced = bool(self.data.get("balanced", True))
+        self.law = ContactNodes(contact_field(law), len(self.data["dirs"]), *options, balanced)
+        self._count = self.law.field.size
 
     def response(self, motion: Floats) -> tuple[Floats, Floats]:
-        """Harmonics of the normal and both tangential forces."""
-        separation = motion[0].copy()
-        separation[0] += self.separation
-        force, load, jacobian = self.law.harmonics(
-            motion[None, 1:], self.harmonics, separations=separation[None], samples=self.nti
-        )
-        normal = -load[0]
-        normal[0] += self.load
-        order = [2, 0, 1]  # of (T1, T2, N)
-        turned = jacobian[0][np.ix_(order, order)].copy()
-        turned[0] *= -1.0
-        return np.concatenate((normal[None], force[0])), turned
+        """Harmonics of the normal and the tangential forces of all nodes."""
+        turned = motion.reshape(self._count, -1, motion.shape[-1])
+        order = np.roll(np.arange(turned.shape[1]), 1)
+        force, jacobian = self.law.harmonics(np.roll(turned, -1, axis=1), self.harmonics, self.nti)
+        return force[:, order].reshape(motion.shape), jacobian[:, order][:, :, order]

@@ -145,9 +145,10 @@ static void take_map(const Round *c, Py_ssize_t t, Py_ssize_t before, double map
     }
 }
 
-/* B of what stuck from one sample to another: it just moves along. */
+/* B of what stuck from one sample to another, -1 being rest: it just moves along. */
 static void move_along(const Round *c, Py_ssize_t from, Py_ssize_t to, double *B)
 {
+    if (to < 0) return;
     for (Py_ssize_t k = 0; k < c->places; k++) {
         double du = c->u[to * c->places + k] - (from < 0 ? 0.0 : c->u[from * c->places + k]);
         B[k] += du;

@@ -97,7 +97,7 @@ class StudyDescription(StudyTables):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Sources of values: tables, files, overrides."""
+        """Tables, files and overrides from which values were taken."""
         return self._notes
 
     @classmethod

@@ -73,6 +73,7 @@ from .structures import Convergence as Convergence
 from .structures import Decay as Decay
 from .structures import ForcedResponse as ForcedResponse
 from .structures import FreeDecay as FreeDecay
+from .structures import FrequencyResponse as FrequencyResponse
 from .structures import Lap as Lap
 from .structures import LapJoint as LapJoint
 from .structures import MeshedJoint as MeshedJoint

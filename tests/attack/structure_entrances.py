@@ -99,6 +99,8 @@ def add_structures(add: Add, surface: Any, joint: Any) -> None:
         cubic=[[[0.0]]], quartic=[[[[1e12]]]], reach=[1e-3])  # fmt: skip
     forced = chain.forced_response([0.0, 0.0, 1.0], [100.0, 120.0], harmonics=[1], samples=16)
     add("ForcedResponse.amplitude", forced.amplitude, at=[0.0, 0.0, 1.0])
+    add("ForcedResponse.frequency_response", forced.frequency_response, at=[0.0, 0.0, 1.0],
+        force=1.0)  # fmt: skip
     add("Oscillator.interface_damping_ratio", oscillator.interface_damping_ratio, amplitude=1e-7)
     add("Oscillator.decay of a time", oscillator.decay, amplitude=1e-7, duration=0.01)
     add("Oscillator.ring_down of a time", oscillator.ring_down, amplitude=1e-7, duration=0.01,

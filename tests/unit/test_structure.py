@@ -378,3 +378,61 @@ def test_faces_must_touch_somewhere(surface: ms.GreenwoodWilliamson) -> None:
 def test_a_law_pushed_beyond_its_limit_has_no_state_of_rest() -> None:
     loose = ms.Structure([[1.0]], [[0.0]]).attach(ms.Jenkins(1e6, 10.0), directions=[1.0])
     assert loose.preload([5.0]).displacement[0] == pytest.approx(5e-6)
+
+
+@pytest.mark.parametrize("way", [1, -1])
+def test_a_folded_response_is_saved_as_a_sweep_meets_it(way: int, tmp_path: Path) -> None:
+    """The chain's own stable motions, those ahead of the jump; a linear one is its closed form."""
+    pyuff = pytest.importorskip("pyuff", reason="the extra uff is not installed")
+    mass, stiff, damping = np.eye(2), 1e6 * np.array([[2.0, -1.0], [-1.0, 2.0]]), 2.0 * np.eye(2)
+    frequencies = np.linspace(140.0, 180.0, 81)[::way]
+    free = ms.Structure(mass, stiff, damping)
+    linear = free.attach(ms.Jenkins(1e5, 1e9), directions=[1.0, 0.0])
+    push, at = np.array([3.0, 0.0]), np.array([0.0, 1.0])
+    told = linear.forced_response(push, frequencies, harmonics=[1]).frequency_response(
+        at, 3.0, quantity="acceleration"
+    )
+    stuck = stiff + np.diag([1e5, 0.0])
+    omega = 2.0 * np.pi * told.frequency
+    wanted = [
+        -(w**2) * np.linalg.solve(stuck - w**2 * mass + 1j * w * damping, [1.0, 0.0])[1]
+        for w in omega
+    ]
+    np.testing.assert_allclose(told.value, wanted, rtol=1e-9)
+    told.save(tmp_path / "one.uff")
+    (_, part) = pyuff.UFF(str(tmp_path / "one.uff")).read_sets()
+    # At the rounded frequencies, straight from the nearest points of the inverse.
+    wanted = [
+        -(w**2) * np.linalg.solve(stuck - w**2 * mass + 1j * w * damping, [1.0, 0.0])[1]
+        for w in 2.0 * np.pi * part["x"]
+    ]
+    np.testing.assert_allclose(part["data"], wanted, rtol=1e-5)
+    hard = free.with_geometry([[1.0], [0.0]], cubic=[[[0.0]]], quartic=[[[[1e12]]]], reach=[1.0])
+    whole = hard.forced_response(push, frequencies, harmonics=[1])
+    assert whole.turning_points.size == 2
+    met = whole.frequency_response(at, 3.0)
+    assert (np.diff(met.frequency) > 0.0).all()
+    alike = np.isclose(whole.amplitude(at)[:, None] / 3.0, abs(met.value), rtol=1e-9)
+    kept = (alike & (whole.frequency[:, None] == met.frequency)).any(axis=1)
+    assert kept.sum() == met.frequency.size
+    assert whole.stable[kept].all()
+    largest = abs(met.value).max() * 3.0
+    assert (largest < 0.99 * whole.amplitude(at).max()) == (way < 0), (
+        "a hardening peak, met from below"
+    )
+
+
+def test_what_cannot_be_saved_as_a_response_is_refused(tmp_path: Path) -> None:
+    chain = ms.Structure(np.eye(2), 1e6 * np.array([[2.0, -1.0], [-1.0, 2.0]]), np.eye(2))
+    chain = chain.attach(ms.Jenkins(1e5, 1e9), directions=[1.0, 0.0])
+    response = chain.forced_response([1.0, 0.0], [140.0, 150.0], harmonics=[1])
+    with pytest.raises(ms.InputError, match="force must be above zero"):
+        response.frequency_response([1.0, 0.0], 0.0)
+    told = response.frequency_response([1.0, 0.0], 1.0, quantity="velocity")
+    with pytest.raises(ms.InputError, match=r"path must end in \.csv or \.uff, got 'a\.txt'"):
+        told.save(tmp_path / "a.txt")
+    told.save(tmp_path / "a.csv")
+    head = (tmp_path / "a.csv").read_text(encoding="utf-8").splitlines()[0]
+    assert head == "force_amplitude [N],frequency [Hz],frf_real [m/(N s)],frf_imag [m/(N s)]"
+    with pytest.raises(ms.InputError, match="exists"):
+        told.save(tmp_path / "a.csv")

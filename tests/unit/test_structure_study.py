@@ -719,5 +719,74 @@ def test_the_response_to_a_force_is_that_of_the_balance_of_harmonics() -> None:
     told = np.interp(whole.frequency, force.frequency, force.response)
     lasting = whole.stable & (abs(whole.frequency / force.peak[1] - 1.0) > 2e-3)
     np.testing.assert_allclose(told[lasting], amplitude[lasting], rtol=0.04)
+    # Over the force, with the other modes and the rigid motions; 3 % where it is steep.
+    told_frf = structure.frequency_responses[0]
+    for span, close in ((np.linspace(0.6, 0.97, 8), 1e-3), (near, 0.03), ([1.03, 1.2], 1e-3)):
+        whole = rest.forced_response(
+            0.3 * row, np.array(span) * (1.0 if span is near else force.peak[1])
+        )
+        wanted = whole.frequency_response(row, 0.3)
+        parts = (np.interp(wanted.frequency, told_frf.frequency, part)
+                 for part in ((1.0 / told_frf.value).real, (1.0 / told_frf.value).imag))  # fmt: skip
+        inverse = np.add(*(part * one for part, one in zip(parts, (1.0, 1j), strict=True)))
+        assert abs(inverse * wanted.value - 1.0).max() < close
+    # What lies beyond the curves is left out, not told.
+    missing = structure.frequency_responses[1].frequency
+    assert not np.any(abs(missing / mode.curve.frequency[-1] - 1.0) < 1e-3)
     assert np.isnan(beyond.peak).all()
     assert 0.3 < beyond.largest_force < 200.0
+
+
+@pytest.mark.parametrize("unit", ["m", "m/s^2"])
+def test_responses_to_forces_are_files_that_other_programs_read(unit: str, tmp_path: Path) -> None:
+    """Read back by pyuff and as a table: values, frequencies, units and places."""
+    pyuff = pytest.importorskip("pyuff", reason="the extra uff is not installed")
+    text = STUDY
+    for old, new in (*KNOWN, *FORCED):
+        text = text.replace(old, new)
+    text = text.replace('"0.3 N", "200 N"] }', '"0.3 N", "0.6 N"], at = ["-90 mm", "0 m", "0 m"] }')
+    if unit == "m/s^2":
+        text = text.replace('from = "0.1 um", to = "30 um"', 'from = "4 m/s^2", to = "1200 m/s^2"')
+    result = ms.Study.from_toml(f'{text}\n[output]\nformats = ["csv", "uff"]\n').run()
+    result.save(tmp_path / "out")
+    assert result.structure is not None
+    units, *sets = pyuff.UFF(str(tmp_path / "out/frf.uff")).read_sets()
+    assert (units["type"], units["length"], units["force"]) == (164, 1.0, 1.0)
+    assert [part["z_axis_value"] for part in sets] == [0.3, 0.6]
+    for part, told in zip(sets, result.structure.frequency_responses, strict=True):
+        assert np.array_equal(part["x"], told.frequency), (
+            "frequencies have the digits of the format"
+        )
+        np.testing.assert_allclose(part["data"], told.value, rtol=1e-10)
+        assert (part["type"], part["func_type"]) == (58, 4)
+        assert part["abscissa_axis_units_lab"] == "Hz"
+        assert (part["ordinate_axis_units_lab"], part["orddenom_axis_units_lab"]) == (unit, "N")
+        assert (part["rsp_node"], part["rsp_dir"], part["ref_node"], part["ref_dir"]) == (
+            1,
+            3,
+            2,
+            3,
+        )
+        assert part["id5"] == "force at -90 0 0 mm, z"
+    over_force = "m/N" if unit == "m" else "m/(N s^2)"
+    head, *rows = (tmp_path / "out/frf.csv").read_text(encoding="utf-8").splitlines()
+    assert head == (
+        f"force_amplitude [N],frequency [Hz],frf_real [{over_force}],frf_imag [{over_force}]"
+    )
+    table = np.array([row.split(",") for row in rows], dtype=float)
+    told = np.concatenate([r.value for r in result.structure.frequency_responses])
+    assert np.array_equal(table[:, 2] + 1j * table[:, 3], told)
+    (mode,) = result.structure.modes
+    head, *rows = (tmp_path / "out/forced_response.csv").read_text(encoding="utf-8").splitlines()
+    assert head == f"mode [-],force_amplitude [N],frequency [Hz],amplitude [{unit}]"
+    near = np.array([row.split(",") for row in rows], dtype=float)
+    assert near[:, 3].max() == pytest.approx(mode.forced[1].peak[0], rel=0.02)
+    assert f"amplitude [{unit}]," in (tmp_path / "out/structure.csv").read_text(encoding="utf-8")
+
+
+def test_universal_files_are_refused_where_there_is_no_response(folder: Path) -> None:
+    text = f'{STUDY}\n[output]\nformats = ["uff"]\n'
+    with pytest.raises(
+        ms.StudyError, match=r'output\.formats: wanted "uff" only with structure\.force'
+    ):
+        ms.Study.from_toml(text, folder=folder)

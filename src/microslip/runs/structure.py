@@ -15,7 +15,7 @@ from microslip.errors import InputError
 from microslip.normal import NormalLaw
 from microslip.report.document import Progress
 from microslip.runs.shaking import shaken
-from microslip.runs.structure_force import forced_modes, gain_of
+from microslip.runs.structure_force import forced_modes, frequency_responses, gain_of
 from microslip.runs.structure_prediction import (
     SHARES,
     Bands,
@@ -111,7 +111,7 @@ def run(study: StudyDescription, progress: Progress | None = None) -> StructureP
     shaking = shaken(middle, formed, curves[0].linear_frequency)
     return StructurePrediction(
         part, formed, state, modes, inputs, identified, tests, convergence, tight,
-        _assembly(middle, formed), shaking,
+        _assembly(middle, formed), shaking, frequency_responses(part, joint, state, modes),
     )  # fmt: skip
 
 

@@ -7,22 +7,28 @@ import math
 import numpy as np
 
 from microslip._core.checks import Floats
-from microslip.runs.structure_prediction import SHARES, ForcedMode, Sampled
-from microslip.structures import ModalCurve, ReducedJoint
+from microslip.runs.structure_prediction import SHARES, ForcedMode, Mode, Sampled
+from microslip.structures import FrequencyResponse, ModalCurve, Preload, ReducedJoint
+from microslip.structures.frequency_response import Node, six_digits
 from microslip.structures.periodic_motion import POWERS
-from microslip.structures.resonance import Resonant, refined, resonant
+from microslip.structures.resonance import Resonant, refined, resonant, with_phase
 from microslip.study.structure import StructurePart
 from microslip.sweeps.quantiles import quantiles
 
 _DENSE = 512  # points at which responses interpolate between the samples
 _FREQUENCIES = 121
+_BETWEEN = 400  # points of a frequency response, even on a log axis, besides those near modes
 _WIDTHS = 5.0  # half widths of the resonance that are shown beside the outermost peaks
 
 
 def gain_of(curve: ModalCurve, joint: ReducedJoint) -> Floats:
     """Modal displacement at the sensor times that at the force, by amplitude [1/kg]."""
-    rows = (joint.sensor("sensor"), joint.sensor("force"))
-    return np.asarray(np.prod([abs(curve.shape @ row) for row in rows], axis=0))
+    return np.asarray(abs(_gain(curve, joint)))
+
+
+def _gain(curve: ModalCurve, joint: ReducedJoint) -> Floats:
+    sensed, pushed = (curve.shape @ joint.sensor(name) for name in ("sensor", "force"))
+    return np.asarray(sensed * pushed.conj())
 
 
 def forced_modes(
@@ -91,3 +97,66 @@ def _forced(
         error=float(np.max(errors[:, 0])),
         beyond=float(peaks.beyond.mean()),
     )
+
+
+def frequency_responses(
+    part: StructurePart, joint: ReducedJoint, state: Preload, modes: tuple[Mode, ...]
+) -> tuple[FrequencyResponse, ...]:
+    """Motion of the sensor over each force: the modes that were asked for, and all others linear.
+
+    From half the frequency of the lowest of them to a quarter above the highest.
+    """
+    forces = () if part.force is None else part.force.amplitude
+    rows = [joint.sensor(name) for name in (("sensor", "force") if forces else ())]
+    return tuple(_frequency_response(part, rows, joint, state, modes, force) for force in forces)
+
+
+def _frequency_response(
+    part: StructurePart,
+    rows: list[Floats],
+    joint: ReducedJoint,
+    state: Preload,
+    modes: tuple[Mode, ...],
+    force: float,
+) -> FrequencyResponse:
+    model, base, power = state.model, float(part.base_damping_ratio), POWERS[part.quantity]
+    linear = np.ones(model.size, dtype=bool)
+    linear[[mode.number - 1 for mode in modes]] = False
+    at_rest = [mode.curve.linear_frequency for mode in modes]
+    low, high = 0.5 * min(at_rest), 1.25 * max(at_rest)
+    natural = np.sqrt(model.squares[linear])
+    peaks = natural[(natural > 2.0 * math.pi * low) & (natural < 2.0 * math.pi * high)]
+    near = np.outer(peaks / (2.0 * math.pi), 1.0 + base * np.linspace(-_WIDTHS, _WIDTHS, 41))
+    of_modes = [forced.frequency for mode in modes for forced in mode.forced
+                if forced.force == force]  # fmt: skip
+    at = np.concatenate([np.geomspace(low, high, _BETWEEN), near.ravel(), *of_modes])
+    at = six_digits(at[(at >= low) & (at <= high)])
+    omega = 2.0 * math.pi * at
+    gains, free = (
+        (rows[0] @ shapes) * (rows[1] @ shapes) for shapes in (model.shapes[:, linear], model.free)
+    )
+    stiffness = natural[:, None] ** 2 - omega**2 + 2j * base * natural[:, None] * omega
+    value = (gains[:, None] / stiffness).sum(axis=0) - free.sum() / omega**2
+    for mode in modes:
+        curve, solved = mode.curve, mode.curve.converged
+        gain = _gain(curve, joint)[solved]
+        columns = [curve.frequency[solved], curve.damping_ratio[solved] - base, abs(gain)]
+        fine, (values,) = refined(part.amplitudes[solved], np.log(columns)[None])
+        frequency, of_joint, size = values
+        fine = fine / (2.0 * math.pi * frequency) ** power
+        moved = with_phase(fine, frequency, of_joint + base, force * size, at)
+        value = value + np.sign(gain[0].real) * moved / force
+    known = np.isfinite(value)
+    value = value[known] * (1j * omega[known]) ** power
+    return FrequencyResponse(at[known], value, part.quantity, force, *_nodes(part))
+
+
+def _nodes(part: StructurePart) -> tuple[Node, Node]:
+    """Where it is measured and pushed."""
+    places = [part.sensors[name] for name in ("sensor", "force")]
+    pushed = 1 if places[0][0] == places[1][0] else 2
+    words = [
+        f"{name} at {' '.join(f'{1e3 * x:g}' for x in at)} mm, {direction}"
+        for name, (at, direction) in zip(("sensor", "force"), places, strict=True)
+    ]
+    return Node(1, places[0][1], words[0]), Node(pushed, places[1][1], words[1])

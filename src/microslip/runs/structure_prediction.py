@@ -11,6 +11,7 @@ from microslip._core.checks import Floats
 from microslip.runs.shaking import Shaking
 from microslip.structures import (
     Convergence,
+    FrequencyResponse,
     ModalCurve,
     ModalIdentification,
     ModalTest,
@@ -137,3 +138,4 @@ class StructurePrediction:
     tight: tuple[TightMode, ...] = ()  # its modes with all bolts tight, where some are slack
     assembly: Assembly | None = None  # what the faces hold, where bolts are tightened in order
     shaking: Shaking | None = None  # on a ground that moves
+    frequency_responses: tuple[FrequencyResponse, ...] = ()  # one a force, all modes together

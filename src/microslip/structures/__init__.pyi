@@ -5,6 +5,7 @@ from .bolted_beam import BoltedBeam as BoltedBeam
 from .bolts import Bolts as Bolts
 from .decay import Decay as Decay
 from .forced import ForcedResponse as ForcedResponse
+from .frequency_response import FrequencyResponse as FrequencyResponse
 from .lap_joint import LapJoint as LapJoint
 from .mesh_files import MeshedJoint as MeshedJoint
 from .modal_curve import ModalCurve as ModalCurve

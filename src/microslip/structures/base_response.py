@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, get_args
+from typing import Any, Literal, NoReturn, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -69,6 +69,10 @@ class BaseResponse(ForcedResponse):
         ``at`` is the direction of the sensor, shape (n,).
         """
         return np.asarray(np.abs(self._from_ground(at)))
+
+    def frequency_response(self, *_: Any, **__: Any) -> NoReturn:
+        """Refused: what a base moves has a :meth:`transmissibility`."""
+        raise InputError("a motion of the base has no force; ask for transmissibility(at)")
 
     def transmissibility(self, at: ArrayLike) -> NDArray[np.complex128]:
         """Absolute motion of the fundamental at a sensor over that of the base.

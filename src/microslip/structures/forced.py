@@ -10,16 +10,22 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from microslip._core.checks import Floats, floats
+from microslip._core.checks import Floats, floats, positive
 from microslip._core.frozen import LockedArrays
 from microslip.errors import InputError
 from microslip.report.plot import Plot
 from microslip.report.plottable import PlottableAtSensor
 from microslip.structures.balance import Balance
 from microslip.structures.forced_path import Drive, Excitation, follow
+from microslip.structures.frequency_response import FrequencyResponse
 from microslip.structures.matrices import vector
 from microslip.structures.modal_model import ModalModel
-from microslip.structures.periodic_motion import HarmonicBasis, harmonic_basis
+from microslip.structures.periodic_motion import (
+    HarmonicBasis,
+    Quantity,
+    harmonic_basis,
+    power_of,
+)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -91,6 +97,41 @@ class ForcedResponse(LockedArrays, PlottableAtSensor):
         sensor = vector("at", at, self._shapes.shape[0])
         first = self.harmonics.index(1)
         return np.asarray(np.abs(self._relative(sensor[:, None])[:, 0, first]))
+
+    def frequency_response(
+        self, at: ArrayLike, force: float, *, quantity: Quantity = "displacement"
+    ) -> FrequencyResponse:
+        """Fundamental at a sensor over the force, as a slow sweep along the frequencies meets it.
+
+        Where the response folds over, a sweep jumps: motions that it does not meet, or that do not
+        last, are left out.
+
+        Parameters
+        ----------
+        at : array_like
+            Direction of the sensor, shape (n,).
+        force : float
+            Amplitude of the force [N], by which the motion is divided, above zero.
+        quantity : {"displacement", "velocity", "acceleration"}, optional
+            What the sensor measures.
+
+        Returns
+        -------
+        FrequencyResponse
+            Frequencies [Hz] and complex values; ``save`` writes CSV and UFF 58.
+        """
+        sensor = vector("at", at, self._shapes.shape[0])
+        amplitude, power = positive("force", force), power_of(quantity)
+        if np.count_nonzero(self.stable) < 2:
+            raise InputError(f"a frequency response needs two stable points; {self.message}")
+        way = 1.0 if self.frequency[1] > self.frequency[0] else -1.0
+        furthest = np.maximum.accumulate(way * self.frequency)
+        ahead = np.append(True, furthest[1:] > furthest[:-1])
+        swept = np.flatnonzero(ahead & self.stable)[:: int(way)]
+        frequency = self.frequency[swept]
+        motion = self._relative(sensor[:, None])[swept, 0, self.harmonics.index(1)]
+        value = motion * (2j * math.pi * frequency) ** power / amplitude
+        return FrequencyResponse(frequency, value, quantity, amplitude)
 
     def _figure(self, at: ArrayLike | None) -> Plot:
         from microslip.structures.figures import response_figure

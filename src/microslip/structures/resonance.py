@@ -87,4 +87,23 @@ def resonant(
         path, heights = np.append(left[::-1], right), np.append(falling[::-1], falling)
         peaks[row] = math.exp(top), summit / (2.0 * math.pi)
         answers[row] = np.exp(np.interp(omegas, path, heights))
+        far = (omegas < path[0]) | (omegas > path[-1])  # so little moves a linear mode
+        o, z = omega[0], zeta[0]
+        linear = p[0] / np.hypot(o**2 - omegas**2, 2.0 * z * o * omegas)
+        answers[row, far] = linear[far]
     return Resonant(peaks, ends_below, answers)
+
+
+def with_phase(
+    amplitude: Floats, frequency: Floats, damping: Floats, push: Floats, at: Floats
+) -> NDArray[np.complex128]:
+    """Motions of one finely spaced curve with their phase to the push, at frequencies [Hz].
+
+    Not a number where they lie beyond the curve.
+    """
+    found = resonant(amplitude[None], frequency[None], damping[None], push[None], at)
+    size, place = found.amplitude[0], np.log(amplitude)
+    natural, ratio = (np.interp(np.log(size), place, values) for values in (frequency, damping))
+    phase = np.arctan2(2.0 * ratio * natural * at, natural**2 - at**2)
+    size = np.where(found.beyond[0] & (size >= amplitude[-2]), np.nan, size)
+    return np.asarray(size * np.exp(-1j * phase))

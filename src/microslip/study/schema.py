@@ -41,7 +41,7 @@ from microslip.study.uncertainty import UncertaintyPart
 SCHEMA = 1
 MAX_POINTS = 1_000_000
 MAX_HARMONIC = 10
-FORMATS = ("netcdf", "csv", "svg", "png", "pdf")
+FORMATS = ("netcdf", "csv", "svg", "png", "pdf", "uff")
 
 
 class Curve(Part):
@@ -247,7 +247,8 @@ class Output(Part):
 
     formats: tuple[str, ...] = key(
         Items(one_of(*FORMATS), '["netcdf", "csv", "svg"]', (1, 20), distinct=True),
-        "Files that are written; PNG and PDF where asked for.",
+        "Files that are written; PNG, PDF, and the responses to structure.force as UFF, where "
+        "asked for.",
         default=FORMATS[:3],
     )
     report: bool = key(

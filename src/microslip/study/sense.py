@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from microslip._core.checks import Floats
+from microslip._core.packages import MissingPackageError
 from microslip._core.units import engineering, significant
 from microslip._core.wording import shorten
 from microslip.study.joints import Joint
@@ -45,9 +46,21 @@ def check(study: StudyTables) -> None:
     """Refuse the first thing that the parts of a study cannot see."""
     of_joint = (_of_bodies, _of_loads, _of_variation, _of_pressure, _of_structure)
     rules = of_joint if isinstance(study.joint, Joint) else (_of_law,)
-    for rule in (*rules, _of_uncertainty, _of_forces, _of_amount):
+    for rule in (*rules, _of_uncertainty, _of_forces, _of_amount, _of_files):
         for key, message in rule(study):
             raise KeyedError(key, message)
+
+
+def _of_files(study: StudyTables) -> Problems:
+    if "uff" in study.output.formats:
+        if study.structure is None or study.structure.force is None:
+            yield "output.formats", 'wanted "uff" only with structure.force, got none'
+        from microslip.structures.frequency_response import universal_files
+
+        try:
+            universal_files()
+        except MissingPackageError as missing:
+            yield "output.formats", str(missing)
 
 
 def lifting(study: StudyTables, lightest: float) -> None:

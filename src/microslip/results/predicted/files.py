@@ -22,11 +22,14 @@ from microslip.results.predicted.numbers import KIND, SUMMARY_SCHEMA, verdicts
 from microslip.results.structure.document import columns as structure_columns
 from microslip.results.structure.document import labelled as structure_arrays
 from microslip.results.structure.fitted_study import FITTED_STUDY, fitted_text
+from microslip.results.structure.forced import RESPONSES
+from microslip.results.structure.forced import columns as forced_columns
 from microslip.results.structure.shaking import columns as shaking_columns
 from microslip.results.structure.shaking import labelled as shaking_arrays
 from microslip.runs.columns import Columns, Floats, VaryingLoop, blocks
 from microslip.runs.prediction import Prediction, labelled, variables
 from microslip.runs.scatter import Scatter
+from microslip.structures.frequency_response import write_universal
 
 
 def files(result: Prediction, destination: Path) -> tuple[File, ...]:
@@ -54,12 +57,20 @@ def files(result: Prediction, destination: Path) -> tuple[File, ...]:
     }  # fmt: skip
     if result.structure is not None and result.structure.shaking is not None:
         in_one_piece |= shaking_columns(result.structure.shaking)
+    units = UNITS
+    if result.structure is not None:
+        forced, of_quantity = forced_columns(result.structure)
+        in_one_piece |= forced
+        units = UNITS | of_quantity
+        responses = result.structure.frequency_responses
+        if responses:
+            tables.append(File(RESPONSES, lambda path, _: write_universal(responses, path)))
     if result.scatter is not None:
         in_one_piece["bands"] = band_columns(result, result.scatter)
     for name, arrays in in_one_piece.items():
         rows = len(next(iter(arrays.values())))
         parts = partial(iter, [arrays])
-        tables.append(csv_file(f"{name}.csv", parts, rows, UNITS, len(arrays)))
+        tables.append(csv_file(f"{name}.csv", parts, rows, units, len(arrays)))
         numbers += (2 if name == "bands" else 1) * rows * len(arrays)
     tables.append(netcdf_file("result.nc", partial(contents, result), numbers))
     tables.append(text_file("study.toml", lambda: study.text_for(destination)))

@@ -18,9 +18,11 @@ from microslip.report.files import header, plain
 from microslip.results.predicted.scatter_document import FIGURES as SCATTER_FIGURES
 from microslip.results.predicted.scatter_document import numbers as scatter_numbers
 from microslip.results.structure.document import FIGURES as STRUCTURE_FIGURES
-from microslip.results.structure.document import FORCED_FIGURE
 from microslip.results.structure.document import numbers as structure_numbers
 from microslip.results.structure.fitted_study import FITTED_STUDY
+from microslip.results.structure.forced import FIGURE as FORCED_FIGURE
+from microslip.results.structure.forced import RESPONSES
+from microslip.results.structure.forced import TABLES as FORCED_TABLES
 from microslip.results.structure.shaking import FIGURES as SHAKING_FIGURES
 from microslip.runs.columns import (
     AmplitudeCurve,
@@ -88,6 +90,7 @@ def files(study: StudyDescription) -> tuple[str, ...]:
         "oscillator": study.oscillator is not None,
         "varying": study.excitation.load_variation is not None,
         "structure": study.structure is not None,
+        **dict.fromkeys(FORCED_TABLES, _is_asked(study, "force")),
         **{table: _is_asked(study, table) for table in SHAKING_FIGURES},
         "bands": _scatters(study),
     }
@@ -98,6 +101,7 @@ def files(study: StudyDescription) -> tuple[str, ...]:
         *((FITTED_STUDY,) if study.structure is not None and study.structure.fitted else ()),
         *(("report.html",) if study.output.report else ()),
         *(("result.nc",) if "netcdf" in formats else ()),
+        *((RESPONSES,) if "uff" in formats else ()),
         *(f"{name}.csv" for name, there in tables.items() if there and "csv" in formats),
         *(f"{name}.{kind}" for name in figure_names(study) for kind in pictures),
     )

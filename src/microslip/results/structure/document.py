@@ -26,6 +26,7 @@ from microslip.report.document import (
     Verdicts,
 )
 from microslip.report.files import plain
+from microslip.results.structure import forced
 from microslip.results.structure import shaking as told
 from microslip.results.structure.bolts import (
     assembly_numbers,
@@ -37,13 +38,12 @@ from microslip.results.structure.bolts import (
 from microslip.results.structure.fitted_study import FITTED_STUDY
 from microslip.results.structure.pictures import (
     curve_plot,
-    forced_plot,
     loss_plot,
     pressure_plot,
     shape_plot,
     slip_plot,
 )
-from microslip.runs.structure_prediction import Bands, ForcedMode, Mode, StructurePrediction
+from microslip.runs.structure_prediction import Bands, Mode, StructurePrediction
 from microslip.structures import Convergence, ModalCurve, ModalIdentification, ModalTest
 from microslip.structures.modal_curve import Resonance
 from microslip.study.structure import AMPLITUDES
@@ -51,8 +51,6 @@ from microslip.study.structure import AMPLITUDES
 _PATCH = ("x", "y", "area", "gap", "normal_load")
 FIGURES = ("modal_curves", "pressure_map", "slip_map", "loss_map", "mode_shapes")
 """Names of the figures."""
-FORCED_FIGURE = "forced_response"
-"""Name of the one that a force adds."""
 
 
 def answer(prediction: StructurePrediction) -> str:
@@ -97,7 +95,7 @@ def sections(prediction: StructurePrediction) -> tuple[Section, ...]:
     if prediction.tight:
         parts.append(comparison(prediction))
     if prediction.part.force is not None:
-        parts.append(_forced_section(prediction))
+        parts.append(forced.section(prediction))
     if prediction.convergence is not None:
         parts.append(_convergence_section(prediction.convergence, prediction.part.modes[0]))
     if ranking:
@@ -158,8 +156,8 @@ def pictures(prediction: StructurePrediction) -> tuple[Picture, ...]:
         ),
     }
     if prediction.part.force is not None:
-        figures[FORCED_FIGURE] = (
-            forced_plot,
+        figures[forced.FIGURE] = (
+            forced.plot,
             f"Amplitude at the sensor against the frequency of the force, near each mode.{bands}",
             "Response of the modes to the force",
         )
@@ -266,80 +264,20 @@ def _mode_numbers(mode: Mode) -> dict[str, Any]:
         ],
     }
     if mode.forced:
-        result["forced_response"] = [_forced_numbers(forced) for forced in mode.forced]
+        result["forced_response"] = [forced.numbers(response) for response in mode.forced]
     if bands is not None:
         result["modal_frequency_bands"] = plain(bands.frequency)
         result["modal_damping_ratio_bands"] = plain(bands.damping_ratio)
-        result["sampling_error"] = {
+        errors = {
             "modal_frequency": bands.frequency_error, "modal_damping_ratio": bands.damping_error
         }  # fmt: skip
+        result["sampling_error"] = plain(errors)  # infinite where few samples leave an end open
         if bands.model_error is not None:
             frequency, damping = bands.model_error
             result["model_error"] = {"modal_frequency": frequency, "joint_damping_ratio": damping}
         result["unsolved_samples"] = bands.unsolved
         result["ranking"] = dict(bands.ranking)
     return result
-
-
-def _forced_numbers(forced: ForcedMode) -> dict[str, Any]:
-    result: dict[str, Any] = {
-        "force": forced.force,
-        "peak": dict(zip(("amplitude", "frequency"), plain(forced.peak), strict=True)),
-        "largest_force": plain(forced.largest_force),
-        "frequency": plain(forced.frequency),
-        "amplitude": plain(forced.response),
-    }
-    if forced.bands is not None and forced.peak_bands is not None:
-        result["amplitude_bands"] = plain(forced.bands)
-        result["peak_bands"] = dict(
-            zip(("amplitude", "frequency"), plain(forced.peak_bands.T), strict=True)
-        )
-        result["sampling_error"] = plain(forced.error)
-        result["beyond"] = forced.beyond
-    return result
-
-
-def _forced_section(prediction: StructurePrediction) -> Section:
-    """Peaks of the response to each force, with their bands."""
-    unit = _unit(prediction)
-    listed = [
-        Column("mode", "Mode"),
-        Column("force", "Force", "N", 3),
-        Column("peak_amplitude", "Peak at the sensor", unit, 3),
-        Column("peak_frequency", "at", "Hz", write=lambda f: f"{f:.5g}"),
-    ]
-    modes = [(mode, forced) for mode in prediction.modes for forced in mode.forced]
-    banded = any(forced.peak_bands is not None for _, forced in modes)
-    if banded:
-        listed += [Column("peak_low", "Peak, 5 %", unit, 3), Column("peak_high", "95 %", unit, 3)]
-    rows = []
-    remarks = [
-        "Near each resonance by its modal curve; other modes are left out, and where a frequency "
-        "has several motions the largest is told."
-    ]
-    for mode, forced in modes:
-        ends = [] if forced.peak_bands is None else forced.peak_bands[[0, 2], 0].tolist()
-        ends += [math.nan] * (2 * banded - len(ends))
-        rows.append((mode.number, forced.force, *plain(forced.peak), *plain(np.array(ends))))
-        name = f"Mode {mode.number} under {engineering(forced.force, 'N', 3)}"
-        if not np.isfinite(forced.peak[0]):
-            most = engineering(forced.largest_force, "N", 2)
-            remarks.append(
-                f"{name} moves beyond the largest amplitude, which some {most} reach: write a "
-                "larger amplitude.to."
-            )
-        elif forced.beyond:
-            remarks.append(
-                f"{name}: {forced.beyond:.0%} of the samples move beyond the largest amplitude, "
-                "which stands for theirs: the bands end there; write a larger amplitude.to."
-            )
-        if np.isfinite(forced.error):
-            remarks.append(
-                f"{name}: so few samples leave the quantiles of the peak known within "
-                f"±{forced.error:.1%} at most (90 %)."
-            )
-    table = Table("Response to the force", tuple(listed), tuple(rows), noun="peaks")
-    return Section("Response to the force", (table, Note(" ".join(remarks), small=True)))
 
 
 def _model(prediction: StructurePrediction) -> Facts:

@@ -26,7 +26,7 @@ from microslip.study.structure import AMPLITUDES
 
 _LIGHT, _DARK = np.array([240.0, 244.0, 248.0]), np.array([0.0, 76.0, 130.0])
 _POSTERIOR = ("#b8b8b8", "#9dc6e2", "#eebd98", "#9cd3bd", "#e0b9cf", "#f0d689")  # of fitted curves
-_PALE = ("#dddddd", "#cfe3f1", "#f6dccb", "#cfe9df", "#f0dce8", "#f8ebcc")
+PALE = ("#dddddd", "#cfe3f1", "#f6dccb", "#cfe9df", "#f0dce8", "#f8ebcc")
 
 
 def curve_plot(prediction: StructurePrediction) -> Plot:
@@ -60,7 +60,7 @@ def curve_plot(prediction: StructurePrediction) -> Plot:
         for panel, name in panels if mode.bands is not None else ():
             low, high = (values(mode, mode.bands, name, end) for end in (0, -1))
             x = mode.curve.amplitude / unit
-            panel.add(between(x, low, high, _PALE[index % len(_PALE)]))
+            panel.add(between(x, low, high, PALE[index % len(PALE)]))
             for edge in (low, high):
                 panel.line(x, edge, look_of(index).color, width=0.6, dash=DOTTED)
     # What tests leave open of the fitted curves, over what was not known before.
@@ -101,37 +101,6 @@ def curve_plot(prediction: StructurePrediction) -> Plot:
     if fitted:
         legend.append(Entry("fitted to the tests", COLORS[0], DOTTED))
     plot = stacked([upper, lower], 6.2, (1.0, 1.3))
-    plot.legend = tuple(legend)
-    return plot
-
-
-def forced_plot(prediction: StructurePrediction) -> Plot:
-    """Amplitude at the sensor against the frequency of the force, a panel a mode."""
-    si = AMPLITUDES[prediction.part.quantity].unit.replace("^2", "²")
-    panels, legend = [], []
-    for mode in prediction.modes:
-        highest = [forced.response for forced in mode.forced]
-        highest += [forced.bands[2] for forced in mode.forced if forced.bands is not None]
-        unit, letter = prefix(float(np.nanmax(np.concatenate(highest), initial=0.0)) or 1.0)
-        panel = Panel(
-            Axis("Frequency of the force [Hz]", margin=0.0),
-            Axis(f"Amplitude at the sensor [{letter}{si}]", log=True),
-            note=f"Mode {mode.number}",
-        )
-        for index, forced in enumerate(mode.forced):
-            if forced.bands is not None:
-                low, high = forced.bands[[0, 2]] / unit
-                pale = _PALE[index % len(_PALE)]
-                panel.add(between(forced.frequency, low, high, pale))
-        for index, forced in enumerate(mode.forced):
-            look = look_of(index)
-            panel.line(forced.frequency, forced.response / unit, look.color, dash=look.dash)
-        panels.append(panel)
-    for index, force in enumerate(prediction.part.force.amplitude if prediction.part.force else ()):
-        look = look_of(index)
-        scale, letter = prefix(force)
-        legend.append(Entry(f"{force / scale:g} {letter}N", look.color, look.dash))
-    plot = stacked(panels, 2.9 * len(panels) + 0.5, (1.0,) * len(panels))
     plot.legend = tuple(legend)
     return plot
 

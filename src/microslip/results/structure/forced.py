@@ -1,0 +1,153 @@
+"""What is said of the response of a structure to a harmonic force, and its tables."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from microslip._core.checks import Floats
+from microslip._core.units import engineering, prefix
+from microslip.report.document import Column, Note, Section, Table
+from microslip.report.files import plain
+from microslip.report.kit import between, look_of
+from microslip.report.plot import Axis, Entry, Panel, Plot, stacked
+from microslip.results.structure.pictures import PALE
+from microslip.runs.structure_prediction import ForcedMode, StructurePrediction
+from microslip.structures.frequency_response import response_columns
+from microslip.study.structure import AMPLITUDES
+
+FIGURE = "forced_response"
+"""Name of the figure."""
+RESPONSES = "frf.uff"
+"""Universal file of the responses over the force."""
+TABLES = ("forced_response", "frf")
+"""Names of the CSV files: near each mode with bands, and of all modes together."""
+
+
+def columns(
+    prediction: StructurePrediction,
+) -> tuple[dict[str, dict[str, Floats]], dict[str, str]]:
+    """Columns of the CSV files, and the units that depend on what the sensor measures."""
+    responses = prediction.frequency_responses
+    unit = AMPLITUDES[prediction.part.quantity].unit
+    units = dict.fromkeys(("amplitude", *_BAND), unit)
+    if not responses:
+        return {}, units
+    over_force = response_columns(responses)
+    parts = []
+    for mode in prediction.modes:
+        for forced in mode.forced:
+            size = forced.frequency.size
+            bands = np.full((3, size), math.nan) if forced.bands is None else forced.bands
+            parts.append(
+                {
+                    "mode": np.full(size, float(mode.number)),
+                    "force_amplitude": np.full(size, forced.force),
+                    "frequency": forced.frequency,
+                    "amplitude": forced.response,
+                    **(dict(zip(_BAND, bands, strict=True)) if prediction.inputs else {}),
+                }
+            )
+    near = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    frf = {name: values for name, (_, values) in over_force.items()}
+    units |= {name: unit for name, (unit, _) in over_force.items()}
+    return dict(zip(TABLES, (near, frf), strict=True)), units
+
+
+_BAND = ("amplitude_low", "amplitude_median", "amplitude_high")
+
+
+def numbers(forced: ForcedMode) -> dict[str, Any]:
+    """A response near a mode in the summary."""
+    result: dict[str, Any] = {
+        "force": forced.force,
+        "peak": dict(zip(("amplitude", "frequency"), plain(forced.peak), strict=True)),
+        "largest_force": plain(forced.largest_force),
+        "frequency": plain(forced.frequency),
+        "amplitude": plain(forced.response),
+    }
+    if forced.bands is not None and forced.peak_bands is not None:
+        result["amplitude_bands"] = plain(forced.bands)
+        result["peak_bands"] = dict(
+            zip(("amplitude", "frequency"), plain(forced.peak_bands.T), strict=True)
+        )
+        result["sampling_error"] = plain(forced.error)
+        result["beyond"] = forced.beyond
+    return result
+
+
+def section(prediction: StructurePrediction) -> Section:
+    """Peaks of the response to each force, with their bands."""
+    unit = AMPLITUDES[prediction.part.quantity].unit
+    listed = [
+        Column("mode", "Mode"),
+        Column("force", "Force", "N", 3),
+        Column("peak_amplitude", "Peak at the sensor", unit, 3),
+        Column("peak_frequency", "at", "Hz", write=lambda f: f"{f:.5g}"),
+    ]
+    modes = [(mode, forced) for mode in prediction.modes for forced in mode.forced]
+    banded = any(forced.peak_bands is not None for _, forced in modes)
+    if banded:
+        listed += [Column("peak_low", "Peak, 5 %", unit, 3), Column("peak_high", "95 %", unit, 3)]
+    rows = []
+    remarks = [
+        "Near each resonance by its modal curve; other modes are left out here, and where a "
+        "frequency has several motions the largest is told. Over the force, with the other modes "
+        "linear: frf.csv."
+    ]
+    for mode, forced in modes:
+        ends = [] if forced.peak_bands is None else forced.peak_bands[[0, 2], 0].tolist()
+        ends += [math.nan] * (2 * banded - len(ends))
+        rows.append((mode.number, forced.force, *plain(forced.peak), *plain(np.array(ends))))
+        name = f"Mode {mode.number} under {engineering(forced.force, 'N', 3)}"
+        if not np.isfinite(forced.peak[0]):
+            most = engineering(forced.largest_force, "N", 2)
+            remarks.append(
+                f"{name} moves beyond the largest amplitude, which some {most} reach: write a "
+                "larger amplitude.to."
+            )
+        elif forced.beyond:
+            remarks.append(
+                f"{name}: {forced.beyond:.0%} of the samples move beyond the largest amplitude, "
+                "which stands for theirs: the bands end there; write a larger amplitude.to."
+            )
+        if np.isfinite(forced.error):
+            remarks.append(
+                f"{name}: so few samples leave the quantiles of the peak known within "
+                f"±{forced.error:.1%} at most (90 %)."
+            )
+    table = Table("Response to the force", tuple(listed), tuple(rows), noun="peaks")
+    return Section("Response to the force", (table, Note(" ".join(remarks), small=True)))
+
+
+def plot(prediction: StructurePrediction) -> Plot:
+    """Amplitude at the sensor against the frequency of the force, a panel a mode."""
+    si = AMPLITUDES[prediction.part.quantity].unit.replace("^2", "²")
+    panels, legend = [], []
+    for mode in prediction.modes:
+        highest = [forced.response for forced in mode.forced]
+        highest += [forced.bands[2] for forced in mode.forced if forced.bands is not None]
+        unit, letter = prefix(float(np.nanmax(np.concatenate(highest), initial=0.0)) or 1.0)
+        panel = Panel(
+            Axis("Frequency of the force [Hz]", margin=0.0),
+            Axis(f"Amplitude at the sensor [{letter}{si}]", log=True),
+            note=f"Mode {mode.number}",
+        )
+        for index, forced in enumerate(mode.forced):
+            if forced.bands is not None:
+                low, high = forced.bands[[0, 2]] / unit
+                pale = PALE[index % len(PALE)]
+                panel.add(between(forced.frequency, low, high, pale))
+        for index, forced in enumerate(mode.forced):
+            look = look_of(index)
+            panel.line(forced.frequency, forced.response / unit, look.color, dash=look.dash)
+        panels.append(panel)
+    for index, force in enumerate(prediction.part.force.amplitude if prediction.part.force else ()):
+        look = look_of(index)
+        scale, letter = prefix(force)
+        legend.append(Entry(f"{force / scale:g} {letter}N", look.color, look.dash))
+    figure = stacked(panels, 2.9 * len(panels) + 0.5, (1.0,) * len(panels))
+    figure.legend = tuple(legend)
+    return figure

@@ -141,9 +141,18 @@ def coupled(d: Any, x: Any, curve: Curve) -> list[float]:
 
 
 def drag(
-    held: tuple[float, float], step: tuple[float, float], first: float, last: float, parts: int
+    held: tuple[float, float],
+    step: tuple[float, float],
+    first: float,
+    last: float,
+    parts: int,
+    stiffness: tuple[float, float, float] = (1.0, 0.0, 1.0),
 ) -> tuple[tuple[float, float], float]:
-    """Where a slider goes along a step while its radius changes evenly, and what it loses."""
+    """Where a slider goes along a step while its radius changes evenly, and what it loses.
+
+    A place is the displacement times a stiffness (xx, xy, yy); slip is along what is held.
+    """
+    xx, xy, yy = stiffness
     x, y = held
     lost = 0.0
     for k in range(1, parts + 1):
@@ -151,6 +160,11 @@ def drag(
         x, y = x + step[0] / parts, y + step[1] / parts
         size = math.hypot(x, y)
         if size > radius:
-            x, y = max(radius, 0.0) * x / size, max(radius, 0.0) * y / size
-            lost += max(radius, 0.0) * (size - radius)
+            radius = max(radius, 0.0)
+            back = xx * x * x + 2.0 * xy * x * y + yy * y * y
+            slip = size * (size - radius) / back if back > 0.0 else 0.0
+            lost += slip * radius * size
+            x, y = x - slip * (xx * x + xy * y), y - slip * (xy * x + yy * y)
+            size = math.hypot(x, y) or 1.0
+            x, y = radius * x / size, radius * y / size
     return (x, y), lost

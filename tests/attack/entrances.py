@@ -196,6 +196,7 @@ def _add_fields(add: Add, surface: Any, joint: Any) -> None:
     moves, apart = np.full(3, 1e-8), np.full(3, 2e-7)
     cycle, gaps = np.outer(moves, [1.0, -1.0, 0.5]), np.outer(apart, [1.0, 1.1, 1.0])
     add("field.at", field.at, separations=apart)
+    add("field.along", field.along, directions=np.full((3, 2), 0.7))
     add("field.load", field.load, separations=apart)
     add("field.first_loading", field.first_loading, displacement=moves, separation=apart)
     add("field.dissipated_energy", field.dissipated_energy, amplitude=moves)

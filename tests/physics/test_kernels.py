@@ -543,15 +543,26 @@ def test_sliders_are_dragged(seed):
     held = first * rng.uniform(0.0, 1.0) * np.array([np.cos(seed), np.sin(seed)])
     step = rng.normal(size=2) * rng.choice([0.1, 1.0, 3.0])
     new, value, tangent, loss = np.empty((1, 1, 2)), np.empty(2), np.empty((2, 3)), np.empty(1)
-    compiled.vector_try(
+    place = (
         step, None if first == last else np.array([1.0 - last]), np.zeros(2),
-        np.array([1.0 - first]), held, np.ones(1), np.ones(1), new, value, tangent,
+        np.array([1.0 - first]), held, np.ones(1), np.ones(1),
     )  # fmt: skip
+    compiled.vector_try(*place, None, new, value, tangent)
     end, lost = drag(tuple(held), tuple(step), first, last, 20_000)
     np.testing.assert_allclose(new.ravel(), end, rtol=0, atol=3e-4)
     np.testing.assert_array_equal(value, new.ravel())
-    compiled.vector_losses(held, step, np.array([first]), np.array([last]), loss)
+    compiled.vector_losses(held, step, np.array([first]), np.array([last]), None, loss)
     assert loss[0] == pytest.approx(lost, abs=1e-3)
+    for soft in (1.0, 1.4):  # under a lay the end is found in pieces
+        axis = rng.uniform(0.0, np.pi)
+        c, s = np.cos(axis), np.sin(axis)
+        lay = np.array([1.0, soft, c, s])
+        stiffness = (c * c + s * s / soft, c * s * (1.0 - 1.0 / soft), s * s + c * c / soft)
+        end, lost = drag(tuple(held), tuple(step), first, last, 20_000, stiffness)
+        compiled.vector_try(*place, lay, new, value, tangent)
+        np.testing.assert_allclose(new.ravel(), end, rtol=0, atol=0.02)
+        compiled.vector_losses(held, step, np.array([first]), np.array([last]), lay, loss)
+        assert loss[0] == pytest.approx(lost, abs=0.01 * np.hypot(*step))
 
 
 def test_short_buffers_are_refused():

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
+import microslip as ms
 from microslip.normal.boundary_elements import HalfSpace, closing, press, sliding
 
 RATIO = (2.0 - 0.3) / (2.0 * (1.0 - 0.3))
@@ -75,14 +76,14 @@ def contact(
     return Contact(space, z, d, p, float(grown.sum()), sliding(space, p > 0.0, RATIO))
 
 
-def slipped(face: Contact, history: list[float], direction: int) -> list[float]:
-    """Forces along a direction, x (0) or y (1), of a history of displacements from rest."""
+def slipped(face: Contact, history: np.ndarray) -> np.ndarray:
+    """Forces of a history of displacements from rest, both of shape (steps, 2)."""
     limit = FRICTION * face.pressure
     inside = limit > 0.0
     rows = np.flatnonzero(inside)
     q = np.zeros((2, *limit.shape))
     moved = np.zeros((2, *limit.shape))
-    forces, last, step = [], 0.0, 1.0 / 8.0
+    forces, last, step = [], np.zeros(2), 1.0 / 8.0
 
     def clipped(t: np.ndarray) -> np.ndarray:
         size = np.hypot(*t)
@@ -91,10 +92,9 @@ def slipped(face: Contact, history: list[float], direction: int) -> list[float]:
         )
 
     for place in history:
-        target = moved.copy()
-        target[direction] += place - last
+        target = moved + (place - last)[:, None, None]
         residual = (target - moved) * inside  # moved is K q
-        scale = abs(place - last)
+        scale = float(np.linalg.norm(place - last))
         for _ in range(3000):
             new = clipped(q + step * residual)
             change = new - q
@@ -110,10 +110,10 @@ def slipped(face: Contact, history: list[float], direction: int) -> list[float]:
             step = min(max(float(np.vdot(change, change)) / curve, 1e-3), 1e2)
         else:
             raise AssertionError("friction not converged")
-        forces.append(float(q[direction].sum()))
+        forces.append(q.sum(axis=(1, 2)))
         last = place
     assert rows.size > 100
-    return forces
+    return np.array(forces)
 
 
 def compared(face: Contact, direction: int, ratio: float) -> tuple[float, float]:
@@ -123,7 +123,8 @@ def compared(face: Contact, direction: int, ratio: float) -> tuple[float, float]
     first = list(top * np.linspace(0.125, 1.0, 8))
     back = list(top * np.linspace(0.8, -1.0, 10))
     again = list(top * np.linspace(-0.8, 1.0, 10))
-    forces = np.array(slipped(face, first + back + again, direction))
+    history = np.outer(first + back + again, np.eye(2)[direction])
+    forces = slipped(face, history)[:, direction]
     law = [face.backbone(u, ratio) for u in first]
     law += [law[-1] - 2.0 * face.backbone(0.5 * (top - u), ratio) for u in back]
     law += [law[-1] + 2.0 * face.backbone(0.5 * (top + u), ratio) for u in again]
@@ -157,3 +158,62 @@ def test_first_loading_and_a_loop(points, pressure, hardness, lay, direction) ->
     assert abs(energy) < 0.03
     if lay < 1.0:  # round contacts' ratio is no answer under a lay
         assert abs(compared(face, direction, RATIO)[1]) > 0.1
+
+
+def laid(face: Contact, turned: float, lay: bool) -> ms.NormalLaw:
+    """The law of a face, solved at 40 separations, with its lay in axes that are turned."""
+    steps = np.linspace(0.0, 1.0, 40) ** 1.5
+    d = face.separation + (float(face.heights.max()) - face.separation) * steps[:-1]
+    loads = [float(face.pressure.sum()), *(face.load(x) for x in d[1:])]
+    c, s = math.cos(turned), math.sin(turned)
+    turn = np.array([[c, -s], [s, c]])
+    tensor = turn.T @ face.tensor @ turn
+    members = {
+        "_lay": property(lambda self: tensor / tensor[0, 0] if lay else None),
+        "stiffness_ratio": property(lambda self: 1.0 / tensor[0, 0] if lay else RATIO),
+    }
+    body = ms.Material(1.0, 0.3)
+    kind = type("Laid", (ms.TabulatedNormalLaw,), members)
+    return kind(ms.MaterialPair(body, body), np.append(d, face.heights.max()), [*loads, 0.0])
+
+
+@pytest.mark.parametrize(
+    ("points", "case"),
+    [
+        (64, CASES[2]),
+        *(pytest.param(128, case, marks=pytest.mark.slow) for case in CASES[2:]),
+    ],
+)
+def test_oblique_to_a_lay_and_turned(points, case) -> None:
+    """Both stiffnesses at first, a force that turns to the motion as all slips, then a corner."""
+    pressure, hardness, lay, _ = case
+    face = contact(points, pressure, hardness, lay=lay)
+    limit = FRICTION * float(face.pressure.sum())
+    reach = 1.2 * limit / face.stiffness
+    line = np.outer(np.linspace(0.25, 3.0, 12), [math.sqrt(0.5), math.sqrt(0.5)])
+    path = reach * np.concatenate((line, line[-1] - np.outer(np.linspace(0.3, 3.0, 10), [1, 0])))
+    wanted = slipped(face, path) / limit
+    small = 1e-3 * reach
+    truth = np.array([slipped(face, small * way[None])[0] for way in np.eye(2)]) / small
+    errors = []
+    for turned, surface in ((0.0, True), (0.6, True), (0.0, False)):
+        c, s = math.cos(turned), math.sin(turned)
+        turn = np.array([[c, -s], [s, c]])
+        field = ms.JointField(
+            laid(face, turned, surface),
+            FRICTION, areas=1.0, separations=face.separation, surface_area=1.0,
+        ).two_directions(128)  # fmt: skip
+        state, found = field.start(), []
+        first = turn @ state.try_([0.0, 0.0]).stiffness[0] @ turn.T
+        if surface:
+            assert first / np.trace(first) == pytest.approx(truth / np.trace(truth), abs=0.003)
+        for x in path @ turn:
+            found.append(turn @ state.try_(x).force[0] / limit)
+            state.commit()
+        errors.append(float(np.linalg.norm(np.array(found) - wanted, axis=1).max()))
+    # The axes of the field do not matter; one ratio for all directions is no answer.
+    assert errors[1] == pytest.approx(errors[0], rel=1e-6)
+    assert errors[0] < 0.012
+    assert errors[2] > 0.05
+    gross = wanted[11] / np.linalg.norm(wanted[11])
+    assert np.linalg.norm(gross - math.sqrt(0.5)) < 0.08

@@ -247,6 +247,24 @@ def test_a_direction_of_motion_makes_summits_elliptic(folder: Path, undrawn: Non
     )
     stiffness = ms.Interface(law, 0.5, 0.1).tangential_stiffness
     assert found["tangential_stiffness"] == pytest.approx(stiffness, rel=1e-12)
+    # The contacts of the face itself say how far elliptic summits go: by the tensor of their lay.
+    milled = (
+        str(Path(__file__).parents[2] / "examples" / "milled.npy"),
+        "--unit",
+        "nm",
+        "--pixel",
+        "2.5 um",
+        "--cutoff",
+        "none",
+    )
+    steel = "--materials", "steel-c45", "steel-c45", "--load", "16 kN", "--area", "1.6 cm^2"
+    ratios = []
+    for angle in ("0 deg", "90 deg"):
+        out = json.loads(run("surface", *milled, *steel, "--direction", angle, "--json").stdout)
+        found = out["joint"]["elliptic"]
+        ratios.append(found["tangential_stiffness"] / found["round_stiffness"])
+        ratios.append(found["solved_over_round"])
+    assert ratios == pytest.approx([1.069, 1.157, 0.939, 0.884], abs=0.002)
 
 
 def test_missing_points_are_told_and_filled(folder: Path) -> None:

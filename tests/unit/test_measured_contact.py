@@ -109,6 +109,74 @@ def test_a_lay_changes_the_slip_by_direction() -> None:
     assert across.at(normal_load=100.0).surface.direction == 1.5708
 
 
+def test_fields_in_the_plane_have_both_stiffnesses_of_a_lay() -> None:
+    law = solve(heights(96, lay=0.2), area=1e-4)
+    joints = [ms.Interface(law, 0.3, normal_load=500.0, direction=a) for a in (0.0, 0.5 * math.pi)]
+    stiff = [joint.tangential_stiffness for joint in joints]
+
+    def field(direction: float | None) -> ms.JointField:
+        return ms.JointField(law.along(direction), 0.3, areas=[4e-5, 6e-5], loads=[200.0, 300.0])
+
+    x_first, y_first, mean = (field(a) for a in (0.0, 0.5 * math.pi, None))
+    assert x_first.tangential_stiffnesses.sum() == pytest.approx(stiff[0])
+    across = x_first.along([[0.0, 2.0], [0.0, -1.0]])
+    assert across.tangential_stiffnesses.sum() == pytest.approx(stiff[1], rel=1e-9)
+    assert across.rigid().backbone(1e-7) == pytest.approx(joints[1].backbone(1e-7), rel=1e-9)
+    loads = across.at(loads=[100.0, 400.0])
+    assert loads.tangential_stiffnesses[1] == pytest.approx(
+        y_first.at(loads=[100.0, 400.0]).tangential_stiffnesses[1]
+    )
+    assert mean.along([[0.0, 1.0]] * 2) is mean
+    with pytest.raises(ms.InputError, match="directions must have the shape"):
+        x_first.along([1.0, 0.0])
+    with pytest.raises(ms.InputError, match="directions must not be zero, got that at node 1"):
+        x_first.along([[1.0, 0.0], [0.0, 0.0]])
+    # Two axes of one face: the same cycle, its derivatives by differences, energies by work.
+    t = 2.0 * math.pi * np.arange(40) / 40
+    path = np.stack([2e-7 * np.cos(t), 1.5e-7 * np.sin(t)], axis=1) + np.zeros((2, 1, 1))
+    opening = x_first.separations[:, None] + 2e-8 * np.sin(2.0 * t + 0.3)
+    turn = np.array([[0.0, -1.0], [1.0, 0.0]])  # of axes along y and against x
+    one, other = (f.two_directions(48, nearest=opening.min() - 1e-9) for f in (x_first, y_first))
+    force = one.periodic(path, opening).force
+    assert other.periodic(path @ turn, opening).force @ turn.T == pytest.approx(
+        force, rel=1e-6, abs=1e-6 * abs(force).max()
+    )
+    values = 1e-7 * np.random.default_rng(3).normal(size=(2, 2, 3))
+    _, jacobian = one.harmonics(values, samples=32)
+    for column in range(3):
+        for k in (0, 1):
+            step = np.zeros((2, 3))
+            step[k, column] = 1e-12
+            up, down = (
+                one.harmonics(values + sign * step, samples=32, tolerance=1e-9)[0]
+                for sign in (1, -1)
+            )
+            assert (up - down) / 2e-12 == pytest.approx(
+                jacobian[:, :, k, :, column], abs=1e-4 * abs(jacobian).max()
+            )
+    state, work, last, before = one.start(energies=True), np.zeros(2), 0.0, np.zeros((2, 2))
+    fine = 2.0 * math.pi * np.arange(1, 401) / 200
+    for x in np.stack([2e-7 * np.sin(fine), 1.5e-7 * (1.0 - np.cos(fine))], axis=1):
+        answer = state.try_(x)
+        state.commit()
+        work += 0.5 * ((answer.force + before) * (x - last)).sum(axis=1)
+        last, before = x, answer.force
+    assert state.stored_energy + state.dissipated_energy == pytest.approx(work, rel=2e-3)
+    again = one.start(arrays=state.to_arrays())
+    assert again.force == pytest.approx(state.force, rel=1e-12)
+    assert again.displacement == pytest.approx(state.displacement, rel=1e-12)
+    with pytest.raises(ms.InputError, match="must be those"):
+        other.start(arrays=state.to_arrays())
+    # Modes of a mass on it: 1.31 times is a lay, along and across.
+    shaker = ms.Structure(np.eye(3), 1e3 * np.eye(3)).attach(
+        x_first, directions=np.stack([np.eye(3), np.eye(3)], axis=1)
+    )
+    k = (2.0 * math.pi * shaker.linear_modes(3).frequency) ** 2
+    assert np.sort(k)[:2] == pytest.approx(np.sort(stiff) + 1e3, rel=1e-6)
+    response = shaker.modes(int(np.argmax(stiff)), [1e-9]).frequency[0]
+    assert (2.0 * math.pi * response) ** 2 == pytest.approx(max(stiff) + 1e3, rel=0.02)
+
+
 def test_patches_of_a_field_share_the_law() -> None:
     joint = ms.Interface(LAW, 0.3, normal_load=2000.0)
     u = np.geomspace(1e-8, 1e-5, 7)

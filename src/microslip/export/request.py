@@ -195,6 +195,11 @@ def element_of(
     if isinstance(law, IsotropicJoint):
         return "planar", law, law.joint
     if isinstance(law, IsotropicField):
+        if law._bank.lay is not None:
+            raise InputError(
+                f"{kind} holds one stiffness in all directions, and the surface has a lay; write "
+                "its mean, surface.along(None)"
+            )
         if law.field._nodes.size != 1:
             raise InputError(
                 f"{kind} holds one node, got {law.field._nodes.size}; write a file each"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -115,6 +115,7 @@ class JointField(SettledField, Locked):
             areas=lock(nodes["areas"]),
             surface_area=_area_of(surface, surface_area),
             gaps=lock(nodes["gaps"]) if kind == "gaps" else None,
+            _ratios=surface.stiffness_ratio,
         )
         if kind in ("separations", "gaps"):
             self._rest_at(nodes[kind], None)
@@ -172,7 +173,7 @@ class JointField(SettledField, Locked):
         self._stand_on(curve, rests, scale)
 
     def _stand_on(self, curve: LoadCurve, rests: Floats, scale: Floats) -> None:
-        slips = self.friction * self.surface.stiffness_ratio
+        slips = self.friction * self._ratios
         nodes = Nodes(curve, self.friction * scale, self._scale, slips, rests)
         assign(self, _nodes=nodes)
 
@@ -190,6 +191,8 @@ class JointField(SettledField, Locked):
         return separation
 
     _nodes: Nodes
+    _ratios: Any
+    """Normal over tangential stiffness [-], one number or one a node."""
 
     @property
     def size(self) -> int:
@@ -220,13 +223,44 @@ class JointField(SettledField, Locked):
         """
         check_one_of("separations [m] or loads [N]", separations, loads)
         field, curve = object.__new__(JointField), self._nodes.curve
-        names = ("surface", "friction", "areas", "surface_area", "gaps")
+        names = ("surface", "friction", "areas", "surface_area", "gaps", "_ratios")
         assign(field, **{name: getattr(self, name) for name in names})
         if separations is not None:
             field._rest_at(self._nodes.per_node("separations", separations).copy(), curve)
         else:
             new_loads = self._nodes.per_node("loads", loads)  # type: ignore[arg-type]
             field._rest_under("loads", new_loads, curve)
+        return field
+
+    def along(self, directions: ArrayLike) -> JointField:
+        """The same nodes, each moved along a line of its own in the plane.
+
+        Parameters
+        ----------
+        directions : array_like
+            Lines of motion, of shape (nodes, 2), of any length: their parts along the direction of
+            the surface and across it. They matter under a lay alone, see
+            :class:`microslip.MeasuredContact`, whose stiffness differs by direction.
+        """
+        lines = floats("directions", directions)
+        if lines.shape != (self.size, 2):
+            raise InputError(
+                f"directions must have the shape ({self.size}, 2), one a node, got {lines.shape}"
+            )
+        squares = (lines**2).sum(axis=1)
+        if not squares.min() > 0.0:
+            raise InputError(
+                f"directions must not be zero, got that at node {int(np.argmin(squares))}"
+            )
+        lay = self.surface._lay
+        if lay is None:
+            return self
+        field, nodes = object.__new__(JointField), self._nodes
+        names = ("surface", "friction", "areas", "surface_area", "gaps", "separations")
+        assign(field, **{name: getattr(self, name) for name in (*names, "normal_loads")})
+        stiffnesses = np.einsum("ni,ij,nj->n", lines, lay, lines) / squares
+        ratios = self.surface.stiffness_ratio / stiffnesses
+        assign(field, _ratios=ratios, _nodes=replace(nodes, slips=self.friction * ratios))
         return field
 
     # -- without memory -------------------------------------------------------------------------
@@ -334,7 +368,10 @@ class JointField(SettledField, Locked):
     # -- two directions -------------------------------------------------------------------------
 
     def two_directions(self, sliders: int = 128, *, nearest: float | None = None) -> IsotropicField:
-        """The nodes in two tangential directions, the same in all, while separations vary.
+        """The nodes in two tangential directions while separations vary.
+
+        Both stiffnesses are the same, but for a surface that was measured with a ``direction``: it
+        is that of the first displacement, and across it the face has the stiffness of its lay.
 
         Parameters
         ----------

@@ -106,14 +106,14 @@ static const Kernel kernels[] = {
     {"field_losses", "aaaiaaiiaAAP", "", run_field_losses, 0,
      "field_losses(place, step, rest, code, last_place, last_step, begin, depth, rules, rows, loss, "
      "*profile)"},
-    {"vector_try", "aa?aaaaaAAA", "", run_vector_try, 0,
-     "vector_try(place, step or None, last_place, last_step, vectors, tops, weights, new, value, "
-     "tangent)"},
-    {"vector_cycle", "aaanaaananndAAI", "", run_vector_cycle, 0,
-     "vector_cycle(place, step, rest, samples, tops, weights, by_place, places, by_step, steps, "
-     "limit, small, value, slopes, passes)"},
-    {"vector_losses", "aaaaA", "", run_vector_losses, 0,
-     "vector_losses(vectors, step, first_radii, last_radii, loss)"},
+    {"vector_try", "aa?aaaaaa?AAA", "", run_vector_try, 0,
+     "vector_try(place, step or None, last_place, last_step, vectors, tops, weights, lay or None, "
+     "new, value, tangent)"},
+    {"vector_cycle", "aaanaaa?ananndAAI", "", run_vector_cycle, 0,
+     "vector_cycle(place, step, rest, samples, tops, weights, lay or None, by_place, places, "
+     "by_step, steps, limit, small, value, slopes, passes)"},
+    {"vector_losses", "aaaaa?A", "", run_vector_losses, 0,
+     "vector_losses(vectors, step, first_radii, last_radii, lay or None, loss)"},
     {"gaussian_moment", "aAan", "", run_gaussian_moment, 0,
      "gaussian_moment(h, value, coefficients, twice the order)"},
     {"gaussian_moment_at", "dan", "d", run_gaussian_moment_at, 1,

@@ -24,18 +24,86 @@ static inline void slide_held(const double *from, const double *e, double length
     slope[1][1] = al * e[1] * e[1] + (cl + an) * e[0] * e[1] + cn * e[0] * e[0];
 }
 
+enum { LAY_PIECES = 8 };
+
+/* The same under a lay: what slips moves along g, but the step of the place is that of the motion
+ * times a stiffness that differs along two axes. `lay` has both compliances C, and the cosine and
+ * sine of the first axis. A piece of a step ends where C g = C (g before + its step) - l g with l
+ * above zero and g at its radius: exact where g does not turn, else to 0.015 of the radius at worst
+ * (compliances 1 and 1.4, any step). What is lost, if asked for, is the slip times g. */
+static void move_lay(const double *from, const double *step, double first, double last,
+                     const double *lay, double *to, double map[2][6], double *loss)
+{
+    const double *c = lay, e = lay[2], n = lay[3];
+    if (map) memset(map, 0, 2 * sizeof(map[0]));
+    to[0] = to[1] = 0.0;
+    double left = 1.0, held = first > 0.0, rise = last - first;
+    if (!(last > 0.0)) {
+        if (!(held && loss)) return;
+        left = first / -rise; /* to where contact is lost */
+        last = 1e-6 * first;
+    } else if (!held)
+        left = last / rise; /* from where it begins */
+    double turned[2] = {e * step[0] + n * step[1], e * step[1] - n * step[0]};
+    double g[2] = {held * (e * from[0] + n * from[1]), held * (e * from[1] - n * from[0])};
+    double by[2][6] = {{held * e, held * n}, {-held * n, held * e}}, size = left / LAY_PIECES;
+    double more[2][6] = {{0.0, 0.0, size * e, size * n}, {0.0, 0.0, -size * n, size * e}};
+    for (int i = 0; i < 2 && !held; i++) {
+        more[i][4] = turned[i] * last / (rise * rise) / LAY_PIECES;
+        more[i][5] = -turned[i] * first / (rise * rise) / LAY_PIECES;
+    }
+    double before = held ? first : 0.0;
+    for (int k = 1; k <= LAY_PIECES; k++) {
+        double share = (double)k / LAY_PIECES, radius = (held ? first * (1.0 - share) : 0.0);
+        radius += last * share;
+        double dr[6] = {0.0, 0.0, 0.0, 0.0, held * (1.0 - share), share};
+        double a[2] = {g[0] + size * turned[0], g[1] + size * turned[1]}, reach = hypot(a[0], a[1]);
+        for (int i = 0; i < 2; i++) {
+            g[i] = a[i];
+            for (int m = 0; map && m < 6; m++) by[i][m] += more[i][m];
+        }
+        if (reach > radius) {
+            double l = 0.0, now = reach, grip = 0.0;
+            for (int turn = 0; turn < 40; turn++) { /* 1/size is nearly straight in l */
+                grip = g[0] * g[0] / (c[0] + l) + g[1] * g[1] / (c[1] + l);
+                double move = now * now * (now / radius - 1.0) / grip;
+                l += move;
+                for (int i = 0; i < 2; i++) g[i] = c[i] * a[i] / (c[i] + l);
+                now = hypot(g[0], g[1]);
+                if (fabs(move) <= 1e-15 * (l + c[0])) break;
+            }
+            for (int i = 0; i < 2; i++) g[i] *= radius / now;
+            grip = g[0] * g[0] / (c[0] + l) + g[1] * g[1] / (c[1] + l);
+            for (int m = 0; map && m < 6; m++) {
+                double b[2] = {c[0] * by[0][m] / (c[0] + l), c[1] * by[1][m] / (c[1] + l)};
+                double dl = (g[0] * b[0] + g[1] * b[1] - radius * dr[m]) / grip;
+                for (int i = 0; i < 2; i++) by[i][m] = b[i] - g[i] * dl / (c[i] + l);
+            }
+            if (loss) *loss += 0.5 * l * radius * (radius + fmin(before, reach));
+        }
+        before = radius;
+    }
+    to[0] = e * g[0] - n * g[1];
+    to[1] = n * g[0] + e * g[1];
+    for (int m = 0; map && m < 6; m++) {
+        map[0][m] = e * by[0][m] - n * by[1][m];
+        map[1][m] = n * by[0][m] + e * by[1][m];
+    }
+}
+
 /* Trials of nodes that share the sliders. Places are (nodes, 2), vectors held and new (nodes,
  * sliders, 2), tangents (nodes, 2, 3) by both parts of the place and by the separation. */
 static int run_vector_try(const Argument *a, Result *out)
 {
-    enum { PLACE, STEP, LAST_PLACE, LAST_STEP, HELD, TOPS, WEIGHTS, NEW, VALUE, TANGENT };
+    enum { PLACE, STEP, LAST_PLACE, LAST_STEP, HELD, TOPS, WEIGHTS, LAY, NEW, VALUE, TANGENT };
     Py_ssize_t nodes = a[LAST_STEP].n, sliders = a[TOPS].n;
     const int held = !a[STEP].reals;
     const double *x = a[PLACE].reals, *x0 = a[LAST_PLACE].reals, *d0 = a[LAST_STEP].reals,
-                 *d = held ? d0 : a[STEP].reals, *tops = a[TOPS].reals, *weights = a[WEIGHTS].reals;
+                 *d = held ? d0 : a[STEP].reals, *tops = a[TOPS].reals, *weights = a[WEIGHTS].reals,
+                 *lay = a[LAY].reals;
     if (a[PLACE].n < 2 * nodes || a[LAST_PLACE].n < 2 * nodes || (!held && a[STEP].n < nodes) ||
         a[WEIGHTS].n < sliders || a[HELD].n < 2 * nodes * sliders || a[NEW].n < 2 * nodes * sliders ||
-        a[VALUE].n < 2 * nodes || a[TANGENT].n < 6 * nodes)
+        (lay && a[LAY].n < 4) || a[VALUE].n < 2 * nodes || a[TANGENT].n < 6 * nodes)
         return TOO_SHORT;
     for (Py_ssize_t i = 0; i < nodes; i++) {
         const double *from = a[HELD].reals + 2 * sliders * i;
@@ -55,7 +123,7 @@ static int run_vector_try(const Argument *a, Result *out)
                     stuck += w;
                     continue;
                 }
-                if (length > 0.0) {
+                if (length > 0.0 && !lay) {
                     double turn[2][2];
                     slide_held(from, e, length, last, to, turn);
                     for (int r = 0; r < 2; r++) {
@@ -66,7 +134,8 @@ static int run_vector_try(const Argument *a, Result *out)
                     continue;
                 }
             }
-            move_slider(from, step, length, tops[k] - d0[i], last, to, map);
+            if (lay) move_lay(from, step, tops[k] - d0[i], last, lay, to, map, NULL);
+            else move_slider(from, step, length, tops[k] - d0[i], last, to, map);
             for (int r = 0; r < 2; r++) {
                 sum[r] += w * to[r];
                 slope[r][0] += w * map[r][2];
@@ -84,7 +153,7 @@ static int run_vector_try(const Argument *a, Result *out)
 
 /* A cycle of a node: places (samples, 2) and separations, and how both follow directions. */
 typedef struct {
-    const double *x, *d, *u, *v;
+    const double *x, *d, *u, *v, *lay;
     Py_ssize_t samples, places, steps, columns, root;
     double *begin;                /* scratch, 2 x columns */
     double *trace;                /* of a settled slider, see trace_slider */
@@ -111,7 +180,8 @@ static inline int step_slider(const Round *c, Py_ssize_t t, const double *last_x
             return 1;
         }
     }
-    move_slider(g, step, hypot(step[0], step[1]), first, last, to, map);
+    if (c->lay) move_lay(g, step, first, last, c->lay, to, map, NULL);
+    else move_slider(g, step, hypot(step[0], step[1]), first, last, to, map);
     g[0] = to[0];
     g[1] = to[1];
     return 0;
@@ -302,14 +372,14 @@ static void add_slider(const Round *c, double w, const double *settled, double *
  * until it has settled, all together to `small`, or `most` times: then `passes` is negative. */
 static int run_vector_cycle(const Argument *a, Result *out)
 {
-    enum { PLACE, STEP, REST, SAMPLES, TOPS, WEIGHTS, BY_PLACE, PLACES, BY_STEP, STEPS, MOST, SMALL,
+    enum { PLACE, STEP, REST, SAMPLES, TOPS, WEIGHTS, LAY, BY_PLACE, PLACES, BY_STEP, STEPS, MOST, SMALL,
            VALUE, SLOPES, PASSES };
     Py_ssize_t samples = a[SAMPLES].n, places = a[PLACES].n, steps = a[STEPS].n, most = a[MOST].n;
     Py_ssize_t sliders = a[TOPS].n, nodes = a[PASSES].n, n = nodes * samples;
     Py_ssize_t columns = 2 * places + steps, width = 2 * columns;
     if (samples < 1 || places < 0 || steps < 0 || a[PLACE].n < 2 * n || a[STEP].n < n ||
         a[REST].n < nodes || a[WEIGHTS].n < sliders || a[BY_PLACE].n < samples * places ||
-        a[BY_STEP].n < samples * steps || a[VALUE].n < 2 * n || a[SLOPES].n < n * width)
+        a[BY_STEP].n < samples * steps || (a[LAY].reals && a[LAY].n < 4) || a[VALUE].n < 2 * n || a[SLOPES].n < n * width)
         return TOO_SHORT;
     size_t sums = (size_t)((samples + 1) * (width + 3));
     size_t doubles = sums + 2 * (size_t)width + 14 * ((size_t)samples + 1);
@@ -318,7 +388,7 @@ static int run_vector_cycle(const Argument *a, Result *out)
     const double *tops = a[TOPS].reals, *weights = a[WEIGHTS].reals;
     double *start = memory + sums, whole = 0.0;
     for (Py_ssize_t j = 0; j < sliders; j++) whole += weights[j];
-    Round c = {.u = a[BY_PLACE].reals, .v = a[BY_STEP].reals, .samples = samples, .places = places,
+    Round c = {.u = a[BY_PLACE].reals, .v = a[BY_STEP].reals, .lay = a[LAY].reals, .samples = samples, .places = places,
                .steps = steps, .columns = columns, .runs = memory, .begin = start + width,
                .trace = start + 2 * width, .stuck = (char *)(memory + doubles),
                .held = memory + (samples + 1) * width,
@@ -381,15 +451,23 @@ static int run_vector_cycle(const Argument *a, Result *out)
 /* What sliders lose in a step whose radii go from the first to the last, over their stiffness. */
 static int run_vector_losses(const Argument *a, Result *out)
 {
-    const double *steps = a[1].reals, *first = a[2].reals, *last = a[3].reals;
-    Py_ssize_t nodes = a[1].n / 2, sliders = nodes ? a[2].n / nodes : 0;
-    if (a[2].n != nodes * sliders || a[0].n < 2 * a[2].n || !all_have(a, 3, 4, a[2].n))
+    enum { HELD, STEP, FIRST, LAST, LAY, LOSS };
+    const double *steps = a[STEP].reals, *first = a[FIRST].reals, *last = a[LAST].reals;
+    const double *lay = a[LAY].reals;
+    Py_ssize_t nodes = a[STEP].n / 2, sliders = nodes ? a[FIRST].n / nodes : 0, n = a[FIRST].n;
+    if (n != nodes * sliders || a[HELD].n < 2 * n || a[LAST].n < n || (lay && a[LAY].n < 4) ||
+        a[LOSS].n < n)
         return TOO_SHORT;
     for (Py_ssize_t i = 0; i < nodes; i++) {
         const double *step = steps + 2 * i;
         double length = hypot(step[0], step[1]);
-        for (Py_ssize_t k = i * sliders; k < (i + 1) * sliders; k++)
-            a[4].reals[k] = vector_loss(a[0].reals + 2 * k, step, length, first[k], last[k]);
+        for (Py_ssize_t k = i * sliders; k < (i + 1) * sliders; k++) {
+            const double *from = a[HELD].reals + 2 * k;
+            double end[2], lost = 0.0;
+            if (lay) move_lay(from, step, first[k], last[k], lay, end, NULL, &lost);
+            else lost = vector_loss(from, step, length, first[k], last[k]);
+            a[LOSS].reals[k] = lost;
+        }
     }
     return FINE;
 }

@@ -53,6 +53,8 @@ class SliderBank:
     """Number of nodes."""
     nearest: float = 0.0
     """Least step for which there are sliders."""
+    lay: Floats | None = None
+    """Stiffness in the plane over that along the first axis, (2, 2); None: all ways alike."""
 
     @cached_property
     def scales(self) -> Floats:
@@ -69,9 +71,31 @@ class SliderBank:
         """Step of each node at rest, as the sliders count it."""
         return np.zeros(self.size) if self.nodes is None else self.nodes.rests
 
+    @cached_property
+    def compliances(self) -> Floats | None:
+        """Both compliances of a place, then the cosine and sine of the axis of the first."""
+        if self.lay is None:
+            return None
+        stiffnesses, axes = np.linalg.eigh(self.lay)
+        if np.linalg.det(axes) < 0.0:
+            axes[:, 1] *= -1.0
+        return np.array([*(1.0 / stiffnesses), *axes[:, 0]])
+
+    def places(self, displacements: Floats) -> Floats:
+        """Displacements [m] in the plane, of nodes along the first axis, as the sliders go."""
+        slips = self.slips.reshape(-1, *[1] * (displacements.ndim - 1))
+        return (displacements if self.lay is None else displacements @ self.lay) / slips
+
+    def displacements(self, places: Floats) -> Floats:
+        """Displacements [m] of places, both of shape (nodes, 2)."""
+        moved = places if self.lay is None else np.linalg.solve(self.lay, places.T).T
+        return np.asarray(moved * self.slips[:, None])
+
     def identity(self) -> Floats:
         """Identity of the law of a saved state."""
         sums = np.array([self.tops.size, self.tops.sum(), self.weights.sum()])
+        if self.lay is not None:
+            sums = np.append(sums, self.lay)
         return joint_array(sums, self.scales, self.slips, self.rests)
 
     def loads(self, step: Floats) -> tuple[Floats, Floats]:
@@ -132,7 +156,7 @@ class VectorState(Resumable):
     @property
     def displacement(self) -> Floats:
         """Committed displacements [m], shape (nodes, 2), or (2,) of one node."""
-        return np.asarray(self._out(self._place * self._bank.slips[:, None]))
+        return np.asarray(self._out(self._bank.displacements(self._place)))
 
     @property
     def force(self) -> Floats:
@@ -142,7 +166,10 @@ class VectorState(Resumable):
     @property
     def stored_energy(self) -> Any:
         """Elastic energies of the sliders [J], one a node."""
-        squares = (self._vectors**2).sum(axis=2) @ self._bank.weights
+        moved = self._vectors
+        if self._bank.lay is not None:
+            moved = moved @ np.linalg.inv(self._bank.lay)
+        squares = (self._vectors * moved).sum(axis=2) @ self._bank.weights
         return self._out(0.5 * self._bank.scales * self._bank.slips * squares)
 
     @property
@@ -176,21 +203,21 @@ class VectorState(Resumable):
             raise InputError(
                 f"displacement must have the shape ({nodes}, 2), or (2,), got {displacements.shape}"
             )
-        place = np.ascontiguousarray(
-            np.broadcast_to(displacements, (nodes, 2)) / bank.slips[:, None]
-        )
+        place = np.ascontiguousarray(bank.places(np.broadcast_to(displacements, (nodes, 2))))
         step = None
         if separations is not None:
             step = bank.steps_at(along("separations", separations, nodes, "nodes"))
         new = np.empty_like(self._vectors)
         value, slope = np.empty((nodes, 2)), np.empty((nodes, 2, 3))
         kernels.compiled.vector_try(
-            place, step, self._place, self._step, self._vectors, bank.tops, bank.weights, new,
-            value, slope,
+            place, step, self._place, self._step, self._vectors, bank.tops, bank.weights,
+            bank.compliances, new, value, slope,
         )  # fmt: skip
         self._trial = place, step, new, value
         force = value * bank.scales[:, None]
         stiffness = slope[:, :, :2] * (bank.scales / bank.slips)[:, None, None]
+        if bank.lay is not None:
+            stiffness = stiffness @ bank.lay
         load, by_step = bank.loads(self._step if step is None else step)
         tangent = np.zeros((nodes, 3, 3))
         tangent[:, :2, :2] = stiffness
@@ -204,7 +231,9 @@ class VectorState(Resumable):
         if self._loss is not None:
             first, lost = self._bank.tops - self._step[:, None], np.empty(self._vectors.shape[:2])
             last = first if step is None else self._bank.tops - step[:, None]
-            kernels.compiled.vector_losses(self._vectors, place - self._place, first, last, lost)
+            kernels.compiled.vector_losses(
+                self._vectors, place - self._place, first, last, self._bank.compliances, lost
+            )
             self._loss += lost @ self._bank.weights
         self._place, self._vectors, self._value = place, new, value
         self._step = self._step if step is None else step
@@ -222,7 +251,7 @@ class VectorState(Resumable):
             1, and sums and factors of the sliders, by which they are known again. An open trial is
             not among them. ``start(arrays=...)`` goes on from them.
         """
-        places = self._place * self._bank.slips[:, None]
+        places = self._bank.displacements(self._place)
         lost = np.zeros(0) if self._loss is None else np.atleast_1d(self.dissipated_energy)
         return {
             "now": np.column_stack((places, self._step)),
@@ -244,7 +273,7 @@ class VectorState(Resumable):
         if lost.size:
             lost = saved_array(arrays, "dissipated", bank.size)
             state._loss = lost / (bank.scales * bank.slips)
-        state._place, state._step = last[:, :2] / bank.slips[:, None], last[:, 2].copy()
+        state._place, state._step = bank.places(last[:, :2]), last[:, 2].copy()
         radii = np.maximum(bank.tops - state._step[:, None], 0.0)
         sizes = np.sqrt((vectors**2).sum(axis=2))
         if (sizes > radii + 1e-9 * bank.tops.max()).any() or (lost < 0.0).any():

@@ -188,6 +188,14 @@ class NormalLaw(Parametric, ABC):
         """Normal over tangential stiffness of the contacts [-]; E*/4G* of round ones."""
         return self.pair.stiffness_ratio
 
+    @property
+    def _lay(self) -> Floats | None:
+        """Tangential stiffness in the plane over that in the direction of motion, (2, 2).
+
+        The first axis is that direction. None where all are alike.
+        """
+        return None
+
     def along(self, direction: float | None) -> NormalLaw:
         """The surface moved in a direction [rad], of a law that knows its lay in the plane."""
         if direction is None:

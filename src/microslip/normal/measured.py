@@ -63,7 +63,8 @@ class MeasuredContact(TabulatedNormalLaw):
     piece : int or None
         Points along a side of a piece, about; None solves the face as one.
     direction : float, optional
-        Direction of the motion from x of the scan [rad]; None is the mean over all directions.
+        Direction of the motion from x of the scan [rad]; None is the mean over all directions. In
+        two directions it is that of the first displacement, and the second is across.
     loads : int
         Loads that are solved, each the same share of the one before.
     lightest : float
@@ -324,6 +325,15 @@ class MeasuredContact(TabulatedNormalLaw):
     def stiffness_ratio(self) -> float:
         """Normal over tangential stiffness of the contacts in the direction of motion [-]."""
         return ratio_of(self.solution.sliding, self.direction)
+
+    @property
+    def _lay(self) -> Floats | None:
+        if self.direction is None:
+            return None
+        c, s = math.cos(self.direction), math.sin(self.direction)
+        turn = np.array([[c, -s], [s, c]])
+        tensor = turn.T @ self.solution.sliding @ turn
+        return np.asarray(tensor / tensor[0, 0])
 
     @property
     def _heaviest(self) -> float:

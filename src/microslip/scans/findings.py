@@ -207,19 +207,25 @@ class Findings:
             with suppress(InputError):
                 yield axis, profile_parameters(self.scan, axis=axis)
 
-    def elliptic(self) -> dict[str, float] | None:
-        """The joint of elliptic summits in the direction of motion; None where none is given."""
+    def elliptic(self) -> dict[str, Any] | None:
+        """The joint of elliptic summits in the direction of motion; None where none is given.
+
+        Beside it stands what the contacts of the face itself say of that direction, where solved.
+        """
         pair, laws, request = self.request.pair(), self.laws, self.request
         if request.direction is None or pair is None or laws is None or self.summits is None:
             return None
         surface = elliptic_surface(self.summits, pair, laws.area, direction=request.direction)
         joint = Interface(surface, request.friction_coefficient, laws.normal_load)
+        face = None if self.contact is None else self.contact.law
+        solved = None if face is None else face.stiffness_ratio
         return {
             "direction": request.direction,
             "curvature_ratio": surface.curvature_ratio,
             "angle_to_lay": surface.direction,
             "tangential_stiffness": joint.tangential_stiffness,
             "round_stiffness": joint.normal_stiffness / pair.stiffness_ratio,
+            "solved_over_round": None if solved is None else pair.stiffness_ratio / solved,
         }
 
     def cutoff_text(self) -> str:

@@ -185,7 +185,8 @@ class FieldAttachment:
 
     def stuck(self, motion: Floats) -> Floats:
         """Along and across the stiffness at rest of each node, then that of its normal law."""
-        return _stuck(self.field.at(separations=self.separations(motion))).reshape(-1)
+        field = self.field.at(separations=self.separations(motion))
+        return _stuck(field, np.tile(np.eye(2), (field.size, 1, 1))).reshape(-1)
 
     def group(self, motion: Floats, line: Floats) -> FieldGroup:
         """The nodes, each along its own line."""
@@ -198,17 +199,19 @@ class FieldGroup:
 
     Along its line a node follows the exact coupled law of a joint whose separation varies. Across
     it sticks: a linear spring of the node's stiffness at rest, since in a mode the motion across
-    the line of largest motion is small. Its members mean what those of :class:`LawGroup` do.
+    the line of largest motion is small. A lay has a stiffness for each line; that the force under
+    it turns a little from the line is left out. Its members mean what those of :class:`LawGroup`
+    do.
     """
 
     def __init__(self, field: JointField, directions: Floats, line: Floats) -> None:
-        self.field = field
         self.along = _unit(line)
         self.across = np.stack([-self.along[:, 1], self.along[:, 0]], axis=1)
         ways = (self.along, self.across)
         tangential = [np.einsum("npt,pt->np", directions[:, :, :2], way) for way in ways]
         self.directions = np.stack([*tangential, directions[:, :, 2]], axis=2)
-        self.stuck = _stuck(field)
+        self.stuck = _stuck(field, np.stack(ways, axis=1))
+        self.field = field.along(self.along)
         self._across_stiffness = self.stuck[:, 1]
 
     def assembled(self, displacement: Floats, answer: Any) -> tuple[Floats, Floats]:
@@ -277,10 +280,10 @@ class FieldState:
         return np.asarray(self._state.dissipated_energy)
 
 
-def _stuck(field: JointField) -> Floats:
-    """Stiffnesses of sticking nodes (nodes, 3) [N/m]."""
-    tangential, normal = field.tangential_stiffnesses, -field.load(field.separations)[1]
-    return np.stack([tangential, tangential, normal], axis=1)
+def _stuck(field: JointField, ways: Floats) -> Floats:
+    """Stiffnesses [N/m] of sticking nodes in two ways (nodes, 2, 2), then normal: (nodes, 3)."""
+    tangential = [field.along(ways[:, i]).tangential_stiffnesses for i in (0, 1)]
+    return np.stack([*tangential, -field.load(field.separations)[1]], axis=1)
 
 
 def _unit(line: Floats) -> Floats:

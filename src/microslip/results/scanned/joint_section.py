@@ -109,6 +109,8 @@ def _elliptic_note(findings: Findings) -> tuple[Note, ...]:
         f"{engineering(numbers['tangential_stiffness'], 'N/m')}, {significant(share)} times "
         "that of the same contacts moved as circles are."
     )
+    if numbers["solved_over_round"] is not None:
+        text += f" Solved point by point it is {significant(numbers['solved_over_round'])} times."
     return (Note(text),)
 
 

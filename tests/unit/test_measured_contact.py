@@ -12,6 +12,7 @@ import microslip as ms
 from microslip.normal import measured_face
 from microslip.normal.measured_pictures import face_plot
 from microslip.report.plot import Line
+from microslip.scans.point_by_point import contact_words
 
 STEEL = ms.Material(210e9, 0.3, hardness=2.5e9)
 PAIR = ms.MaterialPair(STEEL, STEEL)
@@ -32,6 +33,15 @@ def heights(points: int = 64, seed: int = 2, lay: float = 1.0) -> np.ndarray:
 def solve(z: np.ndarray | None = None, **how) -> ms.MeasuredContact:
     z = heights() if z is None else z
     return ms.MeasuredContact(z, PAIR, **({"pixel": PIXEL, "piece": None} | how))
+
+
+def plane_of(z: np.ndarray) -> np.ndarray:
+    """Coefficients of the least-squares plane over the indices."""
+    rows, columns = np.indices(z.shape)
+    ones = np.ones(z.size)
+    plane = np.stack([ones, rows.ravel(), columns.ravel()], axis=1)
+    offset, down, across = np.linalg.lstsq(plane, z.ravel(), rcond=None)[0]
+    return np.array([[offset, across], [down, 0.0]])
 
 
 def test_a_scan_gives_the_law_and_its_plane_does_not_matter() -> None:
@@ -222,8 +232,27 @@ def test_numbers_and_verdicts_go_with_it() -> None:
     assert numbers.pieces == 16
     assert 0.05 < numbers.scatter < 1.5
     assert numbers.coarser == pytest.approx(1.0, abs=0.2)
+    # Every second point by hand; and the doubled face without waves below the one that is told.
+    z = heights(128)
+    z = z - np.polynomial.polynomial.polyval2d(*np.indices(z.shape), plane_of(z))
+    stiffness = float(law.stiffness(law.closest))
+    second = solve(z[::2, ::2], piece=16, pixel=2.0 * PIXEL, tightening_pressure=5e8)
+    assert second.stiffness(second.closest) / stiffness == pytest.approx(numbers.coarser, rel=0.02)
+    both = np.block([[z, z[:, ::-1]], [z[::-1], z[::-1, ::-1]]])
+    q = np.hypot(np.fft.fftfreq(256, PIXEL)[:, None], np.fft.rfftfreq(256, PIXEL))
+    waves = np.fft.rfft2(both)
+    kept = q <= (1.0 + 1e-9) / numbers.cutoff
+    twice = np.where((np.arange(129) % 128) > 0, 2.0, 1.0)  # those of the other half plane
+    squares = twice * (q * np.abs(waves)) ** 2
+    assert squares[kept].sum() / squares.sum() == pytest.approx(0.5, abs=0.02)
+    smooth = np.fft.irfft2(np.where(kept, waves, 0.0), s=both.shape)[:128, :128]
+    other = solve(smooth, piece=32, tightening_pressure=5e8)
+    assert other.stiffness(other.closest) / stiffness == pytest.approx(numbers.smoother, rel=0.02)
+    assert "without waves below" in contact_words(numbers)
     verdicts = {v.name: v for v in ms.Interface(law, 0.3, normal_load=20.0).validity}
     assert verdicts["tightening pressure over hardness"].word == "ok"
+    change = max(abs(numbers.coarser - 1.0), abs(numbers.smoother - 1.0))
+    assert verdicts["change of stiffness by pixel and cut-off"].value == pytest.approx(change)
     assert 0.02 < verdicts["height variance between pieces"].value < 0.2
     assert not any("real over apparent" in name for name in verdicts)
     (one,) = (

@@ -238,7 +238,7 @@ class JointField(SettledField, Locked):
         Parameters
         ----------
         directions : array_like
-            Lines of motion, of shape (nodes, 2), of any length: their parts along the direction of
+            Lines of motion [-], of shape (nodes, 2) and any length: parts along the direction of
             the surface and across it. They matter under a lay alone, see
             :class:`microslip.MeasuredContact`, whose stiffness differs by direction.
         """

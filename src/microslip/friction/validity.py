@@ -14,6 +14,7 @@ from microslip.normal.measured_face import (
     LARGEST_PRESSURE,
     OVER_HARDNESS,
     POINTS,
+    RESOLUTION,
     SCATTER,
 )
 
@@ -176,6 +177,15 @@ RULES: tuple[Rule, ...] = (
         "loads were 0 to 16 % off where pieces reached half of the longest wave",
         remedy="larger pieces, `piece=None`, or a long-wave cut-off: the form belongs into "
         "the structure",
+    ),
+    Rule(
+        name=RESOLUTION,
+        watch=0.15,
+        outside=0.5,
+        meaning="pixel and cut-off do not decide the stiffness",
+        reason="the larger of two changes: by every second point, and without the short waves of "
+        "half of the squared slope",
+        remedy="smaller pixels or less noise, and a short-wave cut-off with a reason",
     ),
     Rule(
         name=YIELD,

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, exact, number, plain, positive, whole_number
-from microslip._core.frozen import assign, lock, made_once
+from microslip._core.frozen import assign, made_once
 from microslip.errors import InputError
 from microslip.materials import MaterialPair
 from microslip.normal.base import PRESSURE, NormalLaw, Tightenings, aluminium, check_pair
@@ -23,9 +23,9 @@ from microslip.normal.measured_face import (
     FEWEST_POINTS,
     OVER_HARDNESS,
     POINTS,
+    RESOLUTION,
     SCATTER,
     ContactNumbers,
-    Face,
     Task,
     check_pressure,
     face_of,
@@ -73,7 +73,8 @@ class MeasuredContact(TabulatedNormalLaw):
         Whether patches of a :class:`ReducedJoint` are each tightened by their own pressure, up to
         the tightening pressure: it is solved as well what lighter ones would have left.
     coarser : bool
-        Whether to solve twice the pixel as well, and say what that changes.
+        Whether to solve every second point as well, and all points without the shortest waves, of
+        half of the squared slope, and say what either changes.
     workers : int
         Threads of a transform.
     progress : callable, optional
@@ -152,9 +153,9 @@ class MeasuredContact(TabulatedNormalLaw):
                 f"got {solution.pixels} of {face.heights.size} under {pressure:.4g} Pa: a larger "
                 "scan, a smaller pixel, or a longer short-wave cut-off"
             )
-        ratio = _coarser(task, solution, workers) if coarser else None
+        changes = _resolution(task, solution, workers) if coarser else {}
         area = face.area if area is None else positive("area", area, "m^2", 1e-4)
-        numbers = _numbers(task, solution, pressure, bound, ratio)
+        numbers = dataclasses.replace(_numbers(task, solution, pressure, bound), **changes)
         self._set(solution, numbers, pair, area, direction)
         assign(self, _source=(face, piece, loads, lightest, coarser, workers))
 
@@ -391,7 +392,7 @@ class MeasuredContact(TabulatedNormalLaw):
         count = self.solution.pressure.shape[1]
         return np.full(count, 1.0 / count)
 
-    def _assumptions(self, separation: float | None) -> dict[str, float | None]:
+    def _assumptions(self, separation: float | None) -> dict[str, Any]:
         numbers, area = self.numbers, 0.0
         if separation is not None:
             area = float(self.contact_area(max(separation, self.closest)))
@@ -400,6 +401,9 @@ class MeasuredContact(TabulatedNormalLaw):
             SCATTER: numbers.scatter,
             BETWEEN: numbers.between_pieces,
         }
+        changes = [abs(x - 1.0) for x in (numbers.coarser, numbers.smoother) if x is not None]
+        if changes:
+            values[RESOLUTION] = max(changes)
         hardness = self.pair.hardness
         if numbers.hardness is not None:
             values[OVER_HARDNESS] = numbers.pressure / numbers.hardness
@@ -473,9 +477,7 @@ def _table(solution: FaceSolution) -> tuple[Floats, Floats]:
     return fine[hull], values[hull]
 
 
-def _numbers(
-    task: Task, solution: FaceSolution, pressure: float, bound: float, coarser: float | None
-) -> ContactNumbers:
+def _numbers(task: Task, solution: FaceSolution, pressure: float, bound: float) -> ContactNumbers:
     face = task.face
     pieces = face.pieces(task.piece)
     spread = float(np.var([piece.mean() for piece in pieces])) / face.rms**2
@@ -498,21 +500,32 @@ def _numbers(
         stiffness_ratios=(1.0 / float(shares[1]), 1.0 / float(shares[0])),
         stiffest_direction=math.atan2(stiffest[1], stiffest[0]) % math.pi,
         ratio_change=lighter / heaviest,
-        coarser=coarser,
+        coarser=None,
         own_tightening=task.own_tightening,
     )
 
 
-def _coarser(task: Task, solution: FaceSolution, workers: int) -> float:
-    """Stiffness at the heaviest load from every second point, over that from all."""
-    face = task.face
-    dx, dy = face.pixel
-    heights = face.heights[::2, ::2]
-    half = Face(lock(heights - heights.mean()), (2.0 * dx, 2.0 * dy), face.name)
-    piece = None if task.piece is None else max(task.piece // 2, 8)
-    other = task._replace(face=half, piece=piece).solved(workers, None)
-    # Slopes are pressures over E* a pixel.
-    return float(other.slope[0].mean() / solution.slope[0].mean()) / 2.0
+def _resolution(task: Task, solution: FaceSolution, workers: int) -> dict[str, Any]:
+    """Stiffness at the heaviest load from every second point, and without the short waves.
+
+    Each over that of all, None where such a face does not bear the pressure; and where waves end.
+    """
+    smooth, cutoff = task.face.smoother
+    half = None if task.piece is None else max(task.piece // 2, 8)
+    changes: dict[str, Any] = {"cutoff": cutoff}
+    for name, face, piece in (
+        ("coarser", task.face.coarser, half),
+        ("smoother", smooth, task.piece),
+    ):
+        scale = task.face.pixel[0] / face.pixel[0]  # slopes are pressures over E* a pixel
+        try:
+            other = task._replace(face=face, piece=piece).solved(workers, None)
+        except InputError:
+            changes[name] = None
+        else:
+            slopes = (float(found.slope[0].mean()) for found in (other, solution))
+            changes[name] = scale * next(slopes) / next(slopes)
+    return changes
 
 
 def _waves() -> Floats:

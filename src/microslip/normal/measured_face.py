@@ -19,6 +19,7 @@ OVER_HARDNESS = "tightening pressure over hardness"
 POINTS = "points in contact"
 SCATTER = "scatter of the pieces"
 BETWEEN = "height variance between pieces"
+RESOLUTION = "change of stiffness by pixel and cut-off"
 """Names of what is judged of a measured face."""
 
 LARGEST_PRESSURE = 0.7
@@ -57,6 +58,33 @@ class Face(NamedTuple):
             for axis, step in ((1, self.pixel[0]), (0, self.pixel[1]))
         )
         return math.sqrt(math.fsum(squares))
+
+    @property
+    def coarser(self) -> Face:
+        """Every second point."""
+        dx, dy = self.pixel
+        heights = self.heights[::2, ::2]
+        return Face(lock(heights - heights.mean()), (2.0 * dx, 2.0 * dy), self.name)
+
+    @property
+    def smoother(self) -> tuple[Face, float]:
+        """Without the shortest waves that carry half of the squared slope, and where they end [m].
+
+        Waves as the solution has them, with a mirror at the edges.
+        """
+        from scipy import fft
+
+        waves = np.asarray(fft.dctn(self.heights, norm="ortho"))
+        qy, qx = (
+            np.pi * np.arange(n) / (n * step)
+            for n, step in zip(self.heights.shape, self.pixel[::-1], strict=True)
+        )
+        q = np.hypot(qy[:, None], qx)
+        order = np.argsort(q, axis=None)
+        squares = np.cumsum(((q * waves) ** 2).ravel()[order])
+        edge = float(q.ravel()[order][int(np.searchsorted(squares, 0.5 * squares[-1]))])
+        heights = np.asarray(fft.idctn(np.where(q <= edge, waves, 0.0), norm="ortho"))
+        return Face(lock(heights), self.pixel, self.name), 2.0 * math.pi / edge
 
     def pieces(self, points: int | None) -> list[Floats]:
         """The face in equal parts of about so many points a side, on one mean plane."""
@@ -166,6 +194,10 @@ class ContactNumbers:
     """Mean of both at a tenth of the load over that at the heaviest [-]."""
     coarser: float | None
     """Stiffness with twice the pixel over that with the pixel [-]; None where not solved."""
+    smoother: float | None = None
+    """Stiffness without the short waves over that with them [-]; None where not solved."""
+    cutoff: float | None = None
+    """Wavelength [m] below which those waves are: they carry half of the squared slope."""
     own_tightening: bool = False
     """Whether each load up to the pressure counts as the largest so far."""
 

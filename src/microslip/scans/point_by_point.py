@@ -116,11 +116,20 @@ def contact_words(numbers: ContactNumbers) -> str:
     if n.scatter is not None:
         scatter = f", whose stiffness scatters by {100.0 * n.scatter:.0f} %"
     low, high = n.stiffness_ratios
+    changes = [
+        f"{100.0 * (value - 1.0):+.0f} % {how}"
+        for value, how in (
+            (n.coarser, "by twice the pixel"),
+            (n.smoother, f"without waves below {engineering(n.cutoff or 0.0, 'm')}"),
+        )
+        if value is not None
+    ]
+    resolution = f"; its stiffness changes by {' and '.join(changes)}" if changes else ""
     return (
         f"{state}; {n.points} points in contact, {100.0 * n.contact_share:.1f} % of the face; "
         f"p/E*h' {n.relative_pressure:.2g}, h' {n.slope:.2g}; {n.pieces} "
         f"piece{'s' if n.pieces > 1 else ''}{scatter}; normal over tangential stiffness "
-        f"{low:.3f} to {high:.3f} by direction"
+        f"{low:.3f} to {high:.3f} by direction{resolution}"
     )
 
 

@@ -48,6 +48,13 @@ PIECE = option(
     none="none",
     metavar="POINTS",
 )
+COARSER = option(
+    "coarser",
+    "Whether to solve every second point, and all without the shortest waves, too, and to say what "
+    "that changes.",
+    bool,
+    default=False,
+)
 
 
 class MeasuredFace(ReadScan):
@@ -66,6 +73,7 @@ class MeasuredFace(ReadScan):
     )
     area: float | None = key_of(options.SCAN_AREA)
     piece: int | None = key_of(PIECE)
+    coarser: bool = key_of(COARSER)
 
     _law: MeasuredContact | None = None
     _patch: float | None = None  # side of the patches of a structure [m]
@@ -103,6 +111,7 @@ class MeasuredFace(ReadScan):
             area=self.area,
             direction=self.direction,
             piece=self.piece,
+            coarser=self.coarser,
             own_tightening=self._patch is not None and self.tightening_pressure is not None,
         )
         return self._law

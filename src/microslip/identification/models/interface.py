@@ -20,7 +20,7 @@ from microslip.identification.models.base import BackboneModel, Branch, Derived,
 from microslip.identification.models.sphere import FRICTION, mean_load
 from microslip.identification.models.surface_shape import Template, template_of
 from microslip.materials import MaterialPair
-from microslip.normal import GreenwoodWilliamson
+from microslip.normal import GreenwoodWilliamson, MeasuredContact
 
 _HEIGHTS, _TALLEST = 192, 8.0
 """Heights of which the numbers of summits scatter, and up to how far above the lowest contact."""
@@ -239,7 +239,9 @@ class InterfaceModel(BackboneModel):
         constant = reference / template.load(h)
         add("load_scale", "N", constant, [0.0, 0.0, rate], None)
         if pair is not None:
-            length = scale / (mu * pair.stiffness_ratio)
+            law = template.law  # a lay has a ratio of its own
+            ratio = (law if isinstance(law, MeasuredContact) else pair).stiffness_ratio
+            length = scale / (mu * ratio)
             add("std", "m", length, [-1.0, 1.0, 0.0], None)
             if area is not None and isinstance(template.law, GreenwoodWilliamson):
                 stiff = 4.0 / 3.0 * pair.composite_modulus * area

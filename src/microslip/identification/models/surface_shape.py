@@ -18,6 +18,7 @@ from microslip.materials import MaterialPair
 from microslip.normal import (
     AsperityPopulation,
     GreenwoodWilliamson,
+    MeasuredContact,
     NormalLaw,
     SphereOnFlat,
     TabulatedNormalLaw,
@@ -248,8 +249,11 @@ def template_of(heights: Any = None) -> Template:
         unit = float(np.std(np.asarray(law.heights)))
         norm = float(law._spheres.constants.sum()) * unit**1.5
     elif isinstance(law, TabulatedNormalLaw):
-        first, norm = law._span[0], float(np.asarray(law.loads)[0])
+        first = law._span[0]
+        norm = law._derivative_at(first, 0)
         unit = norm / -law._derivative_at(first, 1)
+        if isinstance(law, MeasuredContact):
+            unit = law.numbers.rms
     elif isinstance(law, SphereOnFlat):
         unit = norm = 0.0
     else:

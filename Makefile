@@ -162,7 +162,7 @@ dist: $(READY)  ## build the sdist, and from it the wheel, into dist/
 	@"$(PY)" -m build --no-isolation
 
 # One lock for every Python and platform, read by uv and by pip. LOCK_ARGS=--upgrade takes newer versions.
-# Every extra is in that of the tests but jax and pyharm, which brings JAX: environments of their own.
+# Every extra is in that of the tests but torch, jax and pyharm, which brings JAX: environments of their own.
 EXTRAS := app dask nastran parquet scan tdms uff xarray zarr
 lock:  ## write the locks again
 	@uv="$(UV)"; if [ -z "$$uv" ]; then \

@@ -1,13 +1,13 @@
 #!/bin/sh
 # Runs the joint in other people's programs, each in a throwaway environment of its own.
 # WHEEL=dist/... is a wheel that is built already.
-# usage: tools/try_hosts.sh PYTHON [HOST...], of opensees, fmu, nastran, lsdyna, pyharm, calculix
+# usage: tools/try_hosts.sh PYTHON [HOST...], of opensees, fmu, nastran, lsdyna, pyharm, jax, torch, octave, calculix
 # PAGE=docs/hosts.md writes what was run, and what came, into the table between the page's markers.
 set -eu
 root=$(cd "$(dirname "$0")/.." && pwd)
 python=$1
 shift
-hosts=${*:-opensees fmu nastran lsdyna pyharm jax calculix}
+hosts=${*:-opensees fmu nastran lsdyna pyharm jax torch octave calculix}
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 export OPENBLAS_NUM_THREADS=1 PIP_DISABLE_PIP_VERSION_CHECK=1
@@ -18,6 +18,7 @@ try() {  # NAME TESTS PACKAGES...
     shift 2
     echo "== $name"
     [ "$name" != calculix ] || command -v ccx >/dev/null || cannot "no ccx on the PATH; apt-get install calculix-ccx, say"
+    [ "$name" != octave ] || command -v mkoctfile >/dev/null || cannot "no mkoctfile on the PATH; apt-get install octave-dev, say"
     "$python" -m venv "$scratch/$name"
     "$scratch/$name/bin/python" -m pip install --quiet --quiet pytest hypothesis "$@" ||
         cannot "its packages cannot be installed here"
@@ -31,6 +32,7 @@ try() {  # NAME TESTS PACKAGES...
     package=${1:-microslip}
     version=$("$scratch/$name/bin/python" -m pip freeze 2>/dev/null | grep -i "^${package%%[=<>]*}==" | head -n 1) || version=
     [ "$name" != calculix ] || version="CalculiX $(ccx -v 2>/dev/null | grep -oE '[0-9]+\.[0-9]+' | head -n 1)"
+    [ "$name" != octave ] || version="Octave $(octave-config -p VERSION)"
     counted=$(grep -oE "[0-9]+ passed" "$scratch/out" | tail -n 1)
     echo "| $name | $(echo "$version" | sed 's/==/ /') | $("$python" -c 'import platform; print(platform.python_version())') | $counted, none skipped |" >> "$scratch/rows"
     ! grep -q "SKIPPED" "$scratch/out" || { echo "$name: skipped, which it must not be here"; exit 1; }
@@ -44,6 +46,8 @@ for host in $hosts; do
     lsdyna) try lsdyna "tests/physics/test_hosts_syntax.py -k lsdyna" "ansys-dyna-core>=0.12" ;;
     pyharm) try pyharm tests/physics/test_hosts_pyharm.py "pyHarm-os>=1.2,<1.3" ;;
     jax) try jax tests/physics/test_hosts_jax.py "jax>=0.4.34" ;;
+    torch) try torch tests/physics/test_hosts_torch.py "torch>=2.4" ;;
+    octave) try octave tests/physics/test_hosts_recipes.py ;;  # needs mkoctfile on the PATH
     calculix) try calculix "tests/physics/test_hosts_calculix.py tests/physics/test_hosts_calculix_card.py" ;;  # needs ccx on the PATH
     *) echo "no host $host"; exit 2 ;;
     esac

@@ -199,7 +199,7 @@ def recursive() -> Any:
 
 def attack_wrong_kinds(rng: Random, tally: Tally) -> None:
     """One entrance, one of its arguments, every kind."""
-    doors = entrances()
+    doors = {name: door for name, door in entrances().items() if door.numeric}
     name = list(doors)[rng.integers(len(doors))]
     door = doors[name]
     argument = door.numeric[rng.integers(len(door.numeric))]

@@ -10,9 +10,8 @@ from typing import NamedTuple
 
 from microslip.readers.headings import is_only_unit, name_and_unit, unbracketed
 
-_MISSING = re.compile(
-    r"(?:[+-]?nan|#?n/?a|null|none|bad|no ?data|-+|\*+|\?|[+-]?\d*\.?#\w+)?", re.ASCII | re.I
-)
+_NOTHING = r"(?:[+-]?nan|#?n/?a|null|none|bad|no ?data|-+|\*+|\?|[+-]?\d*\.?#\w+)?"
+_MISSING = re.compile(_NOTHING, re.ASCII | re.I)
 
 _POINT = re.compile(
     r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?inf(?:inity)?", re.ASCII | re.I
@@ -81,6 +80,12 @@ def is_comment(text: str) -> bool:
 def is_missing(cell: str) -> bool:
     """Whether a cell stands for a number that is not there."""
     return _MISSING.fullmatch(cell) is not None
+
+
+def with_nan(text: str, separator: str) -> str:
+    """Rows of a text, "nan" in each cell that stands for a number that is not there."""
+    edge = rf"[^{re.escape(separator)}\n]"
+    return re.sub(rf"(?<!{edge}) *{_NOTHING} *(?!{edge})", "nan", text, flags=re.ASCII | re.I)
 
 
 def find_layout(lines: Sequence[Line]) -> Layout | None:

@@ -26,6 +26,7 @@ from microslip.readers.dialect import (
     is_missing,
     split,
     with_hyphen,
+    with_nan,
 )
 from microslip.readers.files import refuse_beyond
 from microslip.readers.tables import Column, Stated, Table
@@ -301,13 +302,20 @@ def _as_numbers(file: TextFile, block: _Block, places: list[int]) -> Floats | No
         return None
     # Without separators to count, all columns are read, and NumPy sees a row that is too long.
     columns = None if separator is None else places
+    values = _loaded(lines, separator, columns)
+    if separator is not None:
+        if values is None:
+            lines = with_nan("\n".join(lines), separator).split("\n")
+            values = _loaded(lines, separator, columns)
+        return values
+    return None if values is None or values.shape[1] != width else values[:, places]
+
+
+def _loaded(lines: list[str], separator: str | None, columns: list[int] | None) -> Floats | None:
     try:
-        values = np.loadtxt(lines, delimiter=separator, comments=None, usecols=columns, ndmin=2)
+        return np.loadtxt(lines, delimiter=separator, comments=None, usecols=columns, ndmin=2)
     except ValueError:
         return None
-    if separator is not None:
-        return values
-    return values[:, places] if values.shape[1] == width else None
 
 
 def _cell_by_cell(file: TextFile, block: _Block, places: list[int]) -> Floats:

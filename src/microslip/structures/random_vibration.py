@@ -391,8 +391,8 @@ def by_modes(
         push[chosen] = -shapes[:, chosen].T @ base.inertia[:, 0]
         current = replace(linear, squares=squares, damping=damping, push=push)
         variances = current.variances(idle, idle)
-        moved = np.abs(np.sqrt(np.diag(variances.displacement)) / before - 1.0)
-        change = float(moved[chosen].max())
+        after = np.sqrt(np.diag(variances.displacement)[chosen])
+        change = float(np.abs(after / before[chosen] - 1.0).max())
         if change < 10.0 * _ENOUGH:
             break
     message = f"solved in {rounds} rounds{lost}"

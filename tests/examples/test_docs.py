@@ -16,7 +16,8 @@ whose fence names a file makes that file (```python ground.npy).
 
 Commands run in the order of the page, in a folder with the examples. One that is meant to fail has
 its exit code in a comment (# exit code 2). The lines of a text block are printed by the commands
-of the page above it. What a MATLAB block reads is in the file of the worked example.
+of the page above it. What a MATLAB block reads is in the file of the worked example. Blocks of C
+and Julia, and MATLAB that reads no file, are recipes: tests/physics/test_hosts_recipes.py.
 """
 
 from __future__ import annotations
@@ -52,7 +53,9 @@ PAGES = sorted(
     [ROOT / "README.md", ROOT / "CONTRIBUTING.md"]
     + [page for page in DOCS.rglob("*.md") if page.relative_to(DOCS).parts[0] not in MADE]
 )
-LANGUAGES = {"python", "sh", "toml", "csv", "text", "matlab", "{toctree}", "{eval-rst}"}
+LANGUAGES = {
+    *("python", "sh", "toml", "csv", "text", "matlab", "c", "julia", "{toctree}", "{eval-rst}")
+}
 # What takes seconds runs with the slow tests.
 LONG = {("docs/structures.md", "python"), ("docs/figures.md", "sh")}
 NUMBER = r"[-+]?\d+(?:\.\d*)?(?:e[-+]?\d+)?"
@@ -332,7 +335,9 @@ def test_studies(page: Path, namespace: dict[str, Any]) -> None:
 # -- MATLAB ---------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("page", pages_with("matlab"))
+@pytest.mark.parametrize(
+    "page", [p for p in PAGES if any("ncread" in block.text for block in blocks(p, "matlab"))]
+)
 def test_matlab_reads_what_is_there(page: Path, namespace: dict[str, Any]) -> None:
     """There is no MATLAB here; but the names that it asks for are in the file."""
     import h5netcdf

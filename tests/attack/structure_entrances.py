@@ -134,6 +134,9 @@ def _add_drawings(add: Add, surface: Any, test: ms.ModalTest) -> None:
     add("BoltedBeam.reduce", row.reduce, (*free, "element_size"), **sizes, patches=(2, 1),
         kept_modes=4)  # fmt: skip
     add("BoltedBeam.size_of_elements", row.size_of_elements, element_size=0.04)
+    panel = ms.BoltedBeam(length=0.13, width=0.02, thickness=1e-3, laps=sides, rise=1e-3,
+                          ground=["left", "right"])  # fmt: skip
+    add("BoltedBeam.bending", panel.bending, free, material=STEEL, reach=1e-3)
     meshed = ms.MeshedJoint(fork(2, 2), (1e3,))
     add("MeshedJoint.reduce", meshed.reduce, patches=(2, 1), kept_modes=4, along=[1.0, 0.0, 0.0])
     add("MeshedJoint.shank_sections", meshed.shank_sections, along=[1.0, 0.0, 0.0])
@@ -155,7 +158,8 @@ def _add_drawings(add: Add, surface: Any, test: ms.ModalTest) -> None:
     add("ReducedJoint.base", grounded.base, ("direction",), direction="z")
     places = np.linspace(-1e-4, 1e-4, 5)[:, None]
     add("ReducedJoint.with_geometry", joint.with_geometry, ("sensors",),
-        sensors=joint.sensor_names[:1], cases=(places, 1e13 * places**3))  # fmt: skip
+        sensors=joint.sensor_names[:1], cases=(places, 1e13 * places**3),
+        weights=[[1.0]])  # fmt: skip
     add("ReducedJoint.scaled", joint.scaled, stiffness=1.1, mass=0.9)
     add("LapJoint.size_of_elements", lap.size_of_elements, element_size=0.04)
     add("ReducedJoint.with_tension", joint.with_tension, tension=[4e3])

@@ -140,6 +140,31 @@ def test_each_wrong_table_gets_one_line(old: str, new: str, message: str, study:
 
 
 @pytest.mark.parametrize(
+    ("override", "message"),
+    [
+        ('structure.geometry={ file = "cases.csv" }', "wanted both, file and coordinates"),
+        ("structure.geometry.reach=-1 mm", "wanted a positive length"),
+        ("structure.rise=-1 mm", "wanted a length of zero or more"),
+        ("structure.geometry.reach=0.5 mm", "must stay within the static cases"),
+    ],
+)  # fmt: skip
+def test_a_drawn_panel_tells_what_it_wants(override: str, message: str) -> None:
+    sets = (override, "structure.element_size=40 mm", "structure.patches=[1, 1]",
+            "structure.amplitude.points=2")  # fmt: skip
+    text = (EXAMPLE.parent / "panel.toml").read_text("utf-8").split("[structure.base]")[0]
+    with pytest.raises(ms.StudyError) as error:
+        ms.Study.from_toml(text, "panel.toml", overrides=sets).run()
+    assert message in str(error.value), str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_a_single_lap_does_not_bend_between_clamps() -> None:
+    text = (EXAMPLE.parent / "bolted_beam.toml").read_text("utf-8") + "\n[structure.geometry]\n"
+    with pytest.raises(ms.StudyError, match="geometry: the cases are made of a drawing with laps"):
+        ms.Study.from_toml(text)
+
+
+@pytest.mark.parametrize(
     ("rows", "message"),
     [
         ("u [um],F [N]\n1,2\n2,4\n", "must tell all 3 numbers"),

@@ -106,7 +106,7 @@ def run(study: StudyDescription, progress: Progress | None = None) -> StructureP
     tests = _tests(part.measured, modes)
     if part.fitted:
         with blame(study, "structure.measured.fit"):
-            identified = _identified(middle, _bending(part, joint), tests)
+            identified = _identified(middle, _bending(middle, joint), tests)
     tight = _all_tight(middle, formed, state)
     shaking = shaken(middle, formed, curves[0].linear_frequency)
     return StructurePrediction(
@@ -297,7 +297,7 @@ def tightened(study: StudyDescription, joint: ReducedJoint) -> tuple[ReducedJoin
     assert part is not None  # who calls has looked
     if part.form is not None:
         joint = joint.with_form(part.form.table, part.form.factor)
-    joint = _bending(part, joint.with_tension(part.tension))
+    joint = _bending(study, joint.with_tension(part.tension))
     assembly = _assembly(study, joint)
     if assembly is not None:
         return joint, assembly.state
@@ -314,10 +314,11 @@ def _assembly(study: StudyDescription, joint: ReducedJoint) -> Assembly | None:
     return joint.assemble(build_surface(study), mu, order=turns.tolist(), passes=part.bolts.passes)
 
 
-def _bending(part: StructurePart, joint: ReducedJoint) -> ReducedJoint:
+def _bending(study: StudyDescription, joint: ReducedJoint) -> ReducedJoint:
     """The joint with the geometry of a study, if it has one."""
-    bends = part.geometry
-    return joint if bends is None else joint.with_geometry(tuple(bends.sensors), bends.cases)
+    assert study.structure is not None  # who calls has looked
+    materials = {name: material.build() for name, material in study.material.items()}
+    return study.structure.bent(joint, materials, study.surface.materials[0])
 
 
 def _curve(part: StructurePart, joint: ReducedJoint, state: Preload, number: int) -> ModalCurve:

@@ -10,7 +10,7 @@ left, and y is the motion relative to it.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any, Literal, NamedTuple, get_args
 
 import numpy as np
@@ -238,10 +238,14 @@ def _is_rigid(rest: AtRest, carried: Floats) -> bool:
     return bool(pull <= _ROUNDING * scale)
 
 
+_ROWS = ("directions", "columns", "coordinates", "rest")
+"""What attachments have a row of for each degree of freedom."""
+
+
 def _without_supports(attachment: Attachment, free: NDArray[Any]) -> Attachment:
     """Joints as those see them that the supports do not hold."""
-    name = "directions" if hasattr(attachment, "directions") else "columns"
-    return replace(attachment, **{name: getattr(attachment, name)[free]})
+    rows = {f.name: getattr(attachment, f.name) for f in fields(attachment) if f.name in _ROWS}
+    return replace(attachment, **{k: v[free] for k, v in rows.items() if v is not None})
 
 
 def _part(matrix: Any, cut: Any) -> Any:

@@ -30,6 +30,7 @@ from microslip.structures.mesh import (
 )
 
 Style = Literal["half-lap", "single-lap"]
+_ARC = 24  # cells along a curved part, at least
 
 
 def declared_length(symbol: str, meaning: str, example: float) -> dict[str, Any]:
@@ -79,6 +80,8 @@ class Stretch(NamedTuple):
     """Whether it lies below in its laps."""
     free: tuple[tuple[float, float, bool, bool], ...]
     """From, to [m], and whether a lap is at either end."""
+    rise: float = 0.0
+    """How far its middle stands above its ends [m]."""
 
 
 def beam_mesh(
@@ -141,7 +144,9 @@ def beam_mesh(
                 columns_of[k - 1][-1] if after else start,
                 columns_of[k][0] if before else stop,
             )
-            grid = _between(*ends, after, before, size)
+            # A curve of straight cells wants short ones.
+            largest = min(5.0 * size, (stop - start) / _ARC) if part.rise else 5.0 * size
+            grid = _between(*ends, after, before, min(size, largest), largest)
             points, quads = _grid(grid, rows)
             cells_of[part.name] += solids.extrude(points, quads, levels, [part.name] * len(levels))
     material, density = next(iter(of_parts.values()))
@@ -167,7 +172,13 @@ def beam_mesh(
         name = "bolts" if len(laps) == 1 else f"bolts {len(bodies) + 1}"
         metal, heavy = lap.bolts.material or material, lap.bolts.density or density
         bodies.append(Body(name, np.array(fixings), metal, heavy))
-    cells = np.array(solids.cells)
+    cells, places = np.array(solids.cells), solids.points
+    for part in parts:
+        for start, stop, _, _ in part.free if part.rise else ():
+            corners = np.unique(cells[cells_of[part.name]])
+            phase = (places[corners, 0] - start) / (stop - start)
+            arched = 0.5 * part.rise * (1.0 - np.cos(2.0 * math.pi * phase))
+            places[corners, 2] += np.where((phase > 0.0) & (phase < 1.0), arched, 0.0)
     contacts = []
     for k, (_, _, low, high) in enumerate(pairs, start=1):
         tops, bottoms = cells[low][layers - 1 :: layers, 4:], cells[high][::layers, :4]
@@ -184,7 +195,7 @@ def beam_mesh(
     grounds = [body.cells for body in bodies if body.name.endswith("ground")]
     corners = np.unique(cells[np.concatenate(grounds)]) if grounds else np.zeros(0, np.int64)
     return JointMesh(
-        solids.points, cells, "hexahedron", tuple(bodies), tuple(contacts), tuple(shanks), corners
+        places, cells, "hexahedron", tuple(bodies), tuple(contacts), tuple(shanks), corners
     )
 
 
@@ -199,15 +210,17 @@ def _rows(laps: Iterable[Lap], half: float) -> Floats:
     return rows
 
 
-def _between(start: float, stop: float, after: bool, before: bool, size: float) -> Floats:
+def _between(
+    start: float, stop: float, after: bool, before: bool, size: float, largest: float
+) -> Floats:
     """Grid lines from start to stop [m], narrow beside laps."""
     if after and before:
         middle = 0.5 * (start + stop)
-        left = widening(start, middle, size, 5.0 * size)
-        right = widening(stop, middle, size, 5.0 * size)
+        left = widening(start, middle, size, largest)
+        right = widening(stop, middle, size, largest)
         return np.concatenate([left, right[::-1][1:]])
     near, far = (start, stop) if after else (stop, start)
-    return np.sort(widening(near, far, size, 5.0 * size))
+    return np.sort(widening(near, far, size, largest))
 
 
 def _grid(columns: np.ndarray[Any, Any], rows: np.ndarray[Any, Any]) -> tuple[Any, Any]:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, exact, positive, record, show
 from microslip._core.frozen import assign
-from microslip._core.parameters import parameters_of
+from microslip._core.parameters import parameter, parameters_of
 from microslip._core.wording import quoted
 from microslip.errors import InputError
 from microslip.materials import Material
@@ -25,6 +25,7 @@ from microslip.structures.mesh import (
     square_half,
     tight,
 )
+from microslip.structures.thin_strip import Bending, Sizes, strip_cases, strip_sensors
 
 if TYPE_CHECKING:
     from microslip.structures.reduction_convergence import Convergence
@@ -46,6 +47,8 @@ class Drawing:
     """The laps along the beam."""
     ground: Sequence[str] = ()
     """Ends that are bolted to rigid ground."""
+    rise: float = 0.0
+    """How far the middles of parts between two laps stand above their ends [m]."""
     _names: tuple[str, ...] = ()
 
     def _check(self) -> None:
@@ -90,7 +93,8 @@ class Drawing:
             number += 1
             name = self._names[k] if self._names else f"part {number}"
             free = ((start, stop, k > 0, k < len(laps)),)
-            parts.append(Stretch(name, lower, free if stop > start else ()))
+            rise = self.rise if 0 < k < len(laps) else 0.0
+            parts.append(Stretch(name, lower, free if stop > start else (), rise))
         return tuple(parts)
 
     def mesh(
@@ -310,6 +314,9 @@ class BoltedBeam(Drawing):
     ground : sequence of str, optional
         "left", "right" or both: the outer lap on that side reaches to the end of the beam, and its
         other face is rigid ground.
+    rise : float, optional
+        How far the middle of each part between two laps stands above its ends [m], in the form of a
+        raised cosine: a curved panel.
 
     Notes
     -----
@@ -333,6 +340,13 @@ class BoltedBeam(Drawing):
     laps: Sequence[Lap]
     style: Style = "half-lap"
     ground: Sequence[str] = ()
+    rise: float = field(
+        default=0.0,
+        metadata=parameter(
+            "h", "m", "how far the middle of a part between two laps stands above its ends",
+            least=0.0, example="2 mm",
+        ),
+    )  # fmt: skip
 
     def __post_init__(self) -> None:
         if isinstance(self.laps, Lap) or not all(isinstance(lap, Lap) for lap in self.laps):
@@ -368,3 +382,44 @@ class BoltedBeam(Drawing):
                 )
         if len(self.laps) == 1 and len(self.ground) == 2:
             raise InputError("ground on both sides needs two laps, got one")
+
+    @property
+    def strip(self) -> tuple[Sizes, float, float]:
+        """The one thin part between two clamps, where it begins and how high it lies [m]."""
+        if len(self.laps) != 2 or self.ground != GROUNDS:
+            raise InputError(
+                "a drawing bends between two clamps: write two laps and ground on the left and on "
+                "the right, or give static cases of a finite-element code"
+            )
+        part = self.stretches[1]
+        ((start, stop, _, _),) = part.free
+        height = (-0.5 if part.lower else 0.5) * self.thickness * (self.style == "single-lap")
+        return Sizes(stop - start, self.width, self.thickness, self.rise), start, height
+
+    def bending(self, material: Material, reach: float | None = None) -> Bending:
+        """How the part between two grounds stiffens or softens as it bends far.
+
+        Parameters
+        ----------
+        material : Material
+            Of that part.
+        reach : float, optional
+            How far its middle may go [m]; 1.5 thicknesses unless given.
+
+        Returns
+        -------
+        Bending
+            ``joint = beam.reduce(..., sensors=bending.sensors)``, then
+            ``joint.with_geometry(*bending)``.
+
+        Notes
+        -----
+        Of its mean deflection and its elongation, from static cases of 32 von Karman elements
+        across, its ends clamped and drawn together or apart (shallow arches and plates: Amabili,
+        *Nonlinear Vibrations and Stability of Shells and Plates*, 2008).
+        """
+        check_elastic(material)
+        sizes, start, height = self.strip
+        far = 1.5 * sizes.thickness if reach is None else positive("reach", reach, "m", 2e-3)
+        sensors, weights = strip_sensors(sizes, start, height)
+        return Bending(sensors, strip_cases(sizes, material, far), weights)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
@@ -238,17 +238,22 @@ class ReducedJoint(LockedArrays):
         structure = Structure(self.mass, self.stiffness).attach(field, directions=self.directions)
         return structure if self.geometry is None else structure.with_attachment(self.geometry)
 
-    def with_geometry(self, sensors: Sequence[str], cases: Any) -> ReducedJoint:
+    def with_geometry(
+        self, sensors: Iterable[str], cases: Any, weights: ArrayLike | None = None
+    ) -> ReducedJoint:
         """The same joint with a stiffness that depends on how far its thin parts bend.
 
         Parameters
         ----------
-        sensors : sequence of str
+        sensors : iterable of str
             Sensors whose displacements are the coordinates, at most six.
         cases : (array_like, array_like)
             Static cases: displacements of these [m] and the forces that hold them there [N], each
             of the shape (cases, sensors), all else free; see :meth:`Structure.with_geometry`. They
             count from the tightened state.
+        weights : array_like, optional
+            Coordinates that are sums over sensors: what each counts in each, of the shape
+            (sensors, coordinates).
 
         Returns
         -------
@@ -256,6 +261,14 @@ class ReducedJoint(LockedArrays):
             A new one; it is not saved with the geometry.
         """
         rows = np.array([self.sensor(name) for name in sensors])
+        if weights is not None:
+            shares = floats("weights", weights)
+            if shares.ndim != 2 or len(shares) != len(rows):
+                raise InputError(
+                    f"weights must be of the shape ({len(rows)} sensors, coordinates), got "
+                    f"{shares.shape}"
+                )
+            rows = shares.T @ rows
         bent = Structure(self.mass, self.stiffness).with_geometry(rows.T, cases=cases)
         (attachment,) = bent.attachments
         return replace(self, geometry=cast(GeometryAttachment, attachment))

@@ -136,6 +136,8 @@ def beam_of(part: Any) -> Drawing:
     if not part.laps:
         if part.ground:
             raise KeyedError(".ground", "wanted structure.laps beside it, which say where they lie")
+        if part.rise:
+            raise KeyedError(".rise", "wanted structure.laps beside it: it is of parts between two")
         places = part.bolts.positions or ()
         bolts = _bolts(part.bolts, places, part.bolts.across)
         return LapJoint(**sizes, bolts=bolts, style=part.style)
@@ -143,7 +145,9 @@ def beam_of(part: Any) -> Drawing:
     laps = [
         Lap(lap.at, lap.length, _bolts(part.bolts, lap.positions, lap.across)) for lap in part.laps
     ]
-    return BoltedBeam(**sizes, laps=laps, style=part.style, ground=part.ground)
+    return BoltedBeam(
+        **sizes, laps=laps, style=part.style, ground=part.ground, rise=part.rise or 0.0
+    )
 
 
 def bodies(part: Any, materials: Mapping[str, Any], usual: str) -> tuple[Any, Any]:

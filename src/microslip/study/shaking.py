@@ -7,12 +7,11 @@ from typing import Any, Literal
 import numpy as np
 
 from microslip._core.checks import Floats
-from microslip._core.parameters import REQUIRED
 from microslip._core.units import ACCELERATION, FORCE, FREQUENCY, TIME
 from microslip.structures.base_response import ControlOf
 from microslip.structures.geometry import geometry
 from microslip.study.columns import FILE, column_values
-from microslip.study.fields import LINE, PLACE, number, one_of, quantity, whole_number
+from microslip.study.fields import LENGTH, LINE, PLACE, number, one_of, quantity, whole_number
 from microslip.study.part import Part, Table, key
 from microslip.study.readers import Items, KeyedError, Place
 
@@ -105,20 +104,39 @@ class CoordinatePart(Part):
 
 
 class GeometryPart(Part):
-    """Thin, curved parts that stiffen or soften as they bend, from static cases of a solver."""
+    """Thin, curved parts that stiffen or soften as they bend: drawn, or by cases of a solver."""
 
-    file: str = key(FILE, example='"cases.csv"', default=REQUIRED)
+    file: str | None = key(FILE, example='"cases.csv"', default=None)
     coordinates: tuple[CoordinatePart, ...] = key(
         Items(Table(CoordinatePart), '[{ at = ["0 mm", "0 mm", "0.75 mm"] }]', (1, 6)),
-        "Places that are moved in the cases, all else free to follow.",
+        "Places that are moved in the cases of a file, all else free to follow.",
+        default=(),
+    )
+    reach: float | None = key(
+        LENGTH,
+        "How far the middle of a drawn part may bend, where there is no file; 1.5 of its "
+        "thicknesses unless given.",
+        '"2 mm"',
+        default=None,
     )
     _cases: tuple[Floats, Floats]
 
     def check(self, place: Place) -> None:
         """Read the cases, and see that they tell one potential."""
+        if (self.file is None) != (not self.coordinates):
+            raise KeyedError(
+                ".coordinates" if self.file else ".file",
+                "wanted both, file and coordinates, or neither for the part of a drawing between "
+                "two grounds",
+            )
+        if self.file is None:
+            return
+        if self.reach is not None:
+            raise KeyedError(".reach", "wanted none beside a file, whose cases say how far")
+        file = self.file
         z, forces = (
             np.array([
-                column_values(declared, place.at(name), self.file, getattr(part, name))
+                column_values(declared, place.at(name), file, getattr(part, name))
                 for part in self.coordinates
             ]).T
             for name, declared in (("displacement", _COORDINATE), ("force", _FORCE))

@@ -10,13 +10,15 @@ import numpy as np
 from microslip._core.checks import Floats
 from microslip._core.parameters import REQUIRED
 from microslip._core.units import ACCELERATION, VELOCITY
+from microslip.errors import InputError
 from microslip.friction.pressure import BOLTS
 from microslip.structures.bolt_tightening import GRADES, TIGHTENING_FACTOR, tension_band
-from microslip.structures.bolted_beam import Drawing
+from microslip.structures.bolted_beam import BoltedBeam, Drawing
 from microslip.structures.bolts import SIZED, TIGHTENING, Bolts, by_size, tensions
 from microslip.structures.geometry import HARMONICS
 from microslip.structures.lap_joint import LapJoint
 from microslip.structures.mesh import loosened, tight
+from microslip.structures.thin_strip import Sensors, strip_sensors
 from microslip.study.columns import FILE, column_values
 from microslip.study.fields import (
     AMPLITUDE,
@@ -70,7 +72,7 @@ from microslip.study.uncertain import Spread, Unsure
 if TYPE_CHECKING:
     from microslip.materials import Material
     from microslip.normal import NormalLaw
-    from microslip.structures import Convergence
+    from microslip.structures import Convergence, ReducedJoint
     from microslip.structures.reduction import Reducer
 
 AMPLITUDES = {
@@ -251,6 +253,7 @@ class StructurePart(Part):
     lap: float | None = optional(LapJoint, "lap")
     laps: tuple[LapPart, ...] = LAPS
     ground: tuple[str, ...] = GROUND
+    rise: float | None = optional(BoltedBeam, "rise")
     style: Literal["half-lap", "single-lap"] = key(
         one_of("half-lap", "single-lap"),
         "Style: parts half as thick in the overlap, or whole plates on each other.",
@@ -348,8 +351,8 @@ class StructurePart(Part):
             _require(self, "", sizes)
             _require(self.bolts, ".bolts", bolts)
         else:
-            _refuse(self, "", (*DRAWING_KEYS, "element_size", "laps", "ground", "materials",
-                               "densities"))  # fmt: skip
+            _refuse(self, "", (*DRAWING_KEYS, "element_size", "laps", "ground", "rise",
+                               "materials", "densities"))  # fmt: skip
             _refuse(self.bolts, ".bolts", ("positions", "shank", "across", "head"))
             _require(self, "", ("sensor", *(() if self.mesh.densities else ("density",))))
             if self.style != "half-lap":
@@ -391,6 +394,10 @@ class StructurePart(Part):
                 count, parts = len(getattr(self, name)), len(drawing.parts)
                 if count not in (0, parts):
                     raise KeyedError(f".{name}", f"wanted one a part, {parts} of them, got {count}")
+        try:
+            self._bending_sensors()
+        except InputError as error:
+            raise KeyedError(".geometry", str(error)) from None
         check_bolts(self.bolts.slack, self.bolts.order, len(self._tensions))
 
     @property
@@ -482,11 +489,32 @@ class StructurePart(Part):
     @property
     def sensors(self) -> dict[str, tuple[tuple[float, float, float], str]]:
         """Places [m] and directions of the sensor and of the force."""
-        places = {"sensor": self.sensing, **(self.geometry.sensors if self.geometry else {})}
+        places = {"sensor": self.sensing, **self._bending_sensors()}
         if self.force is None:
             return places
         at, direction = self.sensing
         return {**places, "force": (self.force.at or at, self.force.direction or direction)}
+
+    def _bending_sensors(self) -> Sensors:
+        """Those that say how far it bends."""
+        if self.geometry is None or self.geometry.file is not None:
+            return {} if self.geometry is None else self.geometry.sensors
+        beam = None if self.mesh is not None else self.build()
+        if not isinstance(beam, BoltedBeam):
+            raise InputError(
+                "the cases are made of a drawing with laps; write file and coordinates for others"
+            )
+        return strip_sensors(*beam.strip)[0]
+
+    def bent(self, joint: ReducedJoint, materials: Mapping[str, Any], usual: str) -> ReducedJoint:
+        """A joint with the geometry, if there is one."""
+        if self.geometry is None:
+            return joint
+        if self.geometry.file is not None:
+            return joint.with_geometry(self.geometry.sensors, self.geometry.cases)
+        beam = cast(BoltedBeam, self.build())
+        names = self.materials or (usual,)
+        return joint.with_geometry(*beam.bending(materials[names[0]], self.geometry.reach))
 
     @property
     def patch_size(self) -> float:

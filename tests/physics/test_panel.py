@@ -1,0 +1,110 @@
+"""Curved panels from their drawing: the strip's elements, and solid ones beside them."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import microslip as ms
+from microslip.structures.thin_strip import Sizes, Strip
+
+STEEL = ms.Material(206e9, 0.3)
+SIZES = Sizes(0.3, 0.1, 1.5e-3, 1.1e-3)
+
+
+def test_a_strip_s_forces_are_its_energy_s_slopes() -> None:
+    """Membrane and bending energy by quadrature of cubic and linear shapes, without matrices."""
+    strip, count = Strip(SIZES, STEEL, count=6), 6
+    h = SIZES.length / count
+    stiff = 206e9 / (1.0 - 0.09) * SIZES.width * SIZES.thickness
+    points, shares = np.polynomial.legendre.leggauss(6)
+    s, shares = 0.5 + 0.5 * points, 0.5 * h * shares
+    slopes = np.stack([(6 * s**2 - 6 * s) / h, 3 * s**2 - 4 * s + 1,
+                       (6 * s - 6 * s**2) / h, 3 * s**2 - 2 * s])  # fmt: skip
+    curves = np.stack([(12 * s - 6) / h**2, (6 * s - 4) / h, (6 - 12 * s) / h**2, (6 * s - 2) / h])
+    x0 = h * np.arange(count + 1)
+    shape = np.stack(
+        [0.5 * SIZES.rise * (1.0 - np.cos(2.0 * math.pi * x0 / SIZES.length)),
+         math.pi * SIZES.rise / SIZES.length * np.sin(2.0 * math.pi * x0 / SIZES.length)], axis=1
+    )  # fmt: skip
+
+    def energy(x: np.ndarray) -> float:
+        d = np.zeros(3 * (count + 1))
+        d[strip.free] = x
+        nodes, total = d.reshape(-1, 3), 0.0
+        for k in range(count):
+            w, w0 = nodes[k : k + 2, 1:].ravel(), shape[k : k + 2].ravel()
+            turn, turn0 = w @ slopes, w0 @ slopes
+            # An element's membrane strain is its mean, as shallow beams have it.
+            strain = (nodes[k + 1, 0] - nodes[k, 0]) / h
+            strain += shares @ (turn0 * turn + 0.5 * turn**2) / h
+            total += 0.5 * stiff * h * strain**2
+            total += 0.5 * stiff * SIZES.thickness**2 / 12.0 * (shares @ (w @ curves) ** 2)
+        return float(total)
+
+    x = 1e-4 * np.random.default_rng(3).normal(size=strip.free.size)
+    x[strip.free % 3 == 2] *= 20.0
+    force, tangent = strip.forces(x)
+    for k, step in enumerate(1e-5 * np.eye(x.size)):
+        slope = (energy(x + step) - energy(x - step)) / 2e-5
+        assert slope == pytest.approx(force[k], rel=1e-6, abs=1e-6 * np.abs(force).max())
+        row = (strip.forces(x + step)[0] - strip.forces(x - step)[0]) / 2e-5
+        np.testing.assert_allclose(row, tangent[k], rtol=1e-5, atol=1e-6 * np.abs(tangent).max())
+
+
+def test_a_flat_strip_bends_as_closed_forms_have_it() -> None:
+    """Clamped under an even load: 384 EI/L^3 at the middle, 720 EI/L^3 in the mean."""
+    strip = Strip(SIZES._replace(rise=0.0), STEEL)
+    bending = 206e9 / 0.91 * 0.1 * 1.5e-3**3 / 12.0
+    axial = 206e9 / 0.91 * 0.1 * 1.5e-3
+    force = strip.forces_at(np.array([1e-9, 2e-9]))
+    assert force[0] == pytest.approx(720.0 * bending / 0.3**3 * 1e-9, rel=1e-4)
+    assert force[1] == pytest.approx(axial / 0.3 * 2e-9, rel=1e-6)
+    # Stretched by a deflection of the form 16 s^2 (1 - s)^2 w, ends held: mean of w'^2/2 is
+    # 1024/420 w^2/L^2, and its tension bears on the mean as a cable does, to first order.
+    middle = 3e-5
+    mean = 8.0 / 15.0 * middle
+    pull = axial * 1024.0 / 420.0 * middle**2 / 0.3**2
+    cable = pull * 1024.0 / 210.0 / 0.3 * middle * 15.0 / 8.0
+    far, near = (strip.forces_at(np.array([share * mean, 0.0])) for share in (1.0, 1e-3))
+    assert far[1] == pytest.approx(pull, rel=1e-3)
+    assert far[0] - 1e3 * near[0] == pytest.approx(cable, rel=1e-2)
+
+
+def panel(rise: float) -> ms.ReducedJoint:
+    """A narrow one, a bolt an end."""
+    bolts = ms.Bolts([0.0], shank=0.008, hole=0.009, washer=0.016, tension=18e3)
+    laps = [ms.Lap(x, 0.03, bolts) for x in (-0.165, 0.165)]
+    beam = ms.BoltedBeam(length=0.36, width=0.03, thickness=1.5e-3, laps=laps, rise=rise,
+                         style="single-lap", ground=["left", "right"])  # fmt: skip
+    bending = beam.bending(STEEL, 1e-3)
+    joint = beam.reduce(STEEL, 7800.0, (3, 1), element_size=0.03, sensors=bending.sensors)
+    return joint.with_geometry(*bending)
+
+
+def test_a_drawn_rise_stiffens_solid_elements_as_it_does_the_strip_s() -> None:
+    surface = ms.GreenwoodWilliamson(
+        ms.MaterialPair(STEEL, STEEL), ms.Gaussian(std=1e-6), radius=1e-3, density=1e8, area=1e-3
+    )
+    seen, told = [], []
+    for rise in (0.0, SIZES.rise):
+        joint = panel(rise)
+        seen.append(joint.tightened(surface, 0.5).linear_modes(1).frequency[0])
+        strip = Strip(SIZES._replace(width=0.03, rise=rise), STEEL)
+        told.append(math.sqrt(strip.forces_at(np.array([1e-9, 0.0]))[0]))
+    assert seen[1] / seen[0] == pytest.approx(told[1] / told[0], rel=0.01)
+    assert seen[1] / seen[0] > 1.25
+    with pytest.raises(ms.InputError, match="weights must be of the shape"):
+        joint.with_geometry(["bend 1"], (np.ones((9, 1)), np.ones((9, 1))), np.ones((2, 1)))
+
+
+def test_what_does_not_bend_between_two_clamps_is_refused() -> None:
+    bolts = ms.Bolts([0.0], shank=0.008, hole=0.009, washer=0.016, tension=18e3)
+    laps = [ms.Lap(x, 0.03, bolts) for x in (-0.1, 0.165)]
+    beam = ms.BoltedBeam(length=0.36, width=0.03, thickness=1.5e-3, laps=laps, ground="right")
+    with pytest.raises(ms.InputError, match="two laps and ground on the left and on the right"):
+        beam.bending(STEEL)
+    with pytest.raises(ms.InputError, match="rise must be"):
+        ms.BoltedBeam(length=0.36, width=0.03, thickness=1.5e-3, laps=laps, rise=-1e-3)

@@ -238,3 +238,46 @@ def test_dashpots_need_something_to_stand_on() -> None:
         )
         expected = np.linalg.solve(dynamic, pull @ np.full(2, -1.0 / omega**2))
         np.testing.assert_allclose(seen[-1, :, 1], expected, rtol=1e-9)
+
+
+def test_what_lasts_on_a_base_is_told_of_every_point() -> None:
+    """A softening spring, its fundamental alone: 246 points with one fold, held by base or sensor.
+
+    A motion of square s lasts where the base's level rises with it and the mean is held: in closed
+    form d/ds [s (g^2 + (omega d)^2)] > 0, g = k + 3/4 c s - omega^2, and k + 3/2 c s > 0.
+    """
+    stiffness, cubic, dashpot = 4e4, -6e9, 2.0
+    spring = ms.Structure([[1.0]], [[stiffness]], [[dashpot]])
+    soft = spring.with_geometry([1.0], quartic=np.full((1,) * 4, 0.25 * cubic))
+    on = {"directions": [1.0], "damping_frame": "base", "harmonics": [1]}
+    frequencies = np.linspace(34.0, 28.0, 61)
+    swept = soft.base_response(**on, acceleration=0.2, frequencies=frequencies)
+    held = [
+        soft.base_response(**on, acceleration=1.0, frequencies=frequencies, control="response",
+                           at=[1.0], level=level)
+        for level in (20.0, 40.0)
+    ]  # fmt: skip
+    assert swept.turning_points.size == 2
+    for response in (swept, *held):
+        omega = 2.0 * math.pi * response.frequency
+        s = np.abs(response.displacement[:, 0, response.harmonics.index(1)]) ** 2
+        g = stiffness + 0.75 * cubic * s - omega**2
+        rises = g**2 + (omega * dashpot) ** 2 + 1.5 * cubic * s * g > 0.0
+        lasts = rises & (stiffness + 1.5 * cubic * s > 0.0)
+        assert 3 < (~lasts).sum() < 40
+        np.testing.assert_array_equal(response.stable, lasts)
+
+
+def test_a_base_says_what_lasts_as_its_force_does() -> None:
+    """By the inertia that the base means, the motions are those under a force, folds and all."""
+    free = on_one_base()
+    soft = free.with_geometry([1.0, 0.0, 0.0], quartic=np.full((1,) * 4, -1e20))
+    frequencies = np.linspace(1.0, 0.93, 71) * first_mode() / (2.0 * math.pi)
+    options = {"frequencies": frequencies, "harmonics": [0, 1, 2, 3]}
+    base = soft.base_response(
+        directions=np.ones(3), acceleration=20.0, joints_on_base=True, **options
+    )
+    force = soft.forced_response(-20.0 * MASS, **options)
+    np.testing.assert_array_equal(base.stable, force.stable)
+    np.testing.assert_allclose(base.frequency, force.frequency, rtol=1e-9)
+    assert (~base.stable).sum() > 8

@@ -122,3 +122,31 @@ def test_a_surface_knows_its_area_and_its_end() -> None:
     assert verdict.value == pytest.approx(
         modulus * hard.rms_slope * math.sqrt(math.pi / 8.0) / 1e9, rel=1e-3
     )
+
+
+def test_the_factor_of_heights_by_closed_forms() -> None:
+    """None of Gaussian heights; of exponential ones the mean above any level is their scale."""
+    from scipy.stats import norm
+
+    points = (np.arange(200_000) + 0.5) / 200_000
+    load = 500.0
+    share = 3.3 * LAW.contact_share(load)
+
+    def of(heights: np.ndarray) -> ms.PerssonCurve:
+        return ms.PerssonCurve(PAIR, LAW.wavenumber, LAW.spectrum, LAW.area, heights=heights)
+
+    assert of(norm.ppf(points)).stiffness_by_heights(load) == pytest.approx(1.0, abs=3e-3)
+    # Of Gaussian heights by its own two numbers, where less bears by the ratio itself.
+    found = of(-np.log(points)).stiffness_by_heights(load) ** (1.0 / 0.9)
+    bears = share / found
+    assert found == pytest.approx(
+        1.0 / (norm.pdf(norm.isf(bears)) / bears - norm.isf(bears)), rel=5e-3
+    )
+    joint = ms.Interface(of(-np.log(points)).to_surface(400), 0.5, normal_load=load)
+    words = {verdict.name: verdict.word for verdict in joint.validity}
+    assert words["stiffness too large by its peaks, as a factor"] == "outside"
+    assert words["stiffness too small by worn peaks, as a factor"] == "ok"
+    with pytest.raises(ms.InputError, match="heights must be 200 or more that differ, got 3"):
+        of(np.arange(3.0))
+    with pytest.raises(ms.InputError, match="heights missing"):
+        LAW.stiffness_by_heights(load)

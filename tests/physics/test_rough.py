@@ -135,6 +135,57 @@ def test_persson_says_by_which_factor_it_is_off() -> None:
     np.testing.assert_allclose(ratio.mean(axis=0), 0.0, atol=0.15)
 
 
+def shaped(space: HalfSpace, heights: np.ndarray) -> np.ndarray:
+    """A face with the spectrum of this one and, as far as both go together, those heights."""
+    heights = np.sort(heights - heights.mean()) * (space.rms / heights.std())
+    size, z = np.abs(np.fft.rfft2(space.z)), space.z
+    for _ in range(60):
+        ranked = np.empty(z.size)
+        ranked[np.argsort(z.ravel(), kind="stable")] = heights
+        waves = np.fft.rfft2(ranked.reshape(z.shape))
+        z = np.fft.irfft2(size * np.exp(1j * np.angle(waves)), s=z.shape)
+    return z - z.mean()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("kind", "kurtosis"), [("pointed", 4.7), ("peaks", 6.2), ("worn", 6.2), ("even", 2.1)]
+)
+def test_heights_that_are_not_gaussian_are_told_as_a_factor(kind: str, kurtosis: float) -> None:
+    """Both factors together against boundary elements; the load's alone misses by up to 2.5."""
+    from scipy.special import ndtri
+
+    x = ndtri((np.arange(POINTS**2) + 0.5) / POINTS**2)
+    form = {
+        "pointed": np.sinh(1.5 * np.arcsinh(x)), "peaks": np.exp(0.4 * x),
+        "worn": -np.exp(-0.4 * x), "even": np.tanh(0.5 * x),
+    }[kind]  # fmt: skip
+    told, found, alone = [], [], []
+    for seed in (51, 52, 53):
+        space = HalfSpace(seed)
+        z, p = shaped(space, form), np.full((POINTS, POINTS), 1e-3)
+        assert (z**4).mean() / z.var() ** 2 == pytest.approx(kurtosis, rel=0.1)
+        gaussian = law_of(space, math.inf)._spectrum
+        curve = ms.PerssonCurve(
+            gaussian.pair, gaussian.wavenumber, gaussian.spectrum, gaussian.area, heights=z
+        )
+        surface = curve.to_surface(600)
+        for share in (0.02, 0.06, 0.15):
+            p = space.pressed(float(np.quantile(z, 1.0 - share)), p, math.inf, z)
+            joint = ms.Interface(surface, 0.3, normal_load=MODULUS * float(p.mean()))
+            values = {v.name: v.value or 0.0 for v in joint.validity}
+            by_load = values["normal stiffness over that of boundary elements"]
+            excess = values["stiffness too large by its peaks, as a factor"]
+            excess /= values["stiffness too small by worn peaks, as a factor"]
+            alone.append(by_load)
+            told.append(by_load * excess)
+            found.append(joint.normal_stiffness * SIDE / MODULUS / space.stiffness(p > 0.0))
+    miss = np.log(np.array(found) / np.array(told))
+    assert abs(miss.mean()) < 0.25  # 0.1 of which is that of Gaussian faces
+    assert np.abs(miss).max() < 0.45
+    assert np.abs(np.log(np.array(found) / np.array(alone))).mean() > 2.0 * np.abs(miss).mean()
+
+
 def test_the_law_is_that_of_its_stiffness() -> None:
     """N' is the stiffness that was asked for, N is convex, the area scales, bands multiply."""
     body = ms.Material(210e9, 0.3, hardness=1.7e9)

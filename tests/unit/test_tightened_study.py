@@ -65,3 +65,57 @@ def test_indentation_over_yield_is_the_mean_over_the_load() -> None:
     alone = ms.AsperityPopulation(pair, [0.0], [1e-3]).tightened(40.0, yield_stress=250e6)
     depth = -alone.closest_separation / (alone._model.yield_indentation * 1e-3)
     assert alone.mean_indentation == pytest.approx(depth, rel=1e-12)
+
+
+ROUGH_FACE = """
+schema = 1
+[surface]
+law = "rough"
+materials = ["al", "al"]
+rq = "0.8 um"
+roll_off = "0.8 mm"
+shortest = "8 um"
+area = "2 cm^2"
+[material.al]
+young_modulus = "69 GPa"
+poisson_ratio = 0.33
+hardness = "1.2 GPa"
+[joint]
+friction_coefficient = 0.5
+normal_load = LOADS
+[excitation]
+amplitudes = ["0.3 um"]
+curve = { from = "10 nm", to = "1 um", points = 3 }
+"""
+
+
+@pytest.mark.parametrize("kind", ["summits", "rough"])
+def test_a_load_that_varies_above_the_tightening_tightens_anew(kind: str) -> None:
+    """Settled cycles by a record of many cycles on the face that the largest load left."""
+    vary = "load_variation = { share = 0.4 }\n"
+    if kind == "rough":
+        text = ROUGH_FACE.replace("LOADS", '"2 kN"') + vary
+    else:
+        tight = YIELDS[1].replace("4 kN", "2.2 kN").replace(LOADS, '"2 kN"')
+        text = edited((LOADS, tight), ("curve =", f"{vary}curve ="))
+    result = ms.Study.from_toml(text).run()
+    joint = result.joints[0]
+    assert joint.surface.tightening_load == pytest.approx(2800.0)
+    assert any("the faces yield again" in note for note in result.summary["notes"])
+    amplitude = result.rows[0].amplitude[0]
+    phase = np.linspace(0.0, 10.0 * np.pi, 5 * 512 + 1)
+    found = joint.coupled_force(
+        amplitude * np.cos(phase), normal_load=2000.0 * (1.0 + 0.4 * np.cos(phase))
+    )
+    last = slice(-513, None)
+    work = np.trapezoid(found[last], amplitude * np.cos(phase[last]))
+    assert result.varying[0].dissipated_energy[0] == pytest.approx(work, rel=2e-3)
+
+
+def test_a_rough_face_does_not_know_the_load_before() -> None:
+    """Each load is the first one, in whatever order they stand; and no record goes above it."""
+    for loads in ('["500 N", "5 kN"]', '["5 kN", "500 N"]'):
+        joints = ms.Study.from_toml(ROUGH_FACE.replace("LOADS", loads)).run().joints
+        assert {joint.surface.tightening_load for joint in joints} == {500.0, 5000.0}
+    with pytest.raises(ms.InputError, match="at most the tightening load 500 N"):
+        joints[1].coupled_force([0.0, 1e-7], normal_load=[500.0, 600.0])

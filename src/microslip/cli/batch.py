@@ -64,7 +64,7 @@ def batch(
         items = items_of(source, study)
         folder = folder or Path(f"{source.stem}-batch")
         prepare(folder)
-        with progress("Running", timed=True) as report:
+        with progress("Running") as report:
             part = items[shard[0] - 1 :: shard[1]]
             outcomes = run(part, folder, workers, dask, report)
         total = outcomes.of_all(items, earlier_outcomes(folder, items, failures=True))

@@ -68,8 +68,8 @@ def stoppable() -> Iterator[None]:
 
 
 @contextmanager
-def progress(name: str, timed: bool = False) -> Iterator[Report]:
-    """A bar on the terminal once the command has taken a second; nothing in a pipe.
+def progress(name: str) -> Iterator[Report]:
+    """A bar with the time left on the terminal once the command has taken a second; nothing in a pipe.
 
     A program that runs the command asks for lines with MICROSLIP_PROGRESS=lines.
     """
@@ -86,7 +86,7 @@ def progress(name: str, timed: bool = False) -> Iterator[Report]:
         "{task.description}",
         BarColumn(),
         TaskProgressColumn(),
-        *([TimeRemainingColumn()] if timed else []),
+        TimeRemainingColumn(),
         console=Console(stderr=True, color_system=None if os.environ.get("NO_COLOR") else "auto"),
         transient=True,
     )

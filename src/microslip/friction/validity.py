@@ -7,7 +7,15 @@ from collections.abc import Iterable
 from typing import Protocol
 
 from microslip._core.verdicts import WORDS, Rule, Verdict, Word
-from microslip.normal.base import ANISOTROPY, PRESSURE, STIFFNESS, YIELD, NormalLaw
+from microslip.normal.base import (
+    ANISOTROPY,
+    PRESSURE,
+    STIFFNESS,
+    TOO_SOFT,
+    TOO_STIFF,
+    YIELD,
+    NormalLaw,
+)
 from microslip.normal.measured_face import (
     BETWEEN,
     FEWEST_POINTS,
@@ -29,6 +37,19 @@ TAIL_RULE = Rule(
     "twofold wrong in stiffness where it carried half of the load",
     remedy='take the counted summits, heights = "population", or scan a larger area',
 )
+
+
+def _heights_rule(name: str, faces: str) -> Rule:
+    return Rule(
+        name=name,
+        watch=1.2,
+        outside=1.6,
+        meaning="what stands out of the face is as high as on a Gaussian one",
+        reason="on boundary elements of faces of one spectrum the stiffness goes with the mean "
+        f"height above the bearing level: 0.5 to 3 times at kurtoses of 4 to 7 ({faces})",
+        remedy='correct by it for a guess, or solve the scan point by point, law = "measured"',
+    )
+
 
 RULES: tuple[Rule, ...] = (
     Rule(
@@ -111,6 +132,8 @@ RULES: tuple[Rule, ...] = (
         "of boundary elements at p/E*h' of 0.0003, 0.001, 0.003, 0.01 and 0.03; energies miss more",
         remedy='law = "rough", which takes summits where contacts are few, or a scan',
     ),
+    _heights_rule(TOO_STIFF, "too stiff: peaks stand out, kurtosis or skewness is large"),
+    _heights_rule(TOO_SOFT, "too soft: peaks are worn off, the skewness is below zero"),
     Rule(
         name=ANISOTROPY,
         watch=0.96,

@@ -29,7 +29,7 @@ from microslip._core.frozen import Locked, assign, lock
 from microslip._core.parameters import Parametric, parameter
 from microslip.errors import InputError
 from microslip.materials import MaterialPair
-from microslip.normal.base import PRESSURE, STIFFNESS, NormalLaw, check_pair
+from microslip.normal.base import PRESSURE, STIFFNESS, TOO_SOFT, TOO_STIFF, NormalLaw, check_pair
 from microslip.normal.table import TabulatedNormalLaw
 from microslip.numerics.quadrature import gauss_legendre
 
@@ -38,6 +38,9 @@ _PIECE = 10  # nodes between two points of the spectrum
 _MOST_PIECES = 400
 _FACTORS = ((3e-4, 0.55), (1e-3, 0.62), (3e-3, 0.72), (1e-2, 0.81), (3e-2, 0.94), (0.1, 1.0))
 """p/E*h' [-] and the stiffness there over that of boundary elements, on self-affine faces."""
+_BEARING = 3.3  # share of the heights that the load stands on, over Persson's contact share
+_BY_TAIL = 0.9  # power of the ratio of mean heights above, fitted to boundary elements
+_FEWEST = 20  # heights in a mean
 
 if TYPE_CHECKING:
 
@@ -85,6 +88,9 @@ class PerssonCurve(Locked, Parametric):
         Apparent area [m^2].
     stored_share : float, optional
         Persson's gamma [-]: how much of the elastic energy of full contact partial contact stores.
+    heights : array_like, optional
+        Heights of the face [m], of any shape and origin. The law does not follow from them, but
+        how far it is off does: the verdicts of a joint tell it.
 
     Notes
     -----
@@ -116,6 +122,7 @@ class PerssonCurve(Locked, Parametric):
         default=0.45,
         metadata=parameter("gamma", meaning="share of the elastic energy", above=0.0, most=1.0),
     )
+    heights: Any = None
 
     def __post_init__(self) -> None:
         check_pair(self.pair)
@@ -128,6 +135,13 @@ class PerssonCurve(Locked, Parametric):
             )
         if not np.all(np.diff(q) > 0.0):
             raise InputError("`wavenumber` must rise [1/m]")
+        if self.heights is not None:
+            heights = floats("heights", self.heights).ravel()
+            if heights.size < 10 * _FEWEST or np.ptp(heights) == 0.0:
+                raise InputError(
+                    f"`heights` must be {10 * _FEWEST} or more that differ, got {heights.size}"
+                )
+            assign(self, heights=lock(np.sort(heights)))
 
     @classmethod
     def from_spectrum(
@@ -138,6 +152,7 @@ class PerssonCurve(Locked, Parametric):
         *,
         longest: float | None = None,
         shortest: float | None = None,
+        heights: ArrayLike | None = None,
     ) -> PerssonCurve:
         """From the spectrum of a scan, ``scan.spectrum()``.
 
@@ -151,6 +166,8 @@ class PerssonCurve(Locked, Parametric):
             Apparent area [m^2].
         longest, shortest : float, optional
             Wavelengths [m] between which it counts; all that are in it unless given.
+        heights : array_like, optional
+            Heights of the same scan [m], for the verdict on what is not Gaussian in them.
         """
         if not (hasattr(spectrum, "wavenumber") and hasattr(spectrum, "density")):
             raise InputError(
@@ -176,7 +193,7 @@ class PerssonCurve(Locked, Parametric):
                 "PerssonCurve needs two rings of the spectrum or more between its wavelengths, "
                 f"got {np.count_nonzero(inside)}"
             )
-        return cls(pair, q[inside], c[inside], area)
+        return cls(pair, q[inside], c[inside], area, heights=heights)
 
     @classmethod
     def self_affine(
@@ -323,6 +340,27 @@ class PerssonCurve(Locked, Parametric):
         loads = np.clip(floats("load", load), -LARGEST, LARGEST)
         return plain(np.asarray(erf(loads / self.area / full)))
 
+    def stiffness_by_heights(self, load: float) -> float:
+        """Factor [-] by which the stiffness under a load [N] is too large for the given heights.
+
+        Of faces of one spectrum the stiffness under a light load goes as the pressure over the mean
+        height of what stands above the bearing level, and the law has that of a Gaussian.
+        """
+        if self.heights is None:
+            raise InputError("`heights` missing: give those of the face, heights=scan.heights")
+        from scipy.special import ndtri
+
+        share = _BEARING * self.contact_share(positive("load", load, "N", 100.0))
+        ratio, count, spread = 1.0, self.heights.size, float(self.heights.std())
+        for _ in range(12):  # what stands out further is steeper, so that less of it bears
+            above = min(max(round(share / ratio * count), _FEWEST), count // 2)
+            level, top = self.heights[-above - 1], self.heights[-above:]
+            score = -float(ndtri(above / count))
+            density = math.exp(-0.5 * score**2) / math.sqrt(2.0 * math.pi)
+            gaussian = spread * (density * count / above - score)
+            ratio = math.sqrt(ratio * max(float(top.mean() - level), 1e-9 * spread) / gaussian)
+        return float(ratio**_BY_TAIL)
+
     def to_surface(self, points: int = 2000) -> PerssonSurface:
         """The curve as a normal law, from next to nothing to half of full contact.
 
@@ -373,15 +411,23 @@ class PerssonSurface(TabulatedNormalLaw):
 
     def _assumptions(self, separation: float | None) -> dict[str, float | None]:
         hardness = self.pair.hardness
+        values: dict[str, float | None]
         if separation is None:
-            return {PRESSURE: None if hardness is None else 0.0, STIFFNESS: _FACTORS[0][1]}
+            values = {PRESSURE: None if hardness is None else 0.0, STIFFNESS: _FACTORS[0][1]}
+            return values | (
+                {} if self.curve.heights is None else {TOO_STIFF: None, TOO_SOFT: None}
+            )
         d = max(separation, float(np.asarray(self.separations)[0]))
         load = float(self.load(d))
         touching = None if hardness is None else load / float(self.contact_area(d)) / hardness
         modulus = self.pair.composite_modulus * self.curve.rms_slope
         at, factors = np.transpose(_FACTORS)
         factor = np.interp(math.log(load / self.area / modulus), np.log(at), factors)
-        return {PRESSURE: touching, STIFFNESS: float(factor)}
+        values = {PRESSURE: touching, STIFFNESS: float(factor)}
+        if self.curve.heights is not None:
+            excess = self.curve.stiffness_by_heights(load)
+            values |= {TOO_STIFF: max(excess, 1.0), TOO_SOFT: max(1.0 / excess, 1.0)}
+        return values
 
     def _solve(self, loads: Floats) -> Floats:
         heaviest = float(np.asarray(self.loads)[0])

@@ -294,6 +294,12 @@ class RoughSurface(TabulatedNormalLaw):
         return NormalLaw._separations(self, value)  # also closer than its end, for trial steps
 
     def _solve(self, loads: Floats) -> Floats:
+        known = self.tightening_load
+        if self.hardness is not None and known is not None and loads.max() > known * (1.0 + 1e-9):
+            raise InputError(
+                f"`normal_load` must be at most the tightening load {known:.6g} N (above it the "
+                f"summits yield again), got {exact(loads.max())} N; tighten it to that load first"
+            )
         heaviest = self._heaviest_first
         if loads.max() > heaviest * (1.0 + 1e-9):
             raise InputError(

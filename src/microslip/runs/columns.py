@@ -17,7 +17,7 @@ from microslip.friction.energies import dissipated_along
 from microslip.loops import Loop
 from microslip.report.document import Progress
 from microslip.structures import Oscillator
-from microslip.study.schema import Excitation, LoadVariation
+from microslip.study.schema import LoadVariation
 
 Floats = NDArray[np.float64]
 _Columns = TypeVar("_Columns", bound="Columns")
@@ -225,19 +225,6 @@ class Limits:
 
 CYCLE = 1024
 """Steps of a cycle under a normal load of up to twice its frequency."""
-
-
-def extremes(excitation: Excitation, normal_load: float) -> tuple[float, ...]:
-    """Smallest and largest load [N] of a joint over the cycles and the history of a study."""
-    if not excitation.load_varies:
-        return (normal_load,)
-    loads = [normal_load]
-    if (variation := excitation.load_variation) is not None:
-        share = variation.share_of(normal_load)
-        loads += [normal_load * (1.0 - share), normal_load * (1.0 + share)]
-    if excitation.history is not None and (record := excitation.history.loads) is not None:
-        loads += [float(record.min()), float(record.max())]
-    return min(loads), max(loads)
 
 
 def in_words(variation: LoadVariation) -> str:

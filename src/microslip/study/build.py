@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import cast
+from typing import Any, cast
 
 from microslip.errors import InputError, StudyError, said
 from microslip.friction import Interface
@@ -74,10 +74,17 @@ def build_joints(
             surfaces[inputs] = surface
     joints: list[Interface] = []
     loads = study.joint.normal_load
-    for index, load in enumerate(loads, start=1):
+    largest = [max(study.excitation.extremes(load)) for load in loads]
+    known = getattr(surface, "tightening_load", math.inf)
+    # Of faces that a load tightens anew each load has its own, whatever stands before it.
+    alike = known is not None and max(largest, default=0.0) <= known
+    for index, (load, top) in enumerate(zip(loads, largest, strict=True), start=1):
         item = f", item {index}" if len(loads) > 1 else ""
         with blame(study, f"joint.normal_load{item}"):
-            joint = joints[0].at(normal_load=load) if joints else study.joint.build(surface, load)
+            if joints and alike:
+                joint: Any = joints[0].at(normal_load=load)
+            else:
+                joint = study.joint.build(surface if alike else surface._under(top), load)
             joints.append(cast(Interface, joint))
     return joints
 

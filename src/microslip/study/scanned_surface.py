@@ -8,6 +8,8 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from microslip._core.parameters import JsonSchema
 from microslip._core.units import engineering
 from microslip._core.wording import quoted, shorten, show
@@ -219,8 +221,10 @@ class ScanSurface(Scanned):
 
         area = summits.scan.area if self.area is None else self.area
         if self.estimate == options.PERSSON:
-            rings = spectrum(summits.scan.measurable())
-            return PerssonCurve.from_spectrum(rings, pair, area).to_surface()
+            scan = summits.scan.measurable()
+            present = scan.heights[np.isfinite(scan.heights)]
+            curve = PerssonCurve.from_spectrum(spectrum(scan), pair, area, heights=present)
+            return curve.to_surface()
         if self.direction is not None:
             return elliptic_surface(summits, pair, area, direction=self.direction)
         law: NormalLaw = summits.to_surface(

@@ -219,6 +219,16 @@ class Excitation(Part):
         along = self.history is not None and self.history.normal_load is not None
         return along or self.load_variation is not None
 
+    def extremes(self, normal_load: float) -> tuple[float, float]:
+        """Smallest and largest load [N] of a joint over its cycles and the history."""
+        loads = [normal_load]
+        if (variation := self.load_variation) is not None:
+            share = variation.share_of(normal_load)
+            loads += [normal_load * (1.0 - share), normal_load * (1.0 + share)]
+        if self.history is not None and (record := self.history.loads) is not None:
+            loads += [float(record.min()), float(record.max())]
+        return min(loads), max(loads)
+
     def check(self, place: Place) -> None:
         """Displacements or forces are controlled."""
         if self.amplitudes is not None and self.force_amplitudes is not None:

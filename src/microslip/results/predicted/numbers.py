@@ -29,7 +29,6 @@ from microslip.runs.columns import (
     Columns,
     HistoryResponse,
     OscillatorCurve,
-    extremes,
 )
 from microslip.runs.predict import Defaults, oscillator_of
 from microslip.runs.prediction import Prediction, scalars
@@ -219,6 +218,14 @@ def load_notes(study: StudyDescription, joint: Interface) -> list[str]:
             f"harmonic {variation.harmonic}. What is marked as varying is read from them; the "
             "curves and all other numbers are at the constant load N."
         )
+        top, first = max(study.excitation.extremes(joint.normal_load)), study.joint.tightening_load
+        state = getattr(joint.surface, "tightening_load", None)
+        if state is not None and top > (first or joint.normal_load):
+            notes.append(
+                "The load grows above that of tightening, and in the first cycle the faces yield "
+                "again: all numbers are of faces tightened under the largest load, "
+                f"{engineering(state, 'N', 6, trim=True)} at the first N."
+            )
     if history is not None and history.normal_load is not None:
         notes.append(
             "excitation.history.normal_load: the history starts at displacement 0 under the normal "
@@ -301,7 +308,7 @@ def verdicts(study: StudyDescription, joint: Interface) -> list[tuple[Verdict, f
     scanned = () if surface is None else surface.verdicts()
     if isinstance(joint, PressedJoint):
         return [(verdict, None) for verdict in (*joint.validity, *scanned)]
-    loads = extremes(study.excitation, joint.normal_load)
+    loads = dict.fromkeys(study.excitation.extremes(joint.normal_load))
     return [*worst_validity(joint, loads), *((verdict, None) for verdict in scanned)]
 
 

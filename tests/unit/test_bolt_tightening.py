@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import microslip as ms
+from microslip.results.predicted.preview import preview
 from microslip.structures.bolt_tightening import ClampedBolt, Thread, proof_stress, tension_band
 from microslip.study.draws import Design
 
@@ -107,6 +108,25 @@ grade = "8.8"
 torque = "20 N m"
 nut_factor = 0.2
 """
+
+
+def test_elastic_summits_under_bolts_lead_to_the_law_that_holds() -> None:
+    """A note with the plasticity index, and the refusal of a tightening load, both name it."""
+    face = BEAM[BEAM.index('law = "rough"') : BEAM.index("area")]
+    summits = """law = "greenwood-williamson"
+materials = ["steel-c45", "steel-c45"]
+heights = { kind = "gaussian", std = "0.5 um" }
+radius = "0.1 mm"
+density = "300 1/mm^2"
+"""
+    text = BEAM.replace(face, summits).replace("MU", "0.3")
+    (note,) = [n for n in preview(ms.Study.from_toml(text)).data["notes"] if "plasticity" in n]
+    pair = 2.0 * (1.0 - 0.3**2) / 210e9
+    index = 1.0 / pair / 1.68e9 * np.sqrt(5e-7 / 1e-4)
+    assert f"index of {index:.3g} most yield" in note
+    assert 'law = "rough"' in note
+    with pytest.raises(ms.StudyError, match=r'surface.law = "rough" yields under'):
+        ms.Study.from_toml(text.replace("[joint]", '[joint]\ntightening_load = "9 kN"'))
 
 
 def test_a_study_by_size_and_torque() -> None:

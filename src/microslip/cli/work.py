@@ -69,7 +69,7 @@ def stoppable() -> Iterator[None]:
 
 @contextmanager
 def progress(name: str) -> Iterator[Report]:
-    """A bar with the time left on the terminal once the command has taken a second; nothing in a pipe.
+    """A bar with the time left on the terminal after the first second; nothing in a pipe.
 
     A program that runs the command asks for lines with MICROSLIP_PROGRESS=lines.
     """

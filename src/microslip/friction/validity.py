@@ -101,7 +101,8 @@ RULES: tuple[Rule, ...] = (
         meaning="summits deform elastically",
         reason="Greenwood and Williamson (1966): elastic below 0.6, plastic above 1",
         remedy="take the surface as tightening leaves it, its highest summits yielded: "
-        "tightening_load in a study, surface.tightened in Python",
+        "tightening_load in a study, surface.tightened in Python; under the bolts of a [structure] "
+        'law = "rough", or a scan with law = "measured"',
         missing="give the hardness of the softer material [Pa]",
     ),
     Rule(

@@ -201,10 +201,11 @@ def _of_structure(study: StudyTables) -> Problems:
     part = study.structure
     if part is None:
         return
-    for name in ("tightening_load", "pressure"):
+    yielding = '; surface.law = "rough" yields under the pressure of each'
+    for name, remedy in (("tightening_load", yielding), ("pressure", "")):
         if getattr(study.joint, name) is not None:
             unlike = "wanted none beside a [structure], whose patches bear unlike pressures"
-            yield f"joint.{name}", unlike
+            yield f"joint.{name}", unlike + remedy
     if isinstance(study.material[study.surface.materials[0]], Rigid):
         yield "surface.materials, item 1", "wanted a body that bends, got a rigid one"
     if part.mesh is not None:

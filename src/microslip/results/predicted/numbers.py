@@ -206,6 +206,13 @@ def load_notes(study: StudyDescription, joint: Interface) -> list[str]:
     notes = [] if study.surface is None else study.surface.sentences()
     notes += [*tightening_notes(joint), *pressure_notes(joint)]
     variation, history = study.excitation.load_variation, study.excitation.history
+    index = joint.surface._assumptions(None).get("plasticity index") if study.structure else None
+    if index is not None and index > 1.0:
+        notes.append(
+            f"surface.law: summits that stay elastic bear the bolts here, though at a plasticity "
+            f'index of {index:.3g} most yield. law = "rough" (rq, roll_off, shortest) and law = '
+            '"measured" yield under the pressure of each patch: take one of these.'
+        )
     if variation is not None:
         size = (
             f"{100.0 * variation.share:.6g} % of N"

@@ -167,7 +167,8 @@ class PerssonCurve(Locked, Parametric):
         longest, shortest : float, optional
             Wavelengths [m] between which it counts; all that are in it unless given.
         heights : array_like, optional
-            Heights of the same scan [m], for the verdict on what is not Gaussian in them.
+            Heights of the same scan [m] of any shape, for the verdict on what is not Gaussian in
+            them.
         """
         if not (hasattr(spectrum, "wavenumber") and hasattr(spectrum, "density")):
             raise InputError(

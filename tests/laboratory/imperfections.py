@@ -81,7 +81,7 @@ def _spoilt(kind: str, s: Signals, rng: np.random.Generator, full: float) -> Non
         s.force[rng.integers(0, count, 4)] += full * rng.choice([-3.0, 3.0], 4)
     elif kind == "converter steps":
         for name, largest in (("x", size), ("force", full)):
-            step = largest / 256.0
+            step = largest / rng.uniform(200.0, 300.0)  # the plateau lies anywhere on its step
             setattr(s, name, step * np.round(getattr(s, name) / step))
     elif kind == "noisy load":
         s.load = s.load * (1.0 + 0.02 * rng.normal(size=count))

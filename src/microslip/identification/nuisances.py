@@ -266,8 +266,9 @@ def noise_remarks(problem: Problem, best: Fit, freedom: int, loss: str) -> Itera
     if wider and max(wider.values()) > _NOTICED:
         name = max(wider, key=lambda key: wider[key])
         yield Caveat("noisy load", {"name": name, "times": wider[name]})
-    # A robust loss gives less weight to noise, too.
-    if loss == "linear" and is_less_than_noise(problem, best.cost, freedom):
+    # A robust loss gives less weight to noise, too; steps of a converter are the most they can be.
+    has_steps = any(folded.stepped.size for folded in problem.folded)
+    if loss == "linear" and not has_steps and is_less_than_noise(problem, best.cost, freedom):
         yield Caveat("too smooth", {"reduced": best.cost / freedom})
 
 

@@ -372,8 +372,7 @@ class Problem:
         size = folded.coefficients.size
         root = np.linalg.cholesky(folded.covariance)
         rows = [root.T @ effects[:size]]
-        if folded.drifted.size:
-            rows.append(folded.drifted[None])
+        rows += [np.atleast_2d(part) for part in (folded.drifted, folded.stepped) if part.size]
         lost = self._lost[at] if self._lost else None
         if lost is not None:
             rows.append(lost * folded.play_error)

@@ -46,9 +46,14 @@ _BESIDE = 0.1
 _STANDARD_ERRORS, _ALIKE, _THIN = 5.0, 0.2, 1e-3
 """Standard errors; correlation of force and displacement of a loop that a delay may turn; energy,
 of that of the ellipse around a loop, below which it is nothing but a line."""
-_CLIPPED, _STEPPED = 0.005, 5.0
+_CLIPPED, _STEPPED, _SLOWER = 0.005, 5.0, 2.0
 """Share of the samples that are exactly at an extreme; times as many as one step of a converter
-further in, where all are on such steps."""
+further in, where all are on such steps; times as many on the next three as on those further in."""
+_ROUNDING, _ON_STEP = 1e-7, 0.01
+"""Share of the range below which values that differ are one step of a converter; share of a step
+by which all values may be off."""
+_STEP_ERROR = 12.0**-0.5
+"""Standard deviation of a value of which only the step is known, of that step."""
 
 
 class Drift(NamedTuple):
@@ -66,6 +71,31 @@ class Drift(NamedTuple):
         return (
             f"the {self.channel} drifts by {engineering(self.total, unit)} over the cycles that "
             f"count, {significant(100.0 * self.share, 2)} % of its range; {remedy}"
+        )
+
+
+class Plateau(NamedTuple):
+    """Samples of a channel that are exactly at one of its extremes."""
+
+    channel: str
+    extreme: float
+    share: float
+    """Of all samples [-]."""
+    step: float | None
+    """Of the converter on whose steps all samples are; None without one."""
+    is_neared: bool
+    """Whether the channel slows down before it, as friction does and a clipped sensor does not."""
+
+    def note(self) -> str:
+        """Note on it."""
+        unit = "m" if self.channel == "displacement" else "N"
+        words = f"{self.share:.1%} of the {self.channel} is exactly {self.extreme:g}: "
+        words += "a plateau" if self.is_neared else "a clipped sensor, or a plateau without noise"
+        if self.step is None:
+            return words
+        return (
+            f"{words} on the converter's steps of {engineering(self.step, unit)}, known to half of "
+            "one, which is in the intervals"
         )
 
 
@@ -172,7 +202,7 @@ class Cycles:
             *self._left_out(),
             *counting.notes,
             *self.excess_loss,
-            *self.clipped,
+            *(plateau.note() for plateau in self.plateaus),
             *self.load_notes(counting.selection),
         ]
 
@@ -201,26 +231,28 @@ class Cycles:
         return excess_loss_notes(self.columns["loss_factor"])
 
     @cached_property
-    def clipped(self) -> tuple[str, ...]:
-        """Notes on many samples exactly at an extreme: a clipped sensor, or a quiet plateau."""
-        notes = []
+    def plateaus(self) -> tuple[Plateau, ...]:
+        """Extremes of a channel at which many of its samples are, exactly."""
+        found = []
         for name in ("displacement", "force"):
             values: Floats = getattr(self.record, name)
-            for extreme in (float(values.min()), float(values.max())):
-                share = _share_at(values, extreme)
-                if share > 0.0:
-                    plateau, step = "a plateau without noise", _step_of(values)
-                    if step is not None:
-                        unit = "m" if name == "displacement" else "N"
-                        plateau += (
-                            f" on the converter's steps of {engineering(step, unit)}, known to half"
-                            " of one, which no interval here has"
-                        )
-                    notes.append(
-                        f"{share:.1%} of the {name} is exactly {extreme:g}: a clipped sensor, or "
-                        f"{plateau}"
-                    )
-        return tuple(notes)
+            found += [_plateau_at(name, values, end) for end in (values.min(), values.max())]
+        return tuple(plateau for plateau in found if plateau is not None)
+
+    @property
+    def is_clipped(self) -> bool:
+        """Whether a sensor may have been at its end: no plateau that was neared step by step."""
+        return any(not plateau.is_neared for plateau in self.plateaus)
+
+    @property
+    def step_errors(self) -> dict[str, float]:
+        """Standard deviations that steps of a converter leave of amplitudes, of these [-]."""
+        size = {"displacement": "amplitude", "force": "force_amplitude"}
+        return {
+            p.channel: p.step * _STEP_ERROR / abs(float(np.median(self.columns[size[p.channel]])))
+            for p in self.plateaus
+            if p.step is not None
+        }
 
     def load_notes(self, selection: NDArray[np.bool_]) -> list[str]:
         """A note on a normal load that is not the same in the cycles that count."""
@@ -336,26 +368,35 @@ def check_direction(
     raise InputError(f"{words}: {cause}, or the two columns are swapped")
 
 
-def _share_at(values: Floats, extreme: float) -> float:
-    """Share of the samples at an extreme, if they are more than chance or a converter has there."""
+def _plateau_at(channel: str, values: Floats, extreme: float) -> Plateau | None:
+    """The plateau at an extreme, if it is more than chance or a converter has there."""
     at = np.flatnonzero(values == extreme)
     share = at.size / values.size
     if share <= _CLIPPED or at.size <= 8 or np.count_nonzero(np.diff(at) == 1) <= 0.5 * at.size:
-        return 0.0
-    # A converter has many at each of its steps; of a sine twice as many at the last as at the next.
-    if _step_of(values) is not None:
-        beside = np.abs(values - extreme)
-        inner = float(beside[beside > 0.0].min())
-        if at.size < _STEPPED * np.count_nonzero(beside == inner):
-            return 0.0
-    return share
+        return None
+    step, is_neared = step_of(values), False
+    if step is not None:
+        # A converter has many at each of its steps; of a sine twice as many at the last as at the
+        # next. What nears a plateau by itself slows down before it, what is cut off does not.
+        number = np.rint(np.abs(values - extreme) / step)
+        beside = np.bincount(number[number < 16.0].astype(int), minlength=16)
+        inner = np.flatnonzero(beside[1:]) + 1
+        if inner.size and at.size < _STEPPED * beside[inner[0]]:
+            return None
+        is_neared = bool(beside[1:4].mean() > _SLOWER * beside[8:].mean() > 0.0)
+    return Plateau(channel, float(extreme), share, step, is_neared)
 
 
-def _step_of(values: Floats) -> float | None:
+def step_of(values: Floats) -> float | None:
     """The step of a converter on whose steps all values are; None of values of any size."""
-    steps = np.unique(values[: 1 << 15])
-    few = 2 < steps.size < 0.25 * min(values.size, 1 << 15)
-    return float(np.diff(steps).min()) if few else None
+    first = values[: 1 << 15]
+    steps = np.unique(first)
+    gaps = np.diff(steps)
+    gaps = gaps[gaps > _ROUNDING * (steps[-1] - steps[0])]
+    if gaps.size < 2 or steps.size > 0.5 * first.size:
+        return None
+    number = (steps - steps[0]) / gaps.min()
+    return float(gaps.min()) if np.abs(number - np.rint(number)).max() < _ON_STEP else None
 
 
 def _cycles(is_named: NDArray[np.bool_]) -> str:

@@ -15,9 +15,9 @@ from microslip._core.units import engineering
 from microslip.errors import InputError
 from microslip.loops import Loop
 from microslip.tribometer.cuts import FEWEST_SAMPLES, one_loop
-from microslip.tribometer.cycles import Cycles, cycles_of, judged
+from microslip.tribometer.cycles import Cycles, cycles_of, judged, step_of
 from microslip.tribometer.estimates import Estimate, trend
-from microslip.tribometer.mean_cycle import MeanCycle, drift_of, error_of_mean
+from microslip.tribometer.mean_cycle import MeanCycle, drift_of, error_of_mean, errors_of_steps
 from microslip.tribometer.motion import QUIET, basis, motion_of
 from microslip.tribometer.phases import Turns, all_turns, places_of, stretches
 from microslip.tribometer.record import Record
@@ -84,6 +84,8 @@ class Folded(Locked):
     """Change of the force a cycle [N] beside the loops, which is taken off."""
     drifted: NDArray[np.float64] = field(default_factory=lambda: lock(np.zeros(0)))
     """What one standard error of that does to the force of each bin [N]."""
+    stepped: NDArray[np.float64] = field(default_factory=lambda: lock(np.zeros((0, 0))))
+    """What its converter's steps may do to it, a standard deviation each (rows) [N]."""
     growth: float = 0.0
     """Relative growth of the loops' force over the cycles that count; 0 where it is likely to be no
     more than noise."""
@@ -134,6 +136,7 @@ class Folded(Locked):
             "force": lock(force),
             "count": lock(count[full]),
             "drifted": lock(self.drifted[full] if self.drifted.size else self.drifted),
+            "stepped": lock(self.stepped[:, full] if self.stepped.size else self.stepped),
             "cycle_force": lock(self.cycle_force[np.ix_(rows, full)]),
             "cycle_count": lock(self.cycle_count[np.ix_(rows, full)]),
             "covariance": lock(self.covariance * (self.cycles / np.count_nonzero(rows))),
@@ -250,6 +253,12 @@ def _fold(
         *spike_notes,
         *(drift_there.note("a straight line is taken off") for drift_there in drifts),
     )
+    step, stepped = step_of(force), np.zeros((0, size))
+    if step is not None:
+        # Half a step as a standard deviation: errors of steps go along with the course of a loop.
+        stepped = 0.5 * step * errors_of_steps(force, step, column)
+        if stepped.size:  # nor do the means of single bins know more of it
+            noise_f = math.hypot(noise_f, 0.5 * step * math.sqrt(float(total.mean())))
     further_spikes = jumps(level.residual, column, inside, force)
     del force
     place *= size
@@ -263,7 +272,7 @@ def _fold(
     doubt = ""
     if counting.is_moving:
         doubt = "found as a mean over cycles that move, so of no state of the joint"
-    elif judgement.clipped:
+    elif judgement.is_clipped:
         doubt = CLIPPED
     timed = record.time is not None or record.sample_rate is not None
     folded = Folded(
@@ -289,6 +298,7 @@ def _fold(
         drift=drift.slope,
         growth=growth,
         drifted=lock(drifted),
+        stepped=lock(stepped),
         doubt=doubt,
         freedom=max(curve.freedom - 1.0, 1.0),
         corners=lock(motion.corners),

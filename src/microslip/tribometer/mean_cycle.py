@@ -14,6 +14,8 @@ from microslip.tribometer.phases import stretches
 _LEAST_SHARE = 0.1  # of the noise of a sample that the curve must leave for it to count
 _TAILS, _WITHIN = 3.0, 0.97334  # share of the variance of a normal distribution within three
 _SIGNIFICANT = 1e-3
+_TWO_STEPS, _LEAST_BINS = 0.25 + 1e-9, 0.05
+"""Variance of numbers of which half are one step further; share of the bins that counts."""
 
 
 class Level(NamedTuple):
@@ -156,6 +158,27 @@ def _slopes(middle: Floats, mean: Floats) -> Floats:
     places = np.concatenate(([middle[-1] - turn], middle, [middle[0] + turn]))
     values = np.concatenate(([mean[-1]], mean, [mean[0]]))
     return np.asarray((values[2:] - values[:-2]) / (places[2:] - places[:-2]))
+
+
+def errors_of_steps(values: Floats, step: float, column: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Errors of the means of bins (rows) by steps of a converter, in halves; none if dithered.
+
+    Where the samples of a bin lie on one step or on two, no scatter tells where between them the
+    channel was: the bins of one step have an error in common, and one that grows along them.
+    """
+    number = np.rint((values - values[0]) / step)
+    total = np.bincount(column)
+    mean = np.bincount(column, number) / total
+    is_on = np.bincount(column, number**2) / total - mean**2 <= _TWO_STEPS
+    if np.mean(is_on) < _LEAST_BINS:
+        return np.zeros((0, mean.size))
+    rows = []
+    level = np.where(is_on, np.rint(mean), np.nan)
+    for bins in np.split(np.arange(mean.size), np.flatnonzero(level[1:] != level[:-1]) + 1):
+        if is_on[bins[0]]:
+            rows += [np.zeros(mean.size), np.zeros(mean.size)]
+            rows[-2][bins], rows[-1][bins] = 1.0, np.linspace(-1.0, 1.0, bins.size)
+    return np.array(rows)
 
 
 # -- what changes over the cycles -----------------------------------------------------------------

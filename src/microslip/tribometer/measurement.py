@@ -331,13 +331,15 @@ def measure(
             "rest is elastic, mostly of the rig where amplitudes exceed a few micrometres; "
             "give `rig_stiffness` to take it off"
         )
-    own_mean = _means(columns, counting.selection, level, counting.is_moving)
+    steps = judged.step_errors
+    shared = {k: math.hypot(steps.get(k, 0.0), gains.get(k, 0.0)) for k in {**steps, **gains}}
+    own_mean = _means(columns, counting.selection, level, counting.is_moving, steps)
     return Measurement(
         name=record.name,
         cycles=MappingProxyType({name: lock(values) for name, values in columns.items()}),
         regimes=regimes,
         thresholds=limits,
-        mean=_means(columns, counting.selection, level, counting.is_moving, gains)
+        mean=_means(columns, counting.selection, level, counting.is_moving, shared)
         if gains
         else own_mean,
         own_mean=own_mean,
@@ -357,7 +359,7 @@ def measure(
             AmplitudeLevel(
                 lock(stretch.selection),
                 not stretch.is_moving,
-                _means(columns, stretch.selection, level, stretch.is_moving, gains),
+                _means(columns, stretch.selection, level, stretch.is_moving, shared),
             )
             for stretch in counting.levels
         ),
@@ -369,7 +371,7 @@ def _means(
     rows: NDArray[Any],
     level: float,
     is_moving: bool,
-    gains: Mapping[str, float] = MappingProxyType({}),
+    gains: Mapping[str, float],
 ) -> Mapping[str, Estimate]:
     """Means of the columns over some cycles."""
     return MappingProxyType(

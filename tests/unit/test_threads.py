@@ -77,3 +77,26 @@ def test_calls_that_overlap_leave_no_limit_behind(two_threads: list[int]) -> Non
     assert threads() == two_threads
     single_threaded(lambda: None)()
     assert threads() == two_threads
+
+
+def test_rows_are_the_same_in_any_number_of_threads(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Held, with separations and in two directions, to the last bit."""
+    from exported import JOINT
+
+    rng = np.random.default_rng(0)
+    field = ms.JointField(JOINT.surface, 0.4, areas=1e-6, loads=rng.uniform(1.0, 20.0, 130))
+    shape = np.array([0.5, 1.0, 1.0, 0.4, 0.4])
+    x, d = 4e-7 * shape * rng.normal(size=(130, 5)), 1e-7 * shape * rng.normal(size=(130, 5))
+    d[:, 0] += field.separations
+    flat, h = field.two_directions(16), (0, 1, 2)
+    found = []
+    for count in ("1", "3", ""):
+        monkeypatch.setenv("OMP_NUM_THREADS", count)
+        both = np.stack((x, 0.5 * x[::-1]), axis=1)
+        found.append([
+            *field.harmonics(x, h), *field.harmonics(x, h, separations=d),
+            *flat.harmonics(both, h, samples=16),
+        ])  # fmt: skip
+    for other in found[1:]:
+        for mine, its in zip(found[0], other, strict=True):
+            np.testing.assert_array_equal(mine, its)

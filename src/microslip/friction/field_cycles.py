@@ -23,6 +23,7 @@ from microslip.friction.harmonics import (
 )
 from microslip.friction.node_cycles import NodeCycles
 from microslip.memory import Nodes
+from microslip.numerics.threads import in_parts
 
 
 @dataclass(frozen=True, eq=False)
@@ -278,10 +279,14 @@ def _varying(
     size, wide = places.shape
     force, load = np.empty(places.shape), np.empty(places.shape)
     by_force, by_load = np.empty((size, wide, 2 * wide)), np.empty((size, wide, wide))
-    if kernels.compiled.varying_harmonics(
-        places, steps, size, wide, rtol, force, by_force, load, by_load, nodes.rests,
-        *profile.arguments,
-    ):  # fmt: skip
+
+    def settle(part: slice) -> Any:
+        return kernels.compiled.varying_harmonics(
+            places[part], steps[part], part.stop - part.start, wide, rtol, force[part],
+            by_force[part], load[part], by_load[part], nodes.rests[part], *profile.arguments,
+        )  # fmt: skip
+
+    if any(in_parts(size, settle)):
         raise tolerance_error(rtol)
     jacobian = np.zeros((size, 2, 2, basis.size, basis.size))
     pick = np.ix_(range(size), columns, columns)
@@ -307,10 +312,17 @@ def _without_samples(
         with np.errstate(over="ignore"):  # beyond 1e100 slips there is no more to come
             places = np.clip(rows / nodes.slips[:, None], -1e100, 1e100)
             begin = np.clip(begin / nodes.slips, -1e100, 1e100)
-        kernel = kernels.compiled.field_harmonics
-        force, jacobian = basis.integrated(
-            places, begin, rtol, kernel, nodes.rests, *profile.arguments
-        )
+
+        def kernel(dense: Floats, size: int, wide: int, rtol: float, *out: Floats) -> bool:
+            def settle(part: slice) -> Any:
+                rows = [array[part] for array in (dense, *out, nodes.rests)]
+                return kernels.compiled.field_harmonics(
+                    rows[0], part.stop - part.start, wide, rtol, *rows[1:], *profile.arguments
+                )
+
+            return any(in_parts(size, settle))
+
+        force, jacobian = basis.integrated(places, begin, rtol, kernel)
         force *= nodes.weights[:, None]
         jacobian *= (nodes.weights / nodes.slips)[:, None, None]
     else:

@@ -32,11 +32,11 @@ from microslip.friction.harmonics import Basis, coefficients_of
 from microslip.kernels import Integers
 from microslip.memory import SliderBank, VectorState
 from microslip.normal.base import NormalLaw
+from microslip.numerics.threads import in_parts
 
 _MOST_SLIDERS = 100_000
 _MOST_IN_STATE = 100_000_000  # sliders of all joints of a state
 _PASSES = 100_000
-_BLOCK = 128  # nodes at a time, whose derivatives are held
 _GRID = 4000  # places at which the load curve is looked at
 _LIGHTEST_SHARE = 1e-3  # of the lightest node's load: knots are laid evenly down to it
 SETTLED = 1e-6
@@ -103,15 +103,18 @@ def _settle(
     passes = np.empty(nodes, dtype=np.int64)
     reach = np.maximum(bank.tops - float(steps.min()), 0.0)
     small = small_enough * float(reach @ bank.weights)
-    for start in range(0, nodes, _BLOCK):
-        part = slice(start, start + _BLOCK)
+    sliders = bank.tops, bank.weights, bank.compliances
+
+    def settle(part: slice) -> None:
         kernels.compiled.vector_cycle(
             np.ascontiguousarray(places[part]), np.ascontiguousarray(steps[part]),
-            np.ascontiguousarray(bank.rests[part]), samples, bank.tops, bank.weights,
-            bank.compliances, np.ascontiguousarray(by_place), by_place.shape[1],
+            np.ascontiguousarray(bank.rests[part]), samples, *sliders,
+            np.ascontiguousarray(by_place), by_place.shape[1],
             np.ascontiguousarray(by_step), by_step.shape[1],
             _PASSES, small, value[part], slopes[part], passes[part],
         )  # fmt: skip
+
+    in_parts(nodes, settle)
     if passes.min() < 0:
         raise InputError(
             f"displacements must be a cycle that settles: node {int(np.argmin(passes))} is still "

@@ -1,7 +1,8 @@
-"""One BLAS thread for small systems, where a second one costs many times what it saves."""
+"""Threads: one of BLAS for small systems, where a second one costs; many for rows of kernels."""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from contextlib import nullcontext
 from functools import cache, partial, wraps
@@ -43,3 +44,33 @@ def single_threaded(function: Callable[P, R]) -> Callable[P, R]:
             _LIMITING.release()
 
     return limited
+
+
+_LEAST = 32  # rows of a part: fewer are done before a thread has begun
+
+
+def in_parts(size: int, work: Callable[[slice], object]) -> list[object]:
+    """What ``work`` gives for slices of rows that know nothing of each other, in threads.
+
+    There are as many threads as ``OMP_NUM_THREADS`` says, or as the process may run on, and no more
+    than are worth it. Kernels let other threads run, and a row's numbers do not depend on the part
+    that it is in.
+    """
+    count = min(_threads(), size // _LEAST)
+    if count < 2:
+        return [work(slice(0, size))]
+    from concurrent.futures import ThreadPoolExecutor
+
+    parts = min(4 * count, size // _LEAST)  # rows differ in what they take
+    ends = [size * k // parts for k in range(parts + 1)]
+    with ThreadPoolExecutor(count) as pool:
+        return list(pool.map(work, map(slice, ends[:-1], ends[1:])))
+
+
+def _threads() -> int:
+    setting = os.environ.get("OMP_NUM_THREADS", "")
+    if setting.isdecimal() and int(setting):
+        return int(setting)
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1

@@ -135,4 +135,6 @@ def read_fit(reading: Reading, folder: str) -> dict[str, Any]:
         correlation = np.array(fit["correlation"]["matrix"])[np.ix_(places, places)]
         errors = np.array([float(fit["parameters"][name]["standard_error"]) for name in names])
         values = np.array([float(fit["parameters"][name]["value"]) for name in names])
+        if not (np.abs(correlation) <= 1.0 + 1e-9).all() or not (errors < 1e40).all():
+            raise Unusable("wanted correlations within -1 and 1 and finite standard errors")
     return {"names": names, "values": values, "covariance": correlation * np.outer(errors, errors)}

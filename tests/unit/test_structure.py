@@ -436,3 +436,17 @@ def test_what_cannot_be_saved_as_a_response_is_refused(tmp_path: Path) -> None:
     assert head == "force_amplitude [N],frequency [Hz],frf_real [m/(N s)],frf_imag [m/(N s)]"
     with pytest.raises(ms.InputError, match="exists"):
         told.save(tmp_path / "a.csv")
+
+
+def test_faces_that_hardly_touch_are_pressed_however_far_a_first_step_goes() -> None:
+    """A gap of 1 mm on a spring of 1 mN/m: Newton's first step goes a kilometre through it."""
+    steel = ms.Material(210e9, 0.3)
+    surface = ms.GreenwoodWilliamson(
+        ms.MaterialPair(steel, steel), ms.Gaussian(5e-7), radius=1e-3, density=1e8, area=1e-4
+    )
+    field = ms.JointField(surface, 0.3, areas=[1e-4], gaps=[1e-3])
+    held = ms.Structure(np.eye(3), np.diag([1.0, 1.0, 1e-3]))
+    rest = held.attach(field, directions=np.eye(3)[:, None, :]).preload([0.0, 0.0, -1.0])
+    assert rest.equilibrium_error < 1e-10
+    load = surface.load(1e-3 + rest.displacement[2])
+    assert load == pytest.approx(1.0 + 1e-3 * rest.displacement[2], rel=1e-9)

@@ -98,6 +98,18 @@ def test_the_structure_is_told_first(result: ms.Result) -> None:
     ]  # fmt: skip
     assert told.answer.startswith("Mode 1 lies at ")
     assert "5–95 %" in told.answer
+    assert result.structure is not None
+    mode, data = result.structure.modes[0], result.summary["structure"]["modes"][0]
+    assert mode.bands is not None
+    assert told.answer.endswith(
+        "Errors: of patches, mesh and reduction not looked for (converge = true); of harmonics "
+        f"left out ±{abs(mode.curve.harmonic_error[-1]):.1%}; of the band's ends "
+        f"±{mode.bands.damping_error:.1%}, for so few samples."
+    )
+    (picture,) = [p for p in told.pictures if p.name == "modal_curves"]
+    assert picture.caption.endswith(told.answer.partition("Errors:")[2])
+    assert data["sampling_error"]["modal_damping_ratio"] == mode.bands.damping_error
+    np.testing.assert_array_equal(data["harmonic_error"], mode.curve.harmonic_error)
 
 
 def test_curves_are_those_of_the_library(
@@ -671,6 +683,13 @@ def test_check_refuses_what_a_run_would_and_tells_what_it_takes(folder: Path) ->
     assert data["patches"] == 6
     assert data["balances"] == 17  # the middle and 16 samples of one mode
     assert data["reductions"] == 1
+    low, high = data["seconds"]
+    assert 0.0 < low < 0.5 * high
+    more = preview(ms.Study.load(folder / "strip.toml", ["structure.samples=160"]))
+    added = np.subtract(more.data["structure"]["seconds"], data["seconds"])
+    # 144 balances of 3 amplitudes; three in place of 6 patches 13 ms each with 30.
+    each = 0.012 * 3 * (6 / 30) ** 0.8
+    np.testing.assert_allclose(added * [1.8, 1 / 1.8], 144 * each, rtol=1e-9)
     assert 5000 < data["degrees_of_freedom"] < 40_000
     for change, message in (
         (

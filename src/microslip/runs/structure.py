@@ -6,7 +6,6 @@ import math
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
@@ -40,7 +39,7 @@ from microslip.study.build import blame, build_surface
 from microslip.study.description import StudyDescription
 from microslip.study.draws import Design, at_middle, is_uncertain
 from microslip.study.modal_tests import MeasuredPart
-from microslip.study.structure import USUAL_PATCHES, StructurePart
+from microslip.study.structure import StructurePart
 from microslip.study.uncertain import Spread, value_at
 from microslip.sweeps.quantiles import quantiles
 from microslip.sweeps.ranking import ranking
@@ -56,10 +55,7 @@ _OF_LAWS = ("bolts.tension", "bolts.torque", "bolts.nut_factor", "bolts.thread_f
             "bolts.bearing_friction", "form.factor", "base_damping_ratio")  # fmt: skip
 """Keys of a structure that leave its reduced model as it is."""
 _SIDES = ["structure.lap", "structure.width"]
-_BASE = "structure.base_damping_ratio"
-_PER_REDUCTION, _PER_POINT = 3.0, 0.01
-"""Measured [s]: of 40 000 degrees of freedom; of an amplitude and 30 patches."""
-_TRIALS = 20  # reductions that a convergence takes
+BASE = "structure.base_damping_ratio"
 _CANDIDATES = 12  # modes among which one with all bolts tight is looked for
 _DENSE = 4096  # points at which bands interpolate between the samples
 
@@ -145,40 +141,6 @@ def _all_tight(
         curve = _solved(part, other, rest, alike + 1)
         result.append(TightMode(number, alike + 1, float(overlap[alike]), curve))
     return tuple(result)
-
-
-class Cost(NamedTuple):
-    """Size of the model of a study, and the time of a run on one core of 2023."""
-
-    degrees_of_freedom: int
-    patches: int
-    balances: int
-    """Curves of modes, those of the samples included."""
-    reductions: int
-    seconds: float
-    gigabytes: float
-
-
-def cost_of(study: StudyDescription) -> Cost:
-    """The meshed structure looked over as a run does, without solving it."""
-    middle = at_middle(study)
-    part = middle.structure
-    assert part is not None  # who calls has looked
-    with blame(study, "structure"):
-        materials = {name: material.build() for name, material in study.material.items()}
-        reducer = part.reducer(materials, study.surface.materials[0])
-    with blame(study, "structure.sensor"):
-        reducer.check_sensors(part.reduction["sensors"])
-    design = Design(study) if is_uncertain(study) else None
-    count, samples, drawn_anew = reducer.elements.size, 0, False
-    if design is not None and design.changed_keys != {_BASE}:
-        samples, drawn_anew = part.samples, bool(keys_of_model(study, design.changed_keys))
-    patches = int(np.prod(part.patches or USUAL_PATCHES)) * len(reducer.mesh.contacts)
-    reductions = 1 + (part.patches is None) + samples * drawn_anew + _TRIALS * part.converge
-    balances = len(part.modes) * (1 + samples)
-    per_curve = _PER_POINT * len(part.amplitudes) * (patches / 30) ** 1.5
-    seconds = _PER_REDUCTION * (count / 4e4) ** 1.3 * reductions + per_curve * balances
-    return Cost(count, patches, balances, reductions, seconds, 0.15 + 0.7 * count / 4e4)
 
 
 def _reduced(study: StudyDescription, patches: Floats | None = None) -> ReducedJoint:
@@ -362,7 +324,7 @@ def _samples(
     scores = design.scores(design.points(part.samples, 1)[0])
     dense = design.scores(design.points(_DENSE, 1)[0])
     base = _base_damping(design, part, scores), _base_damping(design, part, dense)
-    if design.changed_keys == {_BASE}:  # the same curve for all
+    if design.changed_keys == {BASE}:  # the same curve for all
         repeats = (len(scores), 1)
         return [
             Sampled(
@@ -435,7 +397,7 @@ def _base_damping(design: Design, part: StructurePart, scores: Floats) -> Floats
     from scipy.special import ndtr
 
     base = part.base_damping_ratio
-    source = (base.of or _BASE) if isinstance(base, Spread) else ""
+    source = (base.of or BASE) if isinstance(base, Spread) else ""
     if source not in design.spreads:
         return np.full(len(scores), float(base))
     column = list(design.spreads).index(source)

@@ -75,7 +75,8 @@ def motion_figure(motion: Any, sensor: int | None) -> Plot:
         place = int(np.abs(motion.displacement).max(axis=0).argmax())
     else:
         place = whole_number("at", sensor, 0, count - 1)
-    path, note = motion.displacement[:, place], f"Degree of freedom {place}"
+    note = f"Degree of freedom {place}, energy error {motion.energy_error:.1e}"
+    path = motion.displacement[:, place]
     return _in_time(motion.time, path, note, motion.dissipated_energy)
 
 

@@ -123,7 +123,10 @@ class Motion(LockedArrays, PlottableAtSensor):
         return {**super().__getstate__(), "_with_steps": None}
 
     def __repr__(self) -> str:
-        return f"Motion({self.time.size} times to {self.time[-1]:g} s, {self.message})"
+        errors = f"energy error {self.energy_error:.1e}"
+        if "step_error" in vars(self):  # where it has been asked for
+            errors += f", step error {self.step_error:.1e}"
+        return f"Motion({self.time.size} times to {self.time[-1]:g} s, {self.message}, {errors})"
 
 
 def integrate(

@@ -22,6 +22,7 @@ from microslip.structures.matrices import (
 
 _ITERATIONS = 100
 _ENOUGH = 1e-12  # unbalanced force, beside the largest of all forces
+_FINEST = 1e-15  # share of a step, below which none leads on
 
 
 class StaticState(NamedTuple):
@@ -149,7 +150,14 @@ def _search(
     elastic, along = stiffness @ x, stiffness @ step
     for _ in range(60):
         trial = x + share * step
-        force, tangent = joints(trial)
+        try:
+            force, tangent = joints(trial)
+        except InputError:  # further than the surface has an answer: an open joint is soft
+            if share < _FINEST:
+                raise
+            high = share
+            share = 0.5 * (low + high)
+            continue
         slope = float((static_force - elastic - share * along - columns @ force) @ step)
         if abs(slope) <= 0.7 * start or start <= 0.0:
             return trial, force, tangent, bool(start > 0.0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import tomllib
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -19,7 +20,7 @@ from microslip.results.predicted.numbers import (
 )
 from microslip.results.predicted.tables import rest_section, validity
 from microslip.runs.predict import DEFAULT_AMPLITUDES, DEFAULT_POINTS, Defaults
-from microslip.runs.structure import Cost, cost_of
+from microslip.runs.structure_cost import Cost, cost_of
 from microslip.study.build import build_joints, check_loads
 from microslip.study.description import StudyDescription
 from microslip.study.part import Part
@@ -78,14 +79,15 @@ def preview(study: StudyDescription) -> Document:
 
 def _size(cost: Cost) -> Facts:
     """Size of a structure, and its cost."""
-    minutes = cost.seconds / 60.0
-    duration = f"{cost.seconds:.0f} s" if minutes < 2.0 else f"{minutes:.0f} min"
+    low, high = cost.seconds
+    unit, name = (1.0, "s") if high < 120.0 else (60.0, "min")
+    duration = f"{math.floor(low / unit)} to {math.ceil(high / unit)} {name}"
     rows = (
         ("Finite elements", f"{cost.degrees_of_freedom} degrees of freedom"),
         ("Patches", str(cost.patches)),
         ("Reductions", str(cost.reductions)),
         ("Curves of modes", str(cost.balances)),
-        ("Time on one core, about", duration),
+        ("Time on one core", duration),
         ("Memory, about", f"{cost.gigabytes:.1f} GB"),
     )
     return Facts("Size", rows)

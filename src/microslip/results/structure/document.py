@@ -62,8 +62,23 @@ def answer(prediction: StructurePrediction) -> str:
         f"Mode {mode.number} lies at {curve.linear_frequency:.5g} Hz fully stuck{slack}; at "
         f"{engineering(float(curve.amplitude[last]), _unit(prediction), 3)} at the sensor it is at "
         f"{curve.frequency[last]:.5g} Hz, and its damping ratio in steady motion is "
-        f"{cells.ratio(float(curve.damping_ratio[last]))}{band}."
+        f"{cells.ratio(float(curve.damping_ratio[last]))}{band}. {_errors(prediction)}"
     )
+
+
+def _errors(prediction: StructurePrediction) -> str:
+    """Errors of the answer: of patches, mesh and reduction, and of so few samples."""
+    mode, convergence = prediction.modes[0], prediction.convergence
+    model = "not looked for (converge = true)"
+    if convergence is not None:
+        model = f"±{convergence.error[1]:.1%} of the joint's damping"
+    left = float(abs(mode.curve.harmonic_error[mode.last]))
+    errors = f"Errors: of patches, mesh and reduction {model}; of harmonics left out ±{left:.1%}"
+    if mode.bands is None:
+        return f"{errors}."
+    if not math.isfinite(mode.bands.damping_error):
+        return f"{errors}; of the band's ends unknown, for so few samples."
+    return f"{errors}; of the band's ends ±{mode.bands.damping_error:.1%}, for so few samples."
 
 
 def number(prediction: StructurePrediction) -> Number:
@@ -128,7 +143,7 @@ def pictures(prediction: StructurePrediction) -> tuple[Picture, ...]:
             f"Frequency and damping ratio of each mode against the {prediction.part.quantity} "
             "amplitude at the sensor, in steady motion by balance of harmonics; dashed: "
             "quasi-static."
-            f"{bands}{markers}{fitted}",
+            f"{bands}{markers}{fitted} {_errors(prediction)}",
             "Frequency and damping of the modes against amplitude",
         ),
         "pressure_map": (
@@ -172,6 +187,8 @@ def numbers(prediction: StructurePrediction) -> dict[str, Any]:
     joint, state, convergence = prediction.joint, prediction.state, prediction.convergence
     parts = {
         "convergence": convergence and [change._asdict() for change in convergence.changes],
+        "model_error": convergence
+        and dict(zip(("frequency", "joint_damping_ratio"), convergence.error, strict=True)),
         "from_asked_patches_to_limit": convergence
         and dict(zip(("frequency", "damping_ratio"), convergence.asked, strict=True)),
         "slack_bolts": list(prediction.part.bolts.slack) or None,
@@ -256,6 +273,7 @@ def _mode_numbers(mode: Mode) -> dict[str, Any]:
         "linear_frequency": mode.curve.linear_frequency,
         "message": mode.curve.message,
         **{column.key: plain(curves[column.key]) for column in _COLUMNS[:5]},
+        "harmonic_error": plain(mode.curve.harmonic_error),
         "loss_share": plain(mode.loss()),
         "mac": plain(mode.curve.mac),
         "near_resonances": [

@@ -84,6 +84,38 @@ def test_resiliences_and_what_embeds() -> None:
         bolt.embedding_loss(2e-4)
 
 
+def test_a_joint_pressed_by_bolts_of_a_grade() -> None:
+    """K d F = M by hand, alpha_A as the ratio of its ends, and yield at 640 MPa with torsion."""
+    text = """
+schema = 1
+[surface]
+law = "rough"
+materials = ["steel-c45", "steel-c45"]
+rq = "1.6 um"
+roll_off = "0.8 mm"
+shortest = "8 um"
+area = "9 cm^2"
+[joint]
+friction_coefficient = 0.3
+pressure = { kind = "bolt", size = "M8", plates = ["10 mm", "10 mm"], grade = "8.8", MORE }
+"""
+    study = ms.Study.from_toml(text.replace("MORE", 'torque = "20 N m", tightening_factor = 2.0'))
+    assert study.joint.normal_load == (pytest.approx(20.0 / (0.2 * 0.008)),)
+    design = Design(study)
+    place = [one.key for one in design.inputs].index("joint.pressure.torque")
+    ends = [
+        design.at(sign * 9.0 * np.eye(len(design.inputs))[place]).joint.normal_load[0]
+        for sign in (-1.0, 1.0)
+    ]
+    assert ends == pytest.approx([12500.0 * 2 / 3, 12500.0 * 4 / 3])
+    # M8 of 8.8 at mu_G = 0.12: 18.6 kN at 90 % of yield in the guideline's table.
+    for more in ('torque = "40 N m"', 'preload = "21 kN"'):
+        with pytest.raises(ms.StudyError, match="at which a M8 of grade") as caught:
+            ms.Study.from_toml(text.replace("MORE", more))
+        most = float(str(caught.value).partition("at most ")[2].partition(" N")[0])
+        assert most == pytest.approx(18.6e3 / 0.9, rel=5e-3)
+
+
 BEAM = """
 schema = 1
 [surface]

@@ -6,6 +6,7 @@ import math
 
 from microslip._core.units import AREA, LENGTH, PRESSURE
 from microslip.friction.pressure import BOLTS, RINGS, Pressure
+from microslip.structures.bolt_tightening import GRADES, TIGHTENING_FACTOR, tension_band
 from microslip.structures.bolts import Bolts
 from microslip.study.columns import Numbers
 from microslip.study.fields import (
@@ -17,11 +18,33 @@ from microslip.study.fields import (
 )
 from microslip.study.part import Part, Table, key, tag
 from microslip.study.readers import Items, KeyedError, Place
-from microslip.study.uncertain import Unsure
+from microslip.study.uncertain import Spread, Unsure
 
 _LENGTH = Unsure(quantity(LENGTH, "12 mm"))
 _COUNT = whole_number(1, 10_000, "4")
 _PRESSURES = Numbers(quantity(PRESSURE, "20 MPa", "any"), '["20 MPa", "12 MPa", "0 MPa"]')
+
+
+GRADE = key(
+    one_of(*GRADES),
+    "Property class, whose proof stress bounds the tension.",
+    '"8.8"',
+    default=None,
+)
+TIGHTENING = optional(
+    Bolts,
+    "tightening_factor",
+    help="Largest over smallest preload at one torque (VDI 2230's alpha_A): the torque then "
+    "scatters by itself; bands of other scatter take 1.6 with a torque.",
+)
+
+
+def torque_spread(torque: float | None, factor: float | None) -> dict[str, Spread]:
+    """Scatter of the tension at a given torque."""
+    if torque is None or isinstance(torque, Spread):
+        return {}
+    low, high = tension_band(factor or TIGHTENING_FACTOR)
+    return {"torque": Spread.between(low * torque, high * torque)}
 
 
 class PressurePart(Part):
@@ -129,6 +152,8 @@ class BoltPressure(PressurePart):
     )
     thread_friction: float | None = optional(Bolts, "thread_friction")
     bearing_friction: float | None = optional(Bolts, "bearing_friction")
+    grade: str | None = GRADE
+    tightening_factor: float | None = TIGHTENING
     hole: float | None = optional(Bolts, "hole")
     head: float | None = key(
         _LENGTH,
@@ -146,15 +171,22 @@ class BoltPressure(PressurePart):
         default=None,
     )
 
+    @property
+    def model_spreads(self) -> dict[str, Spread]:
+        """Scatter of the tension at a given torque."""
+        return torque_spread(self.torque, self.tightening_factor)
+
     def check(self, place: Place) -> None:
         """A tension or a torque, and what both refuse."""
         super().check(place)
+        if self.tightening_factor is not None:
+            self.__dict__.update(self.model_spreads)
         if self.preload is not None and self.torque is not None:
             raise KeyedError(".torque", "wanted preload or torque, got both; remove one")
         _ = self.load
 
     def _tension(self) -> float:
-        """Tension of a bolt by its torque [N]."""
+        """Tension of a bolt [N], given or by its torque; below yield where the grade is known."""
         bolt = BOLTS[self.size]
         ruled = self.thread_friction is not None or self.bearing_friction is not None
         default = None if ruled else 0.2
@@ -163,7 +195,10 @@ class BoltPressure(PressurePart):
             shank=bolt.diameter,
             hole=self.hole or bolt.hole,
             washer=self.head or bolt.head,
-            torque=self.torque,
+            tension=self.preload,
+            torque=None if self.torque is None else float(self.torque),
+            size=self.size,
+            grade=self.grade,
             thread=bolt.diameter,
             nut_factor=self.nut_factor if self.nut_factor is not None else default,
             pitch=bolt.pitch if ruled else None,
@@ -175,9 +210,11 @@ class BoltPressure(PressurePart):
     @property
     def load(self) -> float | None:
         """Tension of all bolts [N], if it is given."""
-        if self.torque is not None:
-            return self.count * self._tension()
-        return None if self.preload is None else self.count * self.preload
+        if self.torque is None and self.preload is None:
+            return None
+        if self.torque is None and self.grade is None:
+            return self.count * float(self.preload or 0.0)
+        return self.count * self._tension()
 
     def spread(self, rings: int = RINGS) -> Pressure:
         """The distribution."""

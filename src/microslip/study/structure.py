@@ -12,9 +12,9 @@ from microslip._core.parameters import REQUIRED
 from microslip._core.units import ACCELERATION, VELOCITY
 from microslip.errors import InputError
 from microslip.friction.pressure import BOLTS
-from microslip.structures.bolt_tightening import GRADES, TIGHTENING_FACTOR, tension_band
 from microslip.structures.bolted_beam import BoltedBeam, Drawing
-from microslip.structures.bolts import SIZED, TIGHTENING, Bolts, by_size, tensions
+from microslip.structures.bolts import SIZED, Bolts, by_size, tensions
+from microslip.structures.bolts import TIGHTENING as RULES
 from microslip.structures.geometry import HARMONICS
 from microslip.structures.lap_joint import LapJoint
 from microslip.structures.mesh import loosened, tight
@@ -54,6 +54,7 @@ from microslip.study.laps import (
 from microslip.study.mesh import MeshPart
 from microslip.study.modal_tests import MODE, MOST_MODES, TESTS, MeasuredPart
 from microslip.study.part import Part, Table, key
+from microslip.study.pressure import GRADE, TIGHTENING, torque_spread
 from microslip.study.readers import Items, KeyedError, Place, Plain
 from microslip.study.shaking import (
     BASE,
@@ -116,26 +117,13 @@ class BoltsPart(Part):
     size: str | None = key(
         one_of(*BOLTS), "Size of the bolts, in place of diameters and pitch.", '"M8"', default=None
     )
-    grade: str | None = key(
-        one_of(*GRADES),
-        "Property class, whose proof stress bounds the tension.",
-        '"8.8"',
-        default=None,
-    )
-    tightening_factor: float | None = optional(
-        Bolts,
-        "tightening_factor",
-        help="Largest over smallest preload at one torque (VDI 2230's alpha_A): the torque then "
-        "scatters by itself; bands of other scatter take 1.6 with a torque.",
-    )
+    grade: str | None = GRADE
+    tightening_factor: float | None = TIGHTENING
 
     @property
     def model_spreads(self) -> dict[str, Spread]:
         """Scatter of the tension at a given torque."""
-        if self.torque is None or isinstance(self.torque, Spread):
-            return {}
-        low, high = tension_band(self.tightening_factor or TIGHTENING_FACTOR)
-        return {"torque": Spread.between(low * self.torque, high * self.torque)}
+        return torque_spread(self.torque, self.tightening_factor)
 
     def check(self, place: Place) -> None:
         """The size that the thread gives, and one place across for each along."""
@@ -430,7 +418,7 @@ class StructurePart(Part):
         """Tension that each bolt is meant to have [N]."""
         if self.mesh is None:
             return self.build().tension
-        tightening = {name: getattr(self.bolts, name) for name in TIGHTENING}
+        tightening = {name: getattr(self.bolts, name) for name in RULES}
         return tensions(len(self.mesh.bolts), **tightening, bearing=self.bolts.bearing)
 
     @property

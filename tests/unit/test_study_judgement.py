@@ -5,14 +5,20 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
 import pytest
 from studies import LOADS, STUDY, SURFACE, SURFACES, edited
 
 import microslip as ms
+from microslip._core.netcdf import Variable
 from microslip._core.units import HARDNESS, QuantityError, to_si
 from microslip.friction.input_slopes import input_slopes
 from microslip.normal import NORMAL_LAWS
 from microslip.results.predicted.preview import preview
+from microslip.runs.scatter import RANKED, scatter
+from microslip.study.build import build_joints
+from microslip.study.description import StudyDescription
+from microslip.study.draws import at_middle
 
 
 def study(*edits: tuple[str, str]) -> ms.Study:
@@ -121,3 +127,52 @@ def test_a_sphere_has_hertz_numbers() -> None:
     ball = ms.Interface(ms.SphereOnFlat(pair, 5e-3), 0.55, normal_load=50.0)
     force = ball.backbone(cycle["amplitude"]) / ball.force_limit
     assert 1.0 - share**3 == pytest.approx(force, rel=1e-10)
+
+
+UNSURE = """
+schema = 1
+[surface]
+law = "greenwood-williamson"
+materials = ["steel", "steel"]
+heights = { kind = "gaussian", std = { mean = "0.5 um", cv = 0.05 } }
+radius = { mean = "0.5 mm", cv = 0.05 }
+density = { mean = "200 1/mm^2", cv = 0.05 }
+area = "4 cm^2"
+[material.steel]
+young_modulus = "210 GPa"
+poisson_ratio = 0.3
+hardness = { mean = "1.68 GPa", cv = 0.05 }
+[joint]
+friction_coefficient = { mean = 0.2, cv = 0.05 }
+normal_load = { mean = "1 kN", cv = 0.05 }
+tightening_load = { mean = "3 kN", cv = 0.05 }
+[uncertainty]
+samples = 64
+"""
+
+
+@pytest.mark.slow
+def test_sensitivities_rank_as_the_scatter_beside_them() -> None:
+    """Squares of the slopes are the shares that a regression on samples of equal cv finds."""
+
+    def answers(study: StudyDescription) -> dict[str, Variable]:
+        joint = build_joints(study)[0]
+        values = dict.fromkeys(RANKED, joint.tangential_stiffness)
+        values["loss_factor"] = float(joint.loss_factor(1e-7))
+        dims = ("load", "amplitude")
+        return {name: Variable(dims, np.array([[v]]), {}) for name, v in values.items()}
+
+    study = ms.Study.from_toml(UNSURE)
+    found = scatter(study, answers(at_middle(study)), answers)
+    slopes = input_slopes(build_joints(at_middle(study))[0], 1e-7)
+    names = {
+        "surface.heights.std": "heights", "material.steel.hardness": "yield_stress",
+    }  # fmt: skip
+    keys = [names.get(one.key, one.key.partition(".")[2]) for one in found.inputs]
+    for name, quantity in (
+        ("secant_stiffness", "tangential_stiffness"), ("loss_factor", "loss_factor"),
+    ):  # fmt: skip
+        squares = np.array([slopes[quantity][key] ** 2 for key in keys])
+        shares = found.decision(name, 0, 0).shares
+        np.testing.assert_allclose(squares / squares.sum(), shares, atol=0.015)
+        np.testing.assert_array_equal(np.argsort(squares)[-4:], np.argsort(shares)[-4:])

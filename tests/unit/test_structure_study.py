@@ -364,6 +364,7 @@ def test_a_study_tells_how_good_its_model_is(folder: Path) -> None:
     assert result.structure is not None
     found, mode = result.structure.convergence, result.structure.modes[0]
     assert found is not None
+    assert mode.quick is not None
     assert found.joint.patches == result.structure.joint.patches > 2
     np.testing.assert_allclose(mode.quick.modal_amplitude[-1], found.curve.amplitude[-1], rtol=0.1)
     (section,) = [s for s in document(result).sections if s.title == "How good the model is"]

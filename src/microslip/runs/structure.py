@@ -92,7 +92,7 @@ def run(study: StudyDescription, progress: Progress | None = None) -> StructureP
         Mode(
             number,
             curve,
-            curve.other_method,
+            curve.other_method if part.geometry is None else None,
             _bands(samples[index], part, names, convergence),
             forced_modes(part, joint, curve, samples[index]),
         )

@@ -91,7 +91,7 @@ class Mode:
 
     number: int  # counted from 1
     curve: ModalCurve  # by balance of harmonics
-    quick: ModalCurve  # quasi-static
+    quick: ModalCurve | None  # quasi-static; None beside a geometry, whose mean it does not follow
     bands: Bands | None  # None where everything is given as one number
     forced: tuple[ForcedMode, ...] = ()  # one a force
 

@@ -85,7 +85,9 @@ def number(prediction: StructurePrediction) -> Number:
     """The damping ratio at the largest amplitude, with its band."""
     mode, last = prediction.modes[0], prediction.modes[0].last
     place = engineering(float(mode.curve.amplitude[last]), _unit(prediction), 3)
-    band = f"quasi-static: {cells.ratio(float(mode.quick.damping_ratio[last]))}"
+    band = ""
+    if mode.quick is not None:
+        band = f"quasi-static: {cells.ratio(float(mode.quick.damping_ratio[last]))}"
     if mode.bands is not None:
         band = f"5 to 95 %: {_band(mode.bands, last)}"
     value = cells.ratio(float(mode.curve.damping_ratio[last]))
@@ -141,8 +143,8 @@ def pictures(prediction: StructurePrediction) -> tuple[Picture, ...]:
         "modal_curves": (
             curve_plot,
             f"Frequency and damping ratio of each mode against the {prediction.part.quantity} "
-            "amplitude at the sensor, in steady motion by balance of harmonics; dashed: "
-            "quasi-static."
+            "amplitude at the sensor, in steady motion by balance of harmonics"
+            f"{'; dashed: quasi-static.' if prediction.modes[0].quick else '.'}"
             f"{bands}{markers}{fitted} {_errors(prediction)}",
             "Frequency and damping of the modes against amplitude",
         ),
@@ -231,9 +233,10 @@ def _curves(mode: Mode) -> dict[str, Floats]:
         "modal_frequency": mode.curve.frequency,
         "modal_damping_ratio": mode.curve.damping_ratio,
         "decay_damping_ratio": mode.curve.decay_damping_ratio,
-        "quasi_static_frequency": mode.quick.frequency,
-        "quasi_static_damping_ratio": mode.quick.damping_ratio,
     }
+    if mode.quick is not None:
+        curves["quasi_static_frequency"] = mode.quick.frequency
+        curves["quasi_static_damping_ratio"] = mode.quick.damping_ratio
     for name in ("frequency", "damping_ratio") if mode.bands is not None else ():
         for word, row in zip(("low", "median", "high"), getattr(mode.bands, name), strict=True):
             curves[f"modal_{name}_{word}"] = row
@@ -272,7 +275,7 @@ def _mode_numbers(mode: Mode) -> dict[str, Any]:
         "mode": mode.number,
         "linear_frequency": mode.curve.linear_frequency,
         "message": mode.curve.message,
-        **{column.key: plain(curves[column.key]) for column in _COLUMNS[:5]},
+        **{c.key: plain(curves[c.key]) for c in _COLUMNS[:5] if c.key in curves},
         "harmonic_error": plain(mode.curve.harmonic_error),
         "loss_share": plain(mode.loss()),
         "mac": plain(mode.curve.mac),
@@ -343,10 +346,14 @@ def _table(mode: Mode, unit: str) -> Table:
 
 
 def _remark(prediction: StructurePrediction) -> str:
-    worst = max(
-        (float(np.nanmax(abs(m.curve.damping_difference))) for m in prediction.modes), default=0.0
-    )
-    text = f"The quasi-static damping differs from the balance of harmonics by up to {worst:.1%}."
+    if prediction.modes[0].quick is None:
+        text = (
+            "Quasi-static curves, which know of no even harmonics, are left out beside a geometry."
+        )
+    else:
+        worst = max(float(np.nanmax(abs(m.curve.damping_difference))) for m in prediction.modes)
+        text = "The quasi-static damping differs from the balance of harmonics "
+        text += f"by up to {worst:.1%}."
     error = max(float(np.nanmax(abs(m.curve.harmonic_error))) for m in prediction.modes)
     harmonics = ", ".join(map(str, prediction.part.harmonics))
     text += f" Harmonics beyond {harmonics} would change the joint's damping by {error:.1%}."

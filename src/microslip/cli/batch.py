@@ -23,11 +23,11 @@ def _shard(context: click.Context, param: click.Parameter, value: str | None) ->
     return int(match[1]), int(match[2])
 
 
-@click.command(short_help="Predict or measure thousands, and go on where it stopped.")
+@click.command(short_help="Run many studies, records or scans; restartable.")
 @click.argument("source", metavar="FOLDER|LIST", type=ANY_PATH)
 @option(
     "--study", "STUDY",
-    "Study of a table or of scans; for records the joint that tells the regimes apart.",
+    "Study of a table or of scans; for records the joint that defines the regimes.",
     type=ANY_PATH, shell_complete=complete_study,
 )  # fmt: skip
 @output_option("Folder of the results; by default SOURCE-batch in the current folder.")
@@ -52,9 +52,9 @@ def batch(
 ) -> None:
     """Run all items of a FOLDER or a LIST: studies, records, scans, or changes to a study.
 
-    A LIST is a text file with a path a line, or a CSV table whose columns are keys of the study.
-    Each outcome is kept at once, so that the same command goes on after a stop; what failed is
-    listed with its reason, stops nothing, and is tried again by the next run.
+    A LIST is a text file with a path in each line, or a CSV table whose columns are keys of the
+    study. Outcomes are saved one by one: after a stop the same command continues. Failures are
+    listed with their reason and tried again by the next run.
     """
     with stoppable():
         from microslip.report.terminal import show
@@ -77,21 +77,21 @@ def batch(
     click.echo(f"Results in {folder}")
 
 
-@click.command(short_help="Find the load, area or roughness that gives what is wanted.")
+@click.command(short_help="Find the load, area or roughness that meets a target.")
 @study_argument
 @option(
-    "--target", "TEXT", 'What is wanted, such as "damping_ratio >= 0.5 % at 10 um", or of a '
+    "--target", "TEXT", 'Target, such as "damping_ratio >= 0.5 % at 10 um", or of a '
     'structure "mode 1 frequency >= 180 Hz at 1 um".',
     required=True, answers_for=("target",),
 )  # fmt: skip
 @option(
     "--vary", "KEY=LOW..HIGH",
-    'What may change, such as "joint.normal_load=500 N..5 kN"; may be repeated.',
+    'Key to change and its range, such as "joint.normal_load=500 N..5 kN"; may be repeated.',
     "ranges", required=True, multiple=True, answers_for=("vary",),
 )  # fmt: skip
 @click.option(
     "--probability", type=float, default=0.9, show_default=True,
-    help="With which the target is met, where numbers of the study are uncertain.",
+    help="Probability of meeting the target, where numbers of the study are uncertain.",
 )  # fmt: skip
 @switch("--no-trade-off", "Leave out the designs for other levels of the target.")
 @writes(
@@ -106,7 +106,7 @@ def design(
     output: Output,
     overrides: tuple[str, ...],
 ) -> None:
-    """Find the smallest change of STUDY that meets a target, and draw what it trades for what."""
+    """Find the smallest change of STUDY that meets a target, and plot the trade-off."""
     with stoppable():
         from microslip.report.files import listed, save, standard_files
         from microslip.results.designed import KIND, document

@@ -24,38 +24,44 @@ KINDS = (
 _OPTIONS = (
     option(
         "smallest_amplitude",
-        "Smallest amplitude that cells and fits are for, and errors are told over.",
+        "Smallest amplitude of cells, fits and reported errors.",
         LENGTH,
         example="1 nm",
         metavar="LENGTH",
     ),
-    option("largest_amplitude", "Largest one.", LENGTH, example="10 um", metavar="LENGTH"),
+    option(
+        "largest_amplitude",
+        "Largest amplitude of the same.",
+        LENGTH,
+        example="10 um",
+        metavar="LENGTH",
+    ),
     option("cells", "Cells of kinds that have them.", int, default=50),
     option("depth", "Open reversals that exported code remembers.", int, default=256),
     option(
         "element",
-        "What exported code moves in: along the surface once or twice, and in separation.",
+        "Directions of exported code: one or two along the surface, with or without separation.",
         choices=("joint", "contact", "planar", "planar-contact"),
         default="joint",
     ),
     option("size", "Nodes of a unit of FMI 3.", int, default=1),
-    option("name", "What names in the file begin with.", default="joint"),
+    option("name", "Prefix of the names in the file.", default="joint"),
     option(
         "nodes",
-        "Table of patches: two nodes of the mesh, area [m^2], load [N] a line; or two nodes.",
+        "Table of patches, two nodes, area [m^2] and load [N] in each line; or two nodes.",
         metavar="FILE",
     ),
     option("direction", "Direction in the mesh, 1, 2 or 3 for x, y or z.", int, default=1),
     option(
         "first_number",
-        "First number of what is added to the mesh; that after the largest of its nodes.",
+        "First number of added nodes and elements; by default after the largest node.",
         int,
     ),
 )
 _CARD_OPTIONS = (
     option(
         "program",
-        "Of kind card: the program whose contact it is.",
+        "Of kind card: program to write for.",
         choices=("abaqus", "calculix", "ansys", "code_aster", "moose", "openradioss", "ls-dyna"),
         flag="for",
     ),
@@ -69,13 +75,13 @@ _CARD_OPTIONS = (
     ),
     option(
         "amplitude",
-        "Of kind card: amplitude of slip that its layer is for.",
+        "Of kind card: slip amplitude of its layer.",
         LENGTH,
         metavar="LENGTH",
     ),
     option(
         "thickness",
-        "Of kind card: thickness of its layer; 1 mm unless it is said.",
+        "Of kind card: thickness of its layer; 1 mm if absent.",
         LENGTH,
         metavar="LENGTH",
     ),
@@ -101,11 +107,11 @@ def export(
     nodes: str | None,
     **options: Any,
 ) -> None:
-    """Write the joint of STUDY as a file of another program, which says how exact it is.
+    """Write the joint of STUDY as a file of another program, with its errors in the header.
 
-    KIND is c, abaqus-user, fmu, fmu3, opensees, calculix, abaqus, ansys, lsdyna or nastran;
-    table, segalman, bouc-wen or iwan write its numbers, and models that are close to it; card
-    writes it as contact per unit area, in the words of the program that --for names.
+    KIND is c, abaqus-user, fmu, fmu3, opensees, calculix, abaqus, ansys, lsdyna or nastran; table
+    (numbers), segalman, bouc-wen or iwan (the closest such model); or card, contact per unit area
+    for the program named by --for.
     """
     of_card = {name: options.pop(name) for name in (item.name for item in _CARD_OPTIONS)}
     of_card = {name: value for name, value in of_card.items() if value is not None}

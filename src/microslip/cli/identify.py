@@ -68,17 +68,17 @@ class FittedLaw(OneOf):
 )  # fmt: skip
 @option(
     "--fix", "NAME=VALUE",
-    'A parameter that is known, such as slip_scale="0.3 um"; may be repeated.',
+    'Fix a parameter, such as slip_scale="0.3 um"; may be repeated.',
     answers_for=("fixed",), multiple=True,
 )  # fmt: skip
 @option(
     "--bound", "NAME=LOW..HIGH",
-    'Where a parameter may be, such as slip_scale="0.1..1 um"; may be repeated.',
+    'Bounds of a parameter, such as slip_scale="0.1..1 um"; may be repeated.',
     answers_for=("bounds", "start"), multiple=True,
 )  # fmt: skip
 @option(
     "--rig-stiffness", "VALUE",
-    'Rig in series: free, rigid, "2e8 N/m", or as it was measured, "200±5 N/um".',
+    'Rig in series: free, rigid, "2e8 N/m", or with its deviation, "200±5 N/um".',
     words={"None": "rigid", "200000000.0": '"2e8 N/m"'}, default="free", show_default=True,
 )  # fmt: skip
 @option(
@@ -88,18 +88,18 @@ class FittedLaw(OneOf):
 )  # fmt: skip
 @option(
     "--contact-area", "AREA",
-    'A real contact area that was measured, its uncertainty and load: "6 mm^2, 1 mm^2, 2 kN".',
+    'A measured real contact area, its uncertainty and load: "6 mm^2, 1 mm^2, 2 kN".',
 )  # fmt: skip
 @option(
     "--known", "NAME=VALUE±SD",
-    "What is known from elsewhere, such as a scan, with its standard deviation: "
+    "A value from elsewhere, such as a scan, with its standard deviation: "
     'radius="1±0.1 mm", density="100±5 1/mm^2", std="0.5±0.02 um"; may be repeated.',
     "known_values", answers_for=("known",), multiple=True,
 )  # fmt: skip
 @option(
     "--summits", "NUMBER",
-    "Number of all summits under the apparent area, whose heights are random: what chance "
-    "does then widens the intervals.",
+    "Number of all summits under the apparent area, to include their sampling scatter in the "
+    "intervals; inf for continuous heights.",
     type=float,
 )  # fmt: skip
 @option(
@@ -114,11 +114,11 @@ class FittedLaw(OneOf):
 @CYCLES
 @option(
     "--noise", "FORCE,LENGTH",
-    'Standard deviations of a force and a displacement, such as "2 N, 5 nm": then each record '
-    "is one cycle, averaged already.",
+    'Standard deviations of a force and a displacement, such as "2 N, 5 nm"; each record is then '
+    "one averaged cycle.",
 )  # fmt: skip
 @option(
-    "--loss", "LOSS", f"How outliers count: {', '.join(LOSSES)}.",
+    "--loss", "LOSS", f"Loss function of the residuals: {', '.join(LOSSES)}.",
     type=OneOf(LOSSES), default=LOSSES[0], show_default=True,
 )  # fmt: skip
 @click.option(
@@ -131,7 +131,7 @@ class FittedLaw(OneOf):
     "lag",
 )  # fmt: skip
 @option(
-    "--held-back", "SHARE", "Share of the cycles that is predicted, not fitted.",
+    "--held-back", "SHARE", "Share of the cycles to predict, not fit.",
     type=float, default=0.25, show_default=True,
 )  # fmt: skip
 @click.option(
@@ -141,7 +141,7 @@ class FittedLaw(OneOf):
     show_default=True,
     help="Confidence level of the intervals.",
 )
-@switch("--accept-unconverged", "Show and write a fit that has not converged, too.")
+@switch("--accept-unconverged", "Also show and write a fit that has not converged.")
 @BAND
 @reads(many_loads=True)
 def identify(
@@ -162,9 +162,9 @@ def identify(
     """Identify the joint that made each RECORD, several loads and amplitudes at once.
 
     A folder stands for the records in it; a file that cannot be read is listed and left out.
-    Values with intervals, what the records cannot tell and what would settle it, residuals and a
-    comparison of laws. With -o a page, figures, tables and, given the materials by --study,
-    joint.toml, which microslip predict takes as it is.
+    Gives values with intervals, what the records cannot determine and what to measure for it,
+    residuals and a comparison of laws. With -o a page, figures, tables and, given the materials by
+    --study, joint.toml, a study for microslip predict.
 
     With --study of a bolted structure each RECORD is a test of one of its modes (a ring-down, a
     stepped sine, or a table of amplitude, frequency and damping ratio), and friction, bolt tension

@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 @reads()
 @offers(RIG_STIFFNESS, DELAY)
 @option(
-    "--model", "STUDY", "Study whose joint tells the regimes apart; without it one sphere does.",
+    "--model", "STUDY", "Study whose joint defines the regimes; default one sphere.",
     type=ANY_PATH, shell_complete=complete_study,
 )  # fmt: skip
 @offers(CONFIDENCE)
@@ -59,7 +59,7 @@ if TYPE_CHECKING:
 @CYCLES
 @offers(AREA)
 @BAND
-@switch("--all", "Print every table, not what matters most.", "every_table")
+@switch("--all", "Print every table.", "every_table")
 def measure(
     records: tuple[str, ...],
     output: Output,

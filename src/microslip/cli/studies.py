@@ -178,14 +178,14 @@ def _list_templates(context: click.Context, param: click.Parameter, value: bool)
 @click.argument("name", metavar="NAME.toml", type=ANY_PATH)
 @click.option(
     "--template", "kind", type=OneOf(TEMPLATES), default=TEMPLATES[0], show_default=True,
-    help="What the study describes.",
+    help="Kind of study.",
 )  # fmt: skip
 @click.option(
     "--law", type=OneOf(LAWS), default=LAWS[0], show_default=True, help="Normal law of a joint."
 )
 @click.option(
     "--list", is_flag=True, is_eager=True, expose_value=False, callback=_list_templates,
-    help="List the templates, and what processes leave.",
+    help="List the templates, and the Ra by process.",
 )  # fmt: skip
 @click.option(
     "--process", type=OneOf(PROCESSES),

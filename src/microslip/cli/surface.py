@@ -40,7 +40,7 @@ class _EachOptionOnce(click.Command):
 @click.argument("scans", metavar="SCAN…", nargs=-1, type=ANY_PATH)
 @offers(offered.CUTOFF.but(default=None), *offered.CONDITIONING[1:], *offered.SUMMITS)
 @offers(offered.SCAN_AREA, *offered.JOINT, offered.AGAINST, *offered.DRAWING, *offered.READING)
-@switch("--all", "Print every table, not what matters most.", "every_table")
+@switch("--all", "Print every table.", "every_table")
 @writes("Folder for report, tables and figures; without it nothing is written.", "one", *FIGURES)
 def surface(
     scans: tuple[Path, ...],

@@ -289,7 +289,7 @@ def write_card(
     units : str, optional
         ``"m"``: N, m, kg; ``"mm"``: N, mm, t; ``"mm-ms"``: kN, mm, kg; ``"in"``: lbf, in.
     name : str, optional
-        What names in the file begin with.
+        Prefix of the names in the file.
     overwrite : bool, optional
         Whether a file that exists is replaced.
     **options

@@ -90,7 +90,7 @@ def write(
     size : int, optional
         Number of nodes [-] of a unit of FMI 3, each a joint like this one, up to 10 000.
     name : str, optional
-        What names in the file begin with.
+        Prefix of the names in the file.
     nodes : array_like of int, optional
         Two numbers of nodes of a mesh for each patch, shape (patches, 2); without them elements
         are left to be connected.

@@ -35,7 +35,7 @@ LONG_CUTOFF = option(
 )
 LEVEL = option(
     "level",
-    "Form that is removed first.",
+    "Form to remove first.",
     default="plane",
     choices=LEVELS,
     none="none",
@@ -43,14 +43,14 @@ LEVEL = option(
 )
 FILTER = option(
     "filter",
-    "Filter of the long-wave cut-off: gaussian (ISO 16610-21, -61), robust, which scratches and "
-    "pits do not pull (ISO 16610-31, -71), or spline, without end effects (ISO 16610-22, -62).",
+    "Filter of the long-wave cut-off: gaussian (ISO 16610-21, -61), robust against scratches and "
+    "pits (ISO 16610-31, -71), or spline, without end effects (ISO 16610-22, -62).",
     default="gaussian",
     choices=FILTERS,
 )
 CROP = option(
     "crop",
-    "Length that is cut off each end; or one of the ends of x and one of those of y.",
+    "Length to cut off each end; twice for x and y.",
     LENGTH,
     "Cropping",
     example="0.4 mm",
@@ -67,7 +67,7 @@ OUTLIERS = option(
 )
 FILL = option("fill", "Interpolate missing points.", bool, default=False)
 METHOD = option(
-    "method", "What counts as a summit.", default="watershed", choices=METHODS, example="watershed"
+    "method", "Definition of a summit.", default="watershed", choices=METHODS, example="watershed"
 )
 PROMINENCE = option(
     "prominence",
@@ -79,23 +79,23 @@ PROMINENCE = option(
 )
 ESTIMATE = option(
     "estimate",
-    "How the summits become a surface: one radius and Gaussian heights, counted (counted, "
-    "neighbours) or from spectral moments (mccool, nayak), or all of them, one by one "
-    "(population); or no summits but the power spectrum, by Persson's theory (persson).",
+    "Surface from the summits: one radius and Gaussian heights, counted (counted, neighbours) or "
+    "from spectral moments (mccool, nayak), or each summit (population); or from the power "
+    "spectrum, by Persson's theory (persson).",
     default="counted",
     choices=(*ESTIMATES, PERSSON),
 )
 HEIGHTS = option(
     "heights",
-    "Law of the summit heights: gaussian, the density of those counted as a table, those counted "
-    "one by one (discrete), or each with its own radius, too (population).",
+    "Law of the summit heights: gaussian, the measured density (table), each measured height "
+    "(discrete), or each height with its radius (population).",
     default="gaussian",
     choices=LAWS_OF_HEIGHTS,
 )
 DIRECTION = option(
     "direction",
-    "Direction of motion, from the x of the scan towards its y: summits are then elliptic, as "
-    "their principal curvatures say; without it they are round.",
+    "Direction of motion, from x of the scan towards y, for elliptic summits by their principal "
+    "curvatures; round summits if absent.",
     ANGLE,
     example="90 deg",
     sign="any",
@@ -134,7 +134,7 @@ FRICTION = option(
 )
 AMPLITUDE = option(
     "amplitude",
-    "Amplitude of its motion at which the loss factor is told.",
+    "Amplitude of the loss factor of that joint.",
     LENGTH,
     example="1 um",
     metavar="LENGTH",
@@ -143,15 +143,14 @@ AMPLITUDE = option(
 FORMAT = option("format", "Format of the file; found if absent.", example="plu", metavar="FORMAT")
 UNIT = option(
     "unit",
-    "Unit of the heights, or one of coordinates and one of heights, where the file does not say "
-    "it.",
+    "Unit of the heights, or of coordinates and of heights, where the file has none.",
     example="um",
     items=(1, 2),
     metavar="UNIT",
 )
 PIXEL = option(
     "pixel",
-    "Distance of neighbours, one or one along x and one along y, where the file does not say it.",
+    "Pixel size, or those along x and y, where the file has none.",
     LENGTH,
     example="1.66 um",
     items=(1, 2),
@@ -159,7 +158,7 @@ PIXEL = option(
 )
 VALID = option(
     "valid",
-    "Lowest and highest possible height of the file; what is beyond is missing.",
+    "Lowest and highest possible height of the file; points beyond are missing.",
     LENGTH,
     example="1 mm",
     sign="any",
@@ -176,14 +175,13 @@ CONDITIONING = (CUTOFF, LONG_CUTOFF, FILTER, LEVEL, OUTLIERS, FILL, CROP)
 SUMMITS = (METHOD, PROMINENCE)
 POINT_BY_POINT = option(
     "point_by_point",
-    "Solve the scan of that joint point by point, however many points it has; up to 512 x 512 it "
-    "is solved unasked.",
+    "Solve the scan of that joint point by point at any size; the default up to 512 x 512.",
     bool,
     default=False,
 )
 AGAINST = option(
     "against",
-    "A scan of the face that lies on it, or several by as many such options, which are averaged.",
+    "A scan of the opposite face; may be repeated, the scans are averaged.",
     example="other.plu",
     names_file=True,
     items=(1, 50),

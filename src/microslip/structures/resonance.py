@@ -56,7 +56,7 @@ def resonant(
 ) -> Resonant:
     """Answers of finely spaced curves (samples, amplitudes) to a push, at frequencies [Hz].
 
-    Where a frequency has several motions it is the largest that is told.
+    Where a frequency has several motions, the largest.
     """
     peaks = np.empty((len(amplitude), 2))
     answers = np.empty((len(amplitude), at.size))

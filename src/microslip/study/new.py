@@ -37,8 +37,8 @@ TEMPLATES = {
     "structure": "two bolted beams from their drawing: frequency and damping of modes, with bands",
     "mesh": "bolted parts of a mesh of yours (Gmsh, Abaqus, CalculiX)",
     "scan": "a joint of a scanned surface",
-    "record": "what is known of a specimen whose records are identified",
-    "batch": "one study and a table of changes, a row a joint",
+    "record": "a specimen whose records are to be identified",
+    "batch": "one study and a table of changes, a row for each joint",
 }
 """Studies to begin with, and what each is for."""
 

@@ -295,7 +295,7 @@ class StructurePart(Part):
     )
     force: ForcePart | None = key(
         Table(ForcePart),
-        "A harmonic force, whose response near each mode is told.",
+        "A harmonic force and the response near each mode.",
         '{ amplitude = "5 N" }',
         default=None,
     )

@@ -10,7 +10,7 @@ MOST_FORCES = 10
 
 
 class ForcePart(Part):
-    """A harmonic force on the structure, whose response near each mode is told."""
+    """A harmonic force on the structure and the response near each mode."""
 
     amplitude: tuple[float, ...] = key(
         Items(LOAD, '["1 N", "5 N"]', (1, MOST_FORCES), single=True),

@@ -24,7 +24,7 @@ SAMPLE_RATE = option(
 )
 FREQUENCY = option(
     "frequency",
-    "Cycles a second of the excitation, with which cycles between blocks are counted.",
+    "Frequency of the excitation, to count the cycles between blocks.",
     units.FREQUENCY,
     example="10 Hz",
 )
@@ -38,7 +38,7 @@ UNITS = option("units", f"Unit of {_ROLES}; may be repeated.", flag="unit", meta
 CALIBRATION = option(
     "calibration",
     'Factor of a sensor, such as force="12.5 N/V", or with its deviation, force=1±0.01, which the '
-    "intervals then know; may be repeated.",
+    "intervals then include; may be repeated.",
     metavar="WHAT=FACTOR",
 )
 ZERO = option(
@@ -55,8 +55,7 @@ CUTOFF = option(
 DRIFT = option("drift", "Remove a linear trend from both channels.", bool, default=False)
 DELAY = option(
     "delay",
-    "Time by which the force lags behind the displacement, to be taken off; a plain number is in "
-    "s.",
+    "Time by which the force lags behind the displacement, to be removed; a plain number is in s.",
     units.TIME,
     example="50 us",
     bare=True,
@@ -67,7 +66,7 @@ SCALING = (UNITS, CALIBRATION, ZERO)
 
 RIG_STIFFNESS = option(
     "rig_stiffness",
-    'Rig in series, to be taken off, such as "200 N/um"; a plain number is in N/m.',
+    'Rig in series, to be removed, such as "200 N/um"; a plain number is in N/m.',
     STIFFNESS,
     example="200 N/um",
     bare=True,

@@ -157,6 +157,14 @@ def test_check_says_what_it_assumes() -> None:
     assert "To compute 4 loops, curves of 200 points in all" in text
 
 
+def test_check_of_a_structure_tells_of_no_joint_of_an_area_that_nobody_gave() -> None:
+    text = run("check", str(Path(__file__).parents[2] / "examples" / "bolted_beam.toml")).stdout
+    assert "\nSize\n" in text
+    assert "\nJoint\n" not in text
+    assert "excitation" not in text
+    assert "To compute 66 curves of modes, and write 9 files" in text
+
+
 def test_check_ends_with_a_verdict() -> None:
     def last(load: str) -> str:
         outcome = run("check", "joint.toml", "--set", f"joint.normal_load={load}")

@@ -40,7 +40,7 @@ def preview(study: StudyDescription) -> Document:
     """Check a study without running it."""
     joints = build_joints(study)
     check_loads(study, joints)
-    open_ends = Defaults.of(study, joints)
+    unsaid = () if study.structure else Defaults.of(study, joints).notes()
     excitation, loads = study.excitation, len(joints)
     amplitudes = excitation.amplitudes or excitation.force_amplitudes or DEFAULT_AMPLITUDES
     points = excitation.curve.points if excitation.curve else DEFAULT_POINTS
@@ -51,7 +51,7 @@ def preview(study: StudyDescription) -> Document:
         "title": study.title,
         "study": study.plain(),
         "quantities": list(_quantities(study)),
-        "notes": [*study.notes, *open_ends.notes(), *load_notes(study, joints[0])],
+        "notes": [*study.notes, *unsaid, *load_notes(study, joints[0])],
         "questions": questions(study),
         "joints": [joint_entry(study, joint) for joint in joints],
         "loops": loads * len(amplitudes),
@@ -67,7 +67,8 @@ def preview(study: StudyDescription) -> Document:
     sections = [
         *(() if cost is None else [Section("Structure", (_size(cost),))]),
         Section("Quantities", (_quantity_table(data["quantities"]),)),
-        rest_section(data["joints"], law),
+        # The area of a structure's surface is nobody's joint: patches have areas of their own.
+        *(() if cost is not None else [rest_section(data["joints"], law)]),
         Section("Validity", (validity(study, joints),)),
     ]
     if data["notes"]:
@@ -97,7 +98,9 @@ def next_step(document: Document) -> str:
     """Content of a run, to be followed by the command."""
     data = document.data
     parts = [f"{data['loops']} loops", f"curves of {data['points']} points in all"]
-    if data["samples"]:
+    if "structure" in data:
+        parts = [f"{data['structure']['balances']} curves of modes"]
+    elif data["samples"]:
         parts.append(f"histories of {data['samples']} samples in all")
     word = _WORDS.get(document.word, "Fine.")
     return f"{word} To compute {', '.join(parts)}, and write {len(data['files'])} files:"

@@ -279,6 +279,29 @@ def bending(flat: ms.ReducedJoint, form: Any, factor: float) -> tuple[Any, Any]:
 
 @NEEDS
 @pytest.mark.slow
+def test_the_error_told_of_few_patches_holds_what_many_change() -> None:
+    file = SHARED / "data/scans/brb_surface_data.mat"
+    form = io.loadmat(file)["mesoscale_xygap"] * [1.0, 1.0, -1.0]
+    surface = ms.read_gap_table(file).to_surface(ms.MaterialPair(BEAM_STEEL, BEAM_STEEL), area=1e-4)
+    beam, amplitudes = brake_reuss(), [1e-6, 3e-5]
+    told = beam.converge(BEAM_STEEL, 7784.3, surface, 0.3, amplitudes, patches=(15, 2), form=form)
+    few, many = (
+        beam.reduce(
+            BEAM_STEEL, 7784.3, patches, kept_modes=kept, form=form, element_size=size
+        ).tightened(surface, 0.3).modes(0, amplitudes)
+        for patches, kept, size in (((15, 2), 14, None), ((72, 2), 28, 0.0033))
+    )  # fmt: skip
+    for name, change, error in zip(
+        ("frequency", "damping_ratio"), told.asked, told.error, strict=True
+    ):
+        true = getattr(many, name) / getattr(few, name) - 1.0
+        assert error < 0.05
+        assert (abs(change - true) < error).any()
+        assert (abs(true) < abs(change) + error).all()
+
+
+@NEEDS
+@pytest.mark.slow
 def test_the_beam_has_the_published_frequencies_flat_and_with_its_form() -> None:
     file = SHARED / "data/scans/brb_surface_data.mat"
     form = io.loadmat(file)["mesoscale_xygap"]

@@ -53,7 +53,7 @@ def profile_parameters(
     scan: HeightMap, section: float | str | None = None, axis: str = "x"
 ) -> ProfileParameters:
     """See :meth:`microslip.Scan.profile_parameters`."""
-    if axis not in ("x", "y") or (axis == "y" and scan.is_profile):
+    if not isinstance(axis, str) or axis not in ("x", "y") or (axis == "y" and scan.is_profile):
         raise InputError(f'`axis` must be "x", or "y" of an area, got {show(axis)}')
     lines = np.atleast_2d(scan.measurable().heights)
     lines = lines if axis == "x" else lines.T

@@ -168,7 +168,7 @@ class RandomResponse(LockedArrays):
             One-sided levels, of the quantity's unit squared over Hz; zero outside the noise.
         """
         power, sensor = power_of(quantity), vector("at", at, self._shapes.shape[0])
-        f = record("frequencies", frequencies)
+        f = np.atleast_1d(record("frequencies", frequencies))
         omega = 2.0 * math.pi * np.array([positive("frequencies", x, "Hz", 100.0) for x in f])
         signal = (self._answer(omega) @ (self._shapes.T @ sensor)) * (1j * omega) ** power
         if power == 2:

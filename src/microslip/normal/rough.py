@@ -295,7 +295,9 @@ class RoughSurface(TabulatedNormalLaw):
 
     def _solve(self, loads: Floats) -> Floats:
         known = self.tightening_load
-        if self.hardness is not None and known is not None and loads.max() > known * (1.0 + 1e-9):
+        # The law is spanned to the point of its table nearest to that load, within half a step.
+        spanned = 0.0 if known is None else max(known, float(self.load(self._span[0])))
+        if self.hardness is not None and known and loads.max() > spanned * (1.0 + 1e-9):
             raise InputError(
                 f"`normal_load` must be at most the tightening load {known:.6g} N (above it the "
                 f"summits yield again), got {exact(loads.max())} N; tighten it to that load first"

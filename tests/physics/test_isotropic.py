@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -280,6 +284,27 @@ def test_harmonics_of_nodes_have_their_jacobian() -> None:
     assert held.shape == force.shape
     assert load.shape == (NODES, 3)
     assert own.shape == (NODES, 2, 2, 3, 3)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="glibc alone fills what is free")
+def test_harmonics_do_not_hang_on_what_lies_beside_their_arrays() -> None:
+    """Reading beyond an array gives numbers by chance: here what is free is full of others."""
+    script = (
+        "import test_isotropic as t, numpy as np, sys\n"
+        "two = t.FIELD.two_directions(24, nearest=t.NEAREST)\n"
+        "x = np.stack((t.X, 0.7 * np.roll(t.X, 1, axis=0)), axis=1)\n"
+        "parts = two.harmonics(x, separations=t.D, samples=t.SAMPLES)\n"
+        "parts += t.FIELD.harmonics(t.X, separations=t.D) + t.FIELD.harmonics(t.X)\n"
+        "sys.stdout.write(b''.join(np.ascontiguousarray(p).tobytes() for p in parts).hex())\n"
+    )
+    found = {
+        subprocess.run(
+            [sys.executable, "-c", script], capture_output=True, text=True, check=True,
+            cwd=Path(__file__).parent, env=os.environ | {"MALLOC_PERTURB_": filling},
+        ).stdout
+        for filling in ("1", "85", "170", "254")
+    }  # fmt: skip
+    assert len(found) == 1
 
 
 def test_states_in_two_directions_go_through_plain_arrays() -> None:

@@ -68,8 +68,7 @@ DENSITIES_OF_PARTS = key(
 )
 SLACK = key(
     Items(whole_number(1, MOST_BOLTS, "3"), "[3]", (1, MOST_BOLTS), single=True, distinct=True),
-    "Bolts that nobody tightened, counted from 1 along the laps; the report compares with all "
-    "tight.",
+    "Slack bolts, counted from 1 along the laps; the report compares with all tight.",
     default=(),
 )
 

@@ -85,7 +85,6 @@ def add_structures(add: Add, surface: Any, joint: Any) -> None:
         more = {"duration": 10.0} if method == "peak" else {}
         add(f"RandomResponse.{method}", getattr(random, method), at=[0.0, 0.0, 1.0], **more)
     add("RandomResponse.spectrum", random.spectrum, at=[0.0, 0.0, 1.0], frequencies=[60.0, 90.0])
-    add("RandomResponse.deviations", random.deviations, columns=np.eye(3))
     add("Pulse", ms.Pulse, time=[0.0, 1e-3, 2e-3], acceleration=[0.0, 10.0, 0.0])
     add("Pulse.half_sine", ms.Pulse.half_sine, amplitude=10.0, duration=2e-3)
     pulse = ms.Pulse.half_sine(10.0, 2e-3)
@@ -93,7 +92,6 @@ def add_structures(add: Add, surface: Any, joint: Any) -> None:
         duration=4e-3, damping_ratio=1e-3)  # fmt: skip
     shock = preload.shock(pulse, directions=np.ones(3), duration=4e-3)
     add("ShockResponse.history", shock.history, at=[0.0, 0.0, 1.0])
-    add("ShockResponse.sizes", shock.sizes, columns=np.eye(3))
     add("ShockResponse.peak", shock.peak, at=[0.0, 0.0, 1.0])
     add("Structure.with_geometry", chain.with_geometry, coordinates=[[0.0], [0.0], [1.0]],
         cubic=[[[0.0]]], quartic=[[[[1e12]]]], reach=[1e-3])  # fmt: skip

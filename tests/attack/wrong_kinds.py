@@ -17,7 +17,7 @@ import numpy as np
 import microslip as ms
 
 from .campaign import Random, Tally, Wrong
-from .entrances import entrances
+from .entrances import Entrance, entrances
 
 
 class Awkward:
@@ -178,6 +178,7 @@ TAKEN = {
     ("seed", "huge int"),
     ("other_young_modulus", "inf"),  # what is rigid
     ("other_young_modulus", "inf in a list"),
+    ("density", "object array of floats"),  # one of each part
 }
 """What an argument takes after all."""
 
@@ -202,7 +203,11 @@ def attack_wrong_kinds(rng: Random, tally: Tally) -> None:
     doors = {name: door for name, door in entrances().items() if door.numeric}
     name = list(doors)[rng.integers(len(doors))]
     door = doors[name]
-    argument = door.numeric[rng.integers(len(door.numeric))]
+    attack_argument(name, door, door.numeric[rng.integers(len(door.numeric))], tally)
+
+
+def attack_argument(name: str, door: Entrance, argument: str, tally: Tally) -> None:
+    """One argument of one entrance, every kind."""
     for kind, make in NEVER.items():
         given = door.arguments | {argument: make()}
         if (argument, kind) in TAKEN:

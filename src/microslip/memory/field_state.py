@@ -16,7 +16,7 @@ from microslip.kernels.profile import LOSS_RULES
 from microslip.memory.diagram import DOUBTS, Diagram, bounded, bounding_profile
 from microslip.memory.nodes import Nodes
 from microslip.memory.resumable import Resumable, counted, one_at_a_time
-from microslip.memory.saved import check_joint, check_whole, joint_array, saved_array
+from microslip.memory.saved import check_joint, check_whole, joint_array, newer_array, saved_array
 
 _ROWS = 2  # rows of a node at the start; a move to and fro needs no more
 
@@ -245,9 +245,7 @@ class FieldState(Resumable):
     def _from_arrays(cls, nodes: Nodes, arrays: Mapping[str, ArrayLike]) -> FieldState:
         """The state of nodes that goes on as the saved one would; ``field.start(arrays)``."""
         lost = saved_array(arrays, "dissipated", -1)
-        deep = np.zeros((0, DOUBTS + 1))
-        if "depth" in arrays:
-            deep = saved_array(arrays, "depth", -1, DOUBTS + 1)
+        deep = newer_array(arrays, "depth", -1, DOUBTS + 1)
         state = cls(nodes, bool(lost.size), int(deep[0, 0]) if deep.size else None)
         if deep.size:
             state._doubt = saved_array(arrays, "depth", nodes.size, DOUBTS + 1)[:, 1:].copy()

@@ -32,6 +32,14 @@ def saved_array(arrays: Mapping[str, ArrayLike], key: str, *shape: int) -> Float
     return array
 
 
+def newer_array(arrays: Mapping[str, ArrayLike], key: str, *shape: int) -> Floats:
+    """An array that states of before were saved without, which is an empty one then."""
+    # Of what is no mapping "in" may search for ever; which arrays it lacks is said elsewhere.
+    if isinstance(arrays, Mapping) and key in arrays:
+        return saved_array(arrays, key, *shape)
+    return np.zeros((0,) * len(shape))
+
+
 def joint_array(*numbers: Floats) -> Floats:
     """The format and what a joint is known by, as one array."""
     return np.concatenate(([FORMAT], *numbers))
@@ -39,14 +47,12 @@ def joint_array(*numbers: Floats) -> Floats:
 
 def check_joint(arrays: Mapping[str, ArrayLike], joint: Floats) -> None:
     """Refuse arrays of a later format or of another joint; those of before say neither."""
-    # Of what is no mapping "in" may search for ever; which arrays it lacks is said later.
-    if not isinstance(arrays, Mapping) or "joint" not in arrays:
+    saved = newer_array(arrays, "joint", -1)
+    if not saved.size:
         return
-    saved = saved_array(arrays, "joint", -1)
-    if not saved.size or saved[0] != FORMAT:
-        came = f"{saved[0]:g}" if saved.size else "none"
+    if saved[0] != FORMAT:
         raise InputError(
-            f"arrays must be of format {FORMAT:g}, got {came}: a later version wrote it"
+            f"arrays must be of format {FORMAT:g}, got {saved[0]:g}: a later version wrote it"
         )
     fits = saved.shape == joint.shape
     if not fits or not np.all(np.abs(saved - joint) <= _TOLERANCE * np.abs(joint)):

@@ -15,7 +15,7 @@ from microslip.memory.diagram import DOUBTS, Diagram, Ledger, Step, bounded, bou
 from microslip.memory.nodes import steps_along
 from microslip.memory.record import Memory
 from microslip.memory.resumable import Resumable, one_at_a_time
-from microslip.memory.saved import check_joint, check_whole, joint_array, saved_array
+from microslip.memory.saved import check_joint, check_whole, joint_array, newer_array, saved_array
 from microslip.memory.trial import Trial
 
 if TYPE_CHECKING:
@@ -283,7 +283,7 @@ class State(Resumable):
         Its arrays are as :meth:`to_arrays` gave them, or ``numpy.load`` of that;
         ``joint.start(arrays)`` makes it.
         """
-        deep = saved_array(arrays, "depth", -1) if "depth" in arrays else np.zeros(0)
+        deep = newer_array(arrays, "depth", -1)
         state = cls(law, int(deep[0]) if deep.size else None)
         marks = law._backbone(_MARKS)
         check_joint(arrays, joint_array(marks))

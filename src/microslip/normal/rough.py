@@ -36,6 +36,7 @@ _FULL = 0.5  # of full contact, to which the elastic theory goes
 _BEYOND = 1e6  # times the heaviest load, for trial steps
 _PER_DECADE = 64
 _LIGHTEST = 1e-8
+_LEAST_SLOPE = 1e-9  # rms; with less, stiffnesses are beyond all floats
 _UNIT_MODULUS = 1e11  # E* [Pa], which both theories only multiply with
 
 
@@ -125,6 +126,11 @@ class RoughSurface(TabulatedNormalLaw):
             raise InputError(
                 f"`shortest` must be below 0.9 of the roll_off {exact(self.roll_off)} m, got "
                 f"{exact(self.shortest)}"
+            )
+        if not self.rms_slope >= _LEAST_SLOPE:
+            raise InputError(
+                f"`rms` and `roll_off` must be those of a rough face, of a slope of at least "
+                f"{_LEAST_SLOPE:g}, got {exact(self.rms_slope)}"
             )
         if tightening_load is not None:
             tightening_load = positive("tightening_load", tightening_load, "N", 5000.0)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import Floats, exact, positive, record, show
+from microslip._core.checks import Floats, exact, members, positive, record, show
 from microslip._core.frozen import assign
 from microslip._core.parameters import parameter, parameters_of
 from microslip._core.wording import quoted
@@ -349,14 +349,11 @@ class BoltedBeam(Drawing):
     )  # fmt: skip
 
     def __post_init__(self) -> None:
-        if isinstance(self.laps, Lap) or not all(isinstance(lap, Lap) for lap in self.laps):
-            raise InputError(f"laps must be a list of ms.Lap(...), got {show(self.laps)}")
-        if not self.laps:
-            raise InputError("laps must be one or more, got none")
+        laps = members("laps", self.laps, Lap, "a list of ms.Lap(...)")
         ground = (self.ground,) if isinstance(self.ground, str) else tuple(self.ground)
         if not set(ground) <= set(GROUNDS) or len(set(ground)) < len(ground):
             raise InputError(f"ground must be among {quoted(GROUNDS, 'and')}, got {show(ground)}")
-        assign(self, laps=tuple(self.laps), ground=tuple(g for g in GROUNDS if g in ground))
+        assign(self, laps=tuple(laps), ground=tuple(g for g in GROUNDS if g in ground))
         self._check()
         reach, tolerance = 0.5 * self.length, 1e-9 * self.length
         ends = [x for lap in self.laps for x in lap.ends]

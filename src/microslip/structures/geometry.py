@@ -183,9 +183,11 @@ def geometry(
         cases = (z, answers)
     try:
         z, forces = (floats("cases", part) for part in cases)
-    except (TypeError, ValueError):
+        z, forces = (part.reshape(len(part), -1) for part in (z, forces))
+    except InputError:
+        raise
+    except Exception:  # an object's own iteration may raise anything
         raise InputError("cases must be coordinates and forces, a row for each case") from None
-    z, forces = (part.reshape(len(part), -1) for part in (z, forces))
     if z.shape != forces.shape or z.shape[1] != p:
         raise InputError(
             f"cases must be coordinates and forces of shape (cases, {p}), got {z.shape} and "

@@ -209,7 +209,7 @@ class Preload:
             raise InputError(f"method must be {quoted(get_args(Method))}, got {show(method)}")
         a = checked_amplitudes(amplitudes)
         basis = harmonic_basis(self._orders(harmonics), samples)
-        base = _base_damping(damping_ratio)
+        base = base_damping(damping_ratio)
         model = self._elastic
         if index >= model.size:
             raise InputError(f"index must be below {model.size}, the elastic modes, got {index}")
@@ -420,7 +420,7 @@ class Preload:
         if method not in (None, *get_args(RandomMethod)):
             words = quoted(get_args(RandomMethod))
             raise InputError(f"method must be {words}, got {show(method)}")
-        share = _base_damping(damping_ratio)
+        share = base_damping(damping_ratio)
         if (method or ("modes" if fields or self._bends else "joints")) == "joints":
             if share:
                 raise InputError(
@@ -436,7 +436,7 @@ class Preload:
 
         response = by_modes(base, psd, whole_number("modes", modes, 1, _MOST_MODES), curve)
         # Rayleigh amplitudes beyond three deviations are one in ninety.
-        self._check_reach(lambda columns: 3.0 * response.deviations(columns))
+        self._check_reach(lambda columns: 3.0 * response._deviations(columns))
         return response
 
     @single_threaded
@@ -484,12 +484,12 @@ class Preload:
         if method not in (None, *get_args(ShockMethod)):
             raise InputError(f"method must be {quoted(get_args(ShockMethod))}, got {show(method)}")
         base = self._base(directions, supports, damping_frame, joints_on_base)
-        share = _base_damping(damping_ratio)
+        share = base_damping(damping_ratio)
         chosen: ShockMethod = method or ("oscillator" if fields else "integration")
         if chosen == "oscillator" and self._bends:
             raise InputError('a geometry needs method="integration", with joints of laws alone')
         response = shock(base, pulse, chosen, duration, share)
-        self._check_reach(response.sizes)
+        self._check_reach(response._sizes)
         return response
 
     # -- motion in time ---------------------------------------------------------------------------
@@ -547,7 +547,7 @@ class Preload:
         return f"Preload({self.static_force.size} degrees of freedom, {self.message})"
 
 
-def _base_damping(value: Any) -> float:
+def base_damping(value: Any) -> float:
     """A damping ratio of all but the joints [-], or an error."""
     ratio = number("damping_ratio", value, example=0.001)
     if not 0.0 <= ratio < 1.0:

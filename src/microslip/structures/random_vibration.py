@@ -110,7 +110,7 @@ class RandomResponse(LockedArrays):
         """``solved`` or ``stopped``."""
         return "solved" if self.message.startswith("solved") else "stopped"
 
-    def deviations(self, columns: Floats) -> Floats:
+    def _deviations(self, columns: Floats) -> Floats:
         """Of displacements along columns (n, k) [m]."""
         modal = columns.T @ self._shapes
         squares = np.einsum("km,mn,kn->k", modal, self._variances.displacement, modal)

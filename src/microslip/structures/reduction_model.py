@@ -25,7 +25,7 @@ from microslip.structures.bolts import each_bolt
 from microslip.structures.geometry import GeometryAttachment
 from microslip.structures.joint_groups import FieldAttachment
 from microslip.structures.matrices import vector
-from microslip.structures.preload import Preload
+from microslip.structures.preload import Preload, base_damping
 from microslip.structures.reduction_files import check_arrays
 from microslip.structures.reduction_patches import Samples, gaps_at, mean_over
 from microslip.structures.structure import Structure
@@ -295,7 +295,7 @@ class ReducedJoint(LockedArrays):
         """
         self.base("z")
         state = self.tightened(surface, friction_coefficient)
-        ratio, model = number("damping_ratio", damping_ratio), state.model
+        ratio, model = base_damping(damping_ratio), state.model
         carried = np.asarray(self.mass @ model.shapes)
         drag = (carried * (2.0 * ratio * np.sqrt(model.squares))) @ carried.T
         mass, stiffness, damping = (

@@ -158,7 +158,7 @@ class ShockResponse(LockedArrays):
         carried = float(sensor @ self._carried)
         return np.asarray(np.gradient(speed, self.time) + carried * self.base_acceleration)
 
-    def sizes(self, columns: Floats) -> Floats:
+    def _sizes(self, columns: Floats) -> Floats:
         """Of displacements along columns (n, k), (times, k) [m]."""
         return np.abs(self._coordinates @ (self._shapes.T @ columns))
 

@@ -335,8 +335,8 @@ LAPS = [ms.Lap(-0.1, 0.06, ONE), ms.Lap(0.1, 0.06, ONE)]
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"laps": []}, "`laps` must be a list of ms.Lap(...), got none"),
-        ({"laps": LAPS[0]}, "`laps` must be a list of ms.Lap"),
+        ({"laps": []}, "laps must be a list of .*, got none"),
+        ({"laps": LAPS[0]}, "laps must be a list of ms.Lap"),
         ({"laps": LAPS[::-1]}, "laps must follow each other from left to right"),
         ({"laps": [LAPS[0], ms.Lap(-0.05, 0.06, ONE)]}, "with room between them"),
         ({"laps": [ms.Lap(0.18, 0.06, ONE)]}, "laps must lie within the beam"),

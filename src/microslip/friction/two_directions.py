@@ -55,7 +55,7 @@ class VectorCycle(Locked):
     load: Floats | None
     """Normal loads [N], shape (nodes, samples); None of one joint, whose law knows none."""
     passes: Integers
-    """Periods that the slowest slider of each cycle took to settle."""
+    """Times that the slowest slider of each cycle was taken around it until it had settled."""
     _bank: SliderBank
     _places: Floats
     _steps: Floats

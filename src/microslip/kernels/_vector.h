@@ -1,8 +1,9 @@
 /* Sliders in two directions: states and settled cycles of many nodes. Part of _compiled.c. */
 
-/* slide() at a held radius, from within it: the end, and its derivatives by the step, in x and y. */
+/* slide() at a held radius, from within it, in x and y: the end, and its derivatives by the step and
+ * with `all` by what was held, in the columns of press(). */
 static inline void slide_held(const double *from, const double *e, double length, double radius,
-                              double *to, double slope[2][2])
+                              double *to, double map[2][6], int all)
 {
     double a = from[0] * e[0] + from[1] * e[1], b = from[1] * e[0] - from[0] * e[1];
     double inverse = 1.0 / radius;
@@ -12,16 +13,27 @@ static inline void slide_held(const double *from, const double *e, double length
     double fade = far < 40.0 ? exp(-far) : 0.0, behind = (1.0 - c) * fade * fade;
     double part = 1.0 / (1.0 + c + behind), share = 2.0 * fade * part;
     double cosine = (1.0 + c - behind) * part, sine = s * share;
-    double turned = ((1.0 - fade) * (1.0 - fade) + c * (1.0 - fade * fade)) * part;
-    turned = (turned + way * inverse * share * c) * radius / length;
     to[0] = radius * (cosine * e[0] - sine * e[1]);
     to[1] = radius * (cosine * e[1] + sine * e[0]);
+    if (!map) return;
+    double turned = ((1.0 - fade) * (1.0 - fade) + c * (1.0 - fade * fade)) * part;
+    turned = (turned + way * inverse * share * c) * radius / length;
     /* Of the end (along, across) by the step's length, and by its swing. */
     double al = sine * sine, cl = -cosine * sine, an = -turned * sine, cn = turned * cosine;
-    slope[0][0] = al * e[0] * e[0] - (cl + an) * e[0] * e[1] + cn * e[1] * e[1];
-    slope[0][1] = al * e[0] * e[1] - cl * e[1] * e[1] + an * e[0] * e[0] - cn * e[0] * e[1];
-    slope[1][0] = al * e[0] * e[1] + cl * e[0] * e[0] - an * e[1] * e[1] - cn * e[0] * e[1];
-    slope[1][1] = al * e[1] * e[1] + (cl + an) * e[0] * e[1] + cn * e[0] * e[0];
+    map[0][2] = al * e[0] * e[0] - (cl + an) * e[0] * e[1] + cn * e[1] * e[1];
+    map[0][3] = al * e[0] * e[1] - cl * e[1] * e[1] + an * e[0] * e[0] - cn * e[0] * e[1];
+    map[1][2] = al * e[0] * e[1] + cl * e[0] * e[0] - an * e[1] * e[1] - cn * e[0] * e[1];
+    map[1][3] = al * e[1] * e[1] + (cl + an) * e[0] * e[1] + cn * e[0] * e[0];
+    if (!all) return;
+    /* What was held along the step counts as the step does, across it by where slip begins. */
+    double across = begin > 0.0 ? (share - sine * s) * radius / begin : 0.0;
+    double end[2] = {-across * (sine * e[0] + cosine * e[1]),
+                     across * (cosine * e[0] - sine * e[1])};
+    double ahead[2] = {al * e[0] - cl * e[1], al * e[1] + cl * e[0]};
+    for (int r = 0; r < 2; r++) {
+        map[r][0] = ahead[r] * e[0] - end[r] * e[1];
+        map[r][1] = ahead[r] * e[1] + end[r] * e[0];
+    }
 }
 
 enum { LAY_PIECES = 8 };
@@ -124,12 +136,11 @@ static int run_vector_try(const Argument *a, Result *out)
                     continue;
                 }
                 if (length > 0.0 && !lay) {
-                    double turn[2][2];
-                    slide_held(from, e, length, last, to, turn);
+                    slide_held(from, e, length, last, to, map, 0);
                     for (int r = 0; r < 2; r++) {
                         sum[r] += w * to[r];
-                        slope[r][0] += w * turn[r][0];
-                        slope[r][1] += w * turn[r][1];
+                        slope[r][0] += w * map[r][2];
+                        slope[r][1] += w * map[r][3];
                     }
                     continue;
                 }
@@ -151,9 +162,23 @@ static int run_vector_try(const Argument *a, Result *out)
     return FINE;
 }
 
+/* A step of the place, its direction and length, and the separations before and after it. */
+typedef struct {
+    double step[2], along[2], length, before, after;
+} Stride;
+
+static Stride make_stride(const double *from, double before, const double *to, double after)
+{
+    Stride s = {{to[0] - from[0], to[1] - from[1]}, {0.0, 0.0}, 0.0, before, after};
+    s.length = hypot(s.step[0], s.step[1]);
+    for (int r = 0; r < 2 && s.length > 0.0; r++) s.along[r] = s.step[r] / s.length;
+    return s;
+}
+
 /* A cycle of a node: places (samples, 2) and separations, and how both follow directions. */
 typedef struct {
     const double *x, *d, *u, *v, *lay;
+    Stride *strides;              /* from rest to the root, and on from there: 1 .. samples */
     Py_ssize_t samples, places, steps, columns, root;
     double *begin;                /* scratch, 2 x columns */
     double *trace;                /* of a settled slider, see trace_slider */
@@ -166,22 +191,25 @@ static inline Py_ssize_t sample_of(const Round *c, Py_ssize_t k)
     return c->root + k < c->samples ? c->root + k : c->root + k - c->samples;
 }
 
-/* A step of a slider to sample t; whether it stuck. `map` as of press(), or NULL. */
-static inline int step_slider(const Round *c, Py_ssize_t t, const double *last_x, double last_d,
-                              double top, double *g, double map[2][6])
+/* A step of a slider; whether it stuck. `map` as of press(), or NULL. */
+static inline int step_slider(const Round *c, const Stride *stride, double top, double *g,
+                              double map[2][6])
 {
-    double step[2] = {c->x[2 * t] - last_x[0], c->x[2 * t + 1] - last_x[1]};
-    double first = top - last_d, last = top - c->d[t], to[2];
+    double first = top - stride->before, last = top - stride->after, to[2];
     if (first > 0.0 && last > 0.0) {
-        double u = g[0] + step[0], v = g[1] + step[1];
+        double u = g[0] + stride->step[0], v = g[1] + stride->step[1];
         if (u * u + v * v <= last * last) {
             g[0] = u;
             g[1] = v;
             return 1;
         }
     }
-    if (c->lay) move_lay(g, step, first, last, c->lay, to, map, NULL);
-    else move_slider(g, step, hypot(step[0], step[1]), first, last, to, map);
+    if (c->lay)
+        move_lay(g, stride->step, first, last, c->lay, to, map, NULL);
+    else if (first == last && last > 0.0 && stride->length > 0.0 && !(map && c->steps))
+        slide_held(g, stride->along, stride->length, last, to, map, 1);
+    else
+        move_slider(g, stride->step, stride->length, first, last, to, map);
     g[0] = to[0];
     g[1] = to[1];
     return 0;
@@ -226,48 +254,16 @@ static void move_along(const Round *c, Py_ssize_t from, Py_ssize_t to, double *B
     }
 }
 
-/* Passes of a slider until its state at the root, which is left in g, changes by so little that it
- * is within `small` of where it tends to; 0 if that takes more than `most`. */
-static Py_ssize_t settle_slider(const Round *c, double rest, double top, double small,
-                                double rounding, Py_ssize_t most, double *g)
+/* Steps 1 .. samples of a slider from a state at the root, the last back to it: whether each sticks,
+ * where it ends and its map. */
+static void trace_slider(const Round *c, double top, const double *root)
 {
-    double last_x[2] = {0.0, 0.0}, last_d = rest, root[2] = {0.0, 0.0}, change = 0.0;
-    g[0] = g[1] = 0.0;
-    for (Py_ssize_t pass = 0; pass < most; pass++) {
-        for (Py_ssize_t k = 0; k < c->samples; k++) {
-            Py_ssize_t t = sample_of(c, k);
-            step_slider(c, t, last_x, last_d, top, g, NULL);
-            last_x[0] = c->x[2 * t];
-            last_x[1] = c->x[2 * t + 1];
-            last_d = c->d[t];
-            if (k) continue;
-            double moved = hypot(g[0] - root[0], g[1] - root[1]);
-            root[0] = g[0];
-            root[1] = g[1];
-            /* What is left of a change that shrinks as it did, or as the inverse cube of passes. */
-            double ratio = moved / change;
-            int there = pass > 1 && ratio < 1.0 && 2.0 * moved * ratio <= small * (1.0 - ratio);
-            change = moved;
-            if (pass && (moved <= rounding || there)) return pass + 1;
-        }
-    }
-    return 0;
-}
-
-/* Steps 1 .. samples of a settled slider, the last back to the root: whether each sticks, where it
- * ends and, with directions, its map. */
-static void trace_slider(const Round *c, double top, const double *settled)
-{
-    double g[2] = {settled[0], settled[1]};
-    Py_ssize_t last = c->root;
+    double g[2] = {root[0], root[1]};
     for (Py_ssize_t k = 1; k <= c->samples; k++) {
-        Py_ssize_t t = k < c->samples ? sample_of(c, k) : c->root;
-        double *to = c->trace + 14 * k, (*map)[6] = (double(*)[6])(to + 2);
-        c->stuck[k] = (char)step_slider(c, t, c->x + 2 * last, c->d[last], top, g,
-                                        c->columns ? map : NULL);
+        double *to = c->trace + 14 * k;
+        c->stuck[k] = (char)step_slider(c, c->strides + k, top, g, (double(*)[6])(to + 2));
         to[0] = g[0];
         to[1] = g[1];
-        last = t;
     }
 }
 
@@ -276,9 +272,69 @@ static inline double (*map_of(const Round *c, Py_ssize_t k))[6]
     return (double(*)[6])(c->trace + 14 * k + 2);
 }
 
+/* By Newton's method the state at the root that a cycle brings back, from g on, with its trace;
+ * the times around, or 0. A cycle that brings two states no further apart has one such state alone
+ * where its derivative N has no eigenvalue of 1: what is found there is where passes tend to. */
+static Py_ssize_t solve_slider(const Round *c, double top, double small, double *g)
+{
+    for (Py_ssize_t turn = 1; turn <= 12; turn++) {
+        double N[4] = {1.0, 0.0, 0.0, 1.0}, *end = c->trace + 14 * c->samples;
+        trace_slider(c, top, g);
+        for (Py_ssize_t k = 1; k <= c->samples; k++) {
+            if (c->stuck[k]) continue;
+            double(*map)[6] = map_of(c, k), n[4] = {N[0], N[1], N[2], N[3]};
+            for (int r = 0; r < 2; r++)
+                for (int m = 0; m < 2; m++) N[2 * r + m] = map[r][0] * n[m] + map[r][1] * n[2 + m];
+        }
+        double a = 1.0 - N[0], b = -N[1], p = -N[2], q = 1.0 - N[3], det = a * q - b * p;
+        double x = end[0] - g[0], y = end[1] - g[1];
+        if (!(det > 1e-8)) return 0;
+        double dx = (q * x - b * y) / det, dy = (a * y - p * x) / det;
+        if (hypot(dx, dy) <= small) return turn;
+        g[0] = end[0] + N[0] * dx + N[1] * dy;
+        g[1] = end[1] + N[2] * dx + N[3] * dy;
+        double radius = top - c->d[c->root], size = hypot(g[0], g[1]);
+        for (int r = 0; r < 2 && size > radius; r++) g[r] *= fmax(radius, 0.0) / size;
+    }
+    return 0;
+}
+
+/* Passes of a slider until its state at the root, which is left in g with its trace, changes by so
+ * little that it is within `small` of where it tends to; 0 if that takes more than `most`. */
+static Py_ssize_t settle_slider(const Round *c, double top, double small, double rounding,
+                                Py_ssize_t most, double *g)
+{
+    double root[2] = {0.0, 0.0}, change = 0.0;
+    g[0] = g[1] = 0.0;
+    step_slider(c, c->strides, top, g, NULL);
+    for (Py_ssize_t pass = 1; pass < most; pass++) {
+        root[0] = g[0];
+        root[1] = g[1];
+        for (Py_ssize_t k = 1; k <= c->samples; k++) step_slider(c, c->strides + k, top, g, NULL);
+        double moved = hypot(g[0] - root[0], g[1] - root[1]);
+        /* What is left of a change that shrinks as it did, or as the inverse cube of passes. */
+        double ratio = moved / change;
+        int there = pass > 1 && ratio < 1.0 && 2.0 * moved * ratio <= small * (1.0 - ratio);
+        change = moved;
+        if (moved <= rounding || there) {
+            trace_slider(c, top, g);
+            return pass + 1;
+        }
+        if (pass == 1) {
+            double solved[2] = {g[0], g[1]};
+            Py_ssize_t turns = solve_slider(c, top, small, solved);
+            if (turns) {
+                memcpy(g, solved, sizeof(solved));
+                return 2 + turns;
+            }
+        }
+    }
+    return 0;
+}
+
 /* Derivatives of a slider's state at the root: what its cycle leaves, or, where it does not slip in
  * it, what the passes before left. */
-static void derive_start(const Round *c, double rest, double top, Py_ssize_t passes, double *start)
+static void derive_start(const Round *c, double top, Py_ssize_t passes, double *start)
 {
     double N[4] = {1.0, 0.0, 0.0, 1.0}, *B = c->begin;
     size_t bytes = 2 * (size_t)c->columns * sizeof(double);
@@ -303,20 +359,17 @@ static void derive_start(const Round *c, double rest, double top, Py_ssize_t pas
         }
         return;
     }
-    double last_x[2] = {0.0, 0.0}, last_d = rest, g[2] = {0.0, 0.0}, map[2][6];
+    double g[2] = {0.0, 0.0}, map[2][6];
     memset(B, 0, bytes);
     last = from = -1;
     for (Py_ssize_t k = 0; k <= (passes - 1) * c->samples; k++) {
-        Py_ssize_t t = sample_of(c, k % c->samples);
-        if (!step_slider(c, t, last_x, last_d, top, g, map)) {
+        Py_ssize_t t = sample_of(c, k % c->samples), stride = k ? (k - 1) % c->samples + 1 : 0;
+        if (!step_slider(c, c->strides + stride, top, g, map)) {
             move_along(c, from, last, B);
             take_map(c, t, last, map, N, B);
             from = t;
         }
         last = t;
-        last_x[0] = c->x[2 * t];
-        last_x[1] = c->x[2 * t + 1];
-        last_d = c->d[t];
     }
     move_along(c, from, last, B);
     memcpy(start, B, bytes);
@@ -368,29 +421,32 @@ static void add_slider(const Round *c, double w, const double *settled, double *
 
 /* Settled cycles of nodes that share the sliders, with derivatives along directions: (nodes,
  * samples, 2, 2 places + steps) by those of each part of the place and of the separation. A cycle
- * begins where step + |place| is largest, with a straight path from rest; each slider is passed
+ * begins where step + |place| is largest, with a straight path from rest; each slider is taken around
  * until it has settled, all together to `small`, or `most` times: then `passes` is negative. */
 static int run_vector_cycle(const Argument *a, Result *out)
 {
-    enum { PLACE, STEP, REST, SAMPLES, TOPS, WEIGHTS, LAY, BY_PLACE, PLACES, BY_STEP, STEPS, MOST, SMALL,
-           VALUE, SLOPES, PASSES };
+    enum { PLACE, STEP, REST, SAMPLES, TOPS, WEIGHTS, LAY, BY_PLACE, PLACES, BY_STEP, STEPS, MOST,
+           SMALL, VALUE, SLOPES, PASSES };
     Py_ssize_t samples = a[SAMPLES].n, places = a[PLACES].n, steps = a[STEPS].n, most = a[MOST].n;
     Py_ssize_t sliders = a[TOPS].n, nodes = a[PASSES].n, n = nodes * samples;
     Py_ssize_t columns = 2 * places + steps, width = 2 * columns;
     if (samples < 1 || places < 0 || steps < 0 || a[PLACE].n < 2 * n || a[STEP].n < n ||
         a[REST].n < nodes || a[WEIGHTS].n < sliders || a[BY_PLACE].n < samples * places ||
-        a[BY_STEP].n < samples * steps || (a[LAY].reals && a[LAY].n < 4) || a[VALUE].n < 2 * n || a[SLOPES].n < n * width)
+        a[BY_STEP].n < samples * steps || (a[LAY].reals && a[LAY].n < 4) ||
+        a[VALUE].n < 2 * n || a[SLOPES].n < n * width)
         return TOO_SHORT;
     size_t sums = (size_t)((samples + 1) * (width + 3));
     size_t doubles = sums + 2 * (size_t)width + 14 * ((size_t)samples + 1);
-    double *memory = malloc(doubles * sizeof(double) + (size_t)samples + 1);
+    size_t bytes = doubles * sizeof(double) + ((size_t)samples + 1) * sizeof(Stride);
+    double *memory = malloc(bytes + (size_t)samples + 1);
     if (!memory) return NO_MEMORY;
-    const double *tops = a[TOPS].reals, *weights = a[WEIGHTS].reals;
+    const double *tops = a[TOPS].reals, *weights = a[WEIGHTS].reals, rested[2] = {0.0, 0.0};
     double *start = memory + sums, whole = 0.0;
     for (Py_ssize_t j = 0; j < sliders; j++) whole += weights[j];
-    Round c = {.u = a[BY_PLACE].reals, .v = a[BY_STEP].reals, .lay = a[LAY].reals, .samples = samples, .places = places,
+    Round c = {.u = a[BY_PLACE].reals, .v = a[BY_STEP].reals, .lay = a[LAY].reals,
+               .strides = (Stride *)(memory + doubles), .samples = samples, .places = places,
                .steps = steps, .columns = columns, .runs = memory, .begin = start + width,
-               .trace = start + 2 * width, .stuck = (char *)(memory + doubles),
+               .trace = start + 2 * width, .stuck = (char *)memory + bytes,
                .held = memory + (samples + 1) * width,
                .shares = memory + (samples + 1) * (width + 2)};
     for (Py_ssize_t i = 0; i < nodes; i++) {
@@ -407,19 +463,25 @@ static int run_vector_cycle(const Argument *a, Result *out)
                 c.root = t;
             }
         }
+        Py_ssize_t last = c.root;
+        c.strides[0] = make_stride(rested, a[REST].reals[i], c.x + 2 * last, c.d[last]);
+        for (Py_ssize_t k = 1; k <= samples; k++) {
+            Py_ssize_t t = k < samples ? sample_of(&c, k) : c.root;
+            c.strides[k] = make_stride(c.x + 2 * last, c.d[last], c.x + 2 * t, c.d[t]);
+            last = t;
+        }
         memset(memory, 0, sums * sizeof(double));
         for (Py_ssize_t j = 0; j < sliders; j++) {
-            double g[2], rest = a[REST].reals[i];
+            double g[2];
             if (!(tops[j] > nearest)) continue; /* it never touches */
-            Py_ssize_t passes = settle_slider(&c, rest, tops[j], a[SMALL].x / whole,
+            Py_ssize_t passes = settle_slider(&c, tops[j], a[SMALL].x / whole,
                                               size + 1e-15 * fabs(tops[j]), most, g);
             if (!passes) {
                 longest = 0;
                 break;
             }
             if (passes > longest) longest = passes;
-            trace_slider(&c, tops[j], g);
-            if (columns) derive_start(&c, rest, tops[j], passes, start);
+            if (columns) derive_start(&c, tops[j], passes, start);
             add_slider(&c, weights[j], g, start);
         }
         a[PASSES].integers[i] = longest ? longest : -(long long)most;

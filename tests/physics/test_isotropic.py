@@ -362,3 +362,23 @@ def test_a_settled_cycle_is_that_of_many_periods() -> None:
             state.commit()
     off = np.abs(np.stack(force, axis=1) - wanted) / np.abs(wanted).max()
     assert off.max() < 3e-5  # of the inverse square of the periods
+
+
+def test_cycles_that_hardly_leave_a_slider_are_those_of_many_periods() -> None:
+    """Each period brings such a slider on by little, and Newton's method all the way."""
+    pressed = ms.JointField(JOINT.surface, 0.3, areas=1e-5, pressures=[5e6] * 3)
+    two = pressed.two_directions(8)
+    t = 2.0 * np.pi * np.arange(32) / 32
+    sizes = np.geomspace(1e-7, 9e-7, 60)[[13, 24, 31], None, None]
+    path = sizes * np.stack((np.cos(t), 0.8 * np.sin(t)), axis=1)
+    cycle = two.periodic(path, tolerance=1e-10)
+    assert cycle.passes.max() < 12
+    state, off = two.start(), []
+    for _ in range(400):
+        force = []
+        for k in range(32):
+            force.append(state.try_(path[:, k]).force)
+            state.commit()
+        off.append(np.abs(np.stack(force, axis=1) - cycle.force).max() / np.abs(cycle.force).max())
+    assert off[40] > 1e-7
+    assert off[-1] < 1e-10

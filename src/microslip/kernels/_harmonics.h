@@ -102,8 +102,10 @@ static double find_time(const Motion *m, int order, double wanted, int rising, d
         else low = t;
         double next = slope != 0.0 ? t - value / slope : low - 1.0;
         if (!(next > low && next < high)) next = 0.5 * (low + high);
-        if (fabs(next - t) <= 4e-16 * fmax(fabs(t), 1.0)) break;
+        double move = fabs(next - t), small = 4e-16 * fmax(fabs(t), 1.0);
+        if (move <= small) break;
         t = next;
+        if (order == 0 && fabs(a) * move * move <= small * fabs(v)) break; /* what is left of it */
     }
     return t;
 }

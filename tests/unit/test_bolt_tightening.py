@@ -7,8 +7,11 @@ import pytest
 
 import microslip as ms
 from microslip.results.predicted.preview import preview
+from microslip.results.structure.bolts import force_rows
+from microslip.runs.structure import keys_of_model
 from microslip.structures.bolt_tightening import ClampedBolt, Thread, proof_stress, tension_band
-from microslip.study.draws import Design
+from microslip.study.build import build_surface
+from microslip.study.draws import Design, at_middle
 
 # Fine threads by VDI 2230 (2001): diameter, pitch [mm], mu, F_M [kN] of 8.8, 10.9 and 12.9.
 PRINTED = (
@@ -116,6 +119,78 @@ pressure = { kind = "bolt", size = "M8", plates = ["10 mm", "10 mm"], grade = "8
         assert most == pytest.approx(18.6e3 / 0.9, rel=5e-3)
 
 
+FACE = """
+schema = 1
+[surface]
+law = "rough"
+materials = ["steel-c45", "al2017"]
+rq = "1.6 um"
+roll_off = "0.8 mm"
+shortest = "8 um"
+area = "40 cm^2"
+[joint]
+friction_coefficient = 0.3
+pressure = { kind = "bolt", size = "M8", count = 4, plates = ["8 mm", "12 mm"], MORE }
+"""
+
+
+def resiliences(plates: tuple[tuple[float, float], ...]) -> tuple[float, float]:
+    """Of an M8 and of its plates, as discs of two whole cones, summed up [m/N]."""
+    length, core = sum(t for t, _ in plates), 0.008 - 1.22687 * 1.25e-3
+    bolt = 0.9 * 0.008 / (np.pi / 4 * 0.008**2) + (length + 0.004) / (np.pi / 4 * core**2)
+    y = 1.0 + 1.2 * length / 0.01163
+    slope = 0.362 + 0.032 * np.log(length / 2 / 0.01163) + 0.153 * np.log(y)
+    z = (np.arange(20000) + 0.5) / 20000 * 0.5 * length
+    discs = 1.0 / (np.pi / 4 * ((0.01163 + 2.0 * z * slope) ** 2 - 0.009**2))
+    compliance = sum(t / e for t, e in plates) / length
+    return bolt / 205e9, length * float(discs.mean()) * compliance
+
+
+def test_what_embeds_and_what_pulls_in_a_study() -> None:
+    """F_K = F_M - f_Z/(dS + dP) - (1 - Phi) F_A by hand, in the middle, in draws and told."""
+    more = 'torque = "20 N m", grade = "8.8", embedding = EMBEDDED, axial_load = "2 kN"'
+    text = FACE.replace("MORE", more)
+    study = ms.Study.from_toml(text.replace("EMBEDDED", '"8 um"'))
+    bolt, plates = resiliences(((0.008, 210e9), (0.012, study.material["al2017"].young_modulus)))
+    factor = 0.5 * plates / (bolt + plates)
+    left = 12500.0 - 8e-6 / (bolt + plates) - (1.0 - factor) * 2000.0
+    assert study.joint.normal_load == pytest.approx((4 * left,), rel=1e-4)
+    assert study.joint.pressure.bolt_forces.load_factor == pytest.approx(factor, rel=1e-4)
+    assert build_surface(study).tightening_load == pytest.approx(4 * 12500.0)  # before any of it
+    (note,) = [n for n in preview(study).data["notes"] if "each bolt" in n]
+    assert "12.50 kN, 9.615 kN to 15.38 kN by a tightening factor of 1.6" in note
+    assert f"left between the plates, a bolt {1e-3 * left:.3f} kN" in note
+    scattered = ms.Study.from_toml(text.replace("EMBEDDED", '{ low = "4 um", high = "12 um" }'))
+    design = Design(scattered)
+    places = {one.key.rpartition(".")[2]: i for i, one in enumerate(design.inputs)}
+    for sign, tightened in ((-1.0, 12500.0 * 2 / 2.6), (1.0, 12500.0 * 3.2 / 2.6)):
+        scores = np.zeros(len(design.inputs))
+        scores[[places["torque"], places["embedding"]]] = sign * 9.0, -sign * 9.0
+        drawn = tightened - (8e-6 - sign * 4e-6) / (bolt + plates) - (1.0 - factor) * 2000.0
+        assert design.at(scores).joint.normal_load == pytest.approx((4 * drawn,), rel=1e-4)
+    # By the table: 3 + 2 * 2.5 + 1.5 um below an Rz of 10 um; and a Phi of the user's own.
+    own = 'preload = "12.5 kN", rz = "6.3 um", axial_load = "2 kN", load_factor = 0.2'
+    found = ms.Study.from_toml(FACE.replace("MORE", own)).joint.normal_load[0]
+    assert found == pytest.approx(4 * (12500.0 - 9.5e-6 / (bolt + plates) - 1600.0), rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("more", "says"),
+    [
+        ('preload = "12 kN", rz = "6 um", embedding = "8 um"', "wanted embedding or rz, got both"),
+        ('preload = "1 kN", embedding = "8 um"', "wanted bolts that still press"),
+        ('preload = "9 kN", load_factor = 0.1', "load_factor: wanted only beside axial_load"),
+        ('rz = "6 um"', "rz: wanted only beside preload or torque"),
+    ],
+)
+def test_what_bolts_of_a_study_refuse(more: str, says: str) -> None:
+    text = FACE.replace("MORE", more)
+    if "load =" not in more.replace("_load", ""):
+        text = text.replace("[joint]", '[joint]\nnormal_load = "9 kN"')
+    with pytest.raises(ms.StudyError, match=says):
+        ms.Study.from_toml(text)
+
+
 BEAM = """
 schema = 1
 [surface]
@@ -171,6 +246,23 @@ def test_a_study_by_size_and_torque() -> None:
     assert set(keys) >= {
         "surface.stiffness_factor", "joint.friction_coefficient", "structure.bolts.torque",
     }  # fmt: skip
+    embedded = BEAM.replace("MU", "0.3") + 'embedding = { low = "4 um", high = "12 um" }\n'
+    design = Design(ms.Study.from_toml(embedded))
+    bolt, plates = resiliences(((0.0254, 210e9),))
+    lost = 8e-6 / (bolt + plates)
+    np.testing.assert_allclose(at_middle(design.study).structure.tension, 12500.0 - lost, rtol=1e-4)
+    scores = np.where([one.key.endswith("embedding") for one in design.inputs], 9.0, 0.0)
+    np.testing.assert_allclose(design.at(scores).structure.tension, 12500.0 - 1.5 * lost, rtol=1e-4)
+    assert keys_of_model(design.study, design.changed_keys) == []  # no mesh anew
+    rows = dict(force_rows(design.study.structure.bolt_forces))
+    assert rows["Lost after tightening"].startswith(f"{1e-3 * lost:.2f} kN")
+    with pytest.raises(ms.StudyError, match="missing; rz wants the resilience of a size"):
+        ms.Study.from_toml(
+            BEAM.replace("MU", "0.3").replace(
+                'size = "M8"\ngrade = "8.8"',
+                'shank = "8 mm"\nhole = "9 mm"\nwasher = "12 mm"\nthread = "8 mm"\nrz = "6 um"',
+            )
+        )
     wide = ms.Study.from_toml(f"{BEAM.replace('MU', '0.3')}tightening_factor = 2.0\n")
     band = Design(wide).spreads["structure.bolts.torque"]
     assert (band.low, band.high) == pytest.approx((20.0 * 2 / 3, 20.0 * 4 / 3))

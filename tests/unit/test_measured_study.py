@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections import OrderedDict
+
 import numpy as np
 import pytest
 
 import microslip as ms
+from microslip.normal import measured_face
 from microslip.scans import random_surface
 from microslip.study.build import build_surface
 
@@ -50,8 +53,12 @@ def study(tmp_path):
     return loaded
 
 
-def test_a_study_is_what_python_makes_of_the_scan(study) -> None:
-    result = study().run()
+def test_a_study_is_what_python_makes_of_the_scan(study, monkeypatch) -> None:
+    monkeypatch.setattr(measured_face, "_remembered", OrderedDict())
+    shares: list[float] = []
+    result = study(("piece = 48", "piece = 48\ncoarser = true")).run(shares.append)
+    assert shares == sorted(shares)
+    assert sum(0.0 < share < 0.8 for share in shares) > 20  # while it is solved, and solved again
     steel = ms.Material(210e9, 0.3, hardness=2.5e9)
     how = {"area": 2e-4, "piece": 48}
     law = study.face.to_contact(ms.MaterialPair(steel, steel), tightening_pressure=1e8, **how)

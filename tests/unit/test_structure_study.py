@@ -360,7 +360,10 @@ def test_a_study_tells_how_good_its_model_is(folder: Path) -> None:
     )
     text = text.replace("{ low = 0.0, high = 1.0 }", "0.5")
     text = text.replace('{ mean = "5 kN", cv = 0.15 }', '"5 kN"')
-    result = ms.Study.from_toml(text, folder=folder).run()
+    shares: list[float] = []
+    result = ms.Study.from_toml(text, folder=folder).run(shares.append)
+    assert shares == sorted(shares)
+    assert sum(0.2 < share < 0.5 for share in shares) > 5  # while its patches are refined
     assert result.structure is not None
     found, mode = result.structure.convergence, result.structure.modes[0]
     assert found is not None

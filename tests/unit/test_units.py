@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 import microslip as ms
 from microslip._core import units
+from microslip._core.units import CLAMPING, FORCE, QuantityError, to_si
 
 
 @pytest.mark.parametrize("prefix", list(units._PREFIX))
@@ -24,3 +27,21 @@ def test_units_in_python() -> None:
     assert ms.units("69 GPa") == 69e9
     assert ms.units("100 1/mm^2") == 1e8
     assert ms.units("-0.3 um") == -3e-7
+
+
+def test_a_load_by_the_torque_of_bolts(tmp_path: Path) -> None:
+    """N M/(K d) by hand, of commands and records alone; what is missing is said in one line."""
+    for text, load in (("20 N m on 4 M8, K 0.2", 5e4), ("30 Nm on M10, K=.15", 2e4)):
+        assert to_si(text, CLAMPING, "500 N") == pytest.approx(load, rel=1e-12)
+        with pytest.raises(QuantityError, match="wanted a force"):
+            to_si(text, FORCE, "500 N")
+    for text in ("20 N m", "20 N m on M8", "20 N m on 4 M8, K 0.0", "20 N m on bolts, K 0.2"):
+        with pytest.raises(QuantityError, match="a torque needs its bolts and their nut factor K"):
+            to_si(text, CLAMPING, "500 N")
+    with pytest.raises(QuantityError, match="wanted a torque"):
+        to_si("20 mm on M8, K 0.2", CLAMPING, "500 N")
+    (tmp_path / "cycles.csv").write_text(
+        "displacement [um],force [N]\n" + "".join(f"{i % 7},{i % 5}\n" for i in range(40))
+    )
+    record = ms.Record.read(tmp_path / "cycles.csv", normal_load="20 N m on M8, K 0.2")
+    assert record.normal_load == pytest.approx(12500.0)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from decimal import Decimal, DecimalException
 from functools import lru_cache
 from typing import Any, Literal
@@ -56,6 +56,7 @@ class Kind:
     unit: str
     usual: tuple[str, ...]
     pattern: str = ""  # of its units, where not all of its dimension are taken
+    by_torque: bool = False  # whether bolts with a torque say it, too
 
     @property
     def with_article(self) -> str:
@@ -67,6 +68,7 @@ LENGTH = Kind("length", "m", ("nm", "um", "µm", "mm", "cm", "m", "micron", "in"
 AREA = Kind("area", "m^2", ("um^2", "mm^2", "cm^2", "m^2", "in^2"))
 VOLUME = Kind("volume", "m^3", ("um^3", "mm^3", "cm^3", "m^3"))
 FORCE = Kind("force", "N", ("mN", "N", "kN", "MN", "lbf", "kgf"))
+CLAMPING = replace(FORCE, by_torque=True)
 PRESSURE = Kind(
     "pressure", "Pa", ("Pa", "kPa", "MPa", "GPa", "TPa", "N/mm^2", "N/m^2", "psi", "ksi", "bar")
 )
@@ -121,7 +123,7 @@ _NAMED_DIMENSIONS = (
     ("Hz", "a frequency"),
     ("m/s", "a velocity"),
     ("m/s^2", "an acceleration"),
-    ("J", "an energy"),
+    ("J", "an energy or a torque"),
     ("W", "a power"),
     ("K", "a temperature"),
     ("A", "a current"),
@@ -139,6 +141,8 @@ def to_si(raw_value: object, kind: Kind, example: str, sign: Sign = "positive") 
     if not isinstance(raw_value, str):
         raise QuantityError(message + show(raw_value))
     came = show(raw_value)
+    if kind.by_torque and (load := _of_bolts(raw_value)) is not None:
+        return load
     number = _NUMBER.match(raw_value.replace("\N{MINUS SIGN}", "-"))
     if number is None:
         raise QuantityError(
@@ -157,6 +161,27 @@ def to_si(raw_value: object, kind: Kind, example: str, sign: Sign = "positive") 
     if value and not SMALLEST < abs(value) < LARGEST:
         raise QuantityError(f"{message}{came} (outside 1e-40 … 1e40)")
     return value
+
+
+_ON_BOLTS = re.compile(r"\s+on\s+(?:(\d{1,4})\s+)?M(\d{1,3})\s*,\s*K\s*=?\s*(\d?\.\d{1,6})\s*")
+
+
+def _of_bolts(text: str) -> float | None:
+    """Load [N] of bolts by their torque, n M/(K d): "20 N m on 4 M8, K 0.2"; None of no torque."""
+    torque, on, _ = text.partition(" on ")
+    try:
+        value = to_si(torque, TORQUE, "20 N m")
+    except QuantityError:
+        if on:
+            raise
+        return None
+    bolts = _ON_BOLTS.fullmatch(text[len(torque) :])
+    if bolts is None or 0.0 in (size := (float(bolts[2]), float(bolts[3]))):
+        raise QuantityError(
+            "a torque needs its bolts and their nut factor K (0.2 for dry steel), such as "
+            f'"20 N m on 4 M8, K 0.2", got {show(text)}'
+        )
+    return int(bolts[1] or 1) * value / (1e-3 * size[0] * size[1])
 
 
 def times(number: str, factor: Decimal) -> float:
@@ -235,6 +260,8 @@ def factor_of(unit: str, kind: Kind, message: str) -> Decimal:
             raise QuantityError(
                 f"{message} (no force over an area: turn it into HB or HV, as ISO 18265 does)"
             )
+    if kind is TORQUE:  # which is a yarn count to pint
+        unit = unit.replace("Nm", "N m")
     usual = {text.casefold(): text for text in kind.usual}
     near = usual.get(unit.casefold().replace(" ", ""))
     parsed = _parse(unit)

@@ -12,7 +12,7 @@ from microslip._core.units import AREA, LENGTH, MASS_DENSITY
 from microslip.cli.group import OneOf, echo_json
 from microslip.cli.options import flag, offers, output_option, switch
 from microslip.cli.studies import overridable, study_argument
-from microslip.cli.work import progress, stoppable
+from microslip.cli.work import Report, progress, stoppable
 
 if TYPE_CHECKING:
     from microslip.results import Study
@@ -115,14 +115,14 @@ def export(
     """
     of_card = {name: options.pop(name) for name in (item.name for item in _CARD_OPTIONS)}
     of_card = {name: value for name, value in of_card.items() if value is not None}
-    with stoppable(), progress("Exporting"):
+    with stoppable(), progress("Exporting") as report:
         from microslip.export import write
         from microslip.results import Study
         from microslip.study.uncertain import spreads_of
 
         described = Study.load(study, overrides)
         unsure = [key for key, _ in spreads_of(described)]
-        law, pairs = _law(described, kind, nodes, options["element"])
+        law, pairs = _law(described, kind, nodes, options["element"], report)
         if kind == "card":
             _write_card(law, file, overwrite, options["name"], of_card, as_json)
             return
@@ -177,7 +177,9 @@ def _write_card(
     click.echo(f"This kind of card: {done.run}.")
 
 
-def _law(study: Study, kind: str, nodes: str | None, element: str) -> tuple[Any, Any]:
+def _law(
+    study: Study, kind: str, nodes: str | None, element: str, report: Report
+) -> tuple[Any, Any]:
     """Law of a study to export, and the nodes that it lies between."""
     from microslip.errors import StudyError
     from microslip.friction import Interface, JointField
@@ -194,7 +196,7 @@ def _law(study: Study, kind: str, nodes: str | None, element: str) -> tuple[Any,
             "where it varies, kind c with --element contact, state.try_(displacement, "
             "separation=...) in Python and the contact element of microslip.hosts.pyharm hold it"
         )
-    joints = build_joints(study)
+    joints = build_joints(study, None, report)
     if len(joints) > 1:
         loads = ", ".join(f"{joint.normal_load:g}" for joint in joints)
         raise StudyError(

@@ -136,13 +136,13 @@ def check(study: Path, overrides: tuple[str, ...], as_json: bool) -> None:
 
     Exit code 0 says that predict will run; doubtful assumptions are shown and are no error.
     """
-    with stoppable(), progress("Checking"):
+    with stoppable(), progress("Checking") as report:
         from microslip.results.predicted.preview import next_step, preview
         from microslip.study.description import StudyDescription
         from microslip.study.draws import check_draws
 
         description = StudyDescription.load(study, overrides)
-        look = preview(description)
+        look = preview(description, report)
         check_draws(description)
     if as_json:
         echo_json(look.data)

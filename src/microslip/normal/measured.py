@@ -143,17 +143,18 @@ class MeasuredContact(TabulatedNormalLaw):
             face, pressure / modulus, bound / modulus, pair.stiffness_ratio, piece, loads, lightest,
             bool(own_tightening),
         )  # fmt: skip
+        first_half, second_half = _halves(progress) if coarser else (progress, None)
         if cache is None:
-            solution = task.solved(workers, progress)
+            solution = task.solved(workers, first_half)
         else:
-            solution = cached(task, cache, workers, progress)
+            solution = cached(task, cache, workers, first_half)
         if solution.pixels < FEWEST_POINTS:
             raise InputError(
                 f"`tightening_pressure` must bring at least {FEWEST_POINTS} points into contact, "
                 f"got {solution.pixels} of {face.heights.size} under {pressure:.4g} Pa: a larger "
                 "scan, a smaller pixel, or a longer short-wave cut-off"
             )
-        changes = _resolution(task, solution, workers) if coarser else {}
+        changes = _resolution(task, solution, workers, second_half) if coarser else {}
         area = face.area if area is None else positive("area", area, "m^2", 1e-4)
         numbers = dataclasses.replace(_numbers(task, solution, pressure, bound), **changes)
         self._set(solution, numbers, pair, area, direction)
@@ -505,7 +506,19 @@ def _numbers(task: Task, solution: FaceSolution, pressure: float, bound: float) 
     )
 
 
-def _resolution(task: Task, solution: FaceSolution, workers: int) -> dict[str, Any]:
+def _halves(progress: Progress | None) -> tuple[Progress | None, Progress | None]:
+    """Progress of one half, and of the other."""
+    if progress is None:
+        return None, None
+    return (
+        lambda done, total: progress(done, 2 * total),
+        lambda done, total: progress(total + done, 2 * total),
+    )
+
+
+def _resolution(
+    task: Task, solution: FaceSolution, workers: int, progress: Progress | None
+) -> dict[str, Any]:
     """Stiffness at the heaviest load from every second point, and without the short waves.
 
     Each over that of all, None where such a face does not bear the pressure; and where waves end.
@@ -519,7 +532,8 @@ def _resolution(task: Task, solution: FaceSolution, workers: int) -> dict[str, A
     ):
         scale = task.face.pixel[0] / face.pixel[0]  # slopes are pressures over E* a pixel
         try:
-            other = task._replace(face=face, piece=piece).solved(workers, None)
+            last = progress if name == "smoother" else None  # the other has a quarter of the points
+            other = task._replace(face=face, piece=piece).solved(workers, last)
         except InputError:
             changes[name] = None
         else:

@@ -32,6 +32,7 @@ from microslip.structures import Oscillator
 from microslip.study.build import blame, build_joints, check_loads
 from microslip.study.description import StudyDescription
 from microslip.study.draws import at_middle, is_uncertain
+from microslip.study.measured_face import MeasuredFace
 from microslip.study.schema import LoadVariation, OscillatorPart
 
 DEFAULT_AMPLITUDES = (0.1, 0.3, 1.0, 10.0)
@@ -98,10 +99,13 @@ def _scattered(
     study: StudyDescription, progress: Progress | None, workers: int
 ) -> tuple[Prediction, Defaults]:
     """The study at its middle, and the bands about it."""
-    result, defaults = _computed(at_middle(study))
+    begin = _solving(study)
+    result, defaults = _computed(at_middle(study), _part(progress, 0, 1, 0.0, begin))
     first = result.rows[0]
     fixed_study = with_amplitudes(study, first.amplitude, result.curves[0].amplitude)
-    bands = scatter(fixed_study, variables(result), _variables, workers, progress)
+    bands = scatter(
+        fixed_study, variables(result), _variables, workers, _part(progress, 0, 1, begin, 1.0)
+    )
     return replace(result, study=study, scatter=bands), defaults
 
 
@@ -132,7 +136,9 @@ def _computed(
     study: StudyDescription, progress: Progress | None = None
 ) -> tuple[Prediction, Defaults]:
     """All but the structure and the summary."""
-    joints = build_joints(study)
+    begin = _solving(study)
+    joints = build_joints(study, None, _part(progress, 0, 1, 0.0, begin))
+    progress = _part(progress, 0, 1, begin, 1.0)
     check_loads(study, joints)
     defaults = Defaults.of(study, joints)
     amplitudes, grid = _amplitudes(study, defaults), _grid(study, defaults)
@@ -174,6 +180,11 @@ def _computed(
         varying=tuple(varying),
     )
     return result, defaults
+
+
+def _solving(study: StudyDescription) -> float:
+    """Share of a run until its surface is known: long of a face that is solved point by point."""
+    return 0.8 if isinstance(study.surface, MeasuredFace) else 0.0
 
 
 def _part(progress: Progress | None, index: int, count: int, begin: float, end: float) -> Progress:

@@ -38,6 +38,7 @@ from microslip.structures.reduction_convergence import refined
 from microslip.study.build import blame, build_surface
 from microslip.study.description import StudyDescription
 from microslip.study.draws import Design, at_middle, is_uncertain
+from microslip.study.measured_face import MeasuredFace
 from microslip.study.modal_tests import MeasuredPart
 from microslip.study.structure import StructurePart
 from microslip.study.uncertain import Spread, value_at
@@ -48,11 +49,13 @@ _NAMES = {
     "joint.friction_coefficient": "friction coefficient",
     "structure.bolts.tension": "bolt tension",
     "structure.bolts.torque": "bolt torque",
+    "structure.bolts.embedding": "embedding of the bolts",
     "structure.form.factor": "factor on the form",
     "structure.base_damping_ratio": "base damping ratio",
 }
 _OF_LAWS = ("bolts.tension", "bolts.torque", "bolts.nut_factor", "bolts.thread_friction",
-            "bolts.bearing_friction", "form.factor", "base_damping_ratio")  # fmt: skip
+            "bolts.bearing_friction", "bolts.embedding", "bolts.rz", "bolts.clamp_length",
+            "form.factor", "base_damping_ratio")  # fmt: skip
 """Keys of a structure that leave its reduced model as it is."""
 _SIDES = ["structure.lap", "structure.width"]
 BASE = "structure.base_damping_ratio"
@@ -67,14 +70,16 @@ def run(study: StudyDescription, progress: Progress | None = None) -> StructureP
     middle = at_middle(study)
     part = middle.structure
     assert part is not None  # who calls has looked
-    joint = refined_model(middle)
+    if isinstance(middle.surface, MeasuredFace):
+        build_surface(middle, lambda share: tell(0.1 * share))  # kept: the same face is solved once
+    joint = refined_model(middle, lambda share: tell(0.1 + 0.1 * share))
     tell(0.2)
     with blame(study, "structure"):
         formed, state = tightened(middle, joint)
     convergence = None
     if part.converge:
         with blame(study, "structure.converge"):
-            convergence = _converged(middle, joint, state)
+            convergence = _converged(middle, joint, state, lambda share: tell(0.2 + 0.3 * share))
             joint = convergence.joint
             formed, state = tightened(middle, joint)
     with blame(study, "structure.sensor"):
@@ -153,7 +158,7 @@ def _reduced(study: StudyDescription, patches: Floats | None = None) -> ReducedJ
         return part.reducer(materials, study.surface.materials[0]).reduce(**reduction)
 
 
-def refined_model(study: StudyDescription) -> ReducedJoint:
+def refined_model(study: StudyDescription, progress: Progress | None = None) -> ReducedJoint:
     """The same; without given patches those are halved where the first mode loses most."""
     part = study.structure
     assert part is not None  # who calls has looked
@@ -171,10 +176,13 @@ def refined_model(study: StudyDescription) -> ReducedJoint:
             part.amplitudes[-1:],
             quantity=part.quantity,
             reduction={**part.reduction, "form": form},
+            progress=progress,
         )
 
 
-def _converged(study: StudyDescription, joint: ReducedJoint, state: Preload) -> Convergence:
+def _converged(
+    study: StudyDescription, joint: ReducedJoint, state: Preload, progress: Progress
+) -> Convergence:
     """The model refined for the first mode, from the least to the largest amplitude."""
     part = study.structure
     assert part is not None  # who calls has looked
@@ -186,6 +194,7 @@ def _converged(study: StudyDescription, joint: ReducedJoint, state: Preload) -> 
         build_surface(study),
         float(study.joint.friction_coefficient),
         np.unique(reached[[0, reached.size // 2, -1]]),
+        progress,
     )
 
 

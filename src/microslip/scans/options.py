@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from microslip._core.parameters import REQUIRED, option
-from microslip._core.units import ANGLE, AREA, FORCE, LENGTH
+from microslip._core.units import ANGLE, AREA, CLAMPING, LENGTH
 from microslip.readers.files import LIMIT as LIMIT
 
 LEVELS = ("plane", "quadratic", "cylinder", "lines", "mean")
@@ -117,8 +117,8 @@ BODIES = option(
 )
 LOAD = option(
     "normal_load",
-    "Normal load of that joint on its apparent area.",
-    FORCE,
+    'Normal load of that joint on its apparent area; or of bolts, "20 N m on 4 M8, K 0.2".',
+    CLAMPING,
     example="500 N",
     flag="load",
     metavar="FORCE",

@@ -160,12 +160,57 @@ class ClampedBolt:
         """Phi = n delta_P/(delta_S + delta_P) [-]: what the bolt bears of an axial load."""
         return introduction * self.plate_resilience / (self.resilience + self.plate_resilience)
 
+    def loss(self, embedding: float) -> float:
+        """F_Z = f_Z/(delta_S + delta_P) [N]: tension lost as all faces embed by f_Z [m]."""
+        return embedding / (self.resilience + self.plate_resilience)
+
     def embedding_loss(self, rz: float, interfaces: int = 1) -> float:
         """Preload [N] lost as faces embed, by their roughness Rz [m] and the inner interfaces."""
-        rz = positive("rz", rz, "m", 6.3e-6)
-        row = next((row for row in _EMBEDDING if rz < row[0]), None)
-        if row is None:
-            raise InputError(f"`rz` must be below 160 um, where the table ends, got {exact(rz)} m")
-        _, thread, bearing, inner = row
-        embedded = 1e-6 * (thread + 2.0 * bearing + interfaces * inner)
-        return embedded / (self.resilience + self.plate_resilience)
+        return self.loss(embedding_of(rz, interfaces))
+
+
+def embedding_of(rz: float, interfaces: int = 1) -> float:
+    """f_Z [m] of VDI 2230's table: of the thread, two bearing faces and the inner interfaces."""
+    rz = positive("rz", rz, "m", 6.3e-6)
+    row = next((row for row in _EMBEDDING if rz < row[0]), None)
+    if row is None:
+        raise InputError(f"`rz` must be below 160 um, where the table ends, got {exact(rz)} m")
+    _, thread, bearing, inner = row
+    return 1e-6 * (thread + 2.0 * bearing + interfaces * inner)
+
+
+@dataclass(frozen=True)
+class BoltForces:
+    """Forces of a bolt from its tightening on, in the symbols of VDI 2230."""
+
+    assembly: float
+    """F_M, the tension that tightening gives in the mean [N]."""
+    tightening_factor: float = 1.0
+    """alpha_A [-]."""
+    embedding: float = 0.0
+    """f_Z, by which all faces together embed [m]."""
+    loss: float = 0.0
+    """F_Z, the tension that this takes [N]."""
+    axial_load: float = 0.0
+    """F_A, which pulls the plates apart, of one bolt [N]."""
+    load_factor: float | None = None
+    """Phi, the share of it that the bolt bears [-]; None where nothing tells it."""
+    utilisation: float | None = None
+    """Stress of tightening over the proof stress [-]; None without a grade."""
+
+    @property
+    def clamping(self) -> float:
+        """F_M - F_Z - (1 - Phi) F_A [N]: what presses the plates."""
+        return self.assembly - self.loss - (1.0 - (self.load_factor or 0.0)) * self.axial_load
+
+    @property
+    def added(self) -> float:
+        """F_SA = Phi F_A [N]: what the axial load adds to the tension."""
+        return (self.load_factor or 0.0) * self.axial_load
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """What presses the plates at the smallest and at the largest tension of tightening [N]."""
+        low, high = tension_band(self.tightening_factor)
+        lost = self.assembly - self.clamping
+        return low * self.assembly - lost, high * self.assembly - lost

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -223,6 +223,7 @@ class Drawing:
         sensors: Mapping[str, Any] | None = None,
         masses: Mapping[Any, float] | None = None,
         slack: Any = (),
+        progress: Callable[[float], None] | None = None,
     ) -> Convergence:
         """Refine the patches where a mode loses its energy, and say how good the model is.
 
@@ -244,6 +245,8 @@ class Drawing:
             Patches beyond which it ends at the latest.
         element_size, sensors, masses, slack : optional
             As for :meth:`reduce`.
+        progress : callable, optional
+            Called with the share that is done, about: what will be halved is found on the way.
 
         Returns
         -------
@@ -280,6 +283,7 @@ class Drawing:
             form=form,
             tolerance=positive("tolerance", tolerance, "", 0.02),
             most_patches=most_patches,
+            progress=progress,
             sensors=sensors,
             masses=masses,
         )

@@ -11,6 +11,7 @@ from microslip.errors import InputError, StudyError, said
 from microslip.friction import Interface
 from microslip.materials import MaterialPair
 from microslip.normal import NormalLaw
+from microslip.report.document import Progress
 from microslip.study.description import StudyDescription
 from microslip.study.joints import Joint
 from microslip.study.measured_face import MeasuredFace
@@ -20,16 +21,16 @@ from microslip.study.sense import lifting
 _MOST_SURFACES = 1000
 
 
-def build_surface(study: StudyDescription) -> NormalLaw:
-    """Normal law of a study, tightened if its joint was."""
-    law = study._law or build_summits(study)
+def build_surface(study: StudyDescription, progress: Progress | None = None) -> NormalLaw:
+    """Normal law of a study, tightened if its joint was; a face point by point takes its time."""
+    law = study._law or build_summits(study, progress)
     if not isinstance(study.joint, Joint):
         return law
     with blame(study, "joint", study.joint.keys):
         return study.joint.tightened(law)
 
 
-def build_summits(study: StudyDescription) -> NormalLaw:
+def build_summits(study: StudyDescription, progress: Progress | None = None) -> NormalLaw:
     """Normal law of the surface as it was made."""
     materials = {}
     for name, material in study.material.items():
@@ -40,24 +41,29 @@ def build_summits(study: StudyDescription) -> NormalLaw:
     with blame(study, "surface.materials"):
         first, second = surface.materials
         pair = MaterialPair(materials[first], materials[second])
-    if isinstance(surface, MeasuredFace) and study.structure is not None:
-        surface._patch = study.structure.patch_size
+    how: dict[str, Any] = {}
+    if isinstance(surface, MeasuredFace):
+        how = {"progress": progress}
+        if study.structure is not None:
+            surface._patch = study.structure.patch_size
     with blame(study, "surface", surface.keys):
-        law: NormalLaw = surface.build(pair)
+        law: NormalLaw = surface.build(pair, **how)
         return law
 
 
 def surface_inputs(study: StudyDescription) -> str:
     """All that decides the normal law of a study, as text: equal texts are one law."""
     joint = study.joint
-    bolted = None if joint.pressure is None else joint.pressure.load
+    bolted = None if joint.pressure is None else (joint.pressure.load, joint.pressure.tightening)
     yielding = (joint.tightening_load, joint.yield_stress, joint.tightening_model, bolted)
     materials = {name: part.by_keys() for name, part in study.material.items()}
     return repr((materials, study.surface.by_keys(), yielding))
 
 
 def build_joints(
-    study: StudyDescription, surfaces: dict[str, NormalLaw] | None = None
+    study: StudyDescription,
+    surfaces: dict[str, NormalLaw] | None = None,
+    progress: Progress | None = None,
 ) -> list[Interface]:
     """Joints of a study: one for each normal load, or the law that it gives by its parameters.
 
@@ -66,7 +72,7 @@ def build_joints(
     if not isinstance(study.joint, Joint):
         return [cast(Interface, study.joint.build())]
     if surfaces is None or study._law is not None:
-        surface = build_surface(study)
+        surface = build_surface(study, progress)
     else:
         inputs = surface_inputs(study)
         surface = surfaces[inputs] if inputs in surfaces else build_surface(study)

@@ -9,6 +9,7 @@ from typing import Any, Self
 from microslip._core.wording import shorten
 from microslip.errors import StudyError
 from microslip.normal import NormalLaw
+from microslip.study.bolt_forces import clamp
 from microslip.study.joints import Joint
 from microslip.study.overrides import Override, apply, dump, relocated_text
 from microslip.study.part import one_line
@@ -53,9 +54,14 @@ class StudyDescription(StudyTables):
 
     def check(self, place: Place) -> None:
         """Refuse what only shows in the whole."""
+        self.settle()
         if isinstance(self.joint, Joint) and not self.joint.normal_load:
             self.__dict__["joint"] = self.joint.copy(normal_load=(mean_load(self),))
         check(self)
+
+    def settle(self) -> None:
+        """Take what one table says of another: bolts know what they clamp."""
+        clamp(self)
 
     @property
     def asks_for_joint(self) -> bool:

@@ -93,8 +93,8 @@ class Joint(Part):
     def tightened(self, surface: NormalLaw) -> NormalLaw:
         """The surface as it is once it was tightened, if it was."""
         load = self.tightening_load
-        if load is None and self._bolted(surface):
-            load = self.normal_load[0]
+        if load is None and self.pressure is not None and self._bolted(surface):
+            load = self.pressure.tightening
         if load is None:
             return surface
         if isinstance(surface, (RoughSurface, MeasuredContact)):
@@ -119,13 +119,16 @@ class Joint(Part):
         )
 
     def _bolted(self, surface: NormalLaw) -> bool:
-        """Whether summits yielded under the bolts that press: where a hardness is known."""
-        return (
-            self.pressure is not None
-            and self.pressure.load is not None
-            and isinstance(surface, (GreenwoodWilliamson, AsperityPopulation))
-            and (self.yield_stress is not None or surface.pair.hardness is not None)
-        )
+        """Whether faces yielded under the bolts that press: where a hardness is known.
+
+        A rough face yields under whatever load it has, unless it was relieved since.
+        """
+        most = None if self.pressure is None else self.pressure.tightening
+        if most is None or (self.yield_stress is None and surface.pair.hardness is None):
+            return False
+        if isinstance(surface, RoughSurface):
+            return surface.tightening_load is None and most > self.normal_load[0]
+        return isinstance(surface, (GreenwoodWilliamson, AsperityPopulation))
 
     @property
     def loads(self) -> tuple[float, ...]:

@@ -123,7 +123,7 @@ def _bolts(part: Any, places: Sequence[float], across: Sequence[float] | None) -
     sizes: dict[str, Any] = {
         name: getattr(part, name)
         for name in part.keys
-        if name not in ("positions", "across", "slack", "order", "passes")
+        if name in Bolts.__dataclass_fields__ and name != "positions"
     }
     where = places if across is None else np.stack([places, across], axis=1)
     return Bolts(where, **{k: v for k, v in sizes.items() if v is not None})

@@ -13,6 +13,7 @@ from microslip._core.parameters import option
 from microslip._core.units import PRESSURE, engineering
 from microslip._core.wording import shorten
 from microslip.normal import MeasuredContact, NormalLaw
+from microslip.report.document import Progress
 from microslip.scans import options
 from microslip.scans.point_by_point import contact_words
 from microslip.study.fields import MATERIALS
@@ -102,8 +103,9 @@ class MeasuredFace(ReadScan):
         patch = self._patch
         return patch is not None and self.long_cutoff is None and patch < max(self.read_scan.size)
 
-    def build(self, pair: MaterialPair) -> NormalLaw:
+    def build(self, pair: MaterialPair, progress: Progress | None = None) -> NormalLaw:
         """Normal law of the face; the same face is solved once."""
+        tell = progress or (lambda share: None)
         self._law = self.face.to_contact(
             pair,
             hardness=self.hardness,
@@ -113,6 +115,7 @@ class MeasuredFace(ReadScan):
             piece=self.piece,
             coarser=self.coarser,
             own_tightening=self._patch is not None and self.tightening_pressure is not None,
+            progress=lambda done, total: tell(done / total),
         )
         return self._law
 

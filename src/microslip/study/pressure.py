@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
-from microslip._core.units import AREA, LENGTH, PRESSURE
+from microslip._core.units import AREA, FORCE, LENGTH, PRESSURE
 from microslip.friction.pressure import BOLTS, RINGS, Pressure
-from microslip.structures.bolt_tightening import GRADES, TIGHTENING_FACTOR, tension_band
+from microslip.structures.bolt_tightening import BoltForces
 from microslip.structures.bolts import Bolts
+from microslip.study.bolt_forces import TightenedBolts
 from microslip.study.columns import Numbers
 from microslip.study.fields import (
     ANGLE,
+    SHARE,
     one_of,
     optional,
     quantity,
@@ -18,33 +21,11 @@ from microslip.study.fields import (
 )
 from microslip.study.part import Part, Table, key, tag
 from microslip.study.readers import Items, KeyedError, Place
-from microslip.study.uncertain import Spread, Unsure
+from microslip.study.uncertain import Unsure
 
 _LENGTH = Unsure(quantity(LENGTH, "12 mm"))
 _COUNT = whole_number(1, 10_000, "4")
 _PRESSURES = Numbers(quantity(PRESSURE, "20 MPa", "any"), '["20 MPa", "12 MPa", "0 MPa"]')
-
-
-GRADE = key(
-    one_of(*GRADES),
-    "Property class, whose proof stress bounds the tension.",
-    '"8.8"',
-    default=None,
-)
-TIGHTENING = optional(
-    Bolts,
-    "tightening_factor",
-    help="Largest over smallest preload at one torque (VDI 2230's alpha_A): the torque then "
-    "scatters by itself; bands of other scatter take 1.6 with a torque.",
-)
-
-
-def torque_spread(torque: float | None, factor: float | None) -> dict[str, Spread]:
-    """Scatter of the tension at a given torque."""
-    if torque is None or isinstance(torque, Spread):
-        return {}
-    low, high = tension_band(factor or TIGHTENING_FACTOR)
-    return {"torque": Spread.between(low * torque, high * torque)}
 
 
 class PressurePart(Part):
@@ -54,6 +35,11 @@ class PressurePart(Part):
     def load(self) -> float | None:
         """Normal load [N] that the distribution itself says, if it does."""
         return None
+
+    @property
+    def tightening(self) -> float | None:
+        """The largest that it has been [N], if it says so."""
+        return self.load
 
     def spread(self, rings: int = RINGS) -> Pressure:
         """The distribution."""
@@ -136,7 +122,7 @@ class PatchesPressure(PressurePart):
         return Pressure.patches(self.area, self.pressure)
 
 
-class BoltPressure(PressurePart):
+class BoltPressure(TightenedBolts, PressurePart):
     """Pressure of bolts between two plates: a cone of 30 degrees from head and nut."""
 
     kind: str = tag("bolt", "By bolts through two plates.")
@@ -146,15 +132,21 @@ class BoltPressure(PressurePart):
     )
     count: int = key(_COUNT, "How many bolts.", default=1)
     preload: float | None = optional(Bolts, "tension")
-    torque: float | None = optional(Bolts, "torque")
     nut_factor: float | None = optional(
         Bolts, "nut_factor", help="K of torque = K d tension; 0.2 if absent, without frictions."
     )
-    thread_friction: float | None = optional(Bolts, "thread_friction")
-    bearing_friction: float | None = optional(Bolts, "bearing_friction")
-    grade: str | None = GRADE
-    tightening_factor: float | None = TIGHTENING
-    hole: float | None = optional(Bolts, "hole")
+    axial_load: float | None = key(
+        Unsure(quantity(FORCE, "2 kN")),
+        "Load on each bolt that pulls the plates apart; all but the bolt's share relieves them.",
+        default=None,
+    )
+    load_factor: float | None = key(
+        Unsure(SHARE),
+        "The bolt's share of it (VDI 2230's Phi); by the resiliences if absent, for a load that "
+        "enters half-way (n = 0.5).",
+        "0.1",
+        default=None,
+    )
     head: float | None = key(
         _LENGTH,
         "Diameter of what presses on the plates: head, nut or washer.",
@@ -171,22 +163,24 @@ class BoltPressure(PressurePart):
         default=None,
     )
 
-    @property
-    def model_spreads(self) -> dict[str, Spread]:
-        """Scatter of the tension at a given torque."""
-        return torque_spread(self.torque, self.tightening_factor)
-
     def check(self, place: Place) -> None:
         """A tension or a torque, and what both refuse."""
+        self.spread()
         super().check(place)
-        if self.tightening_factor is not None:
-            self.__dict__.update(self.model_spreads)
         if self.preload is not None and self.torque is not None:
             raise KeyedError(".torque", "wanted preload or torque, got both; remove one")
+        for name in ("embedding", "rz", "axial_load", "load_factor"):
+            if self.preload is None and self.torque is None and getattr(self, name) is not None:
+                raise KeyedError(f".{name}", "wanted only beside preload or torque")
+        if self.load_factor is not None and self.axial_load is None:
+            raise KeyedError(".load_factor", "wanted only beside axial_load")
         _ = self.load
 
-    def _tension(self) -> float:
-        """Tension of a bolt [N], given or by its torque; below yield where the grade is known."""
+    @property
+    def bolt_forces(self) -> BoltForces | None:
+        """Forces of a bolt, if its tension is known; below yield where the grade is."""
+        if self.torque is None and self.preload is None:
+            return None
         bolt = BOLTS[self.size]
         ruled = self.thread_friction is not None or self.bearing_friction is not None
         default = None if ruled else 0.2
@@ -205,16 +199,23 @@ class BoltPressure(PressurePart):
             thread_friction=self.thread_friction,
             bearing_friction=self.bearing_friction,
         )
-        return float(bolts.tension[0])
+        thickness = float(sum(self.plates)) * (2.0 if len(self.plates) == 1 else 1.0)
+        utilisation = None if self.grade is None else float(bolts.utilisation[0])
+        forces = self.forces(float(bolts.tension[0]), thickness, utilisation)
+        share = forces.load_factor if self.load_factor is None else float(self.load_factor)
+        return replace(forces, load_factor=share, axial_load=float(self.axial_load or 0.0))
 
     @property
     def load(self) -> float | None:
-        """Tension of all bolts [N], if it is given."""
-        if self.torque is None and self.preload is None:
-            return None
-        if self.torque is None and self.grade is None:
-            return self.count * float(self.preload or 0.0)
-        return self.count * self._tension()
+        """What presses the plates, of all bolts [N], if their tension is given."""
+        forces = self.bolt_forces
+        return None if forces is None else self.count * forces.clamping
+
+    @property
+    def tightening(self) -> float | None:
+        """The same right after tightening [N]."""
+        forces = self.bolt_forces
+        return None if forces is None else self.count * forces.assembly
 
     def spread(self, rings: int = RINGS) -> Pressure:
         """The distribution."""

@@ -181,6 +181,12 @@ def _of_pressure(study: StudyTables) -> Problems:
     if study.joint.pressure is None:
         return
     key, excitation = "joint.pressure", study.excitation
+    if (load := study.joint.pressure.load) is not None and load <= 0.0:
+        yield (
+            key,
+            "wanted bolts that still press once what embeds is lost and the axial load pulls, got "
+            f"{_force(load)} between the plates",
+        )
     if "area" not in study.surface.keys:
         yield (
             key,
@@ -211,6 +217,11 @@ def _of_structure(study: StudyTables) -> Problems:
     if part.mesh is not None:
         part.mesh.check_materials(study.material)
     check_materials(part, study.material)
+    if part.tension.min() <= 0.0:
+        yield (
+            "structure.bolts.embedding" if part.bolts.rz is None else "structure.bolts.rz",
+            f"wanted less than takes all tension, got {_force(float(part.tension.min()))} left",
+        )
     if getattr(study.surface, "area", None) is None:
         spread = "wanted a surface with an area, which a [structure] spreads over its patches"
         yield "surface", spread

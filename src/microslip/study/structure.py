@@ -12,6 +12,7 @@ from microslip._core.parameters import REQUIRED
 from microslip._core.units import ACCELERATION, VELOCITY
 from microslip.errors import InputError
 from microslip.friction.pressure import BOLTS
+from microslip.structures.bolt_tightening import BoltForces
 from microslip.structures.bolted_beam import BoltedBeam, Drawing
 from microslip.structures.bolts import SIZED, Bolts, by_size, tensions
 from microslip.structures.bolts import TIGHTENING as RULES
@@ -19,6 +20,7 @@ from microslip.structures.geometry import HARMONICS
 from microslip.structures.lap_joint import LapJoint
 from microslip.structures.mesh import loosened, tight
 from microslip.structures.thin_strip import Sensors, strip_sensors
+from microslip.study.bolt_forces import TightenedBolts
 from microslip.study.columns import FILE, column_values
 from microslip.study.fields import (
     AMPLITUDE,
@@ -54,7 +56,6 @@ from microslip.study.laps import (
 from microslip.study.mesh import MeshPart
 from microslip.study.modal_tests import MODE, MOST_MODES, TESTS, MeasuredPart
 from microslip.study.part import Part, Table, key
-from microslip.study.pressure import GRADE, TIGHTENING, torque_spread
 from microslip.study.readers import Items, KeyedError, Place, Plain
 from microslip.study.shaking import (
     BASE,
@@ -73,6 +74,7 @@ from microslip.study.uncertain import Spread, Unsure
 if TYPE_CHECKING:
     from microslip.materials import Material
     from microslip.normal import NormalLaw
+    from microslip.report.document import Progress
     from microslip.structures import Convergence, ReducedJoint
     from microslip.structures.reduction import Reducer
 
@@ -88,7 +90,7 @@ _PLACES = Unsure(PLACE)
 _ALONG = Items(_PLACES, '["-30 mm", "0 mm", "30 mm"]', (1, 200), single=True)
 
 
-class BoltsPart(Part):
+class BoltsPart(TightenedBolts):
     """Equal bolts through the lap: places from its middle, diameters, tension or torque."""
 
     positions: tuple[float, ...] | None = key(
@@ -104,34 +106,27 @@ class BoltsPart(Part):
     order: tuple[int, ...] = ORDER
     passes: int = PASSES
     shank: float | None = optional(Bolts, "shank")
-    hole: float | None = optional(Bolts, "hole")
     washer: float | None = optional(Bolts, "washer")
     head: float | None = optional(Bolts, "head")
     tension: float | None = optional(Bolts, "tension")
-    torque: float | None = optional(Bolts, "torque")
     thread: float | None = optional(Bolts, "thread")
-    nut_factor: float | None = optional(Bolts, "nut_factor")
     pitch: float | None = optional(Bolts, "pitch")
-    thread_friction: float | None = optional(Bolts, "thread_friction")
-    bearing_friction: float | None = optional(Bolts, "bearing_friction")
     size: str | None = key(
         one_of(*BOLTS), "Size of the bolts, in place of diameters and pitch.", '"M8"', default=None
     )
-    grade: str | None = GRADE
-    tightening_factor: float | None = TIGHTENING
-
-    @property
-    def model_spreads(self) -> dict[str, Spread]:
-        """Scatter of the tension at a given torque."""
-        return torque_spread(self.torque, self.tightening_factor)
+    clamp_length: float | None = key(
+        Unsure(LENGTH),
+        "Thickness of all that a bolt clamps, for what embeds; that of the drawing unless given.",
+        '"25 mm"',
+        default=None,
+    )
 
     def check(self, place: Place) -> None:
         """The size that the thread gives, and one place across for each along."""
         if self.size is not None:
             given = {name: getattr(self, name) for name in SIZED}
             self.__dict__.update(by_size(self.size, self.thread_friction, **given))
-        if self.tightening_factor is not None:
-            self.__dict__.update(self.model_spreads)
+        super().check(place)
         check_places(self.positions, self.across)
 
     @property
@@ -343,6 +338,7 @@ class StructurePart(Part):
                                "materials", "densities"))  # fmt: skip
             _refuse(self.bolts, ".bolts", ("positions", "shank", "across", "head"))
             _require(self, "", ("sensor", *(() if self.mesh.densities else ("density",))))
+            _require(self.bolts, ".bolts", ("clamp_length",) if self.bolts.embeds else ())
             if self.style != "half-lap":
                 raise KeyedError(".style", _BESIDE)
             if self.converge:
@@ -422,9 +418,30 @@ class StructurePart(Part):
         return tensions(len(self.mesh.bolts), **tightening, bearing=self.bolts.bearing)
 
     @property
+    def bolt_forces(self) -> BoltForces | None:
+        """Forces of a bolt, the least tight one, where all are alike but for their tension."""
+        if self.bolts.size is None:
+            return None
+        length = self.bolts.clamp_length
+        if length is None and self.mesh is None:
+            length = self.thickness * (1.0 if self.style == "half-lap" else 2.0)  # type: ignore[operator]
+        if length is None:
+            return None
+        tensions = tight(self._tensions, self.bolts.slack)
+        utilisation = None
+        if self.bolts.grade is not None:
+            tight_one = Bolts(
+                [0.0], size=self.bolts.size, grade=self.bolts.grade, tension=tensions.max(),
+                thread_friction=self.bolts.thread_friction,
+            )  # fmt: skip
+            utilisation = float(tight_one.utilisation[0])
+        return self.bolts.forces(float(tensions.min()), float(length), utilisation)
+
+    @property
     def tension(self) -> Floats:
-        """Tension of each bolt that is not slack [N]."""
-        return tight(self._tensions, self.bolts.slack)
+        """Tension of each bolt that is not slack [N], once what embeds has embedded."""
+        loss = self.bolt_forces.loss if self.bolts.embeds else 0.0  # type: ignore[union-attr]
+        return tight(self._tensions, self.bolts.slack) - loss
 
     @property
     def face_area(self) -> float:
@@ -527,6 +544,7 @@ class StructurePart(Part):
         surface: NormalLaw,
         friction: float,
         amplitudes: Floats,
+        progress: Progress | None = None,
     ) -> Convergence:
         """The model with patches refined for its first mode, at modal amplitudes [m kg^½]."""
         form = None if self.form is None else self.form.table * [1.0, 1.0, self.form.factor]
@@ -542,6 +560,7 @@ class StructurePart(Part):
             sensors=self.sensors,
             masses={part.at: part.mass for part in self.masses},
             slack=self.bolts.slack,
+            progress=progress,
         )
 
     def build(self) -> Drawing:

@@ -17,6 +17,7 @@ from microslip.normal import SphereOnFlat, TightenedSurface
 from microslip.report.files import header, plain
 from microslip.results.predicted.scatter_document import FIGURES as SCATTER_FIGURES
 from microslip.results.predicted.scatter_document import numbers as scatter_numbers
+from microslip.results.structure.bolts import force_numbers, force_rows
 from microslip.results.structure.document import FIGURES as STRUCTURE_FIGURES
 from microslip.results.structure.document import numbers as structure_numbers
 from microslip.results.structure.fitted_study import FITTED_STUDY
@@ -121,6 +122,9 @@ def summarise(result: Prediction, defaults: Defaults) -> dict[str, Any]:
         **({} if surface is None else surface.findings()),
         "tightening": tightening(joint),
         "pressure": pressure(joint),
+        "bolts": force_numbers(
+            getattr(getattr(study.joint, "pressure", None), "bolt_forces", None)
+        ),
         "structure": None if structure is None else structure_numbers(structure),
         "uncertainty": None if scatter is None else scatter_numbers(scatter),
     }
@@ -201,10 +205,19 @@ def pressure_notes(joint: Any) -> list[str]:
     ]
 
 
+def bolt_notes(study: StudyDescription) -> list[str]:
+    """Forces of a bolt that presses the joint, in a sentence."""
+    rows = force_rows(getattr(getattr(study.joint, "pressure", None), "bolt_forces", None))
+    if not rows:
+        return []
+    words = "; ".join(f"{name[0].lower()}{name[1:]} {text}" for name, text in rows)
+    return [f"joint.pressure, each bolt: {words}."]
+
+
 def load_notes(study: StudyDescription, joint: Interface) -> list[str]:
     """Notes on the scan, tightening and constant normal load, in sentences."""
     notes = [] if study.surface is None else study.surface.sentences()
-    notes += [*tightening_notes(joint), *pressure_notes(joint)]
+    notes += [*tightening_notes(joint), *pressure_notes(joint), *bolt_notes(study)]
     variation, history = study.excitation.load_variation, study.excitation.history
     index = joint.surface._assumptions(None).get("plasticity index") if study.structure else None
     if index is not None and index > 1.0:

@@ -12,7 +12,7 @@ import numpy as np
 from microslip._core.quantities import UNITS
 from microslip._version import __version__
 from microslip.report.cells import si
-from microslip.report.document import Column, Document, Facts, Items, Section, Table
+from microslip.report.document import Column, Document, Facts, Items, Progress, Section, Table
 from microslip.results.predicted.numbers import (
     files,
     joint_entry,
@@ -36,9 +36,9 @@ _WORDS = {
 }
 
 
-def preview(study: StudyDescription) -> Document:
+def preview(study: StudyDescription, progress: Progress | None = None) -> Document:
     """Check a study without running it."""
-    joints = build_joints(study)
+    joints = build_joints(study, None, progress)
     check_loads(study, joints)
     unsaid = () if study.structure else Defaults.of(study, joints).notes()
     excitation, loads = study.excitation, len(joints)

@@ -12,6 +12,7 @@ from microslip.report.document import Column, Section, Table
 from microslip.report.files import plain
 from microslip.runs.structure_prediction import StructurePrediction, TightMode
 from microslip.structures.assembly import Assembly
+from microslip.structures.bolt_tightening import BoltForces, tension_band
 from microslip.study.structure import AMPLITUDES
 
 
@@ -20,6 +21,42 @@ def names(prediction: StructurePrediction) -> str:
     slack = prediction.part.bolts.slack
     listed = ", ".join(str(number) for number in sorted(slack))
     return f"bolt{'s' if len(slack) > 1 else ''} {listed}" if slack else ""
+
+
+def force_rows(forces: BoltForces | None) -> list[tuple[str, str]]:
+    """Forces of a bolt from its tightening on, for facts: nothing where no size tells them."""
+    if forces is None:
+        return []
+    low, high = tension_band(forces.tightening_factor)
+    tightened = engineering(forces.assembly, "N", 4)
+    if high > low:
+        ends = " to ".join(engineering(end * forces.assembly, "N", 4) for end in (low, high))
+        tightened += f", {ends} by a tightening factor of {forces.tightening_factor:g}"
+    rows = [("Tension after tightening", tightened)]
+    if forces.utilisation is not None:
+        rows.append(("Stress of tightening", f"{forces.utilisation:.2f} of the proof stress"))
+    if forces.embedding:
+        lost = f"{engineering(forces.loss, 'N', 3)} as faces embed by"
+        rows.append(("Lost after tightening", f"{lost} {engineering(forces.embedding, 'm', 3)}"))
+    if forces.load_factor is not None:
+        rows.append(("Load factor of an axial load", f"{forces.load_factor:.3g}"))
+    if forces.axial_load:
+        pulls = f"{engineering(forces.axial_load, 'N', 4)} pulls, "
+        adds = f"{engineering(forces.added, 'N', 3)} of it on the bolt"
+        rows.append(("Axial load of a bolt", pulls + adds))
+    if forces.clamping != forces.assembly:
+        left = engineering(forces.clamping, "N", 4)
+        if high > low:
+            left += ", " + " to ".join(engineering(end, "N", 4) for end in forces.ends)
+        rows.append(("Left between the plates, a bolt", left))
+    return rows
+
+
+def force_numbers(forces: BoltForces | None) -> dict[str, Any] | None:
+    """The same for the summary: plain values in SI units."""
+    if forces is None:
+        return None
+    return {**vars(forces), "clamping": forces.clamping, "clamping_range": list(forces.ends)}
 
 
 def assembly_rows(assembly: Assembly | None) -> list[tuple[str, str]]:

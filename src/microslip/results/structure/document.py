@@ -32,6 +32,8 @@ from microslip.results.structure.bolts import (
     assembly_numbers,
     assembly_rows,
     comparison,
+    force_numbers,
+    force_rows,
     names,
     tight_numbers,
 )
@@ -193,6 +195,7 @@ def numbers(prediction: StructurePrediction) -> dict[str, Any]:
         and dict(zip(("frequency", "joint_damping_ratio"), convergence.error, strict=True)),
         "from_asked_patches_to_limit": convergence
         and dict(zip(("frequency", "damping_ratio"), convergence.asked, strict=True)),
+        "bolts": force_numbers(prediction.part.bolt_forces),
         "slack_bolts": list(prediction.part.bolts.slack) or None,
         "assembly": assembly_numbers(prediction.assembly),
         "all_tight": tight_numbers(prediction.tight) or None,
@@ -310,6 +313,7 @@ def _model(prediction: StructurePrediction) -> Facts:
         ("Finite elements", f"{joint.full_size} degrees of freedom"),
         ("Reduced to", f"{joint.patches} patches, {bolts}, {joint.size} in all"),
         ("Bolt tension", ", ".join(engineering(float(t), "N", 4) for t in tensions)),
+        *force_rows(part.bolt_forces),
         *([("Slack", names(prediction))] if prediction.tight else []),
         *assembly_rows(prediction.assembly),
         ("Patches in contact", f"{pressed} of {joint.patches}"),

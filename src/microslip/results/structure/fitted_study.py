@@ -18,7 +18,11 @@ from microslip.study.overrides import edited_text
 FITTED_STUDY = "fitted.toml"
 """Its name in a folder of results."""
 
-_OF_A_TORQUE = ("torque", "nut_factor", "thread_friction", "bearing_friction", "tightening_factor")
+_OF_A_TENSION = (
+    "torque", "nut_factor", "thread_friction", "bearing_friction", "tightening_factor",
+    "embedding", "rz", "interfaces",
+)  # fmt: skip
+"""Keys of bolts from which a tension follows."""
 _WIDEST_NORMAL = 0.32  # coefficient of variation that a study takes
 _LARGEST_CORRELATION = 0.999  # largest correlation that a study takes
 
@@ -63,7 +67,7 @@ def fitted_text(study: StudyDescription, result: StructurePrediction, destinatio
             written = {"mean": written, "cv": cv, **({"distribution": "normal"} if normal else {})}
         changes[keys[name]] = written
     if "tension" in found.values:
-        changes |= dict.fromkeys((("structure", "bolts", key) for key in _OF_A_TORQUE), None)
+        changes |= dict.fromkeys((("structure", "bolts", key) for key in _OF_A_TENSION), None)
     names, replaced = tuple(found.values), {".".join(keys[name]) for name in found.values}
     pairs = [
         pair for pair in tables.get("uncertainty", {}).get("correlations", ())

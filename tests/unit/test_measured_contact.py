@@ -10,6 +10,7 @@ import pytest
 
 import microslip as ms
 from microslip.normal import measured_face
+from microslip.normal.boundary_elements import HalfSpace, closing, press
 from microslip.normal.measured_pictures import face_plot
 from microslip.report.plot import Line
 from microslip.scans.point_by_point import contact_words
@@ -73,6 +74,36 @@ def test_loads_meet_the_solutions_and_are_convex() -> None:
     u = np.geomspace(1e-9, 1e-6, 9)
     assert joint.backbone(u) == pytest.approx(other.backbone(u), rel=0.02)  # few contacts
     assert np.all(np.diff(law.stiffness(np.linspace(d[0], d[-1] * 1.2, 3000))) <= 0.0)
+
+
+def test_small_cycles_lose_what_the_face_loses_pressed_at_every_step() -> None:
+    """The trapezoidal rule on loads at 44 separations, for loops of 1/20 to 1 of mu N/k_t.
+
+    By twelve loads alone the energy at 1/20 is off by 25 % rms, up to 1.5 times.
+    """
+    shares, pressure = np.concatenate((np.linspace(0.0, 0.1, 15), np.linspace(0.12, 1.0, 29))), 1e8
+    errors = []
+    for seed in range(3):
+        law = solve(z := heights(128, seed), tightening_pressure=pressure)
+        z = (z - np.polynomial.polynomial.polyval2d(*np.indices(z.shape), plane_of(z))) / PIXEL
+        space, tolerance = HalfSpace(z.shape), 1e-8 * z.std()
+        hardness, d = 2.5e9 / PAIR.composite_modulus, float(law.solution.separation[0])
+        p = press(space, z, d, hardness=hardness, tolerance=tolerance)
+        gap = space.displacement(p) - z + d
+        z = z + np.where(p >= hardness, np.minimum(gap, 0.0), 0.0)
+        p, loads = press(space, z, d, p, tolerance=tolerance), []
+        opening = float(p.mean() / closing(space, p > 0.0).mean())
+        for share in shares:
+            p = press(space, z, d + share * opening, p, tolerance=tolerance)
+            loads.append(float(p.mean()))
+        drops = 1.0 - np.array(loads) / loads[0]
+        joint = ms.Interface(law, 0.3, normal_load=pressure * law.area)
+        u = joint.force_limit / joint.tangential_stiffness
+        for i in (7, 14, 22, 43):
+            truth = 8.0 * np.trapezoid(drops[: i + 1], shares[: i + 1]) - 4.0 * shares[i] * drops[i]
+            found = joint.dissipated_energy(shares[i] * u) / (joint.force_limit * u)
+            errors.append(math.log(found / truth))
+    assert np.all(np.abs(np.reshape(errors, (3, 4))) < [0.1, 0.05, 0.02, 0.01])
 
 
 def test_the_hardness_is_that_of_the_pair_and_bounds_the_pressure() -> None:

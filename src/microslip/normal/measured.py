@@ -66,7 +66,8 @@ class MeasuredContact(TabulatedNormalLaw):
         Direction of the motion from x of the scan [rad]; None is the mean over all directions. In
         two directions it is that of the first displacement, and the second is across.
     loads : int
-        Loads that are solved, each the same share of the one before.
+        Loads that are solved, each the same share of the one before; up to four more lie between
+        the heaviest two, for the damping of small cycles.
     lightest : float
         The lightest of them over the heaviest [-].
     own_tightening : bool
@@ -184,13 +185,10 @@ class MeasuredContact(TabulatedNormalLaw):
     def _changed(self, **changes: Any) -> MeasuredContact:
         """The same, solved once, with another area or direction."""
         values = {name: getattr(self, name) for name in ("area", "direction")} | changes
-        return self._made_of(self.solution, self.numbers, self.pair, **values)._from(self)
-
-    def _from(self, other: MeasuredContact) -> MeasuredContact:
-        source = other.__dict__.get("_source")
-        if source is not None:
-            assign(self, _source=source)
-        return self
+        law = self._made_of(self.solution, self.numbers, self.pair, **values)
+        if "_source" in self.__dict__:
+            assign(law, _source=self.__dict__["_source"])
+        return law
 
     @classmethod
     def _made_of(
@@ -236,8 +234,8 @@ class MeasuredContact(TabulatedNormalLaw):
     def _tightened_by(self, pressures: Floats) -> Tightenings | None:
         """What lighter tightenings leave has the shape of this law, with a length p/K of its own.
 
-        Against the law of each tightening, at 3 to 50 MPa in place of 100, the force is within 7 %
-        and the energy of a cycle 0.5 to 1.4 times; by one tightening of all it is 2 to 20 times.
+        Against the law of each tightening, at 3 to 50 MPa in place of 100, the force is within 9 %
+        and the energy of a cycle at mu N/k_t 0.8 to 1.35 times; by one tightening of all 2 to 20.
         """
         if not self.numbers.own_tightening:
             return None
@@ -380,18 +378,13 @@ class MeasuredContact(TabulatedNormalLaw):
     def contact_area(self, separation: ArrayLike) -> Any:
         """Real contact area [m^2], for separations [m] of any shape: points in contact."""
         loads = np.asarray(self.load(separation), dtype=float)
-        p = np.log(self.solution.pressure @ self._weights)[::-1]
+        p = np.log(self.solution.pressure.mean(axis=1))[::-1]
         share = np.log(self.solution.contact)[::-1]
         with np.errstate(divide="ignore"):
             at = np.log(loads / (self.area * self.pair.composite_modulus))
         # Below the lightest load the area falls with it.
         inside = np.interp(at, p, share) + np.minimum(at - p[0], 0.0)
         return plain(np.asarray(self.area * np.exp(inside)))
-
-    @property
-    def _weights(self) -> Floats:
-        count = self.solution.pressure.shape[1]
-        return np.full(count, 1.0 / count)
 
     def _assumptions(self, separation: float | None) -> dict[str, Any]:
         numbers, area = self.numbers, 0.0

@@ -16,6 +16,7 @@ from microslip.report.plot import COLORS, Area, Axis, Entry, Line, Panel, Pixels
 from microslip.report.scales import length_prefix
 
 _CONTACTS = ("#c9dcec", "#5b9bd0", "#08306b")  # under heavy, middle and light loads
+_SHARES = (1.0, 0.15, 0.023)
 _PIECES = "#dddddd"
 _RANGE = 3e-3  # of the heaviest load, to which loads are drawn
 _POINTS = 60
@@ -49,13 +50,12 @@ def face_plot(law: Any, other_laws: Mapping[str, NormalLaw] | None = None) -> Pl
     pressures = np.where(solution.map > 0.0, solution.map, np.nan)
     maps[0].add(Pixels(coloured(pressures[::-1], 0.0, highest), *ends))
     maps[0].note = f"Pressure, dark to light: 0 to {engineering(stiff * highest, 'Pa')}"
-    count = solution.separation.size
-    levels = [0, count // 4, count // 2]
+    means = stiff * solution.pressure.mean(axis=1)
+    levels = [int(np.argmin(np.abs(np.log(means / means[0] / share)))) for share in _SHARES]
     image = np.full((rows, columns, 3), 255, dtype=np.uint8)
     for level, color in zip(levels, _CONTACTS, strict=True):
         image[solution.reach > level] = [int(color[i : i + 2], 16) for i in (1, 3, 5)]
     maps[1].add(Pixels(image[::-1], *ends))
-    means = stiff * solution.pressure.mean(axis=1)
     texts = ", ".join(engineering(float(means[level]), "Pa", 2) for level in levels)
     maps[1].note = f"Contact under {texts}"
     curves, entries = load_panel(law, other_laws or {})

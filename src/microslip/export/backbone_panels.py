@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 _PANEL_LIMIT = 20_000  # panels
 _ROUNDING = 1e-15  # of the force at the end of a panel, for the terms left out
+_NOISE = 1e-13  # likewise, where halving no longer helps: a law's own error, as of fitted moments
 _NOTHING = 1e-14  # of the force limit, or of the force at the smallest amplitude
 _HALVINGS = 60
 
@@ -125,14 +126,15 @@ def _unequal(law: BackboneLaw, smallest: float) -> BackbonePanels:
         raise _too_rough(law)
     edges = np.concatenate(([0.0], kinks, [end]))
     # Where T0/u is not smooth at rest the first panel ends so low that its error is nothing.
-    todo = [(float(a), float(b), 0) for a, b in itertools.pairwise(edges)][::-1]
+    todo = [(float(a), float(b), 0, np.inf) for a, b in itertools.pairwise(edges)][::-1]
     places, rows = [0.0], []
     while todo:
-        low, high, depth = todo.pop()
-        row, fits = _panel(law._backbone, low, high, floor, limit)
+        low, high, depth, before = todo.pop()
+        row, error = _panel(law._backbone, low, high, floor, limit)
         middle = low + 0.5 * (high - low)
-        if not fits and depth < _HALVINGS and low < middle < high:
-            todo += [(middle, high, depth + 1), (low, middle, depth + 1)]
+        noise = 0.25 * before < error <= _NOISE
+        if error > 0.0 and not noise and depth < _HALVINGS and low < middle < high:
+            todo += [(middle, high, depth + 1, error), (low, middle, depth + 1, error)]
             continue
         places.append(high)
         rows.append(row)
@@ -146,8 +148,8 @@ def _unequal(law: BackboneLaw, smallest: float) -> BackbonePanels:
 
 def _panel(
     backbone: Callable[[Floats], Floats], low: float, high: float, floor: float, limit: float
-) -> tuple[Floats, bool]:
-    """Powers of s on a panel, and whether they leave out no more than rounding."""
+) -> tuple[Floats, float]:
+    """Powers of s on a panel, and what they leave out of its force: 0 where it is rounding."""
     u = low + 0.5 * (high - low) * (1.0 + NODES)
     force = backbone(u)
     series = (force / u if low == 0.0 else force) @ TO_SERIES
@@ -161,7 +163,7 @@ def _panel(
     while terms > 1 and small[terms - 1]:
         terms -= 1
     series[terms:] = 0.0
-    return series[: kernels.TERMS] @ TO_POWERS, fits
+    return series[: kernels.TERMS] @ TO_POWERS, 0.0 if fits else left_out / scale
 
 
 def _end(law: BackboneLaw, limit: float) -> float:

@@ -3,8 +3,8 @@ A first joint
 =============
 
 Two milled aluminium blocks, pressed together with 2 kN and moved to and fro. This is the joint of
-the tribometer in chapter 19 of *The Mechanics of Jointed Structures*; the statistics of its
-summits are plausible ones, as the chapter gives none.
+the tribometer in chapter 19 of *The Mechanics of Jointed Structures*. The chapter gives no summit
+statistics; those used here are plausible for a milled surface.
 """
 
 import matplotlib.pyplot as plt
@@ -15,8 +15,8 @@ import microslip as ms
 plt.style.use("microslip.style")
 
 # %%
-# A joint is a surface, a friction coefficient and a normal load. The surface is the only thing
-# that knows of roughness: heights of the summits, their radius, how many there are on which area.
+# A joint is a surface, a friction coefficient and a normal load. The surface holds the
+# roughness: heights of the summits, their radius, their number per area, and the apparent area.
 
 al = ms.Material.named("al2017")
 surface = ms.GreenwoodWilliamson(
@@ -30,8 +30,8 @@ print(f"stiffness at rest {joint.tangential_stiffness / 1e9:.3f} GN/m")
 print(f"gross slip at {joint.force_limit / 1e3:.3f} kN")
 
 # %%
-# Loops of three amplitudes. Each begins on the first loading curve, dashed. The larger the
-# motion, the more summits slide, and the fatter the loop.
+# Loops of three amplitudes. Each starts on the first-loading curve (dashed). The larger the
+# amplitude, the more summits slip, and the wider the loop.
 
 fig, ax = plt.subplots(figsize=(7.1, 4.2))
 for amplitude in (0.15e-6, 0.4e-6, 1e-6):
@@ -50,7 +50,7 @@ ax.legend()
 plt.show()
 
 # %%
-# Whether the assumptions hold is part of every result.
+# Every result includes verdicts on the assumptions of the model.
 
 for verdict in joint.validity:
     print(f"{verdict.name}: {verdict.value:.3g} ({verdict.word})")

@@ -2,8 +2,8 @@
 Many loads
 ==========
 
-The same joint, clamped more or less tightly. ``joint.at`` gives it another load and shares with
-the first one what does not change.
+The same joint at several normal loads. ``joint.at`` returns the joint at another load and reuses
+all that does not change.
 """
 
 import matplotlib.pyplot as plt
@@ -21,8 +21,8 @@ joint = ms.Interface(surface, friction_coefficient=0.55, normal_load=500.0)
 joints = [joint.at(normal_load=load) for load in (500.0, 1000.0, 2000.0, 5000.0)]
 
 # %%
-# Stiffness grows a little more slowly than the load, and so does the number of contacts: mostly
-# it is new contacts that carry a larger load.
+# Stiffness and number of contacts grow a little more slowly than the load: a larger load is
+# carried mostly by new contacts.
 
 for each in joints:
     print(
@@ -31,9 +31,9 @@ for each in joints:
     )
 
 # %%
-# At a fixed *displacement* amplitude a tighter joint dissipates more, for it takes more force; at
-# a fixed *force* amplitude it dissipates less, for it moves less. How tight a joint should be is
-# a question of which of the two a structure imposes.
+# At a given *displacement* amplitude a tighter joint dissipates more, because the force is larger;
+# at a given *force* amplitude it dissipates less, because the displacement is smaller. The best
+# load therefore depends on which of the two the structure imposes.
 
 fig, (left, right) = plt.subplots(1, 2, figsize=(7.1, 3.4))
 displacement = np.geomspace(1e-9, 1e-5, 200)

@@ -2,9 +2,9 @@
 Any history
 ===========
 
-A joint remembers where it turned. Each small loop that closes is forgotten as if it had never
-been, and the branch that it had interrupted goes on. The memory here is exact for any record, at
-a cost of nanoseconds a sample.
+The memory of a joint is its open reversals. When a minor loop closes, its reversals are removed
+and the interrupted branch continues. This is exact for any record, and costs nanoseconds for each
+sample.
 """
 
 from itertools import pairwise
@@ -23,8 +23,8 @@ surface = ms.GreenwoodWilliamson(
 joint = ms.Interface(surface, friction_coefficient=0.55, normal_load=2000.0)
 
 # %%
-# Out, back, and on the way out again a detour from 0.1 to -0.35 µm. The detour closes at 0.1 µm,
-# and from there the large loop goes on where it was.
+# Loading, unloading, and on reloading a minor loop from 0.1 to -0.35 µm. It closes at 0.1 µm, and
+# the major loop continues from there.
 
 corners = np.array([0.0, 0.9, -0.9, 0.1, -0.35, 0.9]) * 1e-6
 print("turns:", *(f"{force:.1f}" for force in joint.force(corners)), "N")
@@ -38,8 +38,7 @@ detour = joint.force([0.0, 0.9e-6, -0.9e-6, 0.1e-6, -0.35e-6, 0.5e-6])[-1]
 print(f"at 0.5 µm: {without:.3f} N without the detour, {detour:.3f} N after it")
 
 # %%
-# Band-limited noise, a million samples of it, as a measured record would be. Its hysteresis is a
-# jungle of loops in loops, each with the exact size.
+# Band-limited noise with a million samples, as in a measured record. It has many nested loops.
 
 rng = np.random.default_rng(7)
 noise = rng.standard_normal(1_000_000)

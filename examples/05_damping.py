@@ -2,9 +2,9 @@
 Damping against amplitude, and its limits
 =========================================
 
-Energy and damping come from a closed form: no loop is sampled, and nothing is lost at small
-amplitudes. Small motions cost an energy that is cubic in the amplitude, large ones a linear one,
-and what is called a power law lies in between.
+Energy and damping come from a closed form, without sampled loops, and are accurate at small
+amplitudes, too. The energy grows with the cube of small amplitudes and in proportion to large ones;
+the power laws fitted to tests lie in between.
 """
 
 import matplotlib.pyplot as plt
@@ -24,8 +24,9 @@ amplitude = np.geomspace(1e-10, 1e-3, 400)
 energy = joint.dissipated_energy(amplitude)
 
 # %%
-# Two lines that the curve has to approach: (2/3)(μ/κ²) N″ δ³ from the curvature of the normal
-# law, and 4μN (δ - δ₀) from gross slip. Neither is a fit.
+# Two asymptotes of the curve: (2/3)(μ/κ²) N″ δ³ from the curvature of the normal
+# law, and 4μN (δ - δ₀) from gross slip. Neither is
+# fitted.
 
 mu, kappa, d = 0.55, joint.slip_per_indentation, joint.separation
 step = 1e-4 * 5e-7
@@ -45,7 +46,7 @@ print(f"at 1 µm: loss factor {loss:.5f}, damping ratio {ratio:.5f}")
 print(f"at 1 mm: loss factor {joint.loss_factor(1e-3):.5f}; in the limit {4 / np.pi:.5f}")
 
 # %%
-# The local exponent says what a power law fitted here would find.
+# The local exponent is that of a power law fitted at this amplitude.
 
 exponents = joint.dissipation_exponent([1e-9, 1e-8, 1e-7, 3e-7, 1e-6, 1e-5])
 print("exponent from 1 nm to 10 µm:", *(f"{value:.3f}" for value in exponents))

@@ -2,8 +2,8 @@
 The joint as an Iwan model
 ==========================
 
-Every joint here *is* a parallel Iwan model: springs with sliders, of yield displacements that are
-spread by the curvature of the backbone. No fit is needed to get them.
+Every joint is a parallel Iwan model: springs in series with sliders, whose yield displacements are
+distributed as the curvature of the backbone. They follow without a fit.
 """
 
 import matplotlib.pyplot as plt
@@ -33,8 +33,8 @@ one = ball.sliders().density(share * limit)
 print(f"slip limit of the ball: {limit * 1e6:.4f} µm")
 
 # %%
-# ``to_iwan`` makes discrete cells of it, for codes that know nothing else. Twice as many cells
-# are four times as close.
+# ``to_iwan`` makes discrete cells for codes that have no other hysteretic element. Twice as many
+# cells have a quarter of the error.
 
 displacement = np.linspace(0.0, 2e-6, 400)
 for count in (5, 10, 20, 40):

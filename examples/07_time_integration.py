@@ -2,9 +2,9 @@
 A joint in a time integration
 =============================
 
-What a structural code needs of a joint: the force and the tangent at a *trial* displacement, as
-often as its iterations want, and a *commit* once the step has converged. Here a block on a joint
-is pushed once; Newmark's rule and Newton's iteration do the rest.
+A structural code needs the force and the tangent of a joint at *trial* displacements, and a
+*commit* once the step has converged. In this example a block on a joint gets one push, and is
+integrated with Newmark's method and Newton's iteration.
 """
 
 import matplotlib.pyplot as plt
@@ -21,7 +21,7 @@ surface = ms.GreenwoodWilliamson(
 joint = ms.Interface(surface, friction_coefficient=0.55, normal_load=2000.0)
 
 # %%
-# The block, and a time step of a fortieth of its period when nothing slips.
+# The block, and a time step of a fortieth of its period when the joint is fully stuck.
 
 mass = 2.0
 period = 2.0 * np.pi * np.sqrt(mass / joint.tangential_stiffness)
@@ -36,8 +36,8 @@ def push(time: float) -> float:
 
 
 # %%
-# Constant average acceleration. ``try_`` moves nothing: a step that does not converge could be
-# given up, or taken again with half the length.
+# Constant average acceleration. ``try_`` does not change the state: a step that does not
+# converge can be repeated with half the length.
 
 state = joint.start()
 position, velocity, acceleration = 0.0, 0.0, 0.0
@@ -67,8 +67,8 @@ print(f"farthest {max(positions) * 1e6:.4f} µm, rests near {near * 1e6:.4f} µm
 print(f"{state.open_reversals} open reversals are all that the joint remembers")
 
 # %%
-# The oscillation dies out by friction alone; the smaller it gets, the less a cycle costs, and the
-# slower it dies. The block does not come back to where it was.
+# The oscillation decays by friction alone. The loss factor falls with the amplitude, so the decay
+# becomes slower. A residual displacement remains.
 
 fig, (left, right) = plt.subplots(1, 2, figsize=(7.1, 3.4))
 left.plot(times * 1e3, np.array(positions) * 1e6, linewidth=0.9)

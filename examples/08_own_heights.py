@@ -1,9 +1,9 @@
 """
-Heights of one's own
-====================
+Other height distributions
+==========================
 
-Summit heights can be Gaussian or exponential, any continuous distribution of SciPy, or the very
-heights that a scan gave. The rest of the joint does not change.
+Summit heights can be Gaussian or exponential, any continuous distribution of SciPy, or the
+measured heights of a scan. The rest of the joint does not change.
 """
 
 import matplotlib.pyplot as plt
@@ -19,8 +19,8 @@ pair = ms.MaterialPair(al, al)
 rest = {"radius": 1e-3, "density": 1e8, "area": 2e-4}
 
 # %%
-# A worn surface has lost its highest summits: its heights are skewed. Weibull's distribution,
-# mirrored, is such a one. All four have the same standard deviation, 0.5 µm.
+# A worn surface has lost its highest summits, so its heights are skewed, as in a mirrored Weibull
+# distribution. All four have the same standard deviation, 0.5 µm.
 
 mirrored = stats.weibull_max(1.6)
 kinds = {
@@ -41,9 +41,9 @@ for name, joint in joints.items():
     )
 
 # %%
-# The heights decide how sharply the joint turns from sticking to sliding. Those of the worn
-# surface end at the top; more of its summits touch, each more lightly, and it slides at smaller
-# motions.
+# The heights determine how gradual the transition from stick to gross slip is. Those of the worn
+# surface have an upper end: more summits touch, each with a smaller load, and gross slip begins
+# at a smaller displacement.
 
 fig, (left, right) = plt.subplots(1, 2, figsize=(7.1, 3.4))
 displacement = np.linspace(0.0, 1.2e-6, 300)
@@ -57,7 +57,7 @@ left.legend()
 plt.show()
 
 # %%
-# A scan gives each summit its own radius, too. Such a population needs no statistics at all.
+# A scan also gives the radius of each summit. Such a population needs no height distribution.
 
 rng = np.random.default_rng(5)
 heights = rng.normal(0.0, 5e-7, size=20000)

@@ -1,9 +1,10 @@
 """
-A joint in a structure, the smallest one
-========================================
+A joint in a structure with one degree of freedom
+=================================================
 
-A mass on a spring, and a joint beside the spring: one mode of a jointed structure. Its frequency
-and its damping depend on the amplitude, and its damping ratio is far from that of the interface.
+A mass on a spring with a joint in parallel represents one mode of a jointed structure. Its
+frequency and damping depend on the amplitude, and its damping ratio is much smaller than that of
+the interface.
 """
 
 import matplotlib.pyplot as plt
@@ -20,7 +21,7 @@ surface = ms.GreenwoodWilliamson(
 joint = ms.Interface(surface, friction_coefficient=0.55, normal_load=2000.0)
 
 # %%
-# The spring is three times as stiff as the joint, and all else damps by half a per cent.
+# The spring is three times as stiff as the joint, and all other damping is half a per cent.
 
 mode = ms.Oscillator(
     mass=2.0, stiffness=3.0 * joint.tangential_stiffness, joint=joint, viscous_damping_ratio=0.005
@@ -35,8 +36,8 @@ for amplitude in (3e-8, 1e-7, 3e-7):
     )
 
 # %%
-# Pulled to 0.4 µm and let go. The ring-down is integrated in time, with the memory of the joint;
-# the envelope comes from the closed forms alone. Neither knows of the other.
+# Released at 0.4 µm. The ring-down is integrated in time, with the memory of the joint; the
+# envelope follows from the closed forms alone. The two are independent.
 
 motion = mode.ring_down(4e-7, cycles=40)
 envelope = mode.decay(4e-7, cycles=40)
@@ -46,10 +47,10 @@ print(f"envelope off by {abs(closed / motion.amplitude - 1.0).max():.1%} at most
 print(f"energy kept to {motion.energy_error:.0e}")
 
 # %%
-# Large amplitudes die faster than small ones: on a logarithmic scale the decay of a jointed
-# structure is no straight line, and the damping that a test shows depends on how hard it was hit.
-# Where the joint slips far, a ring-down shows more than the modal ratio: what a mode loses with its
-# amplitude goes with its tangent stiffness, not with its secant.
+# Large amplitudes decay faster than small ones: on a logarithmic scale the decay of a jointed
+# structure is not a straight line, and the measured damping depends on the strength of the impact.
+# Where the joint slips far, a ring-down shows more damping than the modal ratio, because the decay
+# of the amplitude depends on the tangent stiffness of the mode, not on its secant stiffness.
 
 amplitude = np.geomspace(1e-9, 1e-5, 300)
 fig, (left, right) = plt.subplots(1, 2, figsize=(7.1, 3.6))

@@ -21,8 +21,8 @@ surface = ms.GreenwoodWilliamson(
 joint = ms.Interface(surface, friction_coefficient=0.55, normal_load=2000.0)
 
 # %%
-# Two axes, and what is wanted along them. The result is a set of arrays with names;
-# ``to_xarray``, ``to_netcdf`` and ``to_csv`` pass it on.
+# Two axes and the quantities wanted. The result is a set of labelled arrays, for ``to_xarray``,
+# ``to_netcdf`` and ``to_csv``.
 
 grid = ms.sweep(
     joint,
@@ -34,16 +34,16 @@ print(f"{grid.dims}, {grid.shape}")
 print(*(f"{name} [{grid.variables[name].attributes['units']}]" for name in grid))
 
 # %%
-# At which load does a joint dissipate most, if a structure pushes it with a given force? At the
-# lightest one that still holds it: tighter ones only stick. A sweep along force amplitudes
-# therefore needs loads whose gross slip lies above them.
+# At a given force amplitude a joint dissipates most at the smallest load that still holds the
+# force; at larger loads less of it slips. A sweep along force amplitudes needs loads whose
+# force limit is above them.
 
 pushed = ms.sweep(joint, normal_load=np.linspace(750.0, 5000.0, 400), force_amplitude=[400.0])
 energy = pushed["dissipated_energy"][:, 0]
 print(f"pushed with ±400 N: {energy[0] * 1e6:.0f} µJ at 750 N, {energy[-1] * 1e6:.2f} µJ at 5 kN")
 
 # %%
-# The same with a given displacement, where the tightest joint dissipates most but damps least.
+# At a given displacement the largest load dissipates most, but has the smallest loss factor.
 
 at = np.searchsorted(grid["amplitude"], 3e-7)
 losses = grid["loss_factor"][:, at]

@@ -2,9 +2,9 @@
 Other friction laws
 ===================
 
-Section 4.3 of the chapter compares with the laws that structural dynamics has used before. They
-are here behind the same methods: each is its first loading curve, and everything else follows
-from it.
+Section 4.3 of the chapter compares with earlier friction laws of structural dynamics. They
+have the same methods here: each is given by its first-loading curve, from which everything else
+follows.
 """
 
 import matplotlib.pyplot as plt
@@ -39,9 +39,9 @@ for name, law in laws.items():
     print(f"{name:11s}", *(f"{value:.3e}" for value in energy), "J at 10 nm, 0.1 and 1 µm")
 
 # %%
-# What tells them apart is small motions. Coulomb's law dissipates far too much there, a Jenkins
-# cell nothing at all below its corner. An Iwan model follows; but its numbers are fitted, where
-# those of the rough joint come from the surface, for every load.
+# The laws differ at small amplitudes. Coulomb's law dissipates far too much there, a Jenkins cell
+# nothing below its yield displacement. An Iwan model agrees, but its parameters are fitted, while
+# those of the rough joint follow from the surface, at every load.
 
 fig, (left, right) = plt.subplots(1, 2, figsize=(7.1, 3.6))
 amplitude = np.geomspace(1e-9, 1e-5, 300)

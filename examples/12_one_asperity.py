@@ -2,8 +2,8 @@
 One asperity
 ============
 
-The stick circle, the slip ring and the tractions of a single contact: Cattaneo's and Mindlin's
-picture, which Figs. 19.2 and 19.3 of the chapter show, for any history.
+The stick circle, the slip ring and the tractions of a single contact: the solution of
+Cattaneo and Mindlin (Figs. 19.2 and 19.3 of the chapter), for any history.
 """
 
 import matplotlib.pyplot as plt
@@ -21,8 +21,8 @@ radius, slip_limit = ball.contact_radius, ball.slip_limit
 print(f"contact radius {radius * 1e6:.2f} µm, slip limit {slip_limit * 1e6:.4f} µm")
 
 # %%
-# Pushed half-way to gross slip, then let go until no force is left. The ring that slips back now
-# is thinner than the one that had slipped; between them, tractions of both signs balance.
+# Loaded half-way to gross slip, then unloaded to zero force. The ring that slips back is thinner
+# than the one that slipped first; tractions of both signs balance.
 
 pushed = ball.fields(0.5 * slip_limit)
 released = ball.fields(force=[pushed.force, 0.0])
@@ -35,8 +35,8 @@ for zone in released.zones:
     print(f"  {zone.inner / radius:.3f} to {zone.outer / radius:.3f}: {zone.kind}")
 
 # %%
-# The traction in the contact, and how the surface along the force gives way. Within the circle
-# that has never slipped the surface moves as one.
+# The traction in the contact, and the displacement of the surface along the force. Within the
+# circle that has never slipped the displacement is uniform.
 
 r = np.linspace(0.0, 1.0, 800) * radius
 x = np.linspace(-3.0, 3.0, 600) * radius

@@ -2,8 +2,8 @@
 From a scan to a joint
 ======================
 
-A profilometer's heights become summits, and the summits a joint. How many there are and how round
-is decided by the shortest wave that counts, the cut-off; here is what that does to a joint.
+From the heights of a profilometer to summits, and from summits to a joint. Number and radius of the
+summits depend on the short-wave cut-off; the example shows its effect on the joint.
 """
 
 import matplotlib.pyplot as plt
@@ -15,7 +15,7 @@ from microslip.scans import random_surface
 plt.style.use("microslip.style")
 
 # %%
-# A surface made to order takes the place of a file: ``ms.Scan.read("ground.plu")`` would do.
+# A generated surface replaces the file, which would be read with ``ms.Scan.read("ground.plu")``.
 
 scan = random_surface((400, 400), 1e-6, m0=4e-14, m2=4e-4, m4=1e8, seed=7)
 summits = scan.summits(cutoff=5e-6)
@@ -25,8 +25,8 @@ for estimate in ("counted", "mccool"):
 
 # %%
 # The same joint with the summits at other cut-offs. Coarser summits are fewer and rounder.
-# Stiffness and damping hardly notice: at a given load they hang on the spread of the heights.
-# What changes is the contact itself: how many summits touch, and on what area.
+# Stiffness and damping hardly change: at a given load they depend on the standard deviation of the
+# heights. The number of contacts and the real contact area do change.
 
 al = ms.Material(young_modulus=69e9, poisson_ratio=0.33)
 pair = ms.MaterialPair(al, al)

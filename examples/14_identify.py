@@ -2,9 +2,9 @@
 From loops to a joint
 =====================
 
-Section 4.4 of the chapter lays a theoretical loop over a measured one by eye, Fig. 19.22. Here the
-joint is fitted, with the rig in series, and each number comes with an interval or with the reason
-why there is none.
+Section 4.4 of the chapter compares a theoretical loop with a measured one by eye (Fig. 19.22). Here
+the joint is fitted, with the rig in series, and each parameter has an interval or the reason why
+there is none.
 """
 
 import matplotlib.pyplot as plt
@@ -20,8 +20,8 @@ surface = ms.GreenwoodWilliamson(pair, ms.Gaussian(std=5e-7), radius=1e-3, densi
 joint = ms.Interface(surface, friction_coefficient=0.55, normal_load=2000.0)
 
 # %%
-# A virtual tribometer stands for a real one: two amplitudes at each of three loads, with noise and
-# a rig that gives way.
+# Records of a virtual tribometer: two amplitudes at each of three loads, with noise and a compliant
+# rig.
 
 records = []
 for seed, load in enumerate((500.0, 1000.0, 2000.0)):
@@ -32,8 +32,8 @@ for seed, load in enumerate((500.0, 1000.0, 2000.0)):
 
 # %%
 # Friction, slip scale, separation and rig from all records at once; with the materials also the
-# spread of the heights, which was 500 nm. The heights of this virtual joint are a continuum; of a
-# real one `summits` is the number of its summits.
+# spread of the heights, which was 500 nm. This virtual joint has a continuous height
+# distribution; for a real one give `summits`, the number of its summits.
 
 found = ms.identify(records, pair=pair, summits=np.inf)
 print(f"{found.law}: {found.status}, reduced chi-squared {found.reduced_chi_squared:.1f}")
@@ -43,7 +43,7 @@ std = found.derived["std"]
 print(f"spread of the heights {std.value * 1e9:.0f} nm")
 
 # %%
-# One load on a rig as soft as that of the chapter tells friction and rig, and no more.
+# One load on a rig as compliant as that of the chapter determines friction and rig only.
 
 soft = ms.VirtualTribometer(joint, rig_stiffness=1e8, noise=0.01, seed=3)
 poor = ms.identify(soft.record(amplitude=20e-6, frequency=10.0, cycles=10), summits=np.inf)
@@ -51,7 +51,7 @@ for one in poor.parameters.values():
     print(f"{one.name}: {one.verdict}")
 
 # %%
-# Measured and identified loops over each other, and what is left below.
+# Measured and identified loops, with the residuals below.
 
 fig, axes = plt.subplots(
     2, 3, figsize=(7.1, 4.0), height_ratios=[2.2, 1.0], sharex="col", sharey="row"

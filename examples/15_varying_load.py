@@ -2,9 +2,9 @@
 A normal load that varies
 =========================
 
-Joints breathe: while one is sheared, its normal load goes up and down, too. Where in the cycle the
-load is high decides what the cycle costs, and a held force moves the joint on while the load is
-low.
+In many structures the normal load of a joint varies with the motion. The dissipated energy then
+depends on the phase between load and displacement, and a constant force makes the joint creep while
+the load is low.
 """
 
 import matplotlib.pyplot as plt
@@ -21,9 +21,9 @@ surface = ms.GreenwoodWilliamson(
 joint = ms.Interface(surface, friction_coefficient=0.55, normal_load=2000.0)
 
 # %%
-# Cycles of ±0.2 µm under 2 kN ± 1 kN. The first one settles, the second repeats itself and counts.
-# In step the load is high where the displacement is large. A quarter cycle ahead it is high on the
-# way out and low on the way back, so that less of the force is given back.
+# Cycles of ±0.2 µm under 2 kN ± 1 kN; the second cycle is settled. In phase, the load is high where
+# the displacement is large. A quarter cycle ahead it is high during loading and low during
+# unloading, so that less energy is recovered.
 
 steps = 500
 turn = 2.0 * np.pi * np.arange(1, 2 * steps + 1) / steps
@@ -39,8 +39,8 @@ for name, ahead in (("in step", 0.0), ("45° ahead", 45.0), ("90° ahead", 90.0)
 
 # %%
 # A force of 600 N, well below μN = 1100 N, held while the load ripples by ±10 to ±40 %: when the
-# load is low contacts slip that had stuck, and they do not come back. Within the first cycle the
-# joint has crept as far as it will; it does not ratchet.
+# load is low, contacts that were stuck slip, and stay displaced. The joint creeps during the first
+# cycle only; it does not ratchet.
 
 cycles = np.arange(1, 4 * steps + 1) / steps
 start = joint.backbone_displacement(600.0)

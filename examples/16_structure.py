@@ -2,8 +2,8 @@
 A structure with a joint: frequency and damping before it is built
 ==================================================================
 
-A clamped beam in two halves, lapped and bolted: at one place its halves slide on each other. What
-it damps depends on the amplitude, and on how much of each mode's motion the joint sees.
+A clamped beam in two lapped and bolted halves that slide on each other at one place. The damping
+depends on the amplitude and on the motion of each mode at the joint.
 """
 
 import matplotlib.pyplot as plt
@@ -33,7 +33,7 @@ for i in range(count):
         stiffness[i - 1, i - 1] += spring
         stiffness[i - 1, i] -= spring
         stiffness[i, i - 1] -= spring
-# In the middle a quarter of the section goes on; the joint carries the rest.
+# In the middle a quarter of the section is continuous; the joint carries the rest.
 left, right = count // 2 - 1, count // 2
 across = np.zeros(count)
 across[left], across[right] = -1.0, 1.0
@@ -46,8 +46,8 @@ free = bar.linear_modes(2, joints="open").frequency
 print(f"sticking {stuck[0]:.0f} and {stuck[1]:.0f} Hz, sliding {free[0]:.0f} and {free[1]:.0f} Hz")
 
 # %%
-# Nonlinear modes by the balance of harmonics, with the quick look by static loading beside them.
-# Amplitudes are those of the tip, and half a per mille of damping is added for all else.
+# Nonlinear modes by harmonic balance, compared with the quasi-static estimate.
+# Amplitudes are those of the tip; 0.05 % of damping is added for all other causes.
 
 tip = np.zeros(count)
 tip[-1] = 1.0
@@ -66,15 +66,15 @@ for index in (0, 1):
     line = below.plot(amplitudes * 1e6, curve.damping_ratio)[0]
     quick = curve.other_method.damping_ratio
     below.plot(amplitudes * 1e6, quick, "--", color=line.get_color())
-above.set(ylabel="frequency over that of sticking")
+above.set(ylabel="frequency over that fully stuck")
 above.legend()
 below.set(xscale="log", yscale="log", xlabel="amplitude of the tip [µm]", ylabel="damping ratio")
 below.plot([], [], "k--", label="quasi-static")
 below.legend()
 
 # %%
-# Let go from 3 µm at the tip, and read as a test would read it: near the mode's own damping, for
-# a decay of many cycles. A ring-down in gross slip, which loses much in a cycle, shows more.
+# Released at 3 µm at the tip and evaluated like a test: with many cycles of decay the damping is
+# close to that of the mode. A ring-down in gross slip, with a large loss in each cycle, shows more.
 
 curve = bar.modes(0, [3e-6], at=tip)
 shape = np.real(curve.shape[0])

@@ -2,9 +2,9 @@
 A milled face under a bolt
 ==========================
 
-Where bolts press, contacts yield, meet and merge, which no law of summits describes. The scan
-itself does: its heights are pressed point by point, up to the hardness of the steel, and the joint
-stands on the face as the bolt leaves it.
+Under bolts, contacts yield and merge, which laws of separate summits do not describe. Here the
+heights of the scan are pressed point by point by boundary elements, up to the hardness of the
+steel, and the joint uses the face as the bolt leaves it.
 """
 
 import matplotlib.pyplot as plt
@@ -29,8 +29,8 @@ print(f"the stiffness of its four pieces scatters by {100 * n.scatter:.0f} %")
 face.plot()
 
 # %%
-# The lay runs along y, and contacts are longer that way: along it the joint is softer. Tightened
-# and loosened to a half it keeps what has yielded.
+# The lay runs along y, and contacts are longer in that direction: along it the joint is more
+# compliant. After tightening and loosening to one half the face stays flattened.
 
 for angle in (0.0, np.pi / 2):
     joint = ms.Interface(face, 0.2, normal_load=load, direction=angle)
@@ -43,7 +43,7 @@ print(f"at half of the load: {loose.tangential_stiffness / 1e9:.1f} GN/m")
 print("verdicts:", *(verdict.word for verdict in joint.validity))
 
 # %%
-# What summits and Persson's theory make of the same scan, in the mean over all directions.
+# The same scan by summits and by Persson's theory, averaged over all directions.
 
 summits = scan.summits(cutoff="10 um")
 every = {

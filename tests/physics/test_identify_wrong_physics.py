@@ -209,7 +209,7 @@ def test_gains_of_one_sensor_are_one_error() -> None:
     assert seen.name == "displacement_gain"
     assert seen.found == pytest.approx(1.08, abs=0.02)
     assert not seen.agrees
-    with pytest.raises(ms.InputError, match="gain_errors must be of force"):
+    with pytest.raises(ms.InputError, match="gain_errors must be among force"):
         ms.identify(records, gain_errors={"forces": 0.01})
     with pytest.raises(ms.InputError, match="must be a share below 1"):
         ms.identify(records, gain_errors={"force": 1.5})

@@ -171,14 +171,14 @@ def test_check_ends_with_a_verdict() -> None:
         assert outcome.exit_code == 0
         return outcome.stdout.splitlines()[-2].partition(" To compute")[0]
 
-    assert last("0.5 kN") == "Fine, but see the verdicts."
-    assert last("50 kN") == "Outside of what the model assumes; it runs all the same."
+    assert last("0.5 kN") == "Ready to run; see the verdicts."
+    assert last("50 kN") == "Outside the assumptions of the model; it can be run all the same."
     Path("joint.toml").write_text(STUDY.replace(', hardness = "1.2 GPa"', ""), encoding="utf-8")
-    assert last("0.5 kN") == "Fine as far as it was judged: see the verdicts."
+    assert last("0.5 kN") == "Ready to run; not everything could be judged, see the verdicts."
     text = STUDY.replace('hardness = "1.2 GPa"', 'hardness = "12 GPa"')
     Path("joint.toml").write_text(text, encoding="utf-8")
-    assert last("0.5 kN") == "Fine."
-    assert last("2 kN") == "Fine, but see the verdicts."  # the real area alone
+    assert last("0.5 kN") == "Ready to run."
+    assert last("2 kN") == "Ready to run; see the verdicts."  # the real area alone
 
 
 # -- new, demo -------------------------------------------------------------------------------------

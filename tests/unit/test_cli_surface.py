@@ -46,7 +46,7 @@ def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_all_files_and_the_cutoff_in_each(folder: Path, undrawn: None) -> None:
     outcome = run("surface", "ground.npy", *AS_IS, "--cutoff", "6 um", "--png", "-o", "out")
     assert outcome.exit_code == 0, outcome.output
-    assert outcome.stdout.startswith("ground.npy\nIts summits, by counting: ")
+    assert outcome.stdout.startswith("ground.npy\nSummits by counting: ")
     assert "96 x 96 points, pixel 1.000 µm, 96.0 µm" in outcome.stdout
     assert "Cut-off 6 µm: Sq " in outcome.stdout
     assert "6.00 µm *" in outcome.stdout  # in the table over cut-offs
@@ -486,7 +486,7 @@ def test_the_reasons_of_a_scratch_are_told(folder: Path) -> None:
     told = next(text for text in summary["warnings"] if text.startswith("Two estimates differ"))
     assert "the kurtosis is" in told
     assert "a scratch" in told
-    assert told.endswith("then build on the counted ones.")
+    assert told.endswith("then use the counted summits.")
     lines = told.splitlines()
     assert lines[0].endswith("of McCool's moments. Why:")
     assert "(the counted one by load; by mean curvature, as McCool's is, " in lines[0]

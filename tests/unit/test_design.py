@@ -115,10 +115,13 @@ def test_the_command(tmp_path: Path) -> None:
 
 WRONG = {
     "target": (("damping_ratio", "joint.normal_load=1 N..2 N"), "target must read like"),
-    "quantity": (("damping >= 1 at 1 um", "joint.normal_load=1 N..2 N"), "target must be of damp"),
+    "quantity": (
+        ("damping >= 1 at 1 um", "joint.normal_load=1 N..2 N"),
+        "target must be among damp",
+    ),
     "amplitude": (("loss_factor >= 1 at 1 N", "joint.normal_load=1 N..2 N"), "target"),
     "level": (("loss_factor >= 0 at 1 um", "joint.normal_load=1 N..2 N"), "a value above zero"),
-    "key": (("loss_factor >= 1 at 1 um", "joint.load=1 N..2 N"), "vary must be of joint.normal"),
+    "key": (("loss_factor >= 1 at 1 um", "joint.load=1 N..2 N"), "vary must be among joint.normal"),
     "ends": (("loss_factor >= 1 at 1 um", "joint.normal_load=2 N..1 N"), "low..high above zero"),
     "dots": (("loss_factor >= 1 at 1 um", "joint.normal_load=2 N"), "must read like"),
     "unit": (("loss_factor >= 1 at 1 um", "joint.normal_load=1 m..2 m"), "vary: joint.normal_load"),

@@ -160,7 +160,7 @@ def graph() -> dict[str, list[Import]]:
 def layers() -> dict[str, int]:
     """Row of each package in the table of CONTRIBUTING.md, from the foundation up."""
     text = (ROOT / "CONTRIBUTING.md").read_text()
-    section = text[text.index("## The house") : text.index("## Checks")]
+    section = text[text.index("## Packages") : text.index("## Checks")]
     rows = re.findall(r"^\| [a-z ]+ \| (`[^|]*) \|", section, re.MULTILINE)
     return {name: row for row, names in enumerate(rows) for name in re.findall(r"`(\w+)`", names)}
 

@@ -413,8 +413,8 @@ def test_a_rig_softer_than_the_record_is_refused(folder: Path) -> None:
     outcome = run("measure", "soft.csv", "--rig-stiffness", "40")
     assert (outcome.exit_code, outcome.stdout) == (2, "")
     assert outcome.stderr == (
-        "error: soft.csv: --rig-stiffness 40.0 N/m gives way by 1.25 m under the force amplitude "
-        "of 50.0 N, more than all of the measured amplitude of 5.00 µm; a number alone is in N/m, "
+        "error: soft.csv: --rig-stiffness 40.0 N/m deflects by 1.25 m under the force amplitude "
+        "of 50.0 N, more than the whole measured amplitude of 5.00 µm; a number alone is in N/m, "
         "so 40 N/um is --rig-stiffness 4e+07\n"
     )
     # Just stiff enough for a contact that moves by a hundredth of what was measured.

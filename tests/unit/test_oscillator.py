@@ -169,8 +169,8 @@ def test_wrong_ring_downs(monkeypatch: pytest.MonkeyPatch) -> None:
     )
     free = ms.Oscillator(2.0, 0.0, ms.Coulomb(force_limit=1.0))
     assert refusal(free.ring_down, 1e-6, cycles=1) == (
-        "stiffness must be above zero beside a joint that is rigid at rest: nothing swings "
-        "without a spring, got 0"
+        "stiffness must be above zero beside a joint that is rigid at rest: without a spring "
+        "there is no oscillation, got 0"
     )
     # While it slides the spring alone makes the period: ten times as many samples a cycle.
     monkeypatch.setattr(module, "MOST_SAMPLES", 4000)

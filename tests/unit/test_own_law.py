@@ -117,5 +117,5 @@ def test_a_law_that_says_nothing_is_refused() -> None:
         def _slope(self, u: np.ndarray) -> np.ndarray:
             return np.where(u < 1.0, 1.0, 0.0)
 
-    with pytest.raises(ms.InputError, match="a law that says its parameters"):
+    with pytest.raises(ms.InputError, match="a law that declares its parameters"):
         model_of(Silent)

@@ -218,7 +218,7 @@ def test_the_verdict_is_on_the_effect_and_not_on_the_number_of_points() -> None:
     few, many = (best_of(law.ppf((np.arange(n) + 0.5) / n)) for n in (2000, 20_000))
     assert few.gaussian.share == pytest.approx(many.gaussian.share, abs=1e-3)
     assert many.gaussian.word == "ok"
-    assert "Gaussian for all that matters" in many.verdict
+    assert "Gaussian to practical accuracy" in many.verdict
     skew = best_of(stats.expon.ppf((np.arange(9000) + 0.5) / 9000))
     assert skew.gaussian.word == "outside"
     assert "not Gaussian" in skew.verdict

@@ -96,7 +96,7 @@ def test_cutoff_in_every_way() -> None:
     before = find_summits(scan.condition(cutoff=1e-5), None)
     assert before.cutoff == pytest.approx(1e-5)
     notes = " ".join(scan.summits(None).notes)
-    assert "no short-wave cut-off: the pixel of 1.000 µm decides density and radius" in notes
+    assert "no short-wave cut-off: the pixel of 1.000 µm determines density and radius" in notes
     assert "3 times the noise of" in notes
     assert "dropped as not round" in notes
     # The noise that passes, and so the threshold, falls about as the cut-off rises.

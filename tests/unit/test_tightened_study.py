@@ -30,7 +30,9 @@ def test_a_study_is_what_python_makes_of_it() -> None:
         note.startswith("joint.tightening_load: at 4 kN ") for note in result.summary["notes"]
     )
     names = [verdict["name"] for verdict in result.summary["joints"][0]["validity"]]
-    assert {"contacts", "indentation over yield", "real over apparent area, tightened"} < set(names)
+    assert {"contacts", "indentation over yield", "real over apparent area at tightening"} < set(
+        names
+    )
     assert "plasticity index" not in names
 
 

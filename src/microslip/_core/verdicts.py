@@ -25,7 +25,7 @@ class Verdict(NamedTuple):
     limit: float
     """Where ``ok`` ends; ``outside`` begins further."""
     word: Word
-    """``ok``, ``watch`` (the result leans on it), ``outside``, or ``not judged``."""
+    """``ok``, ``watch`` (the result depends on it), ``outside``, or ``not judged``."""
     meaning: str
     """What the assumption is, in a sentence."""
     reason: str = ""

@@ -286,7 +286,7 @@ function drawScan(form, preview) {
   }
   const cut = (v) => { picked.options.cutoff = length(v); form.querySelector('[name="cutoff"]').value = length(v); };
   form.append(make("figure", {}, chart([preview.spectrum], { log: true, onclick: cut, label: "Power spectrum over wavelength", along: ["Wavelength", "m"], up: ["Density", preview.picture ? "m⁴" : "m³"] }),
-    make("figcaption", {}, "Power spectrum over wavelength: click where short waves shall end.")));
+    make("figcaption", {}, "Power spectrum over wavelength: click to set the short-wave cut-off.")));
 }
 
 function drawRecord(form, preview) {
@@ -315,7 +315,7 @@ let timer = null;
 async function follow() {
   clearTimeout(timer);
   const runs = await ask("/api/runs").catch(() => null);
-  if (runs === null) { $("error").textContent = "The workbench has ended: start microslip app again."; return; }
+  if (runs === null) { $("error").textContent = "The workbench has been stopped: start microslip app again."; return; }
   drawRuns(runs.toReversed());
   const busy = runs.some((run) => ["waiting", "running"].includes(run.state));
   timer = setTimeout(follow, busy ? 400 : 4000);

@@ -51,7 +51,7 @@ function separation(heights, target) {
   if (size(low) < Math.log(target)) {
     throw new RangeError("every summit touches: this load is beyond these heights");
   }
-  if (!(size(high) < Math.log(target))) throw new RangeError("the load is too light to tell from none");
+  if (!(size(high) < Math.log(target))) throw new RangeError("the load is too small to be distinguished from zero");
   for (let step = 0; step < 200; step++) {
     const miss = Math.log(heights.moment(3, h) / target);
     const length = heights.moment(3, h) / (1.5 * heights.moment(1, h));

@@ -183,6 +183,6 @@ def _too_rough(law: BackboneLaw) -> InputError:
     name = type(law).__name__
     return InputError(
         f"c and fmu hold a law in at most {_PANEL_LIMIT} smooth pieces, and {name} needs more; "
-        "cells hold it to an error that is told: kind iwan, opensees or calculix, or "
+        "cells represent it with a known error: kind iwan, opensees or calculix, or "
         "law.to_iwan(...) in their place"
     )

@@ -80,7 +80,7 @@ class BoucWen(Parametric):
         if self.beta < abs(self.gamma):
             raise InputError(
                 "`beta` must be at least the size of gamma, or the model is not dissipative (it "
-                f"gives energy away on part of a cycle), got beta={exact(self.beta)}, "
+                f"would release energy on part of a cycle), got beta={exact(self.beta)}, "
                 f"gamma={exact(self.gamma)}"
             )
         if self.beta + self.gamma <= 0.0:

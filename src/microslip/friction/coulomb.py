@@ -54,9 +54,8 @@ class Coulomb(BackboneLaw):
     def _below_limit(self, name: str, force: Floats) -> Floats:
         # Every way from a force to a displacement comes by here.
         raise InputError(
-            f"{name} has no answer: Coulomb friction is rigid below its limit "
-            f"{self.force_limit:.10g} N, and no single displacement belongs to a force; "
-            "give displacements [m]"
+            f"{name} does not determine a displacement: Coulomb friction is rigid below its limit "
+            f"{self.force_limit:.10g} N; give displacements [m]"
         )
 
     def sliders(self) -> Sliders:

@@ -185,8 +185,8 @@ class JointField(SettledField, Locked):
             wording = str(error).partition(", got ")[0]
             share = self._scale[node]
             raise InputError(
-                f"{wording}, which for its share {share:.3g} of the surface's area is not so of "
-                f"the {exact(shares[node] * share)} N at node {node}"
+                f"{wording}, on the whole area of the surface; node {node} is {share:.3g} of it, "
+                f"got {exact(shares[node] * share)} N"
             ) from None
         return separation
 

@@ -249,7 +249,7 @@ def guessed_law(kind: Any, data: Any) -> Any:
     if not says_all(kind) or any(item.many or item.dimension is None for item in parameters):
         raise InputError(
             f"{kind.__name__} must have a classmethod guess(data) of its own to be guessed: the "
-            "default serves laws that say their parameters, as numbers with units of N and m"
+            "default serves laws that declare their parameters, as numbers with units of N and m"
         )
     u, force = points_of(all_features(data))
     best, values = math.inf, dict[str, float]()

@@ -170,8 +170,9 @@ def coefficients_of(
     if nodes is not None:
         if values.shape not in ((basis.size,), (nodes, basis.size)):
             raise InputError(
-                f"{name} must have the shape ({nodes}, {basis.size}), a row a node in the order of "
-                f"the harmonics, or ({basis.size},) for all alike, got {values.shape}"
+                f"{name} must have the shape ({nodes}, {basis.size}), a row for each node "
+                f"in the order of the harmonics, or ({basis.size},) for all alike, "
+                f"got {values.shape}"
             )
         return np.broadcast_to(values, (nodes, basis.size))
     if values.shape != (basis.size,):

@@ -347,7 +347,7 @@ class Interface(CoupledLaw):
         """
         if pair is None:
             raise InputError(
-                "`pair` must be given: loops do not tell the materials; write "
+                "`pair` must be given: loops do not determine the materials; write "
                 "pair=ms.MaterialPair(ms.Material(69e9, 0.33), ms.Material(69e9, 0.33))"
             )
         from microslip.friction.surface_guesses import guessed_surface

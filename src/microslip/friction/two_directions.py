@@ -319,8 +319,8 @@ class IsotropicJoint(Locked):
         values = floats("coefficients", coefficients)
         if values.shape != (2, basis.size):
             raise InputError(
-                f"coefficients must have the shape (2, {basis.size}), a row a direction, got "
-                f"{values.shape}"
+                f"coefficients must have the shape (2, {basis.size}), a row for each direction, "
+                f"got {values.shape}"
             )
         steps = np.zeros((1, len(functions)))
         force, jacobian, _ = _harmonics(

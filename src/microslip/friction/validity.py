@@ -64,19 +64,19 @@ RULES: tuple[Rule, ...] = (
         name="real over apparent area",
         watch=0.01,
         outside=0.1,
-        meaning="contacts are sparse and do not feel each other",
+        meaning="contacts are sparse and do not interact",
         reason="a boundary-element solution is up to 20 % stiffer at 0.01 (7 % in the mean), 5 to "
         "20 % at 0.02, 20 to 50 % at 0.06 and 30 to 80 % at 0.1 (Gaussian surfaces, "
         "benchmarks/real_area.py)",
-        remedy='a smaller load, or a law whose contacts feel each other: "rough", or "measured"',
+        remedy='a smaller load, or a law with interacting contacts: "rough", or "measured"',
     ),
     Rule(
-        name="real over apparent area, tightened",
+        name="real over apparent area at tightening",
         watch=0.01,
         outside=0.1,
         meaning="contacts were sparse at the tightening load, too",
-        reason="as of the real area under the load",
-        remedy="a smaller tightening load, or a model whose contacts feel each other",
+        reason="as for the real area under the load",
+        remedy="a smaller tightening load, or a model with interacting contacts",
     ),
     Rule(
         name="contact radius over summit spacing",
@@ -84,7 +84,7 @@ RULES: tuple[Rule, ...] = (
         outside=0.5,
         meaning="a contact is small beside the distance to the next summit",
         reason="independent summits need contacts that are small beside their spacing",
-        remedy="a smaller load, or a model whose contacts feel each other",
+        remedy="a smaller load, or a model with interacting contacts",
     ),
     Rule(
         name="contacts",
@@ -139,7 +139,7 @@ RULES: tuple[Rule, ...] = (
         name=ANISOTROPY,
         watch=0.96,
         outside=0.9,
-        meaning="one shape stands for all summits",
+        meaning="one shape represents all summits",
         reason="boundary elements have k_x/k_y of 1.23 to 1.25 at a lay of 6:1 (a ratio of "
         "curvatures of 0.03), 1.29 to 1.36 at 12:1 (0.007); ellipses of one shape 1.18 and 1.22",
         remedy='a scan (law = "measured"), which is solved along and across',
@@ -186,7 +186,7 @@ RULES: tuple[Rule, ...] = (
         name=SCATTER,
         watch=0.2,
         outside=0.6,
-        meaning="pieces of the scan bear alike, so the scan stands for the joint",
+        meaning="pieces of the scan carry the load alike, so the scan represents the joint",
         reason="standard deviation of the logarithm of the stiffness, from piece to piece; the "
         "mean of n pieces scatters by it over the root of n",
         remedy="a larger scan, several scans, or long waves taken off as form",

@@ -64,7 +64,7 @@ class Discrete(Locked, HeightDistribution):
         return result
 
     def _density(self, height: Floats) -> Floats:
-        raise InputError("heights given one by one have no density; see their cdf")
+        raise InputError("a list of heights has no density; use its cdf")
 
     @classmethod
     def examples(cls) -> tuple[HeightDistribution, ...]:

@@ -65,7 +65,7 @@ def checked_effects(names: Sequence[str] | None) -> tuple[str, ...]:
         raise InputError(f"`nuisances` must be a list of {', '.join(NUISANCES)}, got {show(names)}")
     for name in names:
         if name not in NUISANCES:
-            raise InputError(f"`nuisances` must be of {', '.join(NUISANCES)}, got {show(name)}")
+            raise InputError(f"`nuisances` must be among {', '.join(NUISANCES)}, got {show(name)}")
     return tuple(dict.fromkeys(names))
 
 

@@ -260,7 +260,7 @@ def known_data(problem: Problem, quantities: list[Quantity], data_options: Any) 
             names = [*free, *by_name]
             hint = did_you_mean(name, names) if isinstance(name, str) else ""
             raise InputError(
-                f"`known`: {show(name)} is nothing that this fit knows, which has "
+                f"`known`: {show(name)} is no parameter or result of this fit, which has "
                 f"{', '.join(names)}{hint}" + (_GIVE_PAIR if name in _NEED_MORE else "")
             )
         value, error = _datum(name, raw_datum)

@@ -184,7 +184,7 @@ class Identification(Locked, Plottable):
         for word in accepted:
             if word not in (NOT_CONVERGED, NOT):
                 raise InputError(
-                    f"`even_if` must be of {NOT_CONVERGED!r} and {NOT!r}, got {show(word)}"
+                    f"`even_if` must be among {NOT_CONVERGED!r} and {NOT!r}, got {show(word)}"
                 )
         if not self.converged and NOT_CONVERGED not in accepted:
             raise InputError(

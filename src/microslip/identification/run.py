@@ -191,8 +191,9 @@ def identify(
     if isinstance(model, CycleModel) and not is_rigid(rig_stiffness):
         if not isinstance(rig_stiffness, str):
             raise InputError(
-                f"`rig_stiffness` has no place in {model.name!r}, which has its own elastic "
-                "part; take it off the displacement, or write `rig_stiffness=None`"
+                f"`rig_stiffness` cannot be fitted with {model.name!r}, which has its own "
+                "elastic part; subtract the rig from the displacement, or write "
+                "`rig_stiffness=None`"
             )
         rig_stiffness = None
         notes.append(Caveat("own elastic part", {"law": model.name}))

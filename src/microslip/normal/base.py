@@ -316,8 +316,8 @@ class NormalLaw(Parametric, ABC):
 
     def _unknown(self, name: str) -> InputError:
         return InputError(
-            f"{name} is unknown to {type(self).__name__}: it holds loads only; "
-            "a GreenwoodWilliamson surface or an AsperityPopulation knows its contacts"
+            f"{type(self).__name__} has no {name}: it holds loads only; "
+            "take a GreenwoodWilliamson surface or an AsperityPopulation"
         )
 
     # -- for the interface -------------------------------------------------------------------

@@ -261,7 +261,7 @@ class TightenedSurface(NormalLaw):
             values = sparse_contacts(self, self.area, self.heights.spread, radius, separation)
             # Junctions have met once where they met at tightening.
             tightest = float(self.contact_area(self.closest_separation)) / self.area
-            values["real over apparent area, tightened"] = tightest
+            values["real over apparent area at tightening"] = tightest
         return {**values, "indentation over yield": self.mean_indentation}
 
     def _under(self, load: float) -> NormalLaw:

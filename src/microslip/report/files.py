@@ -66,11 +66,7 @@ def standard_files(document: Document) -> tuple[File, ...]:
             return File(name, lambda path, progress: _page(document, cache, path, progress), cost)
         picture = pictures[stem]
         cost = FIGURE if kind == "svg" else 20.0 * FIGURE
-        return File(
-            name,
-            lambda path, _: _bytes(path, cache.as_bytes(picture, kind)),
-            cost,
-        )
+        return File(name, lambda path, _: _bytes(path, cache.as_bytes(picture, kind)), cost)
 
     return tuple(map(file, document.data["files"]))
 

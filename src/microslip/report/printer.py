@@ -173,6 +173,7 @@ class Printer:
     ) -> Table:
         box: Box = ASCII if self._ascii else SIMPLE_HEAD
         table = Table(box=box, pad_edge=False, show_edge=False, header_style="")
+        table.show_header = any(head)
         for column in columns:
             table.add_column(
                 Text(self._fit(head[column]), style="cyan"),

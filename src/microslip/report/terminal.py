@@ -126,7 +126,7 @@ def _(block: Verdicts, out: Printer, title: str, full: bool) -> None:
             assumed = "" if short else f" – assumed: {judgement.meaning}"
             out.verdict(judgement.word, f"{judgement.name}{where}: {value}{assumed}")
     if fine:
-        out.verdict("ok", f"{len(fine)} others" if short else ", ".join(fine))
+        out.verdict("ok", f"{len(fine)} others" if short else "; ".join(fine))
     if not judged:
         out.line(f"  {block.none}")
     out.line()

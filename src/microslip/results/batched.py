@@ -43,8 +43,8 @@ SUMMARY_SCHEMA = 1
 _QUANTILES = {"q5": 0.05, "q50": 0.5, "q95": 0.95}
 _OUTER = ("q5", "q95")
 _WITHIN = (
-    "“Within” are intervals of 90 %, if the items are independent draws of what is made; an open "
-    "end (?) takes more items, 59 at least."
+    "“Within” are 90 % intervals of the quantiles, if the items are independent samples of the "
+    "production; an open end (?) needs 59 items or more."
 )
 
 
@@ -57,7 +57,7 @@ def document(batch: Batch) -> Document:
     counts = (
         ("Done", str(len(completed))),
         ("Failed", str(len(failed))),
-        ("Not yet", str(missing)),
+        ("Remaining", str(missing)),
         ("Computed in this run", str(batch.computed)),
     )
     blocks: list[Block] = [Facts("Items", counts)]
@@ -75,7 +75,7 @@ def document(batch: Batch) -> Document:
         picture = Picture("batch", caption, lambda: plot(columns), "Results of all items")
         sections.append(Section("Figures", (picture,), brief=False))
     if missing:
-        note = f"{missing} items are another shard's, or wait for the next run."
+        note = f"{missing} items belong to another shard or to the next run."
         sections.append(Section("Notes", (Items((note,)),)))
     number = _number(statistics)
     answer = f"{len(completed)} of {len(batch.items)} items done, {len(failed)} failed"

@@ -66,7 +66,7 @@ def document(search: Search, design: DesignPoint, curve: Sequence[DesignPoint]) 
     facts = Facts(
         "Target",
         (
-            ("Wanted", target.written),
+            ("Target", target.written),
             *(() if search.is_certain else (("Probability", share.removeprefix(" with ")),)),
             ("Reached by the study", outcome_text(study)),
             ("Reached by the design", outcome_text(design)),
@@ -91,8 +91,8 @@ def document(search: Search, design: DesignPoint, curve: Sequence[DesignPoint]) 
         noun="levels",
     )
     remark = (
-        "The design changes the study least, counted in logarithms; values are in SI units. "
-        "Numbers of the study that are uncertain scatter about the design by the same shares."
+        "The design is the smallest change of the study, in logarithms of the keys; values are in "
+        "SI units. Uncertain inputs scatter about the design by the same relative amounts."
     )
     values = ", ".join(f"{key} = {_quantity(key, v)}" for key, v in design.values.items())
     reached = "" if search.is_certain else f" with {100.0 * design.probability:.3g} %"

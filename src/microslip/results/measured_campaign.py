@@ -214,7 +214,7 @@ def _wear_text(wear: Wear) -> str:
             "worn volume over energy dissipated in all cycles."
         )
     threshold = _ends(wear.threshold, lambda value: engineering(value, "J"))
-    verdict = "nothing wears below it" if wear.has_threshold else "none is told, zero is within"
+    verdict = "nothing wears below it" if wear.has_threshold else "none resolved, zero is within"
     return f"With a threshold: {text} µm³/J from {threshold}{beside}; {verdict}."
 
 

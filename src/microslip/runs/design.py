@@ -83,7 +83,9 @@ class Target(NamedTuple):
         if name not in names:
             of_mode = "" if mode is None else " of a mode"
             hint = " (of a mode: mode 1 frequency)" if name == "frequency" else ""
-            raise InputError(f"`target` must be of {', '.join(names)}{of_mode}, got {name!r}{hint}")
+            raise InputError(
+                f"`target` must be among {', '.join(names)}{of_mode}, got {name!r}{hint}"
+            )
         try:
             size = to_si(amplitude, LENGTH, "10 um")
             number = _value(name, value)
@@ -135,7 +137,7 @@ class Range(NamedTuple):
         """From text such as "joint.normal_load=500 N..5 kN"."""
         key, low, high = parts_of(text)
         if key not in KEYS:
-            raise InputError(f"`vary` must be of {', '.join(KEYS)}, got {key!r}")
+            raise InputError(f"`vary` must be among {', '.join(KEYS)}, got {key!r}")
         kind = KEYS[key][1]
         try:
             values = [

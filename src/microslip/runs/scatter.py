@@ -115,8 +115,8 @@ def _results(
         for index, sample in enumerate(samples):
             if isinstance(sample, str):
                 raise StudyError(
-                    f"{design.study.name}: uncertainty: sample {index + 1} of {len(scores)} has "
-                    f"no answer: {sample}"
+                    f"{design.study.name}: uncertainty: sample {index + 1} of {len(scores)} cannot "
+                    f"be computed: {sample}"
                 )
             progress((index + 1) / len(scores))
             yield sample

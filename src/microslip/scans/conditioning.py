@@ -176,7 +176,7 @@ def remaining(scan: HeightMap, cutoff: float | None) -> float | None:
     if cutoff < before:
         raise InputError(
             f"`cutoff` must not be shorter than the {applied} that was applied before, got "
-            f"{came}: waves that are gone do not come back; take None, or the scan as it was"
+            f"{came}: removed waves cannot be restored; write None, or filter the scan as read"
         )
     next_one = engineering(math.hypot(before, 1.01 * shortest), "m", 4, trim=True)
     raise InputError(

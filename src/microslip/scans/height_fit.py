@@ -58,17 +58,17 @@ class HeightFit(Locked):
         """Kind of the heights, in a sentence."""
         gauss, best, rms = self.gaussian, self.best, self.statistics.rms
         text = {
-            "ok": "The heights are Gaussian for all that matters",
+            "ok": "The heights are Gaussian to practical accuracy",
             "watch": "The heights are roughly Gaussian",
             "outside": "The heights are not Gaussian",
         }[gauss.word]
         text += (
-            f": that with their mean and rms misses {100.0 * gauss.share:.2g} % of the points at "
-            f"most, and quantiles by up to {engineering(gauss.shift * rms, 'm', 2)}"
+            f": a Gaussian of their mean and rms is off by at most {100.0 * gauss.share:.2g} % of "
+            f"the points and {engineering(gauss.shift * rms, 'm', 2)} in quantiles"
         )
         if gauss.word != "ok" and best.share < gauss.share and best.effect < 0.8 * gauss.effect:
             mirrored = "mirrored " if best.mirrored else ""
-            text += f"; {mirrored}{best.name} misses {100.0 * best.share:.2g} %"
+            text += f"; {mirrored}{best.name} by {100.0 * best.share:.2g} %"
         if gauss.tail > 0.5:
             text += (
                 "; the Gaussian misses the highest tenth, which touches first, by up to "

@@ -75,7 +75,7 @@ class JointOverCutoffs(Locked):
         name is an InputError.
         """
         if quantity not in self.values:
-            raise InputError(f"`quantity` must be of {[*self.values]}, got {quantity}")
+            raise InputError(f"`quantity` must be among {[*self.values]}, got {quantity}")
         row, column = self.chosen
         if cutoff == "cutoff":
             places, line, at = self.cutoff, self.values[quantity][row], column

@@ -53,7 +53,7 @@ class NayakSummits:
         if self.nayak < LEAST_ALPHA * (1.0 - 1e-9):
             raise InputError(
                 "Nayak's alpha = m0 m4/m2^2 must be at least 1.5 for an isotropic Gaussian "
-                f"surface, got {self.nayak:.4g}: the surface is another one, or its scan is"
+                f"surface, got {self.nayak:.4g}: it is none, or its scan is disturbed"
             )
 
     @property

@@ -57,7 +57,7 @@ class PointByPoint:
             return f"Not solved point by point: {self.missing}."
         text = f"Solved point by point: {contact_words(self.law.numbers)}."
         if self.is_main:
-            text += " Verdicts on summits and their radii do not concern it."
+            text += " Verdicts on summits and their radii do not apply to it."
         return text
 
 

@@ -115,8 +115,8 @@ class SummitStatistics:
             heights = Gaussian(self.std, self.mean_height)
         elif not isinstance(heights, HeightDistribution):
             raise InputError(
-                f'heights must be "gaussian" or a height distribution, got {show(heights)}; the '
-                "heights one by one are known to Summits only"
+                f'heights must be "gaussian" or a height distribution, got {show(heights)}; '
+                "single heights are held by Summits only"
             )
         return GreenwoodWilliamson(pair, heights, self.radius, self.density, area)
 

@@ -152,10 +152,10 @@ def _notes(
 ) -> tuple[str, ...]:
     pixel = " x ".join(engineering(step, "m", 4) for step in dict.fromkeys(scan.pixel))
     band = (
-        f"summits: no short-wave cut-off: the pixel of {pixel} decides density and radius."
+        f"summits: no short-wave cut-off: the pixel of {pixel} determines density and radius."
         if scan.cutoff is None
-        else f"summits: short-wave cut-off {engineering(scan.cutoff, 'm')}; it decides density and "
-        "radius."
+        else f"summits: short-wave cut-off {engineering(scan.cutoff, 'm')}; it determines "
+        "density and radius."
     )
     if method == "neighbours":
         how = "summits: points above their eight neighbours, curvature by differences"

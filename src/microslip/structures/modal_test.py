@@ -292,7 +292,7 @@ def read(
     for role in columns:
         if role not in KINDS:
             hint = did_you_mean(str(role), KINDS)
-            raise InputError(f"columns must be of {quoted(KINDS)}, got {show(role)}{hint}")
+            raise InputError(f"columns must be among {quoted(KINDS)}, got {show(role)}{hint}")
     with reading(place, "a test of a mode", called=name):
         table = _table(place)
         roles = _roles(understood(table.columns), columns)

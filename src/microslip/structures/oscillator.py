@@ -81,7 +81,7 @@ class Oscillator:
             meaning="damping ratio of the structure without the joint, at its frequency at rest",
             least=0.0,
             below=1.0,
-            why="else nothing swings",
+            why="at 1 and above nothing oscillates",
             example=0.01,
         ),
     )

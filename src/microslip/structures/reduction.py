@@ -153,7 +153,7 @@ def _inverse(compliance: Floats) -> Floats:
     values, vectors = np.linalg.eigh(0.5 * (scaled + scaled.T))
     if values[0] < _INDEPENDENT * values[-1]:
         raise InputError(
-            "patches are finer than the elements beneath them can tell apart; take larger patches, "
+            "patches are finer than the elements beneath them can resolve; take larger patches, "
             "or smaller elements"
         )
     result: Floats = (vectors / values) @ vectors.T * scale * scale[:, None]

@@ -66,7 +66,7 @@ MISFIT = Rule(
 SEPARATED = Rule(
     "correlation of two parameters",
     0.95, 0.99,
-    "The test tells its parameters apart.",
+    "The test separates the parameters.",
     "Largest correlation of the fit by size; friction and tension move the damping alike.",
     "Give one of them, or add a mode, or larger amplitudes.",
     "there is one parameter",
@@ -74,7 +74,7 @@ SEPARATED = Rule(
 SHARP = Rule(
     "width of an interval",
     1.0, 3.0,
-    "The test tells each parameter.",
+    "The test determines each parameter.",
     "Half width of the widest 90 % interval beside its value.",
     "Give that parameter: this test does not know it.",
 )  # fmt: skip
@@ -194,7 +194,8 @@ def _checked(fit: Sequence[str], tests: list[ModalTest]) -> tuple[str, ...]:
     for name in names:
         if name not in KINDS:
             raise InputError(
-                f"fit must be of {quoted(KINDS)}, got {show(name)}{did_you_mean(str(name), KINDS)}"
+                f"fit must be among {quoted(KINDS)}, got {show(name)}"
+                f"{did_you_mean(str(name), KINDS)}"
             )
     if not names or len(set(names)) != len(names):
         raise InputError("fit must name each parameter once, and at least one")

@@ -191,7 +191,7 @@ class ReducedJoint(LockedArrays):
         if unknown.size:
             x, y = self.patch_centres[unknown[0]]
             raise InputError(
-                f"form must give a gap to each patch, but says nothing about {unknown.size} of "
+                f"form must give a gap to each patch, but gives none to {unknown.size} of "
                 f"{self.patches}, the first at ({x:.4g}, {y:.4g}) m"
             )
         gaps = factor * gaps

@@ -281,8 +281,8 @@ def ring_down(
     """Integrate, see :meth:`microslip.Oscillator.ring_down`."""
     if stuck == 0.0:
         raise InputError(
-            "`stiffness` must be above zero beside a joint that is rigid at rest: nothing "
-            "swings without a spring, got 0"
+            "`stiffness` must be above zero beside a joint that is rigid at rest: without a "
+            "spring there is no oscillation, got 0"
         )
     period = 2.0 * math.pi / stuck
     step, count = period / samples_per_cycle, MOST_SAMPLES

@@ -33,7 +33,7 @@ SOFTENING = Rule(
     "loss of stiffness of the mode",
     watch=0.2,
     outside=0.45,
-    meaning="One oscillator stands for a mode whose shape stays nearly what it is as joints slip.",
+    meaning="One oscillator represents a mode whose shape hardly changes as joints slip.",
     reason=(
         "Held against integration in 35 cases, peaks were within 4 % in displacement and 12 % in "
         "acceleration up to 0.25, 15 % and 12 % up to 0.45, and 21 % and 34 % beyond."

@@ -27,7 +27,7 @@ LINEAR = Rule(
     "misfit of one linear mode a level",
     0.05, 0.2,
     "At one amplitude the mode is linear, and alone.",
-    "Root of the mean square of what is left of force over amplitude, over its least value, which "
+    "Root of the mean squared residual of force over amplitude, over its least value, which "
     "is at the resonance; the worst level.",
     "Narrow the range of frequencies; look for a second mode, or for a response that is not held.",
 )  # fmt: skip
@@ -42,7 +42,7 @@ AGREEING = Rule(
     "modal constants of the levels",
     0.1, 0.3,
     "All levels are of one mode, under one place of the force.",
-    "Largest over least modal constant less one; each level tells its own.",
+    "Largest over least modal constant less one; each level gives its own.",
     "Look at the unit and the calibration of the force, and whether a level is of another mode.",
     "there is one level",
 )  # fmt: skip

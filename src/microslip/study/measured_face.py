@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 HARDNESS = option(
     "hardness",
-    "Most that a point of the face bears; that of the softer material if absent.",
+    "Largest pressure on a point of the face; the hardness of the softer material if absent.",
     PRESSURE,
     example="2.5 GPa",
     metavar="PRESSURE",

@@ -314,7 +314,7 @@ class StructurePart(Part):
     converge: bool = key(
         YES_NO,
         "Whether patches are refined where energy is lost, and what finer patches, "
-        "elements, more kept modes and harmonics would change is told; some minutes.",
+        "elements, more kept modes and harmonics would change is reported; some minutes.",
         default=False,
     )
     geometry: GeometryPart | None = GEOMETRY

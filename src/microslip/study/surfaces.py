@@ -185,7 +185,7 @@ class TableSurface(Surface):
         "Loads at these, falling and convex: a list or a column of a CSV file.",
     )
     tail: str | None = key(
-        one_of("exponential"), "How the law goes on where its last load is not zero.", default=None
+        one_of("exponential"), "How it continues where its last load is not zero.", default=None
     )
 
     def build(self, pair: MaterialPair) -> NormalLaw:

@@ -89,7 +89,7 @@ def check_names(
         if name not in available:
             hint = " beside amplitude" if name in of_amplitudes else ""
             raise InputError(
-                f"`quantities` must be of {', '.join(available)}, got {show(name)}{hint}"
+                f"`quantities` must be among {', '.join(available)}, got {show(name)}{hint}"
             )
 
 

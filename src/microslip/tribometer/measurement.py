@@ -402,7 +402,7 @@ def checked_gains(errors: Mapping[str, float] | None) -> dict[str, float]:
     for role in errors or ():
         if role not in _SENSORS:
             raise InputError(
-                f"`gain_errors` must be of {', '.join(_SENSORS)}, got {show(role)}"
+                f"`gain_errors` must be among {', '.join(_SENSORS)}, got {show(role)}"
                 f"{did_you_mean(role, _SENSORS) if isinstance(role, str) else ''}"
             )
     checked = {
@@ -470,9 +470,9 @@ def _refuse_soft(rig_stiffness: float, x: Floats, force_amplitude: Floats, block
     if pushed < rig_stiffness * moved:
         return
     raise InputError(
-        f"`rig_stiffness` {engineering(rig_stiffness, 'N/m')} gives way by "
+        f"`rig_stiffness` {engineering(rig_stiffness, 'N/m')} deflects by "
         f"{engineering(pushed / rig_stiffness, 'm')} under the force amplitude of "
-        f"{engineering(pushed, 'N')}, more than all of the measured amplitude of "
+        f"{engineering(pushed, 'N')}, more than the whole measured amplitude of "
         f"{engineering(moved, 'm')}; a number alone is in N/m, so {exact(rig_stiffness)} "
         f"N/um is `rig_stiffness={in_python(1000000.0 * rig_stiffness)}`"
     )

@@ -236,8 +236,8 @@ def _columns_by_part(
                 by_part[role], how[role] = ratios[0], _BY_COEFFICIENT
             elif role in NEEDED:
                 raise InputError(
-                    f'`{role}`: no column tells; {listed(columns)}; write `{role}="NAME"`, or "#2" '
-                    "for the second"
+                    f"`{role}`: no column is named like it; {listed(columns)}; write "
+                    f'`{role}="NAME"`, or "#2" for the second'
                 ) from None
     return {role: by_part[role] for role in ROLES if role in by_part}, how
 

@@ -121,7 +121,7 @@ class Record(Locked, Plottable):
         if "normal_load" in arrays and (mean := float(load.mean())) < 0.0:
             raise InputError(
                 f"`normal_load` must be positive in compression [N], got {mean:g} N on average; "
-                "turn its sign"
+                "reverse its sign"
             )
         if time is not None:
             _check_time(arrays["time"], sample_rate)

@@ -48,7 +48,7 @@ def rig_stiffness_of(measurements: Sequence[Measurement], *, confidence: float =
         if "normal_load" not in measured.mean:
             raise InputError(f"{measured.name}: has no normal load")
         if measured.rig_stiffness is not None:
-            raise InputError(f"{measured.name}: a rig was taken off already; measure without")
+            raise InputError(f"{measured.name}: the rig is subtracted already; measure without")
     loads = np.array([measured.mean["normal_load"].value for measured in rows])
     if loads.size < 3 or np.ptp(loads) < 0.05 * loads.mean():
         raise InputError(

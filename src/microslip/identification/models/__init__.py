@@ -98,7 +98,7 @@ def model_of(law: Any, **options: Any) -> Model:
     if model is None:
         names = ", ".join(repr(candidate.name) for candidate in MODELS)
         alternatives = (
-            "" if isinstance(law, str) else ", the class or an instance of a law that says its "
+            "" if isinstance(law, str) else ", the class or an instance of a law that declares its "
         )
         alternatives += "parameters" if alternatives else ""
         raise InputError(f"`law` must be one of {names}{alternatives}, got {show(law)}")

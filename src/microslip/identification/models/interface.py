@@ -190,8 +190,8 @@ class InterfaceModel(BackboneModel):
         pair = pair or self.pair
         if pair is None:
             raise InputError(
-                "`pair` must be given, the two materials: loops know the length kappa s alone, "
-                "and kappa = mu E*/4G* is theirs"
+                "`pair` must be given, the two materials: loops determine kappa s alone, and "
+                "kappa = mu E*/4G* depends on them"
             )
         if radius is None:
             radius = getattr(self._surface, "radius", None)

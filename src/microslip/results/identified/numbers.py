@@ -336,8 +336,8 @@ def _remarks(outcome: _Outcome, say: Callable[[str], str]) -> str:
     else:
         lines += [
             "radius: conventional, not identified: that of the study the fit began with. Loops",
-            "know density * sqrt(radius) alone; contact counts and areas hang on the radius, loops",
-            "do not.",
+            "determine density * sqrt(radius) alone; contact counts and areas depend on the",
+            "radius, too.",
         ]
     lines.append("amplitudes: of the joint itself, those of the records less what the rig gives.")
     for name, number in summary["parameters"].items():

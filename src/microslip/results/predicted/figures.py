@@ -409,7 +409,7 @@ _CAPTIONS = {
     "loops": (
         "Hysteresis loops, force against displacement",
         f"Closed hysteresis loops, {_PANELS}. Thin "
-        "and pointed: most contacts stick (microslip). A parallelogram with flat ends: all slide. "
+        "and pointed: most contacts stick (microslip). A parallelogram with flat ends: gross slip. "
         "The area is the energy lost in a cycle.",
     ),
     "backbone": (

@@ -30,9 +30,9 @@ from microslip.study.uncertain import Spread
 KIND = "microslip-check"
 MOST_ITEMS = 4
 _WORDS = {
-    "outside": "Outside of what the model assumes; it runs all the same.",
-    "watch": "Fine, but see the verdicts.",
-    "not judged": "Fine as far as it was judged: see the verdicts.",
+    "outside": "Outside the assumptions of the model; it can be run all the same.",
+    "watch": "Ready to run; see the verdicts.",
+    "not judged": "Ready to run; not everything could be judged, see the verdicts.",
 }
 
 
@@ -102,7 +102,7 @@ def next_step(document: Document) -> str:
         parts = [f"{data['structure']['balances']} curves of modes"]
     elif data["samples"]:
         parts.append(f"histories of {data['samples']} samples in all")
-    word = _WORDS.get(document.word, "Fine.")
+    word = _WORDS.get(document.word, "Ready to run.")
     return f"{word} To compute {', '.join(parts)}, and write {len(data['files'])} files:"
 
 

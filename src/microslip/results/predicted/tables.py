@@ -110,14 +110,14 @@ def hanging_table(joints: Rows) -> tuple[Table, ...]:
                 if abs(slope) >= 0.01
             ]
             rows.append((joint["normal_load"], label, ", ".join(steepest) or "none"))
-    columns = (_LOAD, Column("quantity", "Answer"), Column("inputs", "Steepest inputs"))
+    columns = (_LOAD, Column("quantity", "Quantity"), Column("inputs", "Largest sensitivities"))
     caption = (
-        "Slopes d ln answer/d ln input, the steepest first: at 0.5 an input that is 10 % off makes "
-        "the answer 5 % wrong. Materials, density and area count alike for both bodies and the "
+        "d ln quantity/d ln input, the largest first: at 0.5 an error of 10 % in the input makes "
+        "one of 5 % in the quantity. Moduli, density and area change for both bodies and the "
         "whole joint."
     )
     title = "Sensitivities"
-    table = Table(title, columns, tuple(rows), 2, MOST_JOINTS, caption, noun="answers")
+    table = Table(title, columns, tuple(rows), 2, MOST_JOINTS, caption, noun="quantities")
     return (table,) if rows else ()
 
 
@@ -245,7 +245,7 @@ def validity(study: StudyDescription, joints: Sequence[Interface]) -> Verdicts:
             places.append(place)
     caption = (
         "The limits are conventions of contact mechanics (Greenwood and Williamson 1966). Watch: "
-        "the result leans on the assumption. Outside: do not build on it."
+        "the result depends on the assumption. Outside: do not rely on it."
     )
     if study.excitation.load_varies:
         caption += (

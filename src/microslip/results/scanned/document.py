@@ -111,7 +111,7 @@ def document(findings: Findings, folder: Path | None = None, say: Say = str) -> 
 
 
 def _answer(findings: Findings, data: dict[str, Any]) -> str:
-    """Its summits in a sentence, at which cut-off, and what was measured."""
+    """The summits in a sentence, at which cut-off, and what was measured."""
     rms = _number(data)
     height = f"Sq {rms.value} {rms.band.partition(' (')[0]}".rstrip()
     measured = f"{_size_text(findings)}. {_capital(findings.cutoff_text())}: {height}."
@@ -120,8 +120,8 @@ def _answer(findings: Findings, data: dict[str, Any]) -> str:
             keys = ("density", "radius", "std")
             density, radius, std = (_written(part[k]["value"], part[k]["unit"]) for k in keys)
             return (
-                f"Its summits, by {ESTIMATES[estimate]}: {density} per mm², of radius {radius}, "
-                f"their heights with a standard deviation of {std}. {measured}"
+                f"Summits by {ESTIMATES[estimate]}: {density} per mm², radius {radius}, "
+                f"standard deviation of their heights {std}. {measured}"
             )
     return f"No summits. {measured}"
 
@@ -281,7 +281,7 @@ def _column_notes(findings: Findings, data: dict[str, Any]) -> str:
         beside = "; none were counted"
     return (
         f"Density [1/mm²], radius and std of the summits by McCool's moments{beside}. "
-        "* what was asked for."
+        "* chosen cut-off."
     )
 
 

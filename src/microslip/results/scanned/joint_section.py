@@ -198,7 +198,7 @@ def _contact_pictures(findings: Findings) -> tuple[Picture, ...]:
             "contact",
             "The scan point by point: pressures of its first piece under the load, what touches of "
             "it then and under two lighter loads, and the loads against the separation beside "
-            "those of other laws, from where each bears the load.",
+            "those of other laws, from where each carries the load.",
             lambda: face_plot(law, other_laws()),
             "Pressures, contacts and loads of the scan solved point by point",
         ),
@@ -238,10 +238,10 @@ def _by_law(
     )
     scatter = f"{significant(100.0 * laws.scatter, 2)} %" if laws.scatter < 10.0 else "all of it"
     note = (
-        f'* heights = "{laws.recommended}" is what the loaded tail bears: {laws.reason}. '
+        f'* heights = "{laws.recommended}" is recommended for this load: {laws.reason}. '
         f"{laws.measured_contacts} summits of the scan carry the load; were they independent, "
-        f"their stiffness would scatter by {scatter} from scan to scan, and by more as they "
-        "are not."
+        f"their stiffness would scatter by {scatter} from scan to scan; correlated, they "
+        "scatter more."
     )
     return Table("", (Column("heights", "heights"), *columns), values), *words, Note(note)
 
@@ -283,7 +283,7 @@ def _against_cutoffs(table: JointOverCutoffs) -> tuple[Block, ...]:
         Table("", columns, pairs, keys=2, noun="pairs of cut-offs"),
         Table("Slopes d ln/d ln at *", heads, slopes),
         Note(
-            f"* what was asked for, heights as {table.heights}. A slope of 0.5 is 41 % for a "
+            f"* chosen cut-offs, heights as {table.heights}. A slope of 0.5 is 41 % for a "
             "cut-off twice as long; with no long-wave cut-off, the size of the scan is one. On "
             "patches: the mean of two by two of them, each levelled as if it were the scan, over "
             "the whole."

@@ -154,9 +154,9 @@ def disagreements(findings: Findings) -> list[str]:
     advice = (
         'Fill the gaps first (`fill="interpolate"`).'
         if gappy
-        else "Choose a short-wave cut-off first, then build on the counted ones."
+        else "Choose a short-wave cut-off first, then use the counted summits."
         if noisy and findings.request.cutoff is None
-        else "Build on the counted ones, and look at the map."
+        else "Use the counted summits, and check them in the map."
     )
     why = "".join(f"\n({number}) {cause}." for number, cause in enumerate(causes, start=1))
     return [
@@ -219,12 +219,12 @@ def texture_section(findings: Findings, texture: dict[str, Any]) -> Section:
     notes = []
     if fit is not None:
         rows.append(("Hurst exponent", f"{fit['hurst']:.3f} ± {fit['error']:.2g}"))
-        law = "a power law" if fit["misfit"] < 2.0 else "no power law: mind the figure"
+        law = "a power law" if fit["misfit"] < 2.0 else "not a power law, see the figure"
         notes.append(
             f"Hurst's exponent is that of the spectrum before any cut-off between wavelengths of "
             f"{engineering(fit['shortest'], 'm')} (eight pixels) and "
-            f"{engineering(fit['longest'], 'm')} (a quarter of the scan). Its density is "
-            f"{significant(fit['misfit'], 2)} times its uncertainty from the law: {law}."
+            f"{engineering(fit['longest'], 'm')} (a quarter of the scan). The density "
+            f"departs from it by {significant(fit['misfit'], 2)} times its uncertainty: {law}."
         )
     slopes = texture["slopes"]
     if len(slopes) > 1:

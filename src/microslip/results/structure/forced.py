@@ -94,7 +94,7 @@ def section(prediction: StructurePrediction) -> Section:
     rows = []
     remarks = [
         "Near each resonance by its modal curve; other modes are left out here, and where a "
-        "frequency has several motions the largest is told. Over the force, with the other modes "
+        "frequency has several motions the largest is given. Over the force, with the other modes "
         "linear: frf.csv."
     ]
     for mode, forced in modes:

@@ -120,7 +120,7 @@ def pictures(shaking: Shaking) -> list[Picture]:
     """The figures."""
     figures = {
         "base": (bool(shaking.sweeps), sweep_plot, "Transmissibility and acceleration of the "
-                 "sensor against frequency, a line a level; dashed: motions that do not last at a "
+                 "sensor against frequency, a line for each level; dashed: unstable motions at a "
                  "held acceleration of the ground.",
                  "Transmissibility of the structure on a shaker"),
         "random": (shaking.noise is not None, noise_plot, "Power spectral densities of the "

@@ -81,11 +81,9 @@ class Target(NamedTuple):
             raise InputError("`target`: modes are counted from 1, got mode 0")
         names = QUANTITIES if mode is None else OF_MODES
         if name not in names:
-            of_mode = "" if mode is None else " of a mode"
+            known = ", ".join(names) + ("" if mode is None else " of a mode")
             hint = " (of a mode: mode 1 frequency)" if name == "frequency" else ""
-            raise InputError(
-                f"`target` must be among {', '.join(names)}{of_mode}, got {name!r}{hint}"
-            )
+            raise InputError(f"`target` must be among {known}, got {name!r}{hint}")
         try:
             size = to_si(amplitude, LENGTH, "10 um")
             number = _value(name, value)

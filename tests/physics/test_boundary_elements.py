@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+import microslip as ms
 from microslip.normal.boundary_elements import HalfSpace, closing, press, sliding
 from microslip.normal.face_solution import solve_face
 
@@ -152,6 +153,63 @@ def test_what_has_yielded_is_found_again_and_one_tightening_is_as_good_as_two() 
     second = solve_face([worn], pressure=3e-3, **common)
     for ours, theirs in ((second.separation, solution.separation), (second.slope, solution.slope)):
         assert ours[0] == pytest.approx(theirs[0], rel=5e-3)
+
+
+@pytest.mark.parametrize(
+    ("points", "radius", "depth", "stiffer", "further"),
+    [(128, 100.0, 16.0, 1.37, 0.85), (128, 50.0, 40.0, 1.22, 0.96), (256, 50.0, 100.0, 1.00, 1.17)],
+)
+def test_one_asperity_beyond_yield(points, radius, depth, stiffer, further) -> None:
+    """A sphere beyond first yield and relieved: closed form, and beside Jackson and Green's.
+
+    Once all of a circle of radius a bears the hardness H, the edge is where it touches, at an
+    indentation a^2/2R + 4Ha/(pi E*); relieved by w it bears the integral of 2E*c over w, whose
+    radius c is a quarter of an ellipse of half axes a and 2Ha/E* (Abel's transform of the uniform
+    pressure). The law from finite elements (Jackson and Green 2005, DOI 10.1115/1.1866166) knows
+    flow beneath the face, and hardness that falls as a contact grows: next to yield its contacts
+    are larger and stiffer, and part sooner; far beyond they part later.
+    """
+    hardness = 0.02
+    x = np.arange(points) - points // 2
+    z = -(x[:, None] ** 2 + x**2) / (2.0 * radius)
+    z, top = z - z.mean(), -float(z.mean())
+    space = HalfSpace(z.shape, mirrored=False)
+    yielding = (0.5 * math.pi * hardness) ** 2 * radius  # p0 = H
+    d = top - depth * yielding
+    p = press(space, z, d, hardness=hardness, tolerance=1e-9 * points)
+    load, contact = float(p.sum()), float(np.count_nonzero(p > 0.0))
+    assert load == pytest.approx(hardness * contact, rel=0.015)
+    a = math.sqrt(contact / math.pi)
+    images = 3.900265 / (math.pi * points)  # how much less they let a load N indent
+    indentation = depth * yielding + images * load
+    edge = 0.5 * a * a / radius + 4.0 * hardness * a / math.pi
+    assert indentation == pytest.approx(edge, rel=0.015)
+    gap = space.displacement(p) - z + d
+    flat = z + np.where(p >= hardness, np.minimum(gap, 0.0), 0.0)
+    stiffness = 1.0 / (1.0 / float(closing(space, p > 0.0).sum()) + images)
+    assert stiffness == pytest.approx(2.0 * a, rel=0.015)
+    whole, loads = 2.0 * hardness * a, []
+    openings = np.linspace(0.1, 0.9, 9) * whole
+    for w in openings:
+        out = w
+        for _ in range(6):
+            p = press(space, flat, d + out, p, tolerance=1e-7 * points)
+            out = w - images * (load - float(p.sum()))
+        loads.append(float(p.sum()) / load)
+    t = openings / whole
+    exact = 1.0 - 2.0 / math.pi * (t * np.sqrt(1.0 - t * t) + np.arcsin(t))
+    assert loads == pytest.approx(exact, abs=0.003)
+    # The law of the house, of finite elements: by how much it is another one.
+    body = ms.Material(1e9, 0.0)
+    pair = ms.MaterialPair(body, ms.Material.rigid())
+    unit = pair.composite_modulus
+    law = ms.AsperityPopulation(pair, [0.0], radius).tightened(
+        load * unit, hardness=hardness * unit
+    )
+    rest = law.separation(load * unit)
+    assert law.stiffness(rest) / unit / stiffness == pytest.approx(stiffer, abs=0.02)
+    way = np.interp(-0.05, -np.array(loads), openings)
+    assert (law.separation(0.05 * load * unit) - rest) / way == pytest.approx(further, abs=0.02)
 
 
 def test_pieces_of_a_periodic_face_are_the_face() -> None:

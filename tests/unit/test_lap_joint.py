@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from foreign_files import NAMED, mesh_file
 from laps import DENSITY, STEEL, fork, small_joint, small_lap
 
 import microslip as ms
@@ -180,48 +181,11 @@ def test_patches_are_halved_where_the_loss_is() -> None:
 # -- meshes of one's own ---------------------------------------------------------------------------
 
 
-def written(path: Path, *, nameless: bool = False) -> Path:
-    """The fork as a file of Gmsh or Abaqus."""
-    import meshio
-
-    mesh = fork(5, 8)
-    contact = mesh.contacts[0]
-    names = {"post": 1, "low": 2, "high": 3, "low face": 4, "high face": 5}
-    solids = np.empty(len(mesh.cells), dtype=int)
-    for body in mesh.bodies:
-        solids[body.cells] = names[body.name]
-    faces = np.concatenate([contact.lower, contact.upper])
-    tags = np.repeat([4, 5], [len(contact.lower), len(contact.upper)])
-    blocks = [("hexahedron", mesh.cells), ("quad", faces)]
-    if path.suffix == ".inp":
-        sets = {body.name: [body.cells, np.zeros(0, dtype=int)] for body in mesh.bodies} | {
-            "unused": [np.zeros(0, dtype=int), np.arange(3)]
-        }
-        nodes = {"low face": np.unique(contact.lower), "high face": np.unique(contact.upper)}
-        meshio.Mesh(mesh.points, blocks, cell_sets=sets, point_sets=nodes).write(path)
-        return path
-    data = {} if nameless else {
-        "gmsh:physical": [solids, tags], "gmsh:geometrical": [solids, tags]
-    }  # fmt: skip
-    field = {} if nameless else {n: np.array([t, 3 if t < 4 else 2]) for n, t in names.items()}
-    meshio.Mesh(mesh.points, blocks, cell_data=data, field_data=field).write(
-        path, file_format="gmsh22" if path.suffix == ".msh" else None
-    )
-    return path
-
-
-NAMED: dict[str, Any] = {
-    "bodies": dict.fromkeys(("post", "low", "high"), (STEEL, DENSITY)),
-    "contacts": [("low face", "high face")],
-    "bolts": {"post": 1e3},
-}
-
-
 @pytest.mark.parametrize("suffix", [".msh", ".inp"])
 def test_a_mesh_of_ones_own_gives_the_same_joint(tmp_path: Path, suffix: str) -> None:
     from microslip.structures.reduction import Reducer
 
-    read = ms.MeshedJoint.read(written(tmp_path / f"fork{suffix}"), **NAMED).reduce((3, 2))
+    read = ms.MeshedJoint.read(mesh_file(tmp_path / f"fork{suffix}"), **NAMED).reduce((3, 2))
     own = Reducer(fork(5, 8), None, None).reduce(tension=1e3, patches=(3, 2))
     np.testing.assert_allclose(read.stiffness[:19, :19], own.stiffness[:19, :19], rtol=1e-6)
     np.testing.assert_allclose(read.patch_areas, own.patch_areas, rtol=1e-9)
@@ -247,7 +211,7 @@ def test_a_mesh_of_ones_own_gives_the_same_joint(tmp_path: Path, suffix: str) ->
     ],
 )
 def test_meshes_that_do_not_fit(tmp_path: Path, changes: dict[str, Any], message: str) -> None:
-    path = written(tmp_path / "fork.msh")
+    path = mesh_file(tmp_path / "fork.msh")
     with pytest.raises(ms.InputError, match=message):
         ms.MeshedJoint.read(path, **(NAMED | changes))
 
@@ -267,7 +231,7 @@ def test_meshes_that_cannot_be_read(tmp_path: Path) -> None:
     with pytest.raises(ms.InputError, match="no such file"):
         ms.MeshedJoint.read(tmp_path / "none.msh", **NAMED)
     with pytest.raises(ms.InputError, match="has no names; name its volumes and faces"):
-        ms.MeshedJoint.read(written(tmp_path / "bare.vtk", nameless=True), **NAMED)
+        ms.MeshedJoint.read(mesh_file(tmp_path / "bare.vtk", nameless=True), **NAMED)
     (tmp_path / "broken.msh").write_text("$MeshFormat\nnonsense")
     with pytest.raises(ms.InputError, match=r"broken.msh: not a usable mesh"):
         ms.MeshedJoint.read(tmp_path / "broken.msh", **NAMED)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import pickle
-import struct
 import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 from cases import parsed_here
+from foreign_files import output2, punched
 from scipy import io, linalg, sparse
 
 import microslip as ms
@@ -198,40 +198,6 @@ def test_other_programs_files_are_read(tmp_path) -> None:
         ms.Structure.load(folder)
 
 
-def output2(path: Path, **matrices: np.ndarray) -> None:
-    """Matrices as Nastran's OUTPUT2 writes them: records between their lengths, keys between."""
-
-    def record(data: bytes) -> bytes:
-        return struct.pack("=i", len(data)) + data + struct.pack("=i", len(data))
-
-    def keys(*values: int) -> bytes:
-        return b"".join(record(struct.pack("=i", value)) for value in values)
-
-    held = keys(3) + record(struct.pack("=3i", 11, 22, 26)) + keys(7)
-    held += record(b"NASTRAN FORT TAPE ID CODE - ") + keys(2) + record(b"XXXXXXXX") + keys(-1, 0)
-    for name, matrix in matrices.items():
-        title, size = record(name.ljust(8).encode()), len(matrix)
-        trailer = struct.pack("=7i", 101, size, size, 6, 2, size, 0)
-        held += keys(2) + title + keys(-1, 7) + record(trailer) + keys(-2, 1, 0, 2) + title
-        held += keys(-3, 1, 1)
-        for number, column in enumerate(matrix.T, start=1):
-            held += keys(1 + 2 * size) + record(struct.pack(f"=i{size}d", 1, *column))
-            held += keys(-3 - number, 1, int(number < size))
-        held += keys(0)
-    path.write_bytes(held + keys(0))
-
-
-def punched(name: str, matrix: np.ndarray) -> str:
-    """A matrix as DMIG cards of a punch file: grids 10, 20, ... along x, the upper half."""
-    cards = f"DMIG    {name:8}{0:8}{6:8}{2:8}{0:8}{'':8}{'':8}{len(matrix):8}\n"
-    for j in range(len(matrix)):
-        cards += f"DMIG*   {name:16}{'':16}"[:24] + f"{10 * (j + 1):16}{1:16}\n"
-        for i in range(j + 1):
-            number = f"{matrix[i, j]:16.9E}".replace("E", "D")
-            cards += f"*       {10 * (i + 1):16}{1:16}{number}\n" if matrix[i, j] else ""
-    return cards
-
-
 def test_nastrans_files_are_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     file = tmp_path / "model.pch"
     file.write_text(punched("KAAX", STIFFNESS) + punched("MAAX", MASS))
@@ -242,7 +208,7 @@ def test_nastrans_files_are_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     monkeypatch.undo()
     with np.printoptions():  # pyYeti sets them for everybody when it is imported
         nastran = pytest.importorskip("pyyeti.nastran", reason="the extra nastran is not installed")
-    output2(tmp_path / "model.op2", KAAX=STIFFNESS, MAAX=MASS, BAAX=1e-5 * STIFFNESS)
+    (tmp_path / "model.op2").write_bytes(output2(KAAX=STIFFNESS, MAAX=MASS, BAAX=1e-5 * STIFFNESS))
     held = {"kgg": STIFFNESS, "mgg": MASS}
     nastran.op4.write(str(tmp_path / "model.op4"), list(held), list(held.values()))
     for suffix in (".pch", ".op2", ".op4"):

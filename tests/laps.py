@@ -13,6 +13,40 @@ from microslip.structures.mesh import Body, ContactFaces, JointMesh, Shank, Soli
 
 STEEL = ms.Material(young_modulus=200e9, poisson_ratio=0.3)
 DENSITY = 7800.0
+STRIP = """
+schema = 1
+title = "A bolted strip"
+
+[surface]
+materials = ["steel", "steel"]
+law = "greenwood-williamson"
+heights = { kind = "gaussian", std = "1 um" }
+radius = "1 mm"
+density = "50 1/mm^2"
+area = "2 cm^2"
+
+[joint]
+friction_coefficient = 0.35
+
+[structure]
+length = "200 mm"
+width = "20 mm"
+thickness = "12 mm"
+lap = "30 mm"
+density = "7800 kg/m^3"
+element_size = "12 mm"
+patches = [3, 2]
+base_damping_ratio = 0.0005
+samples = 32
+
+[structure.bolts]
+positions = ["0 mm"]
+shank = "6 mm"
+hole = "6.6 mm"
+washer = "12 mm"
+tension = "5 kN"
+"""
+"""A study of the small lap."""
 
 
 def small_lap(**changes: Any) -> ms.LapJoint:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from laps import DENSITY, small_lap
+from laps import DENSITY, STRIP, small_lap
 from scipy import stats
 from scipy.optimize import brentq
 
@@ -14,40 +14,7 @@ from microslip.runs.design import DesignPoint, Target
 from microslip.runs.modal_design import open_search
 from microslip.study.description import StudyDescription
 
-STUDY = """
-schema = 1
-title = "A bolted strip"
-
-[surface]
-materials = ["steel", "steel"]
-law = "greenwood-williamson"
-heights = { kind = "gaussian", std = "1 um" }
-radius = "1 mm"
-density = "50 1/mm^2"
-area = "2 cm^2"
-
-[joint]
-friction_coefficient = 0.35
-
-[structure]
-length = "200 mm"
-width = "20 mm"
-thickness = "12 mm"
-lap = "30 mm"
-density = "7800 kg/m^3"
-element_size = "12 mm"
-patches = [3, 2]
-base_damping_ratio = 0.0005
-samples = 32
-
-[structure.bolts]
-positions = ["0 mm"]
-shank = "6 mm"
-hole = "6.6 mm"
-washer = "12 mm"
-tension = "5 kN"
-"""
-UNSURE = STUDY.replace("= 0.35", "= { low = 0.2, high = 0.5 }")
+UNSURE = STRIP.replace("= 0.35", "= { low = 0.2, high = 0.5 }")
 TENSION = "structure.bolts.tension"
 
 
@@ -82,7 +49,7 @@ def test_a_tension_by_a_root(drawn: ms.ReducedJoint, quantity: str) -> None:
     level = mode(drawn, 8e3, 0.35, quantity)
     root = brentq(lambda t: mode(drawn, t, 0.35, quantity) - level, 5e3, 1e4, rtol=1e-4)
     sign = ">=" if quantity == "frequency" else "<="
-    found = design(STUDY, f"mode 1 {quantity} {sign} {level!r} at 5 um", f"{TENSION}=2 kN..20 kN")
+    found = design(STRIP, f"mode 1 {quantity} {sign} {level!r} at 5 um", f"{TENSION}=2 kN..20 kN")
     assert found.feasible
     # The least change, and at most one and a half percent more of it.
     assert root * (1.0 - 1e-3) <= found.values[TENSION] <= 1.02 * root
@@ -121,6 +88,6 @@ def test_targets_of_modes_are_read_or_refused() -> None:
     ):
         with pytest.raises(InputError, match=message):
             Target.read(text)
-    joint = STUDY[: STUDY.index("[structure]")].replace("= 0.35", '= 0.35\nnormal_load = "2 kN"')
+    joint = STRIP[: STRIP.index("[structure]")].replace("= 0.35", '= 0.35\nnormal_load = "2 kN"')
     with pytest.raises(InputError, match="structure: wanted one, for a target on a mode"):
         design(joint, "mode 1 frequency >= 5 Hz at 1 um", "joint.friction_coefficient=0.1..0.5")

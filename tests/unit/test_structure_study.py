@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from laps import DENSITY, STEEL, small_lap
+from laps import DENSITY, STEEL, STRIP, small_lap
 from scipy import stats
 
 import microslip as ms
@@ -20,46 +20,22 @@ from microslip.results.predicted.numbers import files
 from microslip.results.predicted.preview import preview
 from microslip.results.structure.pictures import curve_plot, shape_plot
 from microslip.study.build import build_surface
+from microslip.study.consistency import questions
 from microslip.study.draws import Design, at_middle
-from microslip.study.sense import questions
 from microslip.study.uncertain import Spread
 
-STUDY = """
-schema = 1
-title = "A bolted strip"
-
-[surface]
-materials = ["steel", "steel"]
-law = "greenwood-williamson"
-heights = { kind = "gaussian", std = "1 um" }
-radius = "1 mm"
-density = "50 1/mm^2"
-area = "2 cm^2"
-
-[joint]
-friction_coefficient = { low = 0.1, high = 0.6 }
-
-[structure]
-length = "200 mm"
-width = "20 mm"
-thickness = "12 mm"
-lap = "30 mm"
-density = "7800 kg/m^3"
-element_size = "12 mm"
-patches = [3, 2]
-amplitude = { from = "0.1 um", to = "10 um", points = 3 }
-base_damping_ratio = 0.0005
-samples = 16
-form = { file = "form.csv", factor = { low = 0.0, high = 1.0 } }
-measured = { file = "test.csv" }
-
-[structure.bolts]
-positions = ["0 mm"]
-shank = "6 mm"
-hole = "6.6 mm"
-washer = "12 mm"
-tension = { mean = "5 kN", cv = 0.15 }
-"""
+STUDY = STRIP
+for _plain, _changed in (
+    ("= 0.35", "= { low = 0.1, high = 0.6 }"),
+    ("base_damping", 'amplitude = { from = "0.1 um", to = "10 um", points = 3 }\nbase_damping'),
+    (
+        "samples = 32",
+        'samples = 16\nform = { file = "form.csv", factor = { low = 0.0, high = 1.0 } }\n'
+        'measured = { file = "test.csv" }',
+    ),
+    ('tension = "5 kN"', 'tension = { mean = "5 kN", cv = 0.15 }'),
+):
+    STUDY = STUDY.replace(_plain, _changed)
 FORM = "x [mm],y [mm],gap [um]\n" + "".join(
     f"{x},{y},{1e-3 * x * x}\n" for x in range(-15, 16, 5) for y in (-10, 0, 10)
 )

@@ -58,7 +58,7 @@ def test_a_history_is_as_long_as_memory_bears(
     (tmp_path / "x.csv").write_text("x [um]\n" + 60 * "1\n-1\n")
     joint = {"friction_coefficient": 0.2, "normal_load": ["1 N", "2 N"]}
     excitation = {"history": {"file": str(tmp_path / "x.csv"), "column": "x"}}
-    monkeypatch.setattr("microslip.study.sense.MAX_SAMPLES", 200)
+    monkeypatch.setattr("microslip.study.consistency.MAX_SAMPLES", 200)
     assert refused(joint=joint, excitation=excitation) == (
         "excitation.history: wanted at most 200 samples in all, got 240 (loads times rows)"
     )

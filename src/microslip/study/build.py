@@ -12,11 +12,11 @@ from microslip.friction import Interface
 from microslip.materials import MaterialPair
 from microslip.normal import NormalLaw
 from microslip.report.document import Progress
+from microslip.study.consistency import lifting
 from microslip.study.description import StudyDescription
 from microslip.study.joints import Joint
 from microslip.study.measured_face import MeasuredFace
 from microslip.study.readers import KeyedError, as_key
-from microslip.study.sense import lifting
 
 _MOST_SURFACES = 1000
 

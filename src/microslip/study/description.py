@@ -10,12 +10,12 @@ from microslip._core.wording import shorten
 from microslip.errors import StudyError
 from microslip.normal import NormalLaw
 from microslip.study.bolt_forces import clamp
+from microslip.study.consistency import check, mean_load
 from microslip.study.joints import Joint
 from microslip.study.overrides import Override, apply, dump, relocated_text
 from microslip.study.part import one_line
 from microslip.study.readers import FAILED, Place, Reading
 from microslip.study.schema import StudyTables
-from microslip.study.sense import check, mean_load
 from microslip.study.toml_text import tables_of, text_of
 
 

@@ -13,12 +13,12 @@ from microslip._core.checks import Floats
 from microslip.errors import InputError, StudyError
 from microslip.normal import GreenwoodWilliamson, MeasuredContact
 from microslip.study.build import build_summits
+from microslip.study.consistency import check
 from microslip.study.description import StudyDescription
 from microslip.study.joints import Joint
 from microslip.study.measured_face import MeasuredFace
 from microslip.study.part import Part
 from microslip.study.readers import KeyedError
-from microslip.study.sense import check
 from microslip.study.surfaces import ScanSurface
 from microslip.study.uncertain import followers_of, spreads_of, with_values
 from microslip.study.uncertainty import GROUPS, UncertaintyPart

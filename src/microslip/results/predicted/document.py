@@ -37,10 +37,10 @@ from microslip.results.structure.document import number as structure_number
 from microslip.results.structure.document import sections as structure_sections
 from microslip.runs.columns import in_words
 from microslip.runs.prediction import Prediction
+from microslip.study.consistency import questions
 from microslip.study.description import StudyDescription
 from microslip.study.part import Part
 from microslip.study.scanned_surface import NO_CUTOFF
-from microslip.study.sense import questions
 
 REMARK = (
     "η (loss factor) and ζ = η/2 (damping ratio) are the interface’s own, not a mode’s: in a "

@@ -22,9 +22,9 @@ from microslip.results.predicted.tables import rest_section, validity
 from microslip.runs.predict import DEFAULT_AMPLITUDES, DEFAULT_POINTS, Defaults
 from microslip.runs.structure_cost import Cost, cost_of
 from microslip.study.build import build_joints, check_loads
+from microslip.study.consistency import questions
 from microslip.study.description import StudyDescription
 from microslip.study.part import Part
-from microslip.study.sense import questions
 from microslip.study.uncertain import Spread
 
 KIND = "microslip-check"

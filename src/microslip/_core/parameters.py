@@ -289,7 +289,9 @@ class Parameter:
         if self.kind is float or isinstance(self.kind, Kind):
             from microslip._core.checks import exact, number  # the help of a command needs no NumPy
 
-            example = 1.0 if isinstance(self.example, str) else self.example
+            example = self.example or 1.0
+            if isinstance(example, str):
+                example = to_si(example, self.kind, example) if isinstance(self.kind, Kind) else 1.0
             result = number(self.name, value, self.unit, example)
             if expected := self._allowed_instead(result):
                 raise InputError(f"`{self.name}` must be {expected}, got {exact(result)}")

@@ -10,13 +10,14 @@ from itertools import product
 from types import MappingProxyType
 from typing import NamedTuple
 
-from microslip._core.checks import exact, positive, show
+from microslip._core.checks import show
 from microslip._core.frozen import assign
 from microslip._core.wording import did_you_mean, quoted
 from microslip.errors import InputError
 from microslip.materials import MaterialPair
 from microslip.normal import GreenwoodWilliamson
 from microslip.scans.moments import Moments
+from microslip.scans.options import BREADTH, RA, RQ, RSM, RZ
 from microslip.scans.summit_statistics import SummitStatistics
 
 GAUSSIAN_RQ = math.sqrt(0.5 * math.pi)
@@ -107,9 +108,8 @@ class SurfaceFinish:
     breadth: float | None = None
 
     def __post_init__(self) -> None:
-        for name in ("ra", "rq", "rz", "rsm"):
-            if (value := getattr(self, name)) is not None:
-                object.__setattr__(self, name, positive(name, value, "m", 1e-6))
+        for declared in (RA, RQ, RZ, RSM, BREADTH):
+            assign(self, **{declared.name: declared.checked(getattr(self, declared.name))})
         if self.process is not None:
             assign(self, process=process_named(self.process))
         heights = [name for name in ("ra", "rq", "rz") if getattr(self, name) is not None]
@@ -118,14 +118,6 @@ class SurfaceFinish:
             raise InputError(
                 f"one of ra, rq and rz must be given, or a process such as ground, got {came}"
             )
-        if self.breadth is not None:
-            breadth = positive("breadth", self.breadth, "", 10.0)
-            if breadth < 1.5:
-                raise InputError(
-                    "`breadth` must be at least 1.5, the least of an isotropic Gaussian surface, "
-                    f"got {exact(breadth)}"
-                )
-            assign(self, breadth=breadth)
 
     # -- what goes in -----------------------------------------------------------------------------
 

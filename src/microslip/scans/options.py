@@ -200,6 +200,13 @@ RSM = option(
     example="60 um",
     metavar="LENGTH",
 )
+BREADTH = option(
+    "breadth",
+    "Nayak's alpha, the breadth of the spectrum; 10 between 2 and 50 if absent.",
+    float,
+    example=10.0,
+    least=1.5,
+)
 PROCESS = option(
     "process",
     "What made the face; without a height the roughness that it commonly leaves.",

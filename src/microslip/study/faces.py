@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from microslip._core.units import engineering, significant
 from microslip._core.wording import shorten
 from microslip.errors import InputError
-from microslip.scans.options import PERSSON, PROCESS, RA, RQ, RSM, RZ
-from microslip.study.fields import AREA, DENSITY, MATERIALS, RADIUS, ROUGHNESS, number
+from microslip.scans.options import BREADTH, PERSSON, PROCESS, RA, RQ, RSM, RZ
+from microslip.study.fields import AREA, DENSITY, MATERIALS, RADIUS, ROUGHNESS
 from microslip.study.part import Part, SurfaceTable, Table, key, tag
 from microslip.study.readers import Items, KeyedError, Place, as_key
 from microslip.study.scanned_surface import SCAN, Scanned, ScanSurface
@@ -63,11 +63,7 @@ class DrawnFace(Part):
     rz: float | None = key(Unsure(RZ))
     rsm: float | None = key(Unsure(RSM))
     process: str | None = key(PROCESS)
-    breadth: float | None = key(
-        number("10", least=1.5),
-        "Nayak's alpha, the breadth of the spectrum; 10 between 2 and 50 if absent.",
-        default=None,
-    )
+    breadth: float | None = key(BREADTH)
 
     def check(self, place: Place) -> None:
         """Refuse values that no drawing has."""

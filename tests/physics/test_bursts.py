@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 import microslip as ms
 from microslip.tribometer.campaign import Campaign
+from microslip.tribometer.counting import dissipated
 
 Floats = NDArray[np.float64]
 
@@ -76,8 +77,19 @@ def test_energy_of_all_cycles(how: str) -> None:
     up_to = measured.dissipated()
     assert up_to is not None
     assert up_to.energy[-1] == pytest.approx(total(), rel=5e-3)
-    assert abs(up_to.energy[-1] - total()) < 3.0 * up_to.error + 1e-3 * total()
+    assert abs(up_to.energy[-1] - total()) < up_to.error < 0.01 * total()
     assert any("of the cycles" in note and "were logged" in note for note in measured.notes)
+
+
+@pytest.mark.parametrize("constant", [30.0, 3e3, 1e5])
+def test_any_steady_course_between_bursts_is_within_the_error(constant: float) -> None:
+    """Running in by an exponential is neither straight over cycles nor over their logarithm."""
+    every = 1.0 - 0.4 * np.exp(-np.arange(STARTS[-1] + TEN) / constant)
+    numbers = np.concatenate([np.arange(first, first + TEN, dtype=float) for first in STARTS])
+    up_to = dissipated(numbers, every[numbers.astype(int) - 1])
+    exact = np.cumsum(every)[numbers.astype(int) - 1]
+    assert np.all(np.abs(up_to.energy - exact) <= up_to.errors * (1.0 + 1e-9) + 1e-9)
+    assert up_to.errors[-1] < 0.4 * exact[-1]
 
 
 def test_wear_coefficient_and_what_it_rests_on() -> None:
@@ -86,6 +98,11 @@ def test_wear_coefficient_and_what_it_rests_on() -> None:
     wear = Campaign((measured,), worn_volumes=(worn,)).wear()
     assert wear is not None
     assert wear.coefficient.value == pytest.approx(worn / total(), rel=5e-3)
+    # One volume has no scatter; what was not logged bounds it all the same.
+    assert wear.coefficient.low < worn / total() < wear.coefficient.high
+    # What a cycle adds to the force is that of all cycles, not of those that were logged.
+    rate = (limit(np.array(STARTS[-1])) - limit(np.array(STARTS[-2]))) / (STARTS[-1] - STARTS[-2])
+    assert 0.0 < measured.drift("force_amplitude").value < 5.0 * rate
     # Paused, not logged on: the phase does not go on, so nothing cumulative is known.
     record = logged(False)
     time = np.array(record.time)
@@ -93,6 +110,7 @@ def test_wear_coefficient_and_what_it_rests_on() -> None:
         time[at + 1 :] += 0.37 / FREQUENCY
     paused = ms.measure(ms.Record(record.displacement, record.force, normal_load=100.0, time=time))
     assert paused.dissipated() is None
+    assert math.isnan(paused.drift("force_amplitude").value)
     campaign = Campaign((paused,), worn_volumes=(worn,))
     assert campaign.wear() is None
     assert "phase" in campaign.uncounted()["record"]

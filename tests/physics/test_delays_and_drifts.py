@@ -103,6 +103,22 @@ def test_a_late_force_is_told_with_its_remedy(wrong: dict[str, float]) -> None:
     assert not [text for text in back.notes if "by a delay or a filter" in text]
 
 
+def test_a_fit_says_it_of_the_cycles_too() -> None:
+    """A free rig takes up what a delay does; given, fitted or absent it needs no word."""
+    late = record(3, late=1.2)
+
+    def said(bad: ms.Record, **options: object) -> list[str]:
+        fit = ms.identify(*(bad, "sphere"), held_back=0.0, intervals="curvature", **options)  # type: ignore[call-overload]
+        return [note for note in fit.notes if "behind the displacement" in note]
+
+    told = [note for note in ms.measure(late).notes if "behind the displacement" in note]
+    assert len(told) == 1
+    assert said(late)[0].endswith(told[0]) or "would explain" in said(late)[0]
+    assert not said(late, delay=1.2 / RATE)
+    assert not said(late, delay="free")
+    assert not said(record(3))
+
+
 @pytest.mark.parametrize("amplitude", [0.3, 0.7, 1.0, 3.0])
 def test_nothing_is_said_of_sound_records(amplitude: float) -> None:
     for seed in range(8):

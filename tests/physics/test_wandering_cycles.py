@@ -87,3 +87,17 @@ def test_independent_cycles_have_the_intervals_of_before() -> None:
     assert np.median(wider) == pytest.approx(1.0, rel=1e-6)
     assert np.mean(wider) < 1.1
     assert min(wider) > 1.0 - 1e-6
+
+
+def test_cycles_that_run_in_have_their_range() -> None:
+    """A course that only rises ends where it ends; one that wanders may go on."""
+    noise = 0.002 * np.random.default_rng(2).normal(size=60)
+    bursts = np.repeat([18.0, 18.4, 21.4, 29.6, 30.0], 12)
+    for course in (30.0 - 12.0 * np.exp(-np.arange(60) / 20.0), bursts, -bursts):
+        values = course + noise
+        number = mean_of(values, 0.95, moving=True)
+        assert (number.low, number.high) == pytest.approx((values.min(), values.max()), abs=0.02)
+    wanders = 30.0 + np.sin(np.arange(60) / 10.0) + noise
+    number = mean_of(wanders, 0.95, moving=True)
+    assert number.low < wanders.min() - 0.2
+    assert number.high > wanders.max() + 0.2

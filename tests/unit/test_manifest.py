@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,8 @@ import pytest
 from command import run
 
 import microslip as ms
+from microslip.results.identified.document import Identified, document
+from microslip.results.identified.groups import Groups
 from microslip.tribometer.manifest import Manifest
 
 MUS = (0.50, 0.56, 0.53)
@@ -45,7 +48,7 @@ def campaign(tmp_path_factory: pytest.TempPathFactory) -> Path:
             name = f"s{i}-{stage}.csv"
             record = cell_record(mu, load, 3e-5, 10 * i + stage, 0.3 if stage == 1 else 0.0)
             record.to_csv(folder / name)
-            volume = f"0,0{6 + i}" if stage == 3 else ""
+            volume = {1: "0", 2: ""}.get(stage, f"0,0{6 + i}")
             rows.append(f"{name};S{i};{load:g};30 um;{stage};{first};{volume};PAO {i}")
     (folder / "manifest.csv").write_text("\n".join(rows) + "\n", encoding="utf-8")
     return folder
@@ -106,6 +109,28 @@ def test_identify_reads_it_and_fits_each_specimen(campaign: Path, tmp_path: Path
         fit = over["fits"][stage]["parameters"]
         stiffness = next(v for k, v in fit.items() if k.startswith("stiffness"))
         assert stiffness["value"] == pytest.approx(stiffness_at(load), rel=0.02)
+
+
+def test_specimens_that_no_common_fit_answers_are_told_by_themselves() -> None:
+    """Those whose own fit has not converged are listed, and say nothing of the others."""
+    made = [cell_record(0.5, 400.0, 3e-5, seed, 0.0) for seed in (1, 2, 3)]
+    records = [replace(record, normal_load=400.0) for record in made]
+    found = ms.identify(
+        records, "jenkins", rig_stiffness="rigid", held_back=0.0, intervals="curvature"
+    )
+    bad = replace(found, status="not converged")
+    alone = Identified((bad,), None, None)
+    assert alone.failed is bad
+    labels = ["S0", "S0", "S1"]
+    own = Groups.of("specimen", labels, labels, records, lambda of: found if len(of) > 1 else bad)
+    assert own is not None
+    assert (list(own.fits), own.failed) == (["S0"], {"S1": "not converged"})
+    told = replace(alone, groups=own)
+    assert told.failed is None
+    assert document(told).answer.startswith("1 of 2 specimens fitted alone; all together jenkins")
+    accepted = Groups.of("specimen", labels, labels, records, lambda of: bad, True)
+    assert accepted is not None
+    assert list(accepted.fits) == ["S0", "S1"]
 
 
 def test_a_workbook_is_a_manifest_and_a_record(campaign: Path, tmp_path: Path) -> None:

@@ -209,12 +209,13 @@ def identify(
             rows = [i for i, path in enumerate(records) if path not in dict(skipped)]
             with progress("Fitting") as report:
                 result = identified(read, laws, description, options, report)
+                given = (files, rows, group, read, options, laws, description, accept_unconverged)
+                result = replace(result, skipped=tuple(skipped), groups=_groups(*given))
                 if not accept_unconverged and (failed := result.failed) is not None:
                     raise InputError(
                         f"{failed.law}: {failed.status}: {failed.message} (--accept-unconverged "
                         "shows it all the same)"
                     )
-                groups = _groups(files, rows, group, read, options, laws, description)
 
             def known(places: list[int]) -> dict[str, Any]:
                 file_rows = [rows[i] for i in places]
@@ -236,12 +237,11 @@ def identify(
             campaign = measured_together(
                 read, options["confidence"], options["cycles"], counted, result.first, known
             )
-            result = replace(result, skipped=tuple(skipped), campaign=campaign, groups=groups)
-            result_document = document(result, spell, files=stage is not None)
+            page = document(replace(result, campaign=campaign), spell, files=stage is not None)
             if stage is not None:
                 with progress("Drawing and writing") as report:
-                    result_document = write(result_document, stage, output.kinds, report)
-    output.tell(result_document)
+                    page = write(page, stage, output.kinds, report)
+    output.tell(page)
 
 
 def _groups(
@@ -252,6 +252,7 @@ def _groups(
     options: dict[str, Any],
     laws: Sequence[str],
     study: StudyDescription | None,
+    accept_unconverged: bool,
 ) -> Groups | None:
     """A fit for each value of a column of the manifest; None without one."""
     if files.manifest is None or (group is None and "specimen" not in files.manifest.columns):
@@ -265,12 +266,10 @@ def _groups(
 
     def fit(records: list[Record]) -> Identification:
         places = [next(i for i, r in enumerate(read) if r is record) for record in records]
-        own_options = dict(options)
-        if options["rigs"] is not None:
-            own_options["rigs"] = [options["rigs"][i] for i in places]
-        return identified(records, laws[:1], study, own_options, lambda share: None).first
+        rigs = options["rigs"] and [options["rigs"][i] for i in places]
+        return identified(records, laws[:1], study, {**options, "rigs": rigs}, lambda _: None).first
 
-    return Groups.of(column, list(map(text_of, values)), values, read, fit)
+    return Groups.of(column, list(map(text_of, values)), values, read, fit, accept_unconverged)
 
 
 def _study(path: Path) -> StudyDescription:

@@ -432,7 +432,7 @@ def _remarks(evidence: _Evidence, lost: bool) -> Iterator[Caveat]:
     """Further remarks on the fit; ``lost`` is whether a parameter is not identified."""
     problem, answer, design = evidence.problem, evidence.answer, evidence.design
     yield from nuisances.noise_remarks(problem, answer.best, evidence.freedom, evidence.loss)
-    yield from nuisances.causes(problem, answer.best, evidence.freedom)
+    yield from (causes := list(nuisances.causes(problem, answer.best, evidence.freedom)))
     if answer.best.cost > WRONG_FROM * evidence.freedom:
         loops = [record.loop for record in problem.folded]
         soft = rig_contradiction(problem.coordinates, problem.rigs, loops)
@@ -448,10 +448,15 @@ def _remarks(evidence: _Evidence, lost: bool) -> Iterator[Caveat]:
         yield Caveat("in series")
     if design.scales_with_load and design.loads < 2:
         yield Caveat("one load")
+    # A delay that was given, fitted, or found by the fit needs no further word.
+    is_late_told = problem.free_delay or any(problem.lags)
+    is_late_told = is_late_told or any(cause.kind == "delay explains" for cause in causes)
     for record in problem.folded:
         # What a record says of its own folding; that all cycles are there needs no word.
+        late = (record.late,) if record.late and not is_late_told else ()
         yield from (
-            Caveat("of the record", {"record": record.name, "note": n}) for n in record.said
+            Caveat("of the record", {"record": record.name, "note": n})
+            for n in (*record.said, *late)
         )
     if answer.lower_still:
         yield Caveat("many minima")

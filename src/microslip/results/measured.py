@@ -189,6 +189,7 @@ def _sections(measured: Measurement, say: Say, is_alone: bool) -> tuple[Section,
     blocks: tuple[Block, ...] = (
         Note(f"{shorten(measured.name, 200)}: {', '.join(facts)}."),
         _means(measured),
+        *((Note(total),) if (total := _total_text(measured)) else ()),
         *((_levels(measured),) if measured.levels else ()),
         *((Note(_channels_text(channels)),) if channels else ()),
         Items(tuple(say(note) for note in measured.notes if note not in channels)),
@@ -197,6 +198,19 @@ def _sections(measured: Measurement, say: Say, is_alone: bool) -> tuple[Section,
     return (
         Section(title, blocks, brief=is_alone),
         Section(f"{title}, as read", (Note(regimes), Items(tuple(channels))), brief=False),
+    )
+
+
+def _total_text(measured: Measurement) -> str:
+    """Energy of all cycles where not all were logged; empty otherwise."""
+    up_to, count = measured.dissipated(), measured.count
+    if up_to is None or not up_to.error or count is None or count.numbers is None:
+        return ""
+    total, first, last = float(up_to.energy[-1]), count.numbers[0], count.numbers[-1]
+    ends = _joules(total - up_to.error, total + up_to.error)
+    return (
+        f"Cycles {first:.12g} to {last:.12g} dissipate {_joules(total)} ({ends}, whatever course "
+        "energies take between logged cycles without going up and down)."
     )
 
 

@@ -194,7 +194,7 @@ def sections(
 
 def _ends(estimate: Any, write: Callable[[float], str]) -> str:
     """A value, and its interval where it has one."""
-    if not estimate.number > 1 or not math.isfinite(estimate.low):
+    if not math.isfinite(estimate.low):
         return write(estimate.value)
     return f"{write(estimate.value)} ({write(estimate.low)} … {write(estimate.high)})"
 

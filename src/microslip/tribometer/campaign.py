@@ -15,7 +15,7 @@ from microslip._core.frozen import Locked
 from microslip._core.units import engineering
 from microslip._core.wording import did_you_mean, quoted
 from microslip.errors import InputError
-from microslip.tribometer.counting import dissipated
+from microslip.tribometer.counting import Dissipated, dissipated
 from microslip.tribometer.cycle_columns import gain_error
 from microslip.tribometer.estimates import Estimate, quantile, with_gain
 from microslip.tribometer.manifest import Cell, numeric, text_of
@@ -23,7 +23,7 @@ from microslip.tribometer.measurement import Measurement
 from microslip.tribometer.regimes import RegimeBorders
 from microslip.tribometer.running_in import RunningIn, running_in
 from microslip.tribometer.specimens import Pooled, of_one, pooled
-from microslip.tribometer.wear import ARCHARD, Wear, proportional, with_threshold
+from microslip.tribometer.wear import ARCHARD, Wear, proportional, unlogged, with_threshold
 
 PerCycle = Callable[[Measurement], Floats]
 """What each cycle of a record adds to a sum."""
@@ -37,6 +37,13 @@ def energy_of(measured: Measurement) -> Floats:
 def archard_of(measured: Measurement) -> Floats:
     """Normal load times sliding distance [N m] of each cycle."""
     return 4.0 * measured.cycles["normal_load"] * measured.cycles["sliding_distance"]
+
+
+def _accumulated(measured: Measurement, of: PerCycle) -> Dissipated:
+    """What the cycles of one record add, those not logged included; not numbers if unknown."""
+    up_to = measured.accumulated(of(measured))
+    unknown = np.full(len(measured), np.nan)
+    return Dissipated(unknown, unknown) if up_to is None else up_to
 
 
 COMPARED = ("friction_peak", "friction_energy", "reversal_stiffness", "dissipated_energy")
@@ -102,7 +109,7 @@ class Campaign(Locked):
         Label of the run, the rig or the laboratory of each; without it each is a specimen of its
         own.
     worn_volumes : sequence of float or None, optional
-        Worn volume [m^3] that goes with each record, above zero; None where none was measured.
+        Worn volume [m^3] that goes with each record; None where none was measured.
     area : float, optional
         Apparent area [m^2], for energies and stiffnesses per area.
 
@@ -152,7 +159,7 @@ class Campaign(Locked):
         if self.over is not None and not numeric(self.columns[self.over]):
             raise InputError(f"`over` must be a column of numbers, got {self.over!r}")
         for volume in self.worn_volumes or ():
-            if volume is not None:
+            if volume is not None and volume != 0.0:
                 positive("worn_volumes", volume, "m^3", 1e-12)
         if self.area is not None:
             positive("area", self.area, "m^2", 2e-4)
@@ -185,13 +192,12 @@ class Campaign(Locked):
 
         Not a number where these are not known.
         """
-        totals = [measured.accumulated(of(measured)) for measured in self.measurements]
-        return np.array([math.nan if up_to is None else up_to.energy[-1] for up_to in totals])
+        return np.array([_accumulated(measured, of).energy[-1] for measured in self.measurements])
 
     def uncounted(self) -> dict[str, str]:
         """Records whose energy is not known, and why."""
         reasons = {}
-        energies = self._worn_by()
+        energies, _ = self._worn_by()
         for measured, energy in zip(self.measurements, energies, strict=True):
             if math.isfinite(energy) or measured.count is None:
                 continue
@@ -199,7 +205,7 @@ class Campaign(Locked):
             if measured.count.numbers is not None:
                 reasons[measured.name] = (
                     f"it begins at cycle {measured.count.numbers[0]:.12g}, and what was before is "
-                    "not among the records of its run"
+                    "not among the records of its run; give those of one contact the same specimen"
                 )
         return reasons
 
@@ -208,10 +214,13 @@ class Campaign(Locked):
 
         Records without the label of a run or a specimen are specimens of their own.
         """
+        return [up_to.energy for up_to in self._cumulated(of)]
+
+    def _cumulated(self, of: PerCycle) -> list[Dissipated]:
         cumulated = {
-            i: energy
+            i: up_to
             for members in self._by_contact().values()
-            for i, energy in zip(members, self._of_contact(members, of), strict=True)
+            for i, up_to in zip(members, self._of_contact(members, of), strict=True)
         }
         return [cumulated[i] for i in range(len(self.measurements))]
 
@@ -230,41 +239,45 @@ class Campaign(Locked):
             return None
         return known
 
-    def _of_contact(self, members: Sequence[int], of: PerCycle) -> list[Floats]:
+    def _of_contact(self, members: Sequence[int], of: PerCycle) -> list[Dissipated]:
         """Energy [J] up to each cycle of the records of one contact."""
         measurements = [self.measurements[i] for i in members]
         numbers = self._numbered_through(members) if len(members) > 1 else None
         if numbers is not None:
             energy_of_each = np.concatenate([of(m) for m in measurements])
             edges = np.cumsum([len(measured) for measured in measurements])[:-1]
-            joined = dissipated(np.concatenate(numbers), energy_of_each).energy
-            return list(np.split(joined, edges))
-        before, energies = 0.0, []
+            joined = dissipated(np.concatenate(numbers), energy_of_each)
+            return [
+                Dissipated(*parts)
+                for parts in zip(*(np.split(j, edges) for j in joined), strict=True)
+            ]
+        before, found = (0.0, 0.0), []
         for measured in measurements:
-            up_to = measured.accumulated(of(measured))
-            energy_of_each = np.full(len(measured), np.nan) if up_to is None else up_to.energy
-            energies.append(before + energy_of_each)
-            before = float(energies[-1][-1])
-        return energies
+            energy, errors = _accumulated(measured, of)
+            found.append(Dissipated(before[0] + energy, before[1] + errors))
+            before = float(found[-1].energy[-1]), found[-1].error
+        return found
 
-    def _worn_by(self, of: PerCycle = energy_of) -> Floats:
-        """Energy [J] that the contact of each record has dissipated since it was new."""
-        energies = self.energies(of)
-        for i, (measured, cumulated) in enumerate(
-            zip(self.measurements, self.cumulative(of), strict=True)
+    def _worn_by(self, of: PerCycle = energy_of) -> tuple[Floats, Floats]:
+        """Energy [J] that the contact of each record has dissipated since it was new; its error."""
+        of_each = [_accumulated(measured, of) for measured in self.measurements]
+        chosen = []
+        for measured, alone, cumulated in zip(
+            self.measurements, of_each, self._cumulated(of), strict=True
         ):
             count = measured.count
-            if "specimen" in self.columns:
-                # A specimen is worn by all that was before, whatever numbers its cycles.
-                energies[i] = cumulated[-1]
-            if count is None or count.numbers is None or not count.is_of_contact:
-                continue
-            energy_of_each, first = float(self.energies(of)[i]), float(count.numbers[0])
-            # Of a run that the rig's counter numbers through, all that was before.
-            energies[i] = cumulated[-1]
-            if energy_of_each == cumulated[-1] and first > 1.0 + _NEW * float(count.numbers[-1]):
-                energies[i] = math.nan
-        return energies
+            numbers = None if count is None or not count.is_of_contact else count.numbers
+            # A specimen is worn by all that was before, whatever numbers its cycles; a run that the
+            # rig's counter numbers through as well.
+            is_all = numbers is not None or "specimen" in self.columns
+            worn = cumulated if is_all else alone
+            energy = float(worn.energy[-1])
+            begins = 1.0 if numbers is None else float(numbers[0]) - _NEW * float(numbers[-1])
+            if begins > 1.0 and float(alone.energy[-1]) == energy:
+                energy = math.nan  # what was before is not known
+            chosen.append((energy, worn.error))
+        energies, errors = np.array(chosen).T
+        return energies, errors
 
     def fretting_map(self) -> list[Point]:
         """Amplitude, load and regime of each record that has a normal load."""
@@ -292,23 +305,24 @@ class Campaign(Locked):
         """Worn volume by dissipated energy, with a threshold, and by Archard's load times way."""
         volumes = self.worn_volumes or [None] * len(self.measurements)
         rows = [i for i, volume in enumerate(volumes) if volume is not None]
-        energies = self._worn_by()
+        energies, errors = self._worn_by()
         rows = [i for i in rows if math.isfinite(energies[i])]
         if not rows:
             return ()
         volume = np.array([volumes[i] for i in rows], dtype=float)
         names = tuple(self.measurements[i].name for i in rows)
-        laws = [proportional(names, energies[rows], volume, confidence)]
-        threshold = with_threshold(names, energies[rows], volume, confidence)
-        laws += [] if threshold is None else [threshold]
+        laws = []
         gain = gain_error("dissipated_energy", self.measurements[0].gain_errors)
-        laws = [
-            law._replace(coefficient=with_gain(law.coefficient, gain, confidence)) for law in laws
-        ]
+        for line in (proportional, with_threshold):
+            law = unlogged(line, names, energies[rows], errors[rows], volume, confidence)
+            if law is not None:
+                coefficient = with_gain(law.coefficient, gain, confidence)
+                laws.append(law._replace(coefficient=coefficient))
         if all("normal_load" in measured.mean for measured in self.measurements):
-            work = self._worn_by(archard_of)[rows]
+            work, errors = (values[rows] for values in self._worn_by(archard_of))
             if np.all(work > 0.0):
-                laws.append(proportional(names, work, volume, confidence, ARCHARD))
+                law = unlogged(proportional, names, work, errors, volume, confidence)
+                laws += [] if law is None else [law._replace(law=ARCHARD)]
         return tuple(laws)
 
     def pooled(self, confidence: float = 0.95) -> list[tuple[str, Pooled]]:

@@ -135,14 +135,23 @@ class Dissipated(NamedTuple):
 
     energy: Floats
     """[J], that cycle included."""
-    error: float
-    """Of the last [J]: half of what straight lines over cycles and over their logarithm differ."""
+    errors: Floats
+    """By how much it may be off [J], if between the logged cycles nothing goes up and down."""
+
+    @property
+    def error(self) -> float:
+        """That of the last cycle [J]."""
+        return float(self.errors[-1])
 
 
 def dissipated(numbers: Floats, energies: Floats) -> Dissipated:
-    """Energy [J] up to each of the logged cycles, those between them included."""
+    """Energy [J] up to each of the logged cycles, those between them included.
+
+    These are taken half on a straight line over cycles, half on one over their logarithm. Any
+    course that only rises, or only falls, from one block to the next stays within the error.
+    """
     energy_of_each = np.nan_to_num(energies)
-    total, error = np.cumsum(energy_of_each), 0.0
+    total, errors = np.cumsum(energy_of_each), np.zeros(energies.size)
     for gap in (np.flatnonzero(np.diff(numbers) > 1.5) + 1).tolist():
         before, behind = (
             _block_end(numbers, energy_of_each, gap, -1),
@@ -150,14 +159,12 @@ def dissipated(numbers: Floats, energies: Floats) -> Dissipated:
         )
         first, last = float(numbers[gap - 1]), float(numbers[gap])
         missing = last - first - 1.0
-        straight = 0.5 * (before + behind)
         ratio = math.log(last / first) if first > 0.0 else math.inf
-        # Mean of a + b ln(n) from the first to the last cycle.
-        share = last / (last - first) - 1.0 / ratio
-        by_logarithm = before + (behind - before) * share
-        total[gap:] += missing * 0.5 * (straight + by_logarithm)
-        error += 0.5 * missing * abs(straight - by_logarithm)
-    return Dissipated(total, error)
+        # Mean of a + b ln(n) from the first to the last cycle, and of a + b n.
+        share = 0.5 * (last / (last - first) - 1.0 / ratio + 0.5)
+        total[gap:] += missing * (before + (behind - before) * share)
+        errors[gap:] += missing * abs(behind - before) * max(share, 1.0 - share)
+    return Dissipated(total, errors)
 
 
 def _block_end(numbers: Floats, energies: Floats, gap: int, way: int) -> float:

@@ -30,6 +30,7 @@ from microslip.tribometer.settling import (
     OPEN,
     Settled,
     excess_loss_notes,
+    named_cycles,
     requested,
     settled,
 )
@@ -211,8 +212,8 @@ class Cycles:
         texts = "; ".join(map(str, self.spikes[:3])) + ("; ..." if len(self.spikes) > 3 else "")
         if self.has_spike.any():
             notes.append(
-                f"left out of the means: {_cycles(self.has_spike)} with a spike, here straight "
-                f"lines: {texts}"
+                f"left out of the means: {named_cycles(self.has_spike)} with a spike, here "
+                f"straight lines: {texts}"
             )
         elif self.spikes:
             notes.append(f"spikes beyond the whole cycles: {texts}")
@@ -220,7 +221,7 @@ class Cycles:
             notes.append("no cycle closes, the ends of each differ by over a quarter of the force")
         elif self.is_open.any():
             notes.append(
-                f"left out of the means: {_cycles(self.is_open)} whose ends differ by over a "
+                f"left out of the means: {named_cycles(self.is_open)} whose ends differ by over a "
                 "quarter of the force, as in running in"
             )
         return notes
@@ -397,10 +398,3 @@ def step_of(values: Floats) -> float | None:
         return None
     number = (steps - steps[0]) / gaps.min()
     return float(gaps.min()) if np.abs(number - np.rint(number)).max() < _ON_STEP else None
-
-
-def _cycles(is_named: NDArray[np.bool_]) -> str:
-    """Such as "2 cycles (3, 8)"."""
-    places = np.flatnonzero(is_named) + 1
-    numbers = ", ".join(map(str, places[:5])) + (", ..." if places.size > 5 else "")
-    return f"{plural(places.size, 'cycle')} ({numbers})"

@@ -19,7 +19,7 @@ _STEPS = 100
 """Bound of Newton's steps: a confidence of 1 - 1e-15 takes some forty."""
 _BLOCKS = 20
 """Cycles, or blocks of them, from which their correlation is judged: of fewer it is not known."""
-_LIKELY, _UPPER = 2.3, 1.2
+_LIKELY, _UPPER = 2.3, 1.75
 """Standard errors from which on a correlation is no chance; those that are added to it, since one
 that is found too small costs more than one that is found too large."""
 _NORMAL = 100_000
@@ -122,9 +122,11 @@ def mean_of(values: Floats, confidence: float, moving: bool = False) -> Estimate
         return Estimate(value, math.nan, math.nan, math.nan, 1)
     spread = float(fine.std(ddof=1))
     if moving:
-        # Those that wander beside their trend may go farther than they went.
-        place = np.arange(fine.size) - 0.5 * (fine.size - 1)
-        beside = fine - value - place * (float(place @ fine) / float(place @ place))
+        # What wanders beside a course that only rises, or only falls, may go farther than it went.
+        beside = min(
+            (fine - sign * _rising(sign * fine) for sign in (1.0, -1.0)),
+            key=lambda away: float(away @ away),
+        )
         low, high = float(fine.min()), float(fine.max())
         if dependence_of(beside, 2).factor > 1.0:
             half = _of_mean(beside, confidence, 2)[1]
@@ -132,6 +134,18 @@ def mean_of(values: Floats, confidence: float, moving: bool = False) -> Estimate
         return Estimate(value, low, high, spread, int(fine.size))
     error, half = _of_mean(fine, confidence, 1)
     return Estimate(value, value - half, value + half, error, int(fine.size))
+
+
+def _rising(values: Floats) -> Floats:
+    """The closest series that never falls, by least squares: neighbours that fall are pooled."""
+    pools: list[tuple[float, int]] = []
+    for value in values.tolist():
+        mean, size = value, 1
+        while pools and pools[-1][0] >= mean:
+            before, number = pools.pop()
+            mean, size = (before * number + mean * size) / (number + size), number + size
+        pools.append((mean, size))
+    return np.repeat([mean for mean, _ in pools], [size for _, size in pools])
 
 
 def _of_mean(values: Floats, confidence: float, fitted_count: int) -> tuple[float, float]:

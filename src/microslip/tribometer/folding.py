@@ -78,6 +78,8 @@ class Folded(Locked):
     notes: tuple[str, ...]
     said: tuple[str, ...] = ()
     """Those of the notes that are of the folding itself, not of the record."""
+    late: str = ""
+    """Note on a delay of the force that shows in its cycles."""
     load_error: float = 0.0
     """Standard error of the mean normal load [N]; 0 of one that was given as a number."""
     drift: float = 0.0
@@ -294,6 +296,7 @@ def _fold(
         left_out=int(cycle_count - rows.size),
         notes=(*record.notes, *said),
         said=said,
+        late="" if judgement.delay is None else judgement.delay.note(),
         load_error=load_error,
         drift=drift.slope,
         growth=growth,

@@ -209,6 +209,8 @@ def _column(name: str, unit: str | None, texts: list[str], rows: list[int]) -> t
 def _quantity(name: str, unit: str | None, text: str, row: int) -> float:
     kind, number = _KINDS[name], _number(text)
     where = f'row {row}, column "{name}": '
+    if name == "worn_volume" and number == 0.0:
+        return 0.0  # nothing worn yet, in any unit
     if number is not None and unit is None:
         example = _EXAMPLES[name]
         raise ValueError(

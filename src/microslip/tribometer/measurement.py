@@ -173,13 +173,17 @@ class Measurement(Plottable):
         Returns
         -------
         Estimate
-            Change a cycle, in the unit of the column, with its confidence interval.
+            Change a cycle, those not logged counted as well, in the unit of the column, with its
+            confidence interval; not numbers where gaps of the time hide how many cycles there were.
         """
         if column not in self.cycles:
             raise InputError(f"column must be one of {', '.join(self.cycles)}, got {show(column)}")
         y = self.cycles[column]
         fine = np.isfinite(y)
-        return trend(np.flatnonzero(fine).astype(float), y[fine], self.confidence)
+        numbers = np.arange(1.0, y.size + 1.0) if self.count is None else self.count.numbers
+        if numbers is None:
+            return Estimate(math.nan, math.nan, math.nan, math.nan, int(np.count_nonzero(fine)))
+        return trend(numbers[fine], y[fine], self.confidence)
 
     def table(self) -> str:
         """The means as text: quantity, mean, confidence interval and unit."""

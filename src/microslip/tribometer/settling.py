@@ -74,12 +74,12 @@ def excess_loss_notes(loss_factor: NDArray[np.float64]) -> list[str]:
         return []
     return [
         f"a loss factor above 4/π = 1.27, up to {float(np.nanmax(loss_factor)):.3g}, in "
-        f"{_cycles(large)}: no closed loop has more than the rectangle around it, so these "
+        f"{named_cycles(large)}: no closed loop has more than the rectangle around it, so these "
         "channels are no loop, have spikes, or a rig softer than it is was taken off"
     ]
 
 
-def _cycles(is_named: NDArray[np.bool_]) -> str:
+def named_cycles(is_named: NDArray[np.bool_]) -> str:
     """Such as "2 cycles (3, 8)"."""
     places = np.flatnonzero(is_named) + 1
     numbers = ", ".join(map(str, places[:5])) + (", ..." if places.size > 5 else "")

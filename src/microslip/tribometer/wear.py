@@ -8,6 +8,7 @@ Kapsa, Hannel and Sauger (2003, DOI 10.1016/S0043-1648(03)00117-0).
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -16,6 +17,8 @@ from microslip._core.checks import Floats
 from microslip.errors import InputError
 from microslip.tribometer.estimates import Estimate, quantile
 
+_LEAST = 1e-3
+"""Share of the work that is left of it at least, whatever its error."""
 ENERGY, THRESHOLD, ARCHARD = "energy", "energy with a threshold", "Archard"
 
 
@@ -41,9 +44,33 @@ class Wear(NamedTuple):
         return self.threshold is not None and self.threshold.low > 0.0
 
 
-def proportional(
-    names: tuple[str, ...], work: Floats, volume: Floats, confidence: float, law: str = ENERGY
-) -> Wear:
+def unlogged(
+    law: Callable[[tuple[str, ...], Floats, Floats, float], Wear | None],
+    names: tuple[str, ...],
+    work: Floats,
+    errors: Floats,
+    volume: Floats,
+    confidence: float,
+) -> Wear | None:
+    """A law whose coefficient also knows the errors of the work in cycles that were not logged.
+
+    These are bounds, common to all records of a contact, so they are added and not squared.
+    """
+    wear = law(names, work, volume, confidence)
+    if wear is None or not errors.any():
+        return wear
+    ends = (np.maximum(work - errors, _LEAST * work), work + errors)
+    far = [law(names, end, volume, confidence) for end in ends]
+    values = [wear.coefficient.value, *(w.coefficient.value for w in far if w is not None)]
+    value, low, high, error, number = wear.coefficient
+    below, above = value - min(values), max(values) - value
+    if math.isnan(low):  # one volume: no scatter tells more
+        low = high = value
+    coefficient = Estimate(value, low - below, high + above, error, number)
+    return wear._replace(coefficient=coefficient)
+
+
+def proportional(names: tuple[str, ...], work: Floats, volume: Floats, confidence: float) -> Wear:
     """A straight line through zero by least squares."""
     if not np.all(work > 0.0):
         raise InputError(
@@ -54,13 +81,13 @@ def proportional(
     slope = float(work @ volume) / square
     if work.size < 2:
         nothing = math.nan
-        return Wear(Estimate(slope, nothing, nothing, nothing, 1), names, work, volume, law)
+        return Wear(Estimate(slope, nothing, nothing, nothing, 1), names, work, volume)
     residual = volume - slope * work
     scatter = math.sqrt(float(residual @ residual) / (work.size - 1))
     error = scatter / math.sqrt(square)
     half = quantile(confidence, work.size - 1) * error
     coefficient = Estimate(slope, slope - half, slope + half, error, int(work.size))
-    return Wear(coefficient, names, work, volume, law, None, scatter)
+    return Wear(coefficient, names, work, volume, scatter=scatter)
 
 
 def with_threshold(

@@ -9,6 +9,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from microslip._core.units import significant
+from microslip._core.wording import plural
 from microslip._version import __version__
 from microslip.errors import InputError
 from microslip.identification import Comparison, Identification, figures, identify
@@ -96,8 +97,9 @@ class Identified:
 
     @property
     def failed(self) -> Identification | None:
-        """The first law, if its fit has not converged: then there are no numbers to give."""
-        return None if self.first.converged else self.first
+        """The first law, if neither its fit nor that of any group has converged."""
+        is_any_fitted = self.groups is not None and bool(self.groups.fits)
+        return None if self.first.converged or is_any_fitted else self.first
 
 
 def units_of(laws: Sequence[str]) -> dict[str, str]:
@@ -308,7 +310,7 @@ def document(outcome: Identified, say: Say = str, files: bool = False) -> Docume
     return Document(
         KIND,
         summary["title"],
-        numbers.headline(fit),
+        _headline(fit, outcome.groups),
         tuple(sections),
         summary,
         () if outcome.first.is_plain else (f"{numbers.capital(fit['message'])}.",),
@@ -316,6 +318,15 @@ def document(outcome: Identified, say: Say = str, files: bool = False) -> Docume
         "loops",
         tuple(tables),
     )
+
+
+def _headline(fit: Summary, fitted: Groups | None) -> str:
+    """Result in a line; where one joint does not answer all records, what each group says."""
+    words = numbers.headline(fit)
+    if fitted is None or fit["converged"]:
+        return words
+    count = plural(len(fitted.fits) + len(fitted.failed), fitted.column.replace("_", " "))
+    return f"{len(fitted.fits)} of {count} fitted alone; all together {words}"
 
 
 def _parameters(fit: Summary, study: str | None, level: str) -> list[Block]:

@@ -49,17 +49,26 @@ class Groups:
         values: Sequence[Any],
         records: Sequence[Record],
         fit: Callable[[list[Record]], Identification],
+        accept_unconverged: bool = False,
     ) -> Groups | None:
-        """Fit the records of each label; None where all have the same."""
+        """Fit the records of each label; None where all have the same.
+
+        Fits that have not converged count as failed, unless they are accepted.
+        """
         if len(set(labels)) < 2:
             return None
         fits, failed = {}, {}
         for group_label in dict.fromkeys(labels):
             of_one = [r for r, other in zip(records, labels, strict=True) if other == group_label]
             try:
-                fits[group_label] = fit(of_one)
+                result = fit(of_one)
             except InputError as error:
                 failed[group_label] = str(error)
+                continue
+            if result.converged or accept_unconverged:
+                fits[group_label] = result
+            else:
+                failed[group_label] = result.status
         is_numeric = all(isinstance(value, float) for value in values)
         by_label = dict(zip(labels, values, strict=True)) if is_numeric else {}
         return cls(column, MappingProxyType(fits), failed, by_label)

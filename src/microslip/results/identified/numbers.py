@@ -14,7 +14,7 @@ from microslip._core.wording import shorten
 from microslip._version import __version__
 from microslip.errors import InputError
 from microslip.identification import Identification, rules
-from microslip.identification.caveats import HAS_VALUE
+from microslip.identification.caveats import HAS_VALUE, joined
 from microslip.identification.labels import ends_text, label, number_text
 from microslip.report.document import Number
 from microslip.study.overrides import dump
@@ -185,11 +185,13 @@ def open_parameters(fit: Summary) -> list[OpenParameter]:
 
 
 def open_texts(fit: Summary) -> list[str]:
-    """The same as sentences."""
+    """The same as sentences, one for all parameters of which it is the same."""
+    names: dict[tuple[str, ...], list[str]] = {}
+    for item in open_parameters(fit):
+        names.setdefault((item.verdict, item.reason, item.remedy), []).append(item.name)
     return [
-        f"{item.name}, {item.verdict}: {item.reason}."
-        + (f" To settle it: {item.remedy}." if item.remedy else "")
-        for item in open_parameters(fit)
+        f"{joined(of)}, {verdict}: {reason}." + (f" To settle it: {remedy}." if remedy else "")
+        for (verdict, reason, remedy), of in names.items()
     ]
 
 

@@ -217,14 +217,17 @@ class Diagram:
 
     # -- slip -----------------------------------------------------------------------------------
 
+    def runs(self, separation: Floats, places: Floats) -> Floats:
+        """Runs of the slip front in a record, one a column, as :meth:`SlipLosses.of` wants them."""
+        return kernels.slip_runs(separation, places, self.stack, *self._last)
+
     def losses(self, separation: Floats, displacement: Floats, curve: LoadCurve) -> Floats:
         """Energy dissipated in each step of a record [J]; the diagram stays as it is."""
         places = displacement / curve.slip
         profile = curve.profile(*self._reach(separation))
         with np.errstate(over="ignore", invalid="ignore"):  # fronts may be beyond all numbers
             if profile is None:
-                runs = kernels.slip_runs(separation, places, self.stack, *self._last)
-                lost = curve.slip_losses.of(runs, separation.size)
+                lost = curve.slip_losses.of(self.runs(separation, places), separation.size)
             else:
                 stack, lost = np.empty((self.depth + separation.size, 3)), np.empty(places.size)
                 stack[: self.depth] = self.stack[: self.depth]

@@ -336,14 +336,16 @@ class FieldState(Resumable):
                 LOSS_RULES, self._rows, lost, *profile.arguments,
             )  # fmt: skip
             return lost
+        runs = [np.zeros((8, 0))]
         for i in np.flatnonzero(code % 4).tolist():
             diagram, origin = Diagram(), nodes.rests[i]
             begin, diagram.depth = int(self._begin[i]), int(self._depth[i])
             diagram.stack = self._rows[begin : begin + diagram.depth] + np.array([origin, 0.0, 0.0])
             diagram.separation, diagram.place = float(origin + self._step[i]), float(self._place[i])
-            # A shared curve knows of no friction and no slip.
-            lost[i] = diagram.losses(origin + step[i : i + 1], place[i : i + 1], nodes.curve)[0]
-        return lost
+            runs.append(diagram.runs(origin + step[i : i + 1], place[i : i + 1]))
+            runs[-1][0] = i
+        # All at once; a shared curve knows of no friction and no slip.
+        return nodes.curve.slip_losses.of(np.concatenate(runs, axis=1), place.size)
 
     def __repr__(self) -> str:
         return f"FieldState({self._place.size} nodes, {int(self._depth.sum())} rows)"

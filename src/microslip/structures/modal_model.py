@@ -100,6 +100,15 @@ class ModalJoints:
             slopes.append(slope)
         return force, slopes
 
+    def by_tangents(self, left: Floats, slopes: list[Floats]) -> Floats:
+        """A matrix (..., coordinates) times the tangent matrix, which couples a joint's own."""
+        result: Floats = -left * self.stuck
+        for part, slope in zip(self.parts, slopes, strict=True):
+            joints, width = slope.shape[:2]
+            rows = left[:, part].reshape(-1, joints, width).transpose(1, 0, 2)
+            result[:, part] += (rows @ slope).transpose(1, 0, 2).reshape(-1, joints * width)
+        return result
+
     def tangent_matrix(self, slopes: list[Floats]) -> Floats:
         """Change of the forces beyond sticking, by coordinate (coordinates, coordinates)."""
         result = np.zeros((self.stuck.size, self.stuck.size))

@@ -144,7 +144,7 @@ class QuasiStatic:
             miss = motion - aim + self._flexibility @ (pull - self.joints.stuck * motion)
 
             def matrix() -> Floats:
-                result = self._flexibility @ self.joints.tangent_matrix(slopes)
+                result = self.joints.by_tangents(self._flexibility, slopes)
                 result[np.diag_indices_from(result)] += 1.0
                 return np.asarray(result)
 
@@ -180,7 +180,7 @@ class QuasiStatic:
 
             def matrix() -> Floats:
                 result = np.zeros((modes + 1, modes + 1))
-                result[:modes, :modes] = flat @ (self.joints.tangent_matrix(slopes) @ flat.T)
+                result[:modes, :modes] = self.joints.by_tangents(flat, slopes) @ flat.T
                 result[np.arange(modes), np.arange(modes)] += squares - part * square
                 result[:modes, modes] = -shape
                 result[modes, :modes] = part * by_shape[:, 1] / amplitude**2

@@ -242,6 +242,15 @@ def starts_for(
         for i in guessed.keys() & free.keys():
             values[i] = start_values.get(coordinates[i].name, guessed[i])
         yield _bounded(coordinates, values)
+        if model.start is not None and {"friction_coefficient", "slip_scale"} <= model.start.keys():
+            # The instance with the friction of the loops, on which its slip hangs as well.
+            for i, coordinate in free.items():
+                if coordinate.parameter == "slip_scale":
+                    friction = values[columns[0][model.names.index("friction_coefficient")]]
+                    values[i] = instance_start[i] * friction / model.start["friction_coefficient"]
+                elif coordinate.parameter not in (RIG, "friction_coefficient"):
+                    values[i] = instance_start[i]
+            yield _bounded(coordinates, values)
 
 
 def _bounded(coordinates: Sequence[Coordinate], values: Sequence[float]) -> list[float]:

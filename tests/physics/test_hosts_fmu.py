@@ -146,7 +146,7 @@ def test_state_can_be_kept_serialised_and_differentiated(unit):
         assert found == pytest.approx([*trial.try_(1e-8)], rel=1e-9)
         assert slave.getDirectionalDerivative([1], [0], [2.0])[0] == 2.0 * found[1]
     broken = bytearray(numbers)
-    broken[24:32] = bytes(ctypes.c_double(1e9))  # a depth that no state has
+    broken[40:48] = bytes(ctypes.c_double(1e9))  # a depth that no state has
     with pytest.raises(Exception, match=r"(?i)deserialize"):
         slave.deserializeFMUState(bytes(broken))
     slave.freeFMUState(kept)

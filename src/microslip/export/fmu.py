@@ -55,7 +55,7 @@ def write(order: Order) -> tuple[dict[str, str | bytes], Accuracy]:
     }
     if third:
         words |= _arrays(order)
-    source = body + filled("fmu3.c" if third else "fmu.c", **words)
+    source = body + filled("unit.c", **words) + filled(f"{order.kind}.c", **words)
     description = filled("modelDescription3.xml" if third else "modelDescription.xml", **words)
     page = f"<!DOCTYPE html><title>{order.name}</title><pre>{escape(header)}</pre>"
     parts: dict[str, bytes] = {

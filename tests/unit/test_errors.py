@@ -240,8 +240,8 @@ def test_force_at_or_beyond_the_limit(joint: ms.Interface, factor: float) -> Non
     limit = joint.force_limit
     force = factor * limit
     ending = (
-        f" must stay below the force limit {limit:.10g} N in size (no single displacement answers "
-        f"it), got {force:.10g} N"
+        f" must stay below the force limit {limit:.10g} N in size (at the limit slip "
+        f"is unlimited), got {force:.10g} N"
     )
     for sign in (1.0, -1.0):
         for value in (sign * force, [0.0, sign * force], [[sign * force]]):

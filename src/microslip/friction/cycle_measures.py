@@ -64,8 +64,8 @@ class CycleMeasures(ABC):
         largest = float(np.abs(force).max())
         if largest >= self.force_limit:
             raise InputError(
-                f"`{name}` must stay below the force limit {self.force_limit:.10g} N in size (no "
-                f"single displacement answers it), got {largest:.10g} N"
+                f"`{name}` must stay below the force limit {self.force_limit:.10g} N in size (at "
+                f"the limit slip is unlimited), got {largest:.10g} N"
             )
         return force
 

@@ -217,5 +217,3 @@ def test_no_motion_leaves_the_static_cases_unseen() -> None:
         leave(0.05)
         with pytest.raises(ms.InputError, match="within the static cases"):
             leave(40.0)
-    with pytest.raises(ms.InputError, match="a geometry needs method"):
-        bent.shock(ms.Pulse.half_sine(1.0, 0.01), **on, method="oscillator")

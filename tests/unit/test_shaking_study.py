@@ -57,7 +57,7 @@ def test_the_ground_carries_what_the_library_says(result: ms.Result) -> None:
     even = np.linspace(210.0, 1990.0, 60_001)
     area = np.trapezoid(noise.spectrum(shaking.sensor, even), even)
     assert np.sqrt(area) == pytest.approx(noise.standard_deviation(shaking.sensor), rel=5e-3)
-    # A pulse so weak that the joints stick: the oscillator's answer to half a sine.
+    # The joints hold: peaks in proportion to the pulses, to a tenth.
     peaks = shaking.peaks("displacement")
     assert (np.diff(peaks / shaking.severity) / (peaks / shaking.severity)[0] < 0.1).all()
 
@@ -69,7 +69,6 @@ def test_what_was_computed_is_written_and_read(result: ms.Result, tmp_path: Path
     assert {"base.csv", "random.csv", "shock.csv", "transmissibility.svg"} <= there
     told = json.loads((tmp_path / "out" / "summary.json").read_text())["structure"]["shaking"]
     assert [row["sweep_level"] for row in told["base"]] == [1.0, 5.0, 15.0]
-    assert told["shock"]["method"] == "oscillator"
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     for title in ("On a shaker", "In noise", "Under shocks"):
         assert title in page

@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from microslip._core.checks import Floats
-from microslip.errors import InputError
 from microslip.structures.joint_groups import LawGroup
 from microslip.structures.modal_model import ModalJoints, ModalModel
-from microslip.structures.time_steps import ITERATIONS, LAST_CHANGE, TimeSteps
+from microslip.structures.time_steps import TimeSteps
 
 
 def are_exact(model: ModalModel, joints: ModalJoints) -> bool:
@@ -76,26 +75,17 @@ class ExactSteps(TimeSteps):
         pushed = np.einsum("mij,mj->im", self._cubic, known)
         place, speed = place + pushed[0], speed + pushed[1]
         aim, pace = lines.T @ place, lines.T @ speed
-        motion = aim - self._by_force[0] @ self.short - self._by_rate[0] @ self._rate
-        size = max(self._largest, float(np.abs(aim).max(initial=0.0)), 1e-300)
-        moved, identity = np.inf, self._identity
-        for _ in range(ITERATIONS):
-            try:
-                short, tangent = self.try_joints(motion)
-            except InputError:  # far beyond what the law knows
-                return None
+        start = aim - self._by_force[0] @ self.short - self._by_rate[0] @ self._rate
+
+        def correction(motion: Floats, short: Floats, tangent: Floats) -> Floats:
             turn = pace - self._by_force[1] @ short
-            rate = tangent @ np.linalg.solve(identity + self._by_rate[1] @ tangent, turn)
+            rate = tangent @ np.linalg.solve(self._identity + self._by_rate[1] @ tangent, turn)
             miss = motion - aim + self._by_force[0] @ short + self._by_rate[0] @ rate
-            change = np.linalg.solve(identity + self._by_force[0] @ tangent, miss)
-            last, moved = moved, float(np.abs(change).max(initial=0.0))
-            if moved <= LAST_CHANGE * size or (moved <= 1e-9 * size and moved >= last):
-                break
-            motion = motion - change
-        else:
+            self._rate = rate
+            return np.asarray(np.linalg.solve(self._identity + self._by_force[0] @ tangent, miss))
+
+        if not self._find(aim, start, correction):
             return None
-        self.commit(motion, short)
-        self._rate = rate
-        ends = np.stack([lines @ short, lines @ rate], axis=1)
+        ends = np.stack([lines @ self.short, lines @ self._rate], axis=1)
         short_of_sticking = np.einsum("mij,mj->im", self._cubic[:, :, 2:], ends)
         return place - short_of_sticking[0], (speed - short_of_sticking[1]) / self._step, a

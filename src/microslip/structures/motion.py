@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -159,45 +159,16 @@ def integrate(
     modal_force = forces @ shapes
     to_modal = np.asarray((mass @ shapes).T)
     q, v = to_modal @ start, to_modal @ speed
-    joints = model.joints(_line(model, q, v, modal_force))
-    step = float(steps.mean())
-    stepper: TimeSteps
-    if radius is None and are_exact(model, joints):
-        stepper = ExactSteps(model, joints, step, modal_force)
-    else:
-        stepper = TimeSteps(model, joints, step, _RADIUS if radius is None else radius)
-    stepper.place(q)
-    stepper.begin(v)
-    a = stepper.acceleration(q, v, modal_force[0])
-    count = times.size
-    rows = [np.empty((count, width)) for width in (q.size, q.size, stepper.motion.size)]
-    rows.append(np.empty_like(rows[2]))
-    rows.append(np.empty((count, stepper.lost.size)))
-    reached = 0
-    for i in range(count):
-        if i:
-            moved = stepper.advance(q, v, a, modal_force[i - 1], modal_force[i])
-            if moved is None:
-                break
-            q, v, a = moved
-        total = stepper.short + joints.stuck * stepper.motion
-        for row, value in zip(rows, (q, v, stepper.motion, total, stepper.lost), strict=True):
-            row[i] = value
-        reached = i + 1
-    message = f"solved in {count - 1} steps"
-    if reached < count:
-        message = (
-            f"stopped at {times[reached - 1]:.6g} s: the joints' motion in the next step was not "
-            "found; try shorter steps"
-        )
-    modal, speeds, motion, pull, lost = (row[:reached] for row in rows)
+    run = march(model, modal_force, times, q, v, radius)
+    modal, speeds, motion, pull = run.place, run.speed, run.motion, run.pull
+    reached = len(modal)
     x, speed = modal @ shapes.T, speeds @ shapes.T
     kinetic = 0.5 * np.sum(speeds**2, axis=1)
     elastic = 0.5 * np.sum(x * np.asarray(stiffness @ x.T).T, axis=1)
     beginning = motion[0] if motion.size else np.zeros(0)
-    cubic = isinstance(stepper, ExactSteps)
+    cubic = isinstance(run.stepper, ExactSteps)
     joint = _work(pull, motion, cubic) + 0.5 * float(pull[0] @ beginning)
-    viscous = _work(speeds @ stepper.damping, modal, cubic)
+    viscous = _work(speeds @ run.stepper.damping, modal, cubic)
     work = _work(forces[:reached], x, cubic) + kinetic[0] + elastic[0] + joint[0]
 
     def with_steps(factor: int) -> Floats:
@@ -216,9 +187,77 @@ def integrate(
         return integrate(*arguments).displacement if len(times[rows]) > 1 else x[:1]
 
     return Motion(
-        times[:reached], x, speed, motion, pull, work, kinetic, elastic, joint, lost, viscous,
-        message, with_steps, 2.0 if cubic else 4.0,
+        times[:reached], x, speed, motion, pull, work, kinetic, elastic, joint, run.lost, viscous,
+        run.message, with_steps, 2.0 if cubic else 4.0,
     )  # fmt: skip
+
+
+class March(NamedTuple):
+    """What a stepper went through, in modal coordinates, elastic and rigid."""
+
+    stepper: TimeSteps
+    place: Floats
+    """(times, modes); fewer times than asked for where the method stopped."""
+    speed: Floats
+    motion: Floats
+    """Of the joints, (times, coordinates) [m]."""
+    pull: Floats
+    """Forces of the joints [N]."""
+    lost: Floats
+    """(times, joints) [J]."""
+    stuck: Floats
+    """Stiffnesses of sticking joints [N/m]."""
+    message: str
+
+    def acceleration(self, force: Floats) -> Floats:
+        """By the equation of motion under the modal forces (times, modes)."""
+        short = self.pull - self.stuck * self.motion
+        return self.stepper.acceleration(self.place, self.speed, force[: len(short)], short)
+
+
+def march(
+    model: ModalModel,
+    force: Floats,
+    times: Floats,
+    place: Floats | None = None,
+    speed: Floats | None = None,
+    radius: float | None = None,
+) -> March:
+    """Step through even times under modal forces (times, modes), from rest unless told."""
+    q, v = (np.zeros(force.shape[1]) if x is None else x for x in (place, speed))
+    joints = model.joints(_line(model, q, v, force))
+    step = float(np.diff(times).mean())
+    stepper: TimeSteps
+    if radius is None and are_exact(model, joints):
+        stepper = ExactSteps(model, joints, step, force)
+    else:
+        stepper = TimeSteps(model, joints, step, _RADIUS if radius is None else radius)
+    stepper.place(q)
+    stepper.begin(v)
+    a = stepper.acceleration(q, v, force[0], stepper.short)
+    count = times.size
+    rows = [np.empty((count, width)) for width in (q.size, q.size, stepper.motion.size)]
+    rows.append(np.empty_like(rows[2]))
+    rows.append(np.empty((count, stepper.lost.size)))
+    reached = 0
+    for i in range(count):
+        if i:
+            moved = stepper.advance(q, v, a, force[i - 1], force[i])
+            if moved is None:
+                break
+            q, v, a = moved
+        total = stepper.short + joints.stuck * stepper.motion
+        for row, value in zip(rows, (q, v, stepper.motion, total, stepper.lost), strict=True):
+            row[i] = value
+        reached = i + 1
+    message = f"solved in {count - 1} steps"
+    if reached < count:
+        message = (
+            f"stopped at {times[reached - 1]:.6g} s: the joints' motion in the next step was not "
+            "found; try shorter steps"
+        )
+    place, speed, motion, pull, lost = (row[:reached] for row in rows)
+    return March(stepper, place, speed, motion, pull, lost, joints.stuck, message)
 
 
 def _work(force: Floats, path: Floats, cubic: bool) -> Floats:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -12,8 +13,8 @@ from microslip.structures.assembled_faces import AssembledGroup, AssembledState
 from microslip.structures.joint_groups import JointState
 from microslip.structures.modal_model import ModalJoints, ModalModel
 
-ITERATIONS = 30
-LAST_CHANGE = 1e-12  # of the largest joint motion so far, for the last step of Newton's method
+_ITERATIONS = 30
+_LAST_CHANGE = 1e-12  # of the largest joint motion so far, for the last step of Newton's method
 
 
 class Coefficients(NamedTuple):
@@ -92,6 +93,25 @@ class TimeSteps:
         self.motion, self.short = motion, short
         self._largest = max(self._largest, float(np.abs(motion).max(initial=0.0)))
 
+    def _find(
+        self, aim: Floats, motion: Floats, correction: Callable[[Floats, Floats, Floats], Floats]
+    ) -> bool:
+        """Commit the motion of the joints where Newton's corrections end; whether they do."""
+        size = max(self._largest, float(np.abs(aim).max(initial=0.0)), 1e-300)
+        moved = np.inf
+        for _ in range(_ITERATIONS):
+            try:
+                short, tangent = self.try_joints(motion)
+            except InputError:  # far beyond what the law knows
+                return False
+            change = correction(motion, short, tangent)
+            last, moved = moved, float(np.abs(change).max(initial=0.0))
+            if moved <= _LAST_CHANGE * size or (moved <= 1e-9 * size and moved >= last):
+                self.commit(motion, short)
+                return True
+            motion = motion - change
+        return False
+
     def place(self, q: Floats) -> None:
         """Load the joints along a straight path from rest."""
         motion = self._directions.T @ q
@@ -100,10 +120,10 @@ class TimeSteps:
     def begin(self, v: Floats) -> None:
         """Take note of velocities at the start, where a method wants them."""
 
-    def acceleration(self, q: Floats, v: Floats, force: Floats) -> Floats:
-        """Of the state as it is."""
+    def acceleration(self, q: Floats, v: Floats, force: Floats, short: Floats) -> Floats:
+        """By the equation of motion, of one time or a row of them."""
         return np.asarray(
-            force - self.damping @ v - self.squares * q - self._directions @ self.short
+            force - v @ self.damping.T - self.squares * q - short @ self._directions.T
         )
 
     def advance(
@@ -122,23 +142,13 @@ class TimeSteps:
             right -= self.damping @ ((1.0 - c.force) * predicted + c.force * v)
         linear = self._solve(right)
         aim = self._directions.T @ linear
-        motion = aim - self._flexibility @ self.short
-        size = max(self._largest, float(np.abs(aim).max(initial=0.0)), 1e-300)
-        moved = np.inf
-        for _ in range(ITERATIONS):
-            try:
-                short, tangent = self.try_joints(motion)
-            except InputError:  # far beyond what the law knows
-                return None
+
+        def correction(motion: Floats, short: Floats, tangent: Floats) -> Floats:
             miss = motion - aim + self._flexibility @ short
-            change = np.linalg.solve(self._identity + self._flexibility @ tangent, miss)
-            last, moved = moved, float(np.abs(change).max(initial=0.0))
-            if moved <= LAST_CHANGE * size or (moved <= 1e-9 * size and moved >= last):
-                break
-            motion = motion - change
-        else:
+            return np.asarray(np.linalg.solve(self._identity + self._flexibility @ tangent, miss))
+
+        if not self._find(aim, aim - self._flexibility @ self.short, correction):
             return None
-        self.commit(motion, short)
-        new = linear - self._pull @ short
+        new = linear - self._pull @ self.short
         acceleration = (new - drift) / (c.beta * h * h)
         return new, speed + h * c.gamma * acceleration, acceleration

@@ -105,15 +105,9 @@ def _shocks(shaking: Shaking) -> tuple[Block, ...]:
         Column("peak_acceleration", "Largest acceleration", "m/s^2", 3),
     )
     rows = tuple(zip(*(plain(column) for column in _of_shocks(shaking).values()), strict=True))
-    words = {"oscillator": "the first mode along its quasi-static curve, the others linear",
-             "integration": "integration in time with the joints' states"}  # fmt: skip
-    first = shaking.shocks[0]
     stopped = "".join(f" {s.message}." for s in shaking.shocks if s.status != "solved")
-    blocks: list[Block] = [
-        Table("Peaks at the sensor", listed, rows, noun="pulses"),
-        Note(f"By {words[first.method]}.{stopped}", small=True),
-    ]
-    return (*blocks, Verdicts(first.verdicts)) if first.verdicts else tuple(blocks)
+    text = f"Integrated in time with the joints' states.{stopped}"
+    return Table("Peaks at the sensor", listed, rows, noun="pulses"), Note(text, small=True)
 
 
 def pictures(shaking: Shaking) -> list[Picture]:
@@ -261,8 +255,6 @@ def numbers(shaking: Shaking) -> dict[str, Any]:
         }
     if shaking.shocks:
         result["shock"] = {name: plain(column) for name, column in _of_shocks(shaking).items()}
-        result["shock"]["method"] = shaking.shocks[0].method
-        result["shock"]["verdicts"] = [v._asdict() for v in shaking.shocks[0].verdicts]
     return result
 
 

@@ -10,6 +10,8 @@ import pytest
 
 import microslip as ms
 from microslip.results.predicted.numbers import files
+from microslip.study.build import build_surface
+from microslip.study.draws import at_middle
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "shaker.toml"
 COARSE = ("structure.element_size=20 mm", "structure.patches=[2, 1]",
@@ -182,3 +184,74 @@ def test_each_wrong_file_of_cases_gets_one_line(
         ms.Study.from_toml(study + GEOMETRY, "shaker.toml", folder=tmp_path)
     assert message in str(error.value), str(error.value)
     assert "\n" not in str(error.value)
+
+
+@pytest.mark.slow
+def test_what_is_not_known_spreads_over_what_is_shaken(study: str) -> None:
+    """Of one input the ends are what its own 5 and 95 % give, swept and in noise."""
+    text = study.replace(
+        "friction_coefficient = 0.3", "friction_coefficient = { low = 0.2, high = 0.5 }"
+    )
+    text = text[: text.index("[structure.shock]")] + text[text.index("[output]") :]
+    over = (*COARSE, "structure.base.acceleration=15 m/s^2", "structure.samples=16",
+            "structure.amplitude.points=8", "structure.amplitude.from=2 um",
+            "structure.amplitude.to=0.15 mm", "surface.stiffness_factor=1")  # fmt: skip
+    banded = ms.Study.from_toml(text, overrides=over).run()
+    structure = banded.structure
+    assert structure is not None
+    assert structure.shaking is not None
+    bands = structure.shaking.bands
+    assert bands is not None
+    (level, swept), noise = bands.sweeps[0], bands.noise
+    assert level == 15.0
+    assert bands.wanted < 1.0
+    seen, surface = [], build_surface(at_middle(banded.study))
+    for friction in (0.485, 0.215):
+        state = structure.joint.on_base(surface, friction, 1e-3)
+        sensor, on = structure.shaking.sensor, structure.joint.base("z")
+        middle = float(swept["resonance"][1])
+        sweep = state.base_response(
+            acceleration=15.0, frequencies=middle * np.linspace(0.985, 1.015, 121), **on
+        )
+        size = abs(sweep.transmissibility(sensor))
+        random = state.random_response(([200.0, 2000.0], [1.0, 1.0]), **on)
+        seen.append((sweep.frequency[size.argmax()], size.max(), random.frequency[0],
+                     random.damping_ratio[0], random.standard_deviation(sensor),
+                     random.standard_deviation(sensor, "acceleration")))  # fmt: skip
+    told = [swept["resonance"], swept["transmissibility"], *noise.values()]
+    ends = np.sort(np.array(seen), axis=0).T
+    np.testing.assert_allclose(np.array(told)[:, [0, 2]], ends, rtol=5e-3)
+
+
+@pytest.mark.slow
+def test_a_held_sensor_has_bands_of_its_ground(study: str) -> None:
+    """Base damping alone, without a balance a sample: against sweeps at its ends."""
+    text = study.replace("ratio = 0.001", "ratio = { low = 0.001, high = 0.002 }")
+    text = text[: text.index("[structure.random]")] + text[text.index("[output]") :]
+    over = (*COARSE, "structure.base.acceleration=1 km/s^2", 'structure.base.control="response"',
+            "structure.samples=16", "structure.amplitude.points=8", "surface.stiffness_factor=1",
+            "structure.amplitude.to=0.1 mm")  # fmt: skip
+    banded = ms.Study.from_toml(text, overrides=over).run()
+    assert banded.structure is not None
+    shaking = banded.structure.shaking
+    assert shaking is not None
+    bands = shaking.bands
+    assert bands is not None
+    ((_, swept),) = bands.sweeps
+    surface, joint = build_surface(at_middle(banded.study)), banded.structure.joint
+    near = float(swept["resonance"][1]) * np.linspace(0.999, 1.001, 41)
+    for end, ratio in ((0, 0.00195), (2, 0.00105)):
+        sweep = joint.on_base(surface, 0.3, ratio).base_response(
+            acceleration=1.0, frequencies=near, control="response", at=shaking.sensor,
+            level=1000.0, quantity="acceleration", **joint.base("z"),
+        )  # fmt: skip
+        most = abs(sweep.transmissibility(shaking.sensor)).max()
+        assert swept["transmissibility"][end] == pytest.approx(most, rel=5e-3)
+    assert bands.noise == {}
+    page = ms.Study.from_toml(text, overrides=(*over, "structure.amplitude.to=20 um")).run()
+    assert page.structure is not None
+    assert page.structure.shaking is not None
+    short = page.structure.shaking.bands
+    assert short is not None
+    assert not short.sweeps
+    assert short.wanted > 1.0

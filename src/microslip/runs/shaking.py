@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -64,6 +64,25 @@ class Sweep:
         return int(np.argmax(self.transmissibility))
 
 
+SWEPT = ("resonance", "damping_ratio", "transmissibility")
+NOISY = ("equivalent_frequency", "equivalent_damping_ratio", "displacement_deviation",
+         "acceleration_deviation")  # fmt: skip
+
+
+class ShakenBands(NamedTuple):
+    """Quantiles of 5, 50 and 95 % of what is shaken, over the uncertain inputs."""
+
+    sweeps: tuple[tuple[float, dict[str, Floats]], ...]
+    """Level [m/s^2], and its quantiles by the names of SWEPT."""
+    noise: dict[str, Floats]
+    """By the names of NOISY; none where other modes move the sensor."""
+    error: float
+    """Largest relative half width of the 90 % intervals of the quantiles [-]."""
+    wanted: float
+    """Largest amplitude of all samples over that of the modal curves [-]; what needs more than one
+    is left out."""
+
+
 @dataclass(frozen=True)
 class Shaking:
     """All that was asked for on a ground that moves."""
@@ -81,6 +100,8 @@ class Shaking:
     severity: Floats
     """Peaks of the pulses [m/s^2]."""
     shocks: tuple[ShockResponse, ...]
+    bands: ShakenBands | None = None
+    """Where something is not known exactly."""
 
     def peaks(self, quantity: str) -> Floats:
         """Largest at the sensor under each pulse [m or m/s^2]."""

@@ -13,6 +13,7 @@ from microslip._core.checks import Floats
 from microslip.errors import InputError
 from microslip.normal import NormalLaw
 from microslip.report.document import Progress
+from microslip.runs.shaken_bands import AXES, push_of, shaken_bands
 from microslip.runs.shaking import shaken
 from microslip.runs.structure_force import forced_modes, frequency_responses, gain_of
 from microslip.runs.structure_prediction import (
@@ -40,6 +41,7 @@ from microslip.study.description import StudyDescription
 from microslip.study.draws import Design, at_middle, is_uncertain
 from microslip.study.measured_face import MeasuredFace
 from microslip.study.modal_tests import MeasuredPart
+from microslip.study.shaking import EXCITED
 from microslip.study.structure import StructurePart
 from microslip.study.uncertain import Spread, value_at
 from microslip.sweeps.quantiles import quantiles
@@ -110,6 +112,9 @@ def run(study: StudyDescription, progress: Progress | None = None) -> StructureP
             identified = _identified(middle, _bending(middle, joint), tests)
     tight = _all_tight(middle, formed, state)
     shaking = shaken(middle, formed, curves[0].linear_frequency)
+    if shaking is not None and design is not None:
+        told = shaken_bands(part, formed, shaking, modes, samples, convergence)
+        shaking = replace(shaking, bands=told)
     return StructurePrediction(
         part, formed, state, modes, inputs, identified, tests, convergence, tight,
         _assembly(middle, formed), shaking, frequency_responses(part, joint, state, modes),
@@ -333,6 +338,7 @@ def _samples(
     scores = design.scores(design.points(part.samples, 1)[0])
     dense = design.scores(design.points(_DENSE, 1)[0])
     base = _base_damping(design, part, scores), _base_damping(design, part, dense)
+    ways = AXES if any(getattr(part, name) for name in EXCITED) else ()
     if design.changed_keys == {BASE}:  # the same curve for all
         repeats = (len(scores), 1)
         return [
@@ -342,11 +348,13 @@ def _samples(
                 np.tile(curve.frequency, repeats),
                 np.tile(curve.damping_ratio - curve.base_damping, repeats),
                 np.tile(_gain(part, curve, joint), repeats),
+                {way: np.tile(push_of(curve.shape, joint, way), repeats) for way in ways},
                 base,
             )
             for curve in curves
         ]
-    samples = np.full((len(part.modes), 3, len(scores), len(part.amplitudes)), math.nan)
+    shape = (len(part.modes), 3 + len(ways), len(scores), len(part.amplitudes))
+    samples = np.full(shape, math.nan)
     for row, place in enumerate(scores):
         sample = design.at(place)
         sample_part = sample.structure
@@ -362,9 +370,15 @@ def _samples(
             for index, number in enumerate(sample_part.modes):
                 curve = _curve(sample_part, model, state, number)
                 of_joint = curve.damping_ratio - curve.base_damping
-                samples[index, :, row] = curve.frequency, of_joint, _gain(part, curve, model)
+                samples[index, :, row] = (
+                    curve.frequency, of_joint, _gain(part, curve, model),
+                    *(push_of(curve.shape, model, way) for way in ways),
+                )  # fmt: skip
         progress((row + 1) / len(scores))
-    return [Sampled(scores, dense, f, zeta, gain, base) for f, zeta, gain in samples]
+    return [
+        Sampled(scores, dense, f, zeta, gain, dict(zip(ways, pushes, strict=True)), base)
+        for f, zeta, gain, *pushes in samples
+    ]
 
 
 def _gain(part: StructurePart, curve: ModalCurve, joint: ReducedJoint) -> Floats:

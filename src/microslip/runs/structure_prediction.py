@@ -58,6 +58,8 @@ class Sampled(NamedTuple):
     """Damping ratio of the joint alone, the same [-]."""
     gain: Floats
     """Modal displacement at the sensor times that at the force, the same [1/kg]; ones without."""
+    pushes: dict[str, Floats]
+    """The same for a ground that accelerates along x, y, z, see :mod:`.shaken_bands` [-]."""
     base_damping: tuple[Floats, Floats]
     """What is added to it, at the samples and at those many points [-]."""
 

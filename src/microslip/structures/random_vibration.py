@@ -34,7 +34,7 @@ _ROUNDS = 100
 _ENOUGH = 1e-4
 _LEAST = 1e-3  # of the mode that moves most: modes that move less do not feel their joints
 _X, _W = np.polynomial.laguerre.laggauss(_NODES)
-_AMPLITUDES = np.sqrt(2.0 * _X)
+AMPLITUDES = np.sqrt(2.0 * _X)
 """Of a motion whose standard deviation is one; with the weights, means over them."""
 
 OUTSIDE = Rule(
@@ -231,7 +231,7 @@ class _Linearised:
             for _ in range(group.static.size):
                 sigma = float(deviation[place])
                 if sigma > 0.0 and rate[place] > 0.0:
-                    a = sigma * _AMPLITUDES
+                    a = sigma * AMPLITUDES
                     stiffness = averaged_stiffness(group.law, a)
                     energy = float(mean_over_amplitudes(np.asarray(group.law.dissipated_energy(a))))
                     square = 2.0 * sigma**2
@@ -360,7 +360,7 @@ def by_modes(
         deviation = np.sqrt(np.diag(variances.displacement))
         damping, shifted, power = linear.damping.copy(), model.squares.copy(), []
         for j in chosen.tolist():
-            a = deviation[j] * _AMPLITUDES
+            a = deviation[j] * AMPLITUDES
             known = curves.get(j)
             if known is None or not _covers(known, float(deviation[j])):
                 amplitudes = deviation[j] * np.geomspace(0.05, 4.5, 14)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
@@ -25,7 +27,7 @@ from microslip.report.document import (
 from microslip.report.files import plain
 from microslip.report.kit import look_of
 from microslip.report.plot import COLORS, DASHED, Axis, Entry, Panel, Plot, stacked
-from microslip.runs.shaking import Shaking, Sweep
+from microslip.runs.shaking import ShakenBands, Shaking, Sweep
 
 FIGURES = {"base": "transmissibility", "random": "response_spectrum", "shock": "shock_peaks"}
 """Names of the figures, by the table of the study that asks for them."""
@@ -44,6 +46,8 @@ def sections(shaking: Shaking) -> list[Section]:
         parts.append(Section("In noise", _noise(shaking)))
     if shaking.shocks:
         parts.append(Section("Under shocks", _shocks(shaking)))
+    if shaking.bands is not None:
+        parts.append(Section("Bands on the ground that moves", _bands(shaking.bands)))
     return parts
 
 
@@ -108,6 +112,44 @@ def _shocks(shaking: Shaking) -> tuple[Block, ...]:
     stopped = "".join(f" {s.message}." for s in shaking.shocks if s.status != "solved")
     text = f"Integrated in time with the joints' states.{stopped}"
     return Table("Peaks at the sensor", listed, rows, noun="pulses"), Note(text, small=True)
+
+
+def _bands(bands: ShakenBands) -> tuple[Block, ...]:
+    def band(values: Floats, write: Callable[[float], str], unit: str = "") -> str:
+        low, middle, high = (write(float(value)) for value in values)
+        return f"{low} to {high}{unit}, median {middle}{unit}"
+
+    def hertz(value: float) -> str:
+        return f"{value:.5g}"
+
+    rows = []
+    for level, of in bands.sweeps:
+        at = f"at {_acceleration(level)}"
+        rows += [
+            (f"Resonance {at}", band(of["resonance"], hertz, " Hz")),
+            (f"Damping ratio {at}", band(of["damping_ratio"], cells.ratio)),
+            (f"Transmissibility {at}", band(of["transmissibility"], lambda x: f"{x:.3g}")),
+        ]
+    if of := bands.noise:
+        rows += [
+            ("Frequency in noise", band(of["equivalent_frequency"], hertz, " Hz")),
+            ("Damping ratio in noise", band(of["equivalent_damping_ratio"], cells.ratio)),
+            ("Standard deviation of the displacement",
+             band(of["displacement_deviation"], lambda x: engineering(x, "m", 3))),
+            ("Standard deviation of the acceleration",
+             band(of["acceleration_deviation"], _acceleration)),
+        ]  # fmt: skip
+    text = (
+        "5 to 95 % of what is not known exactly, by the modal curves of its samples: resonances in "
+        "closed form, noise of the mode that moves most. Ends "
+    )
+    text += f"to ±{bands.error:.1%}." if math.isfinite(bands.error) else "unknown: too few samples."
+    if bands.wanted > 1.0:
+        text += (
+            " Some samples move beyond the modal curves, and what they are needed for is left out: "
+            f"raise structure.amplitude.to {1.1 * bands.wanted:.2g} times."
+        )
+    return Facts("At the sensor", tuple(rows)), Note(text, small=True)
 
 
 def pictures(shaking: Shaking) -> list[Picture]:
@@ -255,6 +297,16 @@ def numbers(shaking: Shaking) -> dict[str, Any]:
         }
     if shaking.shocks:
         result["shock"] = {name: plain(column) for name, column in _of_shocks(shaking).items()}
+    if (bands := shaking.bands) is not None:
+        result["bands"] = {
+            "base": [
+                {"level": level, **{name: plain(values) for name, values in of.items()}}
+                for level, of in bands.sweeps
+            ],
+            "random": {name: plain(values) for name, values in bands.noise.items()},
+            "error": bands.error,
+            "amplitude_wanted": bands.wanted,
+        }
     return result
 
 

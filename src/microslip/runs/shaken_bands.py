@@ -47,7 +47,7 @@ class _Rows(NamedTuple):
         return lost * self.omega**2 * self.moved / self.push
 
     @property
-    def felt(self) -> Floats:
+    def sensor_acceleration(self) -> Floats:
         """Accelerations of the sensor there, from the ground at rest [m/s^2]."""
         return np.hypot(self.omega**2 * self.moved, self.carried * self.ground)
 
@@ -68,6 +68,8 @@ def shaken_bands(
     convergence: Convergence | None,
 ) -> ShakenBands | None:
     """Of the sweeps in closed form, of noise by the mode that moves most."""
+    if not all(s is not None and np.isfinite(s.frequency).all(axis=1).any() for s in samples):
+        return None
     columns: list[Floats] = []
     levels, wanted = [], []
     scores = dense = np.zeros(0)
@@ -101,12 +103,16 @@ def shaken_bands(
         if part.base is None or gaps[index] > _NEAR:
             continue
         _, rows = rows_of(index, part.base.direction)
-        held = rows.ground if part.base.control == "base" else rows.felt
-        wanted.append(sweep.level / float(np.nanmin(held[:, -1])))
+        controlled = rows.ground if part.base.control == "base" else rows.sensor_acceleration
+        wanted.append(sweep.level / float(np.nanmin(controlled[:, -1])))
         if wanted[-1] > 1.0:
             continue
-        values = (rows.omega / (2.0 * math.pi), rows.damping, rows.felt / rows.ground)
-        columns += [_where(held, sweep.level, value) for value in values]
+        values = (
+            rows.omega / (2.0 * math.pi),
+            rows.damping,
+            rows.sensor_acceleration / rows.ground,
+        )
+        columns += [_where(controlled, sweep.level, value) for value in values]
         levels.append(sweep.level)
     noisy = []
     if part.random is not None and shaking.noise is not None:
@@ -114,16 +120,16 @@ def shaken_bands(
         each = [rows_of(index, part.random.direction) for index in range(len(modes))]
         alone = [_in_noise(middle, spectrum) for middle, _ in each]
         index = int(np.argmax([of[0, 2] for of in alone]))
-        whole = np.array([shaking.noise.standard_deviation(shaking.sensor, quantity)
+        complete = np.array([shaking.noise.standard_deviation(shaking.sensor, quantity)
                           for quantity in ("displacement", "acceleration")])  # fmt: skip
         rows = each[index][1]
         many = _in_noise(rows, spectrum)
         reach = _REACH * np.sqrt(many[:, 2]) / rows.moved[:, -1]
-        if alone[index][0, 2] > _MOST * whole[0] ** 2:
+        if alone[index][0, 2] > _MOST * complete[0] ** 2:
             wanted.append(float(np.nanmax(reach)))
-        if alone[index][0, 2] > _MOST * whole[0] ** 2 and wanted[-1] <= 1.0:
+        if alone[index][0, 2] > _MOST * complete[0] ** 2 and wanted[-1] <= 1.0:
             # What other modes and the ground add stays as it is.
-            variances = many[:, 2:] + np.maximum(whole**2 - alone[index][0, 2:], 0.0)
+            variances = many[:, 2:] + np.maximum(complete**2 - alone[index][0, 2:], 0.0)
             noisy = [many[:, 0], many[:, 1], *np.sqrt(variances).T]
     if not columns + noisy:
         return ShakenBands((), {}, 0.0, max(wanted)) if wanted else None
@@ -132,28 +138,28 @@ def shaken_bands(
         f, zeta = convergence.error
         of_model = [f, zeta, zeta] * len(levels) + [f, zeta, 0.5 * zeta, 0.5 * zeta][: len(noisy)]
         middle = middle + np.array(of_model) * np.array([-1.0, 0.0, 1.0])[:, None]
-    told = np.exp(middle).T
-    of_sweeps = told[: len(columns)].reshape(-1, len(SWEPT), len(SHARES))
+    ends = np.exp(middle).T
+    of_sweeps = ends[: len(columns)].reshape(-1, len(SWEPT), len(SHARES))
     return ShakenBands(
         tuple((level, dict(zip(SWEPT, row, strict=True)))
               for level, row in zip(levels, of_sweeps, strict=True)),
-        dict(zip(NOISY, told[len(columns) :], strict=False)),
+        dict(zip(NOISY, ends[len(columns) :], strict=False)),
         float(np.nanmax(errors, initial=0.0)), max(wanted),
     )  # fmt: skip
 
 
 def refine(amplitude: Floats, logs: Floats) -> tuple[Floats, Floats]:
     """Finer curves, NaN for samples that do not reach all amplitudes: (columns, samples, ...)."""
-    whole = np.isfinite(logs).all(axis=(1, 2))
-    fine, some = refined(amplitude, logs[whole])
+    complete = np.isfinite(logs).all(axis=(1, 2))
+    fine, some = refined(amplitude, logs[complete])
     values = np.full((some.shape[1], len(logs), fine.size), math.nan)
-    values[:, whole] = np.moveaxis(some, 1, 0)
+    values[:, complete] = np.moveaxis(some, 1, 0)
     return fine, values
 
 
-def _where(held: Floats, level: float, values: Floats) -> Floats:
+def _where(controlled: Floats, level: float, values: Floats) -> Floats:
     """Values at which something rising comes to a level, a row a sample."""
-    pairs = zip(np.maximum.accumulate(held, axis=1), values, strict=True)
+    pairs = zip(np.maximum.accumulate(controlled, axis=1), values, strict=True)
     return np.exp([np.interp(math.log(level), np.log(h), np.log(v)) for h, v in pairs])
 
 
@@ -178,9 +184,14 @@ def _in_noise(rows: _Rows, spectrum: Spectrum) -> Floats:
             if abs(size / before - 1.0) < _ENOUGH:
                 break
         seen = np.array([-1.0, rows.carried])  # the push is that of inertia, against the ground
-        felt = float(seen @ one.acceleration @ seen)
+        sensor_acceleration = float(seen @ one.acceleration @ seen)
         natural = math.sqrt(square)
-        result[row] = natural / (2.0 * math.pi), rate / (2.0 * natural), size**2, felt
+        result[row] = (
+            natural / (2.0 * math.pi),
+            rate / (2.0 * natural),
+            size**2,
+            sensor_acceleration,
+        )
     return result
 
 

@@ -71,7 +71,7 @@ def shaken_bands(
     if not all(s is not None and np.isfinite(s.frequency).all(axis=1).any() for s in samples):
         return None
     columns: list[Floats] = []
-    levels, wanted = [], []
+    levels, reached = [], []
     scores = dense = np.zeros(0)
 
     def rows_of(index: int, direction: str) -> tuple[_Rows, _Rows]:
@@ -104,8 +104,8 @@ def shaken_bands(
             continue
         _, rows = rows_of(index, part.base.direction)
         controlled = rows.ground if part.base.control == "base" else rows.sensor_acceleration
-        wanted.append(sweep.level / float(np.nanmin(controlled[:, -1])))
-        if wanted[-1] > 1.0:
+        reached.append(sweep.level / float(np.nanmin(controlled[:, -1])))
+        if reached[-1] > 1.0:
             continue
         values = (
             rows.omega / (2.0 * math.pi),
@@ -117,22 +117,22 @@ def shaken_bands(
     noisy = []
     if part.random is not None and shaking.noise is not None:
         spectrum = Spectrum.of((part.random.frequencies, part.random.levels))
-        each = [rows_of(index, part.random.direction) for index in range(len(modes))]
-        alone = [_in_noise(middle, spectrum) for middle, _ in each]
+        curves = [rows_of(index, part.random.direction) for index in range(len(modes))]
+        alone = [_in_noise(middle, spectrum) for middle, _ in curves]
         index = int(np.argmax([of[0, 2] for of in alone]))
         complete = np.array([shaking.noise.standard_deviation(shaking.sensor, quantity)
                           for quantity in ("displacement", "acceleration")])  # fmt: skip
-        rows = each[index][1]
+        rows = curves[index][1]
         many = _in_noise(rows, spectrum)
         reach = _REACH * np.sqrt(many[:, 2]) / rows.moved[:, -1]
         if alone[index][0, 2] > _MOST * complete[0] ** 2:
-            wanted.append(float(np.nanmax(reach)))
-        if alone[index][0, 2] > _MOST * complete[0] ** 2 and wanted[-1] <= 1.0:
+            reached.append(float(np.nanmax(reach)))
+        if alone[index][0, 2] > _MOST * complete[0] ** 2 and reached[-1] <= 1.0:
             # What other modes and the ground add stays as it is.
             variances = many[:, 2:] + np.maximum(complete**2 - alone[index][0, 2:], 0.0)
             noisy = [many[:, 0], many[:, 1], *np.sqrt(variances).T]
     if not columns + noisy:
-        return ShakenBands((), {}, 0.0, max(wanted)) if wanted else None
+        return ShakenBands((), {}, 0.0, max(reached)) if reached else None
     middle, errors = quantiles(scores, np.log(np.array(columns + noisy)).T, dense, SHARES)
     if convergence is not None:
         f, zeta = convergence.error
@@ -144,16 +144,16 @@ def shaken_bands(
         tuple((level, dict(zip(SWEPT, row, strict=True)))
               for level, row in zip(levels, of_sweeps, strict=True)),
         dict(zip(NOISY, ends[len(columns) :], strict=False)),
-        float(np.nanmax(errors, initial=0.0)), max(wanted),
+        float(np.nanmax(errors, initial=0.0)), max(reached),
     )  # fmt: skip
 
 
 def refine(amplitude: Floats, logs: Floats) -> tuple[Floats, Floats]:
     """Finer curves, NaN for samples that do not reach all amplitudes: (columns, samples, ...)."""
     complete = np.isfinite(logs).all(axis=(1, 2))
-    fine, some = refined(amplitude, logs[complete])
-    values = np.full((some.shape[1], len(logs), fine.size), math.nan)
-    values[:, complete] = np.moveaxis(some, 1, 0)
+    fine, refined_logs = refined(amplitude, logs[complete])
+    values = np.full((refined_logs.shape[1], len(logs), fine.size), math.nan)
+    values[:, complete] = np.moveaxis(refined_logs, 1, 0)
     return fine, values
 
 
@@ -176,22 +176,17 @@ def _in_noise(rows: _Rows, spectrum: Spectrum) -> Floats:
             a = size * AMPLITUDES
             average = _average(place, a)
             square, rate = average(omega**2), average(2.0 * damping * omega)
-            one = LinearStructure(
+            variances = LinearStructure(
                 np.array([square]), np.array([[rate]]), none, np.array([average(push)]),
                 np.zeros(1), idle, spectrum,
             ).variances(idle, idle)  # fmt: skip
-            before, size = size, math.sqrt(float(one.displacement[0, 0]))
+            before, size = size, math.sqrt(float(variances.displacement[0, 0]))
             if abs(size / before - 1.0) < _ENOUGH:
                 break
-        seen = np.array([-1.0, rows.carried])  # the push is that of inertia, against the ground
-        sensor_acceleration = float(seen @ one.acceleration @ seen)
+        sensor = np.array([-1.0, rows.carried])  # the push is that of inertia, against the ground
         natural = math.sqrt(square)
-        result[row] = (
-            natural / (2.0 * math.pi),
-            rate / (2.0 * natural),
-            size**2,
-            sensor_acceleration,
-        )
+        result[row, :2] = natural / (2.0 * math.pi), rate / (2.0 * natural)
+        result[row, 2:] = size**2, sensor @ variances.acceleration @ sensor
     return result
 
 

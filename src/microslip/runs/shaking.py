@@ -78,7 +78,7 @@ class ShakenBands(NamedTuple):
     """By the names of NOISY; none where other modes move the sensor."""
     error: float
     """Largest relative half width of the 90 % intervals of the quantiles [-]."""
-    wanted: float
+    reached: float
     """Largest amplitude of all samples over that of the modal curves [-]; what needs more than one
     is left out."""
 

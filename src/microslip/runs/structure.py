@@ -113,8 +113,8 @@ def run(study: StudyDescription, progress: Progress | None = None) -> StructureP
     tight = _all_tight(middle, formed, state)
     shaking = shaken(middle, formed, curves[0].linear_frequency)
     if shaking is not None and design is not None:
-        told = shaken_bands(part, formed, shaking, modes, samples, convergence)
-        shaking = replace(shaking, bands=told)
+        bands = shaken_bands(part, formed, shaking, modes, samples, convergence)
+        shaking = replace(shaking, bands=bands)
     return StructurePrediction(
         part, formed, state, modes, inputs, identified, tests, convergence, tight,
         _assembly(middle, formed), shaking, frequency_responses(part, joint, state, modes),

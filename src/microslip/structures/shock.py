@@ -79,7 +79,8 @@ class Pulse:
 class ShockResponse(LockedArrays):
     """Motion under a pulse of the base; made by ``structure.shock(...)``.
 
-    Displacements and velocities count from the base, accelerations from the ground at rest.
+    Displacements and velocities count from the base, accelerations from the ground at rest. By
+    exact modes or the generalised-alpha method (Chung and Hulbert 1993, DOI 10.1115/1.2900803).
     """
 
     time: Floats
@@ -114,8 +115,12 @@ class ShockResponse(LockedArrays):
         """
         power = power_of(quantity)
         sensor = vector("at", at, self._shapes.shape[0])
-        seen = np.asarray(self._modal[power] @ (self._shapes.T @ sensor))
-        return seen + float(sensor @ self._carried) * self.base_acceleration if power == 2 else seen
+        motion = np.asarray(self._modal[power] @ (self._shapes.T @ sensor))
+        return (
+            motion + float(sensor @ self._carried) * self.base_acceleration
+            if power == 2
+            else motion
+        )
 
     def _sizes(self, columns: Floats) -> Floats:
         """Of displacements along columns (n, k), (times, k) [m]."""

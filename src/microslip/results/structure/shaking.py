@@ -144,10 +144,10 @@ def _bands(bands: ShakenBands) -> tuple[Block, ...]:
         "closed form, noise of the mode that moves most. Ends "
     )
     text += f"to ±{bands.error:.1%}." if math.isfinite(bands.error) else "unknown: too few samples."
-    if bands.wanted > 1.0:
+    if bands.reached > 1.0:
         text += (
             " Some samples move beyond the modal curves, and what they are needed for is left out: "
-            f"raise structure.amplitude.to {1.1 * bands.wanted:.2g} times."
+            f"raise structure.amplitude.to {1.1 * bands.reached:.2g} times."
         )
     return Facts("At the sensor", tuple(rows)), Note(text, small=True)
 
@@ -305,7 +305,7 @@ def numbers(shaking: Shaking) -> dict[str, Any]:
             ],
             "random": {name: plain(values) for name, values in bands.noise.items()},
             "error": bands.error,
-            "amplitude_wanted": bands.wanted,
+            "amplitude_reached": bands.reached,
         }
     return result
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -135,6 +136,15 @@ def test_persson_says_by_which_factor_it_is_off() -> None:
     np.testing.assert_allclose(ratio.mean(axis=0), 0.0, atol=0.15)
 
 
+def miss_of(law: ms.RoughSurface, load: float, stiffness: float) -> float:
+    """Logarithm of a stiffness [N/m] over that of the law, divided by the factor that it tells."""
+    joint = ms.Interface(law, 0.3, normal_load=load)
+    values = {v.name: v.value or 0.0 for v in joint.validity}
+    excess = values["stiffness too large by its peaks, as a factor"]
+    excess /= values["stiffness too small by worn peaks, as a factor"]
+    return math.log(stiffness * excess / joint.normal_stiffness)
+
+
 def shaped(space: HalfSpace, heights: np.ndarray) -> np.ndarray:
     """A face with the spectrum of this one and, as far as both go together, those heights."""
     heights = np.sort(heights - heights.mean()) * (space.rms / heights.std())
@@ -160,7 +170,7 @@ def test_heights_that_are_not_gaussian_are_told_as_a_factor(kind: str, kurtosis:
         "pointed": np.sinh(1.5 * np.arcsinh(x)), "peaks": np.exp(0.4 * x),
         "worn": -np.exp(-0.4 * x), "even": np.tanh(0.5 * x),
     }[kind]  # fmt: skip
-    told, found, alone = [], [], []
+    told, found, alone, rough, yielded = [], [], [], [], []
     for seed in (51, 52, 53):
         space = HalfSpace(seed)
         z, p = shaped(space, form), np.full((POINTS, POINTS), 1e-3)
@@ -170,6 +180,7 @@ def test_heights_that_are_not_gaussian_are_told_as_a_factor(kind: str, kurtosis:
             gaussian.pair, gaussian.wavenumber, gaussian.spectrum, gaussian.area, heights=z
         )
         surface = curve.to_surface(600)
+        faces = {h: replace(law_of(space, h), heights=z) for h in (0.2, math.inf)}
         for share in (0.02, 0.06, 0.15):
             p = space.pressed(float(np.quantile(z, 1.0 - share)), p, math.inf, z)
             joint = ms.Interface(surface, 0.3, normal_load=MODULUS * float(p.mean()))
@@ -179,7 +190,16 @@ def test_heights_that_are_not_gaussian_are_told_as_a_factor(kind: str, kurtosis:
             excess /= values["stiffness too small by worn peaks, as a factor"]
             alone.append(by_load)
             told.append(by_load * excess)
-            found.append(joint.normal_stiffness * SIDE / MODULUS / space.stiffness(p > 0.0))
+            own = space.stiffness(p > 0.0) * MODULUS / SIDE
+            found.append(joint.normal_stiffness / own)
+            rough.append(miss_of(faces[math.inf], joint.normal_load, own))
+        p = space.pressed(float(np.quantile(z, 0.94)), p, 0.2, z)
+        stiff = space.stiffness(p > 0.0) * MODULUS / SIDE
+        yielded.append(miss_of(faces[0.2], MODULUS * float(p.mean()), stiff))
+    # The law of a drawing, elastic and tightened: heights take off its elastic part alone.
+    assert abs(np.mean(rough)) < 0.15
+    assert np.abs(rough).max() < 0.4
+    assert np.abs(yielded).max() < 0.35
     miss = np.log(np.array(found) / np.array(told))
     assert abs(miss.mean()) < 0.25  # 0.1 of which is that of Gaussian faces
     assert np.abs(miss).max() < 0.45

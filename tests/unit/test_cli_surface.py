@@ -333,9 +333,19 @@ def test_a_profile(folder: Path, undrawn: None) -> None:
     assert outcome.exit_code == 0, outcome.output
     assert "A profile has peaks but no summits" in outcome.stdout
     joint = "--materials", "steel", "al2017", "--load", "500 N", "--area", "2 cm^2"
-    refused = run("surface", "trace.txt", "--unit", "um", "--cutoff", "20 um", *joint)
+    scan = "surface", "trace.txt", "--unit", "um", "--cutoff", "20 um"
+    refused = run(*scan, *joint[:-2])
     assert refused.exit_code == 2
-    assert "--materials goes with a map of heights" in refused.stderr
+    assert '--area "2 cm^2" goes with a profile' in refused.stderr
+    found = json.loads(run(*scan, *joint, "-o", "joint", "--json").stdout)["joint"]
+    made = tomllib.loads((folder / "joint" / "surface.toml").read_text(encoding="utf-8"))
+    assert made["surface"]["materials"] == ["steel", "al2017"]
+    text = (folder / "joint" / "surface.toml").read_text(encoding="utf-8")
+    rest = '[joint]\nfriction_coefficient = 0.5\nnormal_load = "500 N"\n'
+    (own,) = ms.Study.from_toml(f"schema = 1\n{text}\n{rest}").run().joints
+    told = found["laws"]["rough"]["tangential_stiffness"]
+    assert own.tangential_stiffness == pytest.approx(told, rel=1e-4)
+    assert {v.name for v in own.validity} >= {"stiffness too large by its peaks, as a factor"}
     names = sorted(path.name for path in (folder / "out").iterdir())
     assert names == [
         name for name in FILES if not name.startswith("summit") and not name.endswith(".png")

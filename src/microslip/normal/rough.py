@@ -17,7 +17,7 @@ from microslip._core.parameters import parameter
 from microslip.errors import InputError
 from microslip.heights import Gaussian
 from microslip.materials import Material, MaterialPair
-from microslip.normal.base import NormalLaw, aluminium, check_pair
+from microslip.normal.base import TOO_SOFT, TOO_STIFF, NormalLaw, aluminium, check_pair
 from microslip.normal.elastic_plastic import HARDNESS_RATIO
 from microslip.normal.greenwood_williamson import GreenwoodWilliamson
 from microslip.normal.measured_face import OVER_HARDNESS
@@ -64,6 +64,9 @@ class RoughSurface(TabulatedNormalLaw):
         with it the face is elastic up to that load.
     stiffness_factor : float
         What the stiffness is multiplied with [-]: for a measured one, and for bands.
+    heights : array_like, optional
+        Heights of the face [m], of any shape and 200 or more: the verdicts then tell by which
+        factor their distribution, which is no Gaussian's, takes the stiffness off.
 
     Notes
     -----
@@ -104,6 +107,7 @@ class RoughSurface(TabulatedNormalLaw):
     stiffness_factor: float = field(
         default=1.0, metadata=parameter("f", meaning="factor on the stiffness", above=0.0)
     )
+    heights: Any = None
 
     def __init__(
         self,
@@ -115,11 +119,12 @@ class RoughSurface(TabulatedNormalLaw):
         hurst: float = 0.8,
         tightening_load: float | None = None,
         stiffness_factor: float = 1.0,
+        heights: ArrayLike | None = None,
     ) -> None:
         check_pair(pair)
         assign(
             self, pair=pair, rms=rms, roll_off=roll_off, shortest=shortest, area=area, hurst=hurst,
-            stiffness_factor=stiffness_factor,
+            stiffness_factor=stiffness_factor, heights=heights,
         )  # fmt: skip
         self._check_parameters()
         if not self.shortest < 0.9 * self.roll_off:
@@ -218,12 +223,13 @@ class RoughSurface(TabulatedNormalLaw):
     @cached_property
     def mean_wavenumber(self) -> float:
         """Mean wavenumber of the spectrum [1/m], which the stiffness of flattened faces follows."""
-        q, ends = 2.0 * self.hurst, self._wavenumbers
-        return _power(*ends, -q) / _power(*ends, -q - 1.0)
+        return mean_wavenumber(self.hurst, *self._wavenumbers)
 
     @cached_property
     def _spectrum(self) -> PerssonCurve:
-        return _spectrum(self.pair, self.rms, self.hurst, *self._wavenumbers, self.area)
+        return _spectrum(
+            self.pair, self.rms, self.hurst, *self._wavenumbers, self.area, self.heights
+        )
 
     # -- stiffness -----------------------------------------------------------------------------
 
@@ -240,16 +246,32 @@ class RoughSurface(TabulatedNormalLaw):
 
     def _stiffness_under(self, loads: Floats) -> Floats:
         """-dN/dd under loads [N/m]; first loads each, or relieved from the tightening."""
+        return self.stiffness_factor * np.hypot(self._elastic_part(loads), self._flat_part(loads))
+
+    def _elastic_part(self, loads: Floats) -> Floats:
         stiff = self.pair.composite_modulus * self.area
         pressures, stiffnesses = _elastic(self.rms, self.hurst, *self._wavenumbers)
-        elastic = stiff * np.exp(np.interp(np.log(loads / stiff), pressures, stiffnesses))
+        return np.asarray(stiff * np.exp(np.interp(np.log(loads / stiff), pressures, stiffnesses)))
+
+    def _flat_part(self, loads: Floats) -> Floats:
+        """Of what was pressed flat."""
         if self.hardness is None:
-            return self.stiffness_factor * elastic
+            return np.zeros_like(loads)
+        stiff = self.pair.composite_modulus * self.area
         first = loads if self.tightening_load is None else np.asarray(self.tightening_load)
         share = np.minimum(first / (self.hardness * self.area), _HARDEST)
         flat = _YIELDED * stiff * self.mean_wavenumber * share * (1.0 - _SHRINK * share)
-        flat = flat * (loads / first) ** _RELIEVED
-        return self.stiffness_factor * np.hypot(elastic, flat)
+        return np.asarray(flat * (loads / first) ** _RELIEVED)
+
+    def _excess_by_heights(self, load: float) -> float:
+        """Factor by which the stiffness under a load [N] is too large for the given heights.
+
+        Heights decide the elastic part; what was pressed flat bears p/H of any face.
+        """
+        at = np.array([load])
+        elastic, flat = float(self._elastic_part(at)[0]), float(self._flat_part(at)[0])
+        by_heights = elastic / self._spectrum.stiffness_by_heights(load)
+        return math.hypot(elastic, flat) / math.hypot(by_heights, flat)
 
     # -- as a normal law -----------------------------------------------------------------------
 
@@ -340,14 +362,19 @@ class RoughSurface(TabulatedNormalLaw):
     def _assumptions(self, separation: float | None) -> dict[str, float | None]:
         load = 0.0 if separation is None else float(self.load(separation))
         first = max(load, self.tightening_load or 0.0)
-        if self.hardness is None:
-            return {OVER_HARDNESS: None}
-        stiff = self.pair.composite_modulus * self.rms_slope
-        return {
-            OVER_HARDNESS: first / (self.area * self.hardness),
-            "hardness over modulus and slope": self.hardness / stiff,
-            "load over that of tightening": load / first if first > 0.0 else 1.0,
-        }
+        values: dict[str, float | None] = {OVER_HARDNESS: None}
+        if self.hardness is not None:
+            stiff = self.pair.composite_modulus * self.rms_slope
+            values = {
+                OVER_HARDNESS: first / (self.area * self.hardness),
+                "hardness over modulus and slope": self.hardness / stiff,
+                "load over that of tightening": load / first if first > 0.0 else 1.0,
+            }
+        if self.heights is not None:
+            excess = self._excess_by_heights(load) if load > 0.0 else None
+            values[TOO_STIFF] = None if excess is None else max(excess, 1.0)
+            values[TOO_SOFT] = None if excess is None else max(1.0 / excess, 1.0)
+        return values
 
     def __repr__(self) -> str:
         return (
@@ -381,12 +408,23 @@ def moments(rms: float, hurst: float, low: float, high: float) -> tuple[float, f
     return rms**2, rms**2 * m[1] / m[0] / 2.0, rms**2 * m[2] / m[0] * 0.375
 
 
+def mean_wavenumber(hurst: float, low: float, high: float) -> float:
+    """Mean wavenumber [1/m] of a face whose spectrum is a power law between two of them."""
+    return _power(low, high, -2.0 * hurst) / _power(low, high, -2.0 * hurst - 1.0)
+
+
 def _spectrum(
-    pair: MaterialPair, rms: float, hurst: float, low: float, high: float, area: float
+    pair: MaterialPair,
+    rms: float,
+    hurst: float,
+    low: float,
+    high: float,
+    area: float,
+    heights: Any = None,
 ) -> PerssonCurve:
     q = np.array([low, high])
     level = rms**2 / (2.0 * math.pi * _power(low, high, -1.0 - 2.0 * hurst))
-    return PerssonCurve(pair, q, level * q ** (-2.0 - 2.0 * hurst), area)
+    return PerssonCurve(pair, q, level * q ** (-2.0 - 2.0 * hurst), area, heights=heights)
 
 
 @lru_cache(maxsize=64)

@@ -31,6 +31,7 @@ from microslip.scans.moments import Moments
 from microslip.scans.options import DRAWING, READING
 from microslip.scans.patch_scatter import standard_errors
 from microslip.scans.point_by_point import PointByPoint, point_by_point
+from microslip.scans.profile_joint import ProfileJoint, profile_joint
 from microslip.scans.profile_parameters import ProfileParameters, profile_parameters
 from microslip.scans.scan_rules import judged, radius_in_pixels, verdicts
 from microslip.scans.spectrum import SelfAffineFit, Spectrum, spectrum
@@ -158,6 +159,8 @@ class Findings:
     """The same joint against both cut-offs."""
     contact: PointByPoint | None = None
     """The same joint, the scan solved point by point."""
+    of_profile: ProfileJoint | None = None
+    """The joint that was asked for, of a profile."""
 
     @property
     def makes_surface(self) -> bool:
@@ -250,11 +253,6 @@ def analyse(request: Request, progress: Progress | None = None) -> Findings:
     report = progress or (lambda share: None)
     pair = request.pair()
     raw = Scan.read(request.path, **request.reading)
-    if pair is not None and raw.is_profile:
-        raise InputError(
-            "`materials` goes with a map of heights: a profile has peaks but no summits to count; "
-            "leave it out, and predict a study with the [surface] that is written for the profile"
-        )
     raw = condition(raw, Steps(crop=request.crop))
     report(0.1)
     fill = "interpolate" if request.fill else None
@@ -304,8 +302,14 @@ def analyse(request: Request, progress: Progress | None = None) -> Findings:
             asked=request.point_by_point,
             report=lambda share: report(0.9 + 0.1 * share),
         )
+    of_profile = None
+    if pair is not None and scan.is_profile:
+        of_profile = profile_joint(
+            scan, estimates, pair, request.normal_load or 0.0, request.area,
+            request.friction_coefficient, request.amplitude,
+        )  # fmt: skip
     judged_joint = (
-        ()
+        (() if of_profile is None else of_profile.verdicts())
         if laws is None or joint_table is None or contact is None
         else (*laws.verdicts(), *joint_table.verdicts(), *contact.verdicts)
     )
@@ -328,6 +332,7 @@ def analyse(request: Request, progress: Progress | None = None) -> Findings:
         laws=laws,
         joint_table=joint_table,
         contact=contact,
+        of_profile=of_profile,
     )
     report(1.0)
     return result

@@ -29,6 +29,7 @@ def _share_rule(moment: str, values: str) -> Rule:
     )
 
 
+PIECES = "scatter of the stiffness by pieces of the profile"
 RULES: Mapping[str, Rule] = {
     rule.name: rule
     for rule in (
@@ -148,6 +149,15 @@ RULES: Mapping[str, Rule] = {
             "paraboloid there",
             "a wave is a paraboloid to 10 % within a sixth of its length",
             "choose a longer short-wave cut-off",
+        ),
+        Rule(
+            PIECES,
+            0.15,
+            0.4,
+            "the profile is long enough for its stiffness",
+            "standard error of the mean of ln k over four pieces of it",
+            "measure a longer profile, or several",
+            missing="the profile is too short for pieces",
         ),
         # Of the summits.
         Rule(

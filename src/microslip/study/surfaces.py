@@ -17,6 +17,7 @@ from microslip._core.units import (
     significant,
 )
 from microslip._core.wording import nearest
+from microslip.heights.by_moments import heights_by_moments
 from microslip.materials import Material, MaterialPair, metals
 from microslip.normal import (
     NORMAL_LAWS,
@@ -280,6 +281,12 @@ class RoughFaceSurface(Surface):
     hurst: float = key(
         Unsure(SHARE), "Hurst exponent; 0.8 where nobody has measured it.", "0.8", default=0.8
     )
+    skewness: float | None = key(
+        number("-0.4"), "Skewness of the heights (Ssk or Rsk), for verdicts.", default=None
+    )
+    kurtosis: float | None = key(
+        number("3.5", above=1.0), "Their kurtosis (Sku or Rku), for verdicts.", default=None
+    )
     area: float = key(AREA, "Apparent area.")
     stiffness_factor: float = key_for(
         parameter_of(RoughSurface, "stiffness_factor"),
@@ -296,6 +303,11 @@ class RoughFaceSurface(Surface):
                 came = "both; remove one" if given else "neither"
                 where = names[1 if given else 0]
                 raise KeyedError(f".{where}", f"wanted {names[0]} or {names[1]}, got {came}")
+        if (self.skewness is None) != (self.kurtosis is None):
+            missing = "skewness" if self.skewness is None else "kurtosis"
+            raise KeyedError(f".{missing}", "missing; verdicts on heights want both of them")
+        if self.skewness is not None and self.kurtosis is not None:
+            heights_by_moments(self.skewness, self.kurtosis)  # names what no heights have
         super().check(place)
 
     @property
@@ -308,24 +320,33 @@ class RoughFaceSurface(Surface):
     def build(self, pair: MaterialPair) -> NormalLaw:
         """The law; of Ra as of Gaussian heights."""
         rms = self.rq if self.rq is not None else GAUSSIAN_RQ * float(self.ra or 0.0)
-        numbers = {"rms": rms, "roll_off": self.roll_off, "area": self.area, "hurst": self.hurst}
+        numbers: dict[str, Any] = {
+            "rms": rms,
+            "roll_off": self.roll_off,
+            "area": self.area,
+            "hurst": self.hurst,
+        }
+        heights = None
+        if self.skewness is not None and self.kurtosis is not None:
+            heights = heights_by_moments(self.skewness, self.kurtosis)
+        rest: dict[str, Any] = {"stiffness_factor": self.stiffness_factor, "heights": heights}
         if self.slope is None:
-            shortest, factor = cast(float, self.shortest), self.stiffness_factor
-            return RoughSurface(pair, shortest=shortest, stiffness_factor=factor, **numbers)
+            return RoughSurface(pair, shortest=cast(float, self.shortest), **rest, **numbers)
         law = RoughSurface.from_slope(pair, slope=self.slope, **numbers)
-        return dataclasses.replace(law, stiffness_factor=self.stiffness_factor)
+        return dataclasses.replace(law, **rest)
 
     def sentences(self) -> list[str]:
         """Basis of the law, and what no drawing says."""
         law = cast(RoughSurface, self.build(_ANY_PAIR))
         left_out = "the Hurst exponent, " if "hurst" not in self._keys_in_file else ""
+        heights = "" if law.heights is not None else "how the heights are distributed, "
         return [
             f"surface: waves from {engineering(law.roll_off, 'm')} to "
             f"{engineering(law.shortest, 'm')}, Rq {engineering(law.rms, 'm')}, Rdq "
             f"{significant(law.rms_slope / math.sqrt(2.0))}. The stiffness of such Gaussian, "
             f"isotropic faces is within {100.0 * ROUGH_ERROR:.0f} % of boundary elements (the "
-            f"worst 30 %). A drawing does not say {left_out}how the heights are "
-            "distributed, a lay, and form and waviness beyond the cut-off."
+            f"worst 30 %). A drawing does not say {left_out}{heights}a lay, and form and waviness "
+            "beyond the cut-off."
         ]
 
 

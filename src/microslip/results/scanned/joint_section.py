@@ -32,10 +32,11 @@ from microslip.report.plot import (
     beside,
 )
 from microslip.report.scales import length_prefix
-from microslip.scans.findings import Findings
+from microslip.scans.findings import ESTIMATES, Findings
 from microslip.scans.height_laws import HeightLaws
 from microslip.scans.joint_over_cutoffs import JOINT_UNITS, JointOverCutoffs
 from microslip.scans.point_by_point import PointByPoint
+from microslip.scans.profile_joint import ProfileJoint
 
 _LABELS = {
     "tangential_stiffness": "tangential stiffness",
@@ -46,8 +47,21 @@ _LABELS = {
 }
 
 
+_COLUMNS = (
+    Column("separation", "separation", "m", 3),
+    Column("contacts", "contacts", "", 3),
+    Column("real_area", "real/apparent", "", 3),
+    Column("tangential_stiffness", "stiffness", "N/m", 3),
+    Column("loss_factor", "η", "", 3),
+    Column("above", "load above highest", "", 2),
+)
+"""Of a joint at rest by a law."""
+
+
 def sections(findings: Findings, say: Callable[[str], str] = str) -> list[Section]:
     """Both sections of the joint; none where no joint was asked for."""
+    if findings.of_profile is not None:
+        return [_of_profile(findings.of_profile)]
     if findings.laws is None or findings.joint_table is None:
         return []
     return [
@@ -64,6 +78,14 @@ def sections(findings: Findings, say: Callable[[str], str] = str) -> list[Sectio
 def summary(findings: Findings) -> dict[str, Any] | None:
     """The same as plain values."""
     laws, table, contact = findings.laws, findings.joint_table, findings.contact
+    if (profile := findings.of_profile) is not None:
+        found = {
+            **{name: getattr(profile, name) for name in ("normal_load", "area", "scatter")},
+            **{name: getattr(profile.surface, name) for name in ("roll_off", "shortest")},
+            "recommended": "rough",
+            "laws": {name: vars(law) for name, law in profile.laws.items()},
+        }
+        return {key: plain(value) for key, value in found.items()}
     if laws is None or table is None:
         return None
     slopes = ("cutoff", "long_cutoff")
@@ -89,6 +111,27 @@ def summary(findings: Findings) -> dict[str, Any] | None:
         },
     }
     return {key: plain(value) for key, value in data.items()}
+
+
+def _of_profile(joint: ProfileJoint) -> Section:
+    """The joint of a profile by each law, and what it rests on."""
+    names = {"rough": "its spectrum *"} | {name: ESTIMATES[name] for name in ("mccool", "nayak")}
+    columns = Column("law", "by"), *_COLUMNS[:-1]
+    rows = tuple(
+        (names[name], *(getattr(law, column.key) for column in columns[1:]))
+        for name, law in joint.laws.items()
+    )
+    surface = joint.surface
+    scatter = "" if joint.scatter is None else f" Pieces of it scatter by {joint.scatter:.1%}."
+    note = (
+        f'* law = "rough" with waves from {engineering(surface.roll_off, "m")} to '
+        f"{engineering(surface.shortest, 'm')} and Rq {engineering(surface.rms, 'm')}: that of "
+        f"boundary elements to about 20 % if the face is isotropic, which no profile "
+        f"tells.{scatter} "
+        "Moments alone make summits that do not feel each other."
+    )
+    title = f"The joint at {engineering(joint.normal_load, 'N', 4)}"
+    return Section(title, (Table("", columns, rows), Note(note)))
 
 
 def _contact_data(contact: PointByPoint) -> dict[str, Any]:
@@ -215,14 +258,6 @@ def _contact_pictures(findings: Findings) -> tuple[Picture, ...]:
 def _by_law(
     laws: HeightLaws, contact: PointByPoint | None, say: Callable[[str], str]
 ) -> tuple[Block, ...]:
-    columns = (
-        Column("separation", "separation", "m", 3),
-        Column("contacts", "contacts", "", 3),
-        Column("real_area", "real/apparent", "", 3),
-        Column("tangential_stiffness", "stiffness", "N/m", 3),
-        Column("loss_factor", "η", "", 3),
-        Column("above", "load above highest", "", 2),
-    )
     at_load: dict[str, Any] = dict(laws.laws)
     words: tuple[Note, ...] = ()
     if contact is not None:
@@ -232,7 +267,7 @@ def _by_law(
     values = tuple(
         (
             name + " *" * (name == laws.recommended),
-            *(getattr(law, column.key) for column in columns),
+            *(getattr(law, column.key) for column in _COLUMNS),
         )
         for name, law in at_load.items()
     )
@@ -243,7 +278,7 @@ def _by_law(
         f"their stiffness would scatter by {scatter} from scan to scan; correlated, they "
         "scatter more."
     )
-    return Table("", (Column("heights", "heights"), *columns), values), *words, Note(note)
+    return Table("", (Column("heights", "heights"), *_COLUMNS), values), *words, Note(note)
 
 
 def _against_cutoffs(table: JointOverCutoffs) -> tuple[Block, ...]:

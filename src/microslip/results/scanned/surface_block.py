@@ -14,6 +14,7 @@ from microslip.errors import InputError
 from microslip.scans.findings import Findings, Request
 from microslip.scans.options import LAWS_OF_HEIGHTS
 from microslip.scans.point_by_point import PointByPoint
+from microslip.scans.profile_joint import ProfileJoint
 
 _HEAD = """\
 # The surface of a study, from a scan: put it in place of [surface] in one that
@@ -26,6 +27,8 @@ def block(findings: Findings, folder: Path) -> str:
     request, contact = findings.request, findings.contact
     if contact is not None and contact.is_main and request.heights is None:
         return _HEAD + "\n".join(_measured(findings, contact, folder)) + "\n"
+    if (profile_joint := findings.of_profile) is not None:
+        return _HEAD + "\n".join(_rough(findings, profile_joint)) + "\n"
     remark = (
         "decides what a summit is" if request.cutoff_given else "none was given: the pixel decides"
     )
@@ -91,6 +94,24 @@ def _measured(findings: Findings, contact: PointByPoint, folder: Path) -> list[s
         for key, value in (keys | _reading(request)).items()
     ]
     return ["[surface]", *lines, *_numbers(findings)]
+
+
+def _rough(findings: Findings, joint: ProfileJoint) -> list[str]:
+    """A profile by its spectrum, with its skewness and kurtosis, as a rough face."""
+    surface, statistics = joint.surface, findings.statistics
+    moments = {name: float(_number(getattr(statistics, name))) for name in ("skewness", "kurtosis")}
+    keys: dict[str, Any] = {
+        "law": "rough",
+        "materials": list(findings.request.materials or ()),
+        "rq": _length(surface.rms),
+        "roll_off": _length(surface.roll_off),
+        "shortest": _length(surface.shortest),
+        "hurst": surface.hurst,
+        **({} if statistics.skewness < -1.0 else moments),
+        "area": f"{_number(joint.area * 1e4)} cm^2",
+    }
+    rough = [f"{key} = {_toml(value)}" for key, value in keys.items()]
+    return ["[surface]", *rough, *_numbers(findings)]
 
 
 def faces_block(request: Request, folder: Path) -> str:

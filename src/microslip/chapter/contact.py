@@ -117,8 +117,8 @@ def zone_handles(stuck: bool = True) -> list[Patch]:
     "19.2",
     "cattaneo-traction",
     "tangential traction in partial slip (Cattaneo)",
-    "Where the contact slips the traction is μp, all that friction allows; in the stick circle "
-    "it is less by μ times the pressure that the circle alone would have.",
+    "In the slip ring the traction is μp, the limit of friction; in the stick circle it is less "
+    "by μ times the pressure of the circle alone.",
     assumed("Displacement 0.6 δL from rest."),
 )
 def _cattaneo(plate: Plate) -> Drawing:
@@ -149,8 +149,8 @@ def _cattaneo(plate: Plate) -> Drawing:
     "19.3",
     "pressure-and-traction",
     "pressure and tangential traction on the surface (Mindlin)",
-    "As the force grows, the traction meets μp further and further inside. Without slip it "
-    "would be infinite at the edge under any force at all.",
+    "As the force grows, the slip ring with the traction μp grows inwards. Without slip the "
+    "traction would be infinite at the edge under any force.",
     assumed("First loading."),
 )
 def _mindlin(plate: Plate) -> Drawing:
@@ -188,8 +188,8 @@ def _mindlin(plate: Plate) -> Drawing:
     "19.10",
     "contact-area",
     "stick circle and slip ring of the contact",
-    "Slip comes from the edge. After a reversal it starts there again, the other way, while "
-    "the ring that slipped before moves with the stick circle.",
+    "Slip starts at the edge. After a reversal it starts there again in the other direction, "
+    "while the ring that slipped before moves with the stick circle.",
     assumed(),
 )
 def _contact_area(plate: Plate) -> Drawing:
@@ -296,8 +296,8 @@ def _branches(axes: Axes, record: Floats, force: Floats, samples: int, *labels: 
     "19.11",
     "load-displacement-cycle",
     "a cycle of force with its tractions (after Johnson)",
-    "At B there is no force, yet the contact holds tractions that balance and a displacement "
-    "that stays. At C all is the mirror of A.",
+    "At B the force is zero, but self-equilibrated tractions and a residual displacement remain. "
+    "C is the mirror image of A.",
     assumed("Force between ±0.95 μN."),
 )
 def _johnson(plate: Plate) -> Drawing:
@@ -373,7 +373,7 @@ def _draw_path(
     "19.12",
     "constant-amplitude-path",
     "loading path of constant amplitude",
-    "The displacement that Fig. 19.13 answers to: from rest at O, then to and fro between A and C.",
+    "The displacement of Fig. 19.13: from rest at O, then cycles between A and C.",
     assumed("Amplitude 0.8 δL."),
 )
 def _constant_path(plate: Plate) -> Drawing:
@@ -389,8 +389,8 @@ def _constant_path(plate: Plate) -> Drawing:
     "19.13",
     "partial-slip-loop",
     "force against displacement in partial slip",
-    "First loading O–A, then the closed loop A–B–C–D: two copies of the first curve at twice "
-    "its size. It never reaches μN, and still encloses an area.",
+    "First loading O–A, then the closed loop A–B–C–D: two copies of the first-loading curve at "
+    "twice its size. The force does not reach μN, yet the loop dissipates energy.",
     assumed("Amplitude 0.8 δL."),
 )
 def _partial_loop(plate: Plate) -> Drawing:
@@ -445,7 +445,7 @@ def _total_loop(plate: Plate) -> Drawing:
     "19.15",
     "growing-amplitude",
     "growing amplitude: (a) path, (b) loops from partial to total slip",
-    "The tips of all loops lie on the first loading curve; from the third on they are flat.",
+    "The tips of all loops lie on the first-loading curve; from the third on there is gross slip.",
     assumed("Amplitudes 0.35, 0.7, 1.05 and 1.6 δL."),
 )
 def _growing(plate: Plate) -> Drawing:
@@ -471,7 +471,7 @@ VARIABLE = (0.0, 0.95, -0.6, 0.6, -0.85, 1.5, -1.5)
     "19.16",
     "variable-amplitude-path",
     "loading path of variable amplitude",
-    "The displacement that Fig. 19.17 answers to: two small swings, then wide ones.",
+    "The displacement of Fig. 19.17: two small cycles, then larger ones.",
     assumed("Turns at 0.95, −0.6, 0.6, −0.85, 1.5 and −1.5 δL."),
 )
 def _variable_path(plate: Plate) -> Drawing:

@@ -55,8 +55,8 @@ def assumed(addition: str = "") -> str:
     "19.19",
     "interface-loops",
     "force against displacement of the whole interface",
-    "The corners of single summits are gone: some slide while others stick, and the loop turns "
-    "over smoothly into sliding.",
+    "Without the kinks of single summits: some slip while others stick, and the transition to "
+    "gross slip is smooth.",
     assumed(),
 )
 def _loops(plate: Plate) -> Drawing:
@@ -96,9 +96,9 @@ def _more_summits(joint: Interface, factor: float) -> Interface:
     "19.20",
     "number-of-asperities",
     "more asperities at the same load",
-    "More summits lift the plane: a smaller share of them touches, each is pressed in less, "
-    "and the loop comes nearer to Coulomb's box, but slowly. A million times as many do not "
-    "reach it.",
+    "With more summits the separation is larger: a smaller share of them touches, with smaller "
+    "indentations, and the loop slowly approaches Coulomb's rectangle. A million times as many do "
+    "not reach it.",
     assumed("Amplitude 1 µm. So many summits would overlap: the formula alone goes on."),
 )
 def _many_summits(plate: Plate) -> Drawing:
@@ -235,7 +235,7 @@ def _twice(y: Any) -> Any:
     "19.24",
     "damping-ratio",
     "the chapter's damping ratio, which is the loss factor",
-    "It grows with the amplitude and ends at 4/π, where Coulomb friction is throughout. It is "
+    "It grows with the amplitude towards 4/π, the value of Coulomb friction. It is "
     "the loss factor; the ratio to critical damping is half of it (scale on the right).",
     assumed("Other loads: the same surface."),
 )
@@ -265,8 +265,8 @@ def _damping(plate: Plate) -> Drawing:
     "damping",
     "measures",
     "Measures of damping compared, for one asperity",
-    "All say the same in other words. Those of energy and loss vanish in microslip; B tends to "
-    "2/3 there, since the loop's width vanishes, too.",
+    "All describe the same loop. Those of energy and loss vanish in microslip; B tends to 2/3 "
+    "there, because the width of the loop vanishes as well.",
     one_summit(),
 )
 def _measures(plate: Plate) -> Drawing:
@@ -334,9 +334,9 @@ def cycles(joint: Interface, amplitude: float, ripple: float, phase: float) -> C
     "coupled-phase",
     "energy",
     "What a cycle costs while the normal load varies, too",
-    "Out of phase it costs more, as Putignano, Ciavarella and Barber (2011) found: most where "
-    "the load is ahead by a little less than a quarter cycle, least where it is nearly in step "
-    "or opposed. The smaller the displacement the more so; in gross slip it hardly matters.",
+    "Out of phase more energy is dissipated, as Putignano, Ciavarella and Barber (2011) found: "
+    "most with the load ahead by a little less than a quarter cycle, least nearly in phase or in "
+    "antiphase. The effect grows towards small displacements and is small in gross slip.",
     assumed("Displacement amplitude · sin θ, load N (1 + ripple · sin(θ + ψ)); settled cycle."),
 )
 def _by_phase(plate: Plate) -> Drawing:
@@ -373,9 +373,9 @@ def _by_phase(plate: Plate) -> Drawing:
     "coupled-ripple",
     "energy",
     "One asperity under a normal load that varies up to lift-off",
-    "Where the load is ahead by an eighth or a quarter of the cycle its ripple makes the "
-    "cycle cost more, in step less (a). At full ripple the contact parts once a cycle; there "
-    "the force is 0, wherever the displacement is (b).",
+    "With the load ahead by an eighth or a quarter of the cycle the ripple increases the "
+    "dissipated energy, in phase it reduces it (a). At full ripple the contact separates once per "
+    "cycle; there the force is 0 at any displacement (b).",
     one_summit("Amplitude 0.8 δL, load N (1 + ripple · sin(θ + ψ)); settled cycle."),
 )
 def _by_ripple(plate: Plate) -> Drawing:

@@ -74,9 +74,9 @@ def _assumed(addition: str) -> str:
     "19.7",
     "normalised-loops",
     "normalised force against displacement (synthetic)",
-    "All loads slide at the same μ, 2 % above μ and −μ: the ripple of the load. What "
-    "differs is how far the oblique parts reach, and these are the rig's, force over its "
-    "stiffness. The contact alone would turn over within a micrometre.",
+    "All loads slip at the same μ, here 2 % above μ and −μ because of the ripple of the load. The "
+    "oblique parts differ in length: they are the deflection of the rig. The contact alone would "
+    "reach gross slip within a micrometre.",
     _assumed("Amplitude 40 µm, 10 Hz; other loads: the same surface."),
 )
 def _normalised(plate: Plate) -> Drawing:
@@ -124,10 +124,10 @@ def identified() -> Identification:
     "measured-and-model",
     "a record over the model (synthetic)",
     "The model with the rig in series, fitted to one record at one load. Friction and rig come "
-    "out with narrow intervals; slip scale and separation do not, for rig and contact give way "
-    "together: a second load, or the rig measured apart, would tell them. The ripple of the "
-    "load, in step with the force, only shifts all of it to one side, which the fit leaves "
-    "free: both intervals hold the truth, and what stays is noise.",
+    "out with narrow intervals; slip scale and separation do not, because the compliances of "
+    "rig and contact add: a second load, or a separately measured rig, would determine them. The "
+    "ripple of the load, in phase with the force, only shifts the loop to one side, which the fit "
+    "allows: both intervals contain the true value, and the residual is noise.",
     _assumed(
         f"Amplitude {OVERLAY / MICRO:g} µm, {FREQUENCY:g} Hz, {CYCLES} cycles, the first left out."
     ),

@@ -111,8 +111,8 @@ def _joints(plate: Plate) -> Drawing:
     "19.4",
     "tribometer",
     "the tribometer",
-    "The jack moves the lower sample under the fixed upper one. Between the places of "
-    "measurement lies more than the contact: its compliance is in every record.",
+    "The jack moves the lower sample under the fixed upper one. The sensors enclose more "
+    "than the contact, so every record includes the compliance of the rig.",
     "A sketch of the principle after the chapter's section 2.1, not of the machine; the place "
     "of the force cell is assumed.",
 )

@@ -57,8 +57,8 @@ def _heights_assumed() -> str:
     "19.18",
     "gaussian-heights",
     "(a) normal distribution of summit heights, (b) its distribution function",
-    "The summits above the separation δn are in contact: the hatched area in (a), what is "
-    "missing to one in (b).",
+    "The summits above the separation δn are in contact: the hatched area in (a), one "
+    "minus the value in (b).",
     _heights_assumed(),
 )
 def _heights(plate: Plate) -> Drawing:

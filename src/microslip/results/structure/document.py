@@ -352,7 +352,7 @@ def _table(mode: Mode, unit: str) -> Table:
 def _remark(prediction: StructurePrediction) -> str:
     if prediction.modes[0].quick is None:
         text = (
-            "Quasi-static curves, which know of no even harmonics, are left out beside a geometry."
+            "Quasi-static curves have no even harmonics and are left out with a nonlinear geometry."
         )
     else:
         worst = max(float(np.nanmax(abs(m.curve.damping_difference))) for m in prediction.modes)
@@ -375,8 +375,8 @@ def _resonance(mode: Mode, other: Resonance) -> str:
     """A mode that may be drawn in, in words."""
     times = "the frequency" if other.multiple == 1 else f"{other.multiple} times the frequency"
     return (
-        f"Mode {other.mode + 1} lies {other.distance:+.1%} beside {times} of mode {mode.number}: "
-        "where the joint couples them they answer together, and one mode alone does not tell it."
+        f"Mode {other.mode + 1} is {other.distance:+.1%} away from {times} of mode {mode.number}: "
+        "if the joint couples them they respond together, which a single mode does not show."
     )
 
 
@@ -386,12 +386,12 @@ def _bands_remark(mode: Mode) -> str:
         return ""
     error = mode.bands.damping_error
     text = (
-        f"Bands of mode {mode.number} are the 5, 50 and 95 % over a balance of harmonics at each "
-        "of Sobol' points, interpolated between them where the inputs tell the answer; so few "
+        f"Bands of mode {mode.number} are the 5, 50 and 95 % quantiles of harmonic balances at "
+        "Sobol' points, interpolated where the inputs explain the result. The sampling error "
         + (
-            f"points leave the quantiles of the damping known within ±{error:.1%} at most (90 %)."
+            f"of the damping's quantiles is at most ±{error:.1%} (90 %)."
             if math.isfinite(error)
-            else "points leave the outer quantiles of the damping open: take more (samples)."
+            else "of its outer quantiles is open: take more (samples)."
         )
     )
     if mode.bands.unsolved:
@@ -399,11 +399,9 @@ def _bands_remark(mode: Mode) -> str:
             f" {mode.bands.unsolved} samples do not reach all amplitudes and are left out there."
         )
     if mode.bands.model_error is None:
-        return (
-            f"{text} The error of patches, mesh and reduction is no part of them: converge = true."
-        )
+        return f"{text} The error of patches, mesh and reduction is not included: converge = true."
     return (
-        f"{text} Their ends lie {mode.bands.model_error[1]:.1%} of the joint's damping further out "
+        f"{text} Their ends are {mode.bands.model_error[1]:.1%} of the joint's damping further out "
         "for the error of patches, mesh and reduction."
     )
 

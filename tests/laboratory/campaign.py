@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 import microslip as ms
@@ -63,7 +64,7 @@ def judged(found: Set, label: str) -> Tally:
     return tally
 
 
-def coverage(seeds: range) -> dict[str, Tally]:
+def coverage(seeds: Iterable[int]) -> dict[str, Tally]:
     """Tallies of ordinary sets, by their kinds."""
     tallies: dict[str, Tally] = {}
     for seed in seeds:

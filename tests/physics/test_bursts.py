@@ -6,6 +6,7 @@ that is summed here over every cycle; nothing of the package makes them.
 
 from __future__ import annotations
 
+import json
 import math
 from pathlib import Path
 
@@ -170,3 +171,7 @@ def test_the_command_reads_the_counter(tmp_path: Path, monkeypatch: pytest.Monke
     value = float(outcome.stdout.split("Energy wear coefficient: ")[1].split()[0])
     assert value == pytest.approx(1e18 * 1e-12 / total(), rel=6e-3)
     assert math.isfinite(value)
+    (told,) = json.loads(Path("out/summary.json").read_text("utf-8"))["records"]
+    energy_of_all = told["cumulative_energy"]
+    assert abs(energy_of_all["value"] - total()) < energy_of_all["error"] < 0.01 * total()
+    assert "Cycles 1 to 100009 dissipate " in outcome.stdout

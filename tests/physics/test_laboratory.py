@@ -47,11 +47,18 @@ def test_chance_at_other_separations_is_in_the_interval() -> None:
 
 @pytest.mark.slow
 def test_ordinary_records_cover() -> None:
-    """Of each quantity nine in ten of the 95 % intervals that are identified hold it (300 sets)."""
-    tally = whole(coverage(range(300)))
-    assert tally.sets == 300
-    assert tally.identified
+    """Of each quantity nine in ten of the 95 % intervals that are identified hold it, of all 93 %.
+
+    Fifteen sets of each kind, fewer of those that take long; `make laboratory` has 360.
+    """
+    counts = {"summits": 6, "running in": 6, "never slid": 4, "moving": 0}
+    step = len(KINDS)
+    seeds = [at + step * i for at, kind in enumerate(KINDS) for i in range(counts.get(kind, 15))]
+    tally = whole(coverage(seeds))
+    assert tally.sets == 136
+    assert tally.held >= 0.93, tally.missed
     for name, number in tally.identified.items():
+        assert number > 80
         assert tally.covered[name] >= 0.9 * number, (name, tally.missed)
 
 

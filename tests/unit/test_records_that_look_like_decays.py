@@ -15,6 +15,7 @@ FALLING = np.mod(20.0 * np.pi * TIME, 2.0 * np.pi) < np.pi
 FORCE = np.where(FALLING, np.maximum(30.0 - 10.0 * (10.0 - X), -30.0),
                  np.minimum(-30.0 + 10.0 * (10.0 + X), 30.0))  # fmt: skip
 ENERGY = 4.0 * 30.0 * (10e-6 - 3e-6)
+NOISE = 0.02 * np.random.default_rng(1).normal(size=TIME.size)
 
 
 def written(folder: Path, **columns: np.ndarray) -> str:
@@ -56,6 +57,7 @@ def test_forces_by_other_names_are_read(
     [
         ({"Force A [N]": FORCE, "Force B [N]": FORCE}, "2 columns could be it"),
         ({}, "must decay"),
+        ({"displacement [um]": X + NOISE}, "name its column of the force, --force"),
         ({"COF": FORCE / 100.0}, "--normal-load"),
     ],
 )

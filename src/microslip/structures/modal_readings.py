@@ -15,8 +15,9 @@ from microslip._core.frozen import LockedArrays
 from microslip.errors import InputError, in_python
 from microslip.structures.periodic_motion import power_of
 
-_LEAST_FALL = 1e-3
-"""Of the logarithm of the amplitude, over all of a decay."""
+_LEAST_FALL, _STEADY = 1e-3, 0.05
+"""Of the logarithm of the amplitude, over all of a decay; what both halves of a signal that goes on
+as it began differ by."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -191,6 +192,9 @@ def ring_down(time: ArrayLike, signal: ArrayLike, points: Any, quantity: Any, ba
             raw, x, width = x, _filtered(x, step, low, high), high - low
             room = int(_SETTLING / (width * step))
             part = _audible(x[: max(x.size - room, 1)], room, _noise(raw, step, width))
+        first, last = (math.sqrt(2.0) * float(np.std(half)) for half in np.array_split(x, 2))
+        if 2 * x[part].size < x.size and abs(last - first) < _STEADY * first:
+            raise _no_decay(first, last)
         t, x = t[part], x[part]
     decay = read_decay(t, x)
     _check_decay(decay.amplitude)
@@ -208,10 +212,14 @@ def _check_decay(amplitude: Floats) -> None:
     beside = logarithm - logarithm.mean() + fall * place
     error = float(beside.std()) / math.sqrt(float(place @ place))
     if not fall > max(_LEAST_FALL, 3.0 * error):
-        raise InputError(
-            f"the signal must decay, got {amplitude[0]:.4g} at first and {amplitude[-1]:.4g} at "
-            "last; if this is a record of loops, name its column of the force, `force=...`"
-        )
+        raise _no_decay(amplitude[0], amplitude[-1])
+
+
+def _no_decay(first: float, last: float) -> InputError:
+    return InputError(
+        f"the signal must decay, got {first:.4g} at first and {last:.4g} at last; if this is a "
+        "record of loops, name its column of the force, `force=...`"
+    )
 
 
 def _means_in_time(

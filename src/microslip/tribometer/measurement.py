@@ -204,6 +204,8 @@ class Measurement(Plottable):
             }
             for level in self.levels
         ]
+        up_to = self.dissipated()
+        total = None if up_to is None else {"value": up_to.energy[-1], "error": up_to.error}
         summary: dict[str, Any] = plain(
             {
                 "name": self.name,
@@ -218,6 +220,7 @@ class Measurement(Plottable):
                 **{key: getattr(self, key) for key in ("load_ripple", "rig_stiffness")},
                 "drift": {name: self.drift(name).value for name in self.mean},
                 "mean": _with_units(self.mean),
+                "cumulative_energy": total and {"unit": "J", **total},
                 "levels": levels,
                 "notes": self.notes,
             }

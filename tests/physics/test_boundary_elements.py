@@ -257,3 +257,31 @@ def test_the_ratio_of_stiffnesses_knows_shape_and_lay() -> None:
     turned = sliding(space, (v / 5.0) ** 2 + (u / 20.0) ** 2 < 1.0, EQUAL)
     turn = np.array([[c, -s], [s, c]])
     assert turned == pytest.approx(turn @ tensor @ turn.T, abs=0.01)
+
+
+def test_elliptic_summits_know_a_lay_while_contacts_are_few() -> None:
+    """A face of 4:1, long enough for its waves: solved, and by the curvatures of its summits."""
+    n, lay = 128, 4
+    qx, qy = np.fft.rfftfreq(n * lay), np.fft.fftfreq(n)
+    q = np.hypot(qy[:, None], lay * qx)
+    size = np.where((q > 0.0) & (q < 1.0 / 8.0), np.maximum(q, 4.0 / n) ** -1.8, 0.0)
+    phase = np.random.default_rng(1).uniform(0.0, 2.0 * np.pi, q.shape)
+    z = np.fft.irfft2(size * np.exp(1j * phase), s=(n, n * lay))
+    z *= 0.2 / z.std()
+    steel = ms.Material(210e9, 0.3)
+    pair = ms.MaterialPair(steel, steel)
+    summits = ms.Scan(z * 2e-6, 2e-6).summits(None)
+    by_summits = [
+        ms.scans.elliptic_surface(summits, pair, 1e-4, direction=angle).stiffness_ratio
+        for angle in (0.0, 0.5 * math.pi)
+    ]
+    space, pressure = HalfSpace(z.shape, mirrored=False), None
+    for share, bound in ((0.02, 0.035), (0.08, 0.06)):
+        low, high = 0.0, float(z.max())
+        for _ in range(12):
+            d = 0.5 * (low + high)
+            pressure = press(space, z, d, pressure, tolerance=1e-3 * z.std())
+            low, high = (d, high) if np.mean(pressure > 0.0) > share else (low, d)
+        solved = 1.0 / np.diag(sliding(space, pressure > 0.0, pair.stiffness_ratio))
+        assert by_summits == pytest.approx(solved, rel=bound)
+        assert solved[0] / solved[1] > 1.1

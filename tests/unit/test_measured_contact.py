@@ -313,6 +313,10 @@ def test_it_is_drawn_with_what_touches_under_lighter_loads() -> None:
     d = np.asarray(law.separation(line.y[[0, -1]] * loads.y.unit * law.area))
     assert (line.x[-1] - line.x[0]) * loads.x.unit == pytest.approx(d[1] - d[0])
     assert len(law.plot()) == 3
+    # Pieces that bear nothing have no loads.
+    small = solve(heights(128), piece=16, tightening_pressure=1e8)
+    assert (small.solution.pressure.max(axis=0) == 0.0).any()
+    assert len(face_plot(small).panels) == 3
 
 
 @pytest.mark.parametrize(

@@ -85,7 +85,8 @@ def load_panel(law: Any, other_laws: Mapping[str, NormalLaw]) -> tuple[Panel, Se
         Axis(f"Pressure [{'M' if unit == 1e6 else 'k'}Pa]", log=True, unit=unit),
     )  # fmt: skip
     entries = []
-    pieces = [_opened(law.of_pieces([i]), loads) for i in range(law.numbers.pieces)]
+    bearing = np.flatnonzero((law.solution.pressure > 0.0).sum(axis=0) > 1)
+    pieces = [_opened(law.of_pieces([i]), loads) for i in bearing]
     steps_of_pieces = [piece for piece in pieces if piece is not None]
     if len(steps_of_pieces) > 1:
         low, high = (

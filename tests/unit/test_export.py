@@ -246,7 +246,7 @@ def test_the_command_says_that_it_holds_the_middle_of_what_is_uncertain(folder):
     spread = 'joint.normal_load={ mean = "2 kN", cv = 0.1 }'
     done = run("export", "table", "joint.toml", "-o", "unsure.csv", "--set", spread)
     assert done.exit_code == 0, done.output
-    assert "not known exactly it holds the middle: joint.normal_load.\n" in done.output
+    assert "Uncertain inputs are at their middle values: joint.normal_load.\n" in done.output
 
 
 def test_the_command_takes_patches_from_a_table(folder):

@@ -183,7 +183,7 @@ PAIR = ms.Interface.examples()[0].surface.pair
         (Plain(np.arange(9.0), np.arange(8.0)), "must be of one length"),
         (Plain(np.arange(9.0), np.full(9, np.nan)), "force must be finite"),
         (Plain(np.arange(9.0), np.arange(9.0)), "data must hold a closed cycle"),
-        (Plain(LOOP.displacement, -LOOP.force), "turn the sign of one of them"),
+        (Plain(LOOP.displacement, -LOOP.force), "reverse the sign of one"),
     ],
     ids=["number", "none", "rest", "constant", "lengths", "nan", "one way", "sign"],
 )

@@ -19,7 +19,7 @@ class Verdict(NamedTuple):
     """
 
     name: str
-    """What is judged."""
+    """Name of the judged quantity."""
     value: float | None
     """Its value [-]; None where it is not known."""
     limit: float
@@ -27,11 +27,11 @@ class Verdict(NamedTuple):
     word: Word
     """``ok``, ``watch`` (the result depends on it), ``outside``, or ``not judged``."""
     meaning: str
-    """What the assumption is, in a sentence."""
+    """The assumption, in a sentence."""
     reason: str = ""
     """Where the limits come from or, not judged, what is missing."""
     remedy: str = ""
-    """What to do about it."""
+    """Remedy."""
 
 
 class Remark(str):
@@ -47,9 +47,9 @@ class Remark(str):
         return self
 
     kind: str
-    """What it is, such as "suspect"."""
+    """Kind of the remark, such as "suspect"."""
     words: str
-    """What it says, in a sentence."""
+    """The remark in a sentence."""
 
     def __getnewargs__(self) -> tuple[str, str]:  # type: ignore[override]
         return self.kind, self.words

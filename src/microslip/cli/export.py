@@ -146,7 +146,7 @@ def export(
     )
     click.echo(f"This kind of file: {exported.run}.")
     if unsure:
-        click.echo(f"Of what is not known exactly it holds the middle: {', '.join(unsure)}.")
+        click.echo(f"Uncertain inputs are at their middle values: {', '.join(unsure)}.")
 
 
 def _write_card(

@@ -49,7 +49,7 @@ def order_of(element: str) -> str:
 
 
 def _words(order: Order) -> dict[str, object]:
-    """What stands for the words of the templates."""
+    """Values of the words of the templates."""
     element = order.element
     contact = element.endswith("contact")
     words: dict[str, object] = {

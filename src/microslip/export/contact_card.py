@@ -77,7 +77,7 @@ class ContactCard:
     layer: VirtualLayer
     """The joint as a layer of elements."""
     errors: CardErrors
-    """What the card cannot hold."""
+    """Errors of the card."""
 
     @classmethod
     def of(

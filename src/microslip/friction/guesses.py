@@ -135,7 +135,7 @@ def _features(x: Floats, t: Floats) -> Features:
     if top <= 0.0:
         raise InputError(
             "`force` must rise with the displacement, got a loop whose force falls on "
-            "average; turn the sign of one of them"
+            "average; reverse the sign of one"
         )
     real = distance > 0.0
     return Features(0.5 * float(np.median(lengths[full])), top, distance[real], force[real])

@@ -57,7 +57,7 @@ class HeightDistribution(Parametric, ABC):
         """Standard deviation of the heights [m], or what stands for it where that is infinite."""
 
     _spread_name: ClassVar[str] = "spread of the heights"
-    """What the spread is called where it scales something else; empty where it never does."""
+    """Name of the spread where it scales something else; empty where it never does."""
 
     def _standardised(self, height: float) -> float | None:
         """A height over the spread, from where that counts; None where nobody counts so."""

@@ -95,7 +95,7 @@ class _Element(NodeToNodeElement):  # type: ignore[misc]
             self._across[width * i : width * (i + 1), columns] = turned
 
     def _pairs(self) -> list[Any]:
-        """What connects each pair of nodes, as pyHarm's own elements have it."""
+        """Connection of each pair of nodes, as in pyHarm's own elements."""
         connect = self.data["connect"]
         sides = list(connect.items()) if isinstance(connect, dict) else list(connect)
         lengths = {len(nodes) for sub, nodes in sides if sub != "GROUND"}

@@ -34,9 +34,9 @@ class Row(NamedTuple):
     """The sentence, or clauses of it of which those are left out that name what is None. Fields:
     "{x:3 m}" is a number with a unit, "{x:2%}" a share, "{x!n}" the name of a number of the fit."""
     remedy: str = ""
-    """What would settle it."""
+    """Remedy."""
     verdict: str = ""
-    """What it makes of the numbers that it reaches."""
+    """Verdict on the numbers that it concerns."""
     in_message: bool = False
     """Whether the message of the fit says it."""
     noted: bool = True
@@ -267,9 +267,9 @@ class Caveat:
     kind: str
     """Which row of :data:`TABLE` says it."""
     data: Mapping[str, Any] = field(default_factory=dict)
-    """What the words are made of: numbers in SI units, names, and further caveats."""
+    """Data of the words: numbers in SI units, names, and further caveats."""
     remedies: tuple[str, ...] = ()
-    """What would settle it, where that is not the same for all of the kind."""
+    """Remedy, where it is not the same for all of the kind."""
 
     @property
     def row(self) -> Row:

@@ -38,7 +38,7 @@ class Fit:
     cause: str = ""
     """Why it did not converge, as a kind of caveat; empty where it did."""
     why: str = ""
-    """What broke it off."""
+    """Reason of an early end."""
     weight: float = 0.0
     """Logarithm of the determinant of the covariance under which the sum was taken."""
 

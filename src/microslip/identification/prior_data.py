@@ -34,11 +34,11 @@ class GivenDatum:
     uncertainty: float
     """Its standard deviation, as it was given."""
     found: float
-    """What the fit has for it."""
+    """Value of the fit."""
     residual: float
     """Found less given, in standard deviations of what was given [-]."""
     without: float
-    """What a fit has that does not know it; where nothing else tells, any value."""
+    """Value of a fit without it; any value where nothing else determines it."""
     disagreement: float
     """By how many standard deviations it contradicts all the rest [-]: the root of what the sum of
     squares falls by without it, over that of the noise."""
@@ -47,7 +47,7 @@ class GivenDatum:
 
     @property
     def text(self) -> str:
-        """It in a line."""
+        """The datum in a line."""
         value, error, fitted = (
             number_text(x, self.unit) for x in (self.value, self.uncertainty, self.found)
         )

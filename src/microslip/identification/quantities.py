@@ -180,7 +180,7 @@ def _has_summits(model: Model) -> bool:
 def summits_of(
     problem: Problem, pair: MaterialPair | None, area: float | None, load: float | None
 ) -> list[Quantity]:
-    """Radius, density and contact area: the loops know density * sqrt(radius), one is given."""
+    """Radius, density and contact area by density * sqrt(radius) and one that is given."""
     if not _has_summits(problem.model):
         raise InputError(
             '`contact_area` needs `law="interface"` with a distribution of summit heights: '
@@ -196,7 +196,7 @@ def summits_of(
     )
     if datum_name == DENSITY and area is None:
         raise InputError(
-            "`known`: density needs `area=...`, the apparent area [m^2]: loops know N/A"
+            "`known`: density needs `area=...`, the apparent area [m^2]: loops give N/A"
         )
     if load is None:
         load = problem.model.reference_load  # type: ignore[attr-defined]

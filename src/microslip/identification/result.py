@@ -64,7 +64,7 @@ class Identification(Locked, Plottable):
     parameters: Mapping[str, Fitted]
     """The law's parameters and the rig's stiffness, by name."""
     derived: Mapping[str, Fitted]
-    """What follows from them."""
+    """Derived quantities."""
     names: tuple[str, ...]
     """Names of the parameters that were free, in the order of ``correlation``."""
     correlation: NDArray[np.float64]
@@ -92,7 +92,7 @@ class Identification(Locked, Plottable):
     columns: tuple[Mapping[str, str], ...]
     """For each record: name of each parameter of the law as ``parameters`` has it."""
     caveats: tuple[Caveat, ...]
-    """What must be known of the fit as a whole, as data: what its message and its notes say."""
+    """Caveats of the fit as a whole, as data for its message and its notes."""
     _model: Model
     _pair: MaterialPair | None
     _area: float | None

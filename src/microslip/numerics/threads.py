@@ -50,7 +50,7 @@ _LEAST = 32  # rows of a part: fewer are done before a thread has begun
 
 
 def in_parts(size: int, work: Callable[[slice], object]) -> list[object]:
-    """What ``work`` gives for slices of rows that know nothing of each other, in threads.
+    """Results of ``work`` for slices of independent rows, in threads.
 
     There are as many threads as ``OMP_NUM_THREADS`` says, or as the process may run on, and no more
     than are worth it. Kernels let other threads run, and a row's numbers do not depend on the part

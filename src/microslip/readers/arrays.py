@@ -37,11 +37,11 @@ class Arrays(NamedTuple):
     """Content of a file of arrays."""
 
     kind: str
-    """What the file is, such as "MAT-file"."""
+    """Kind of the file, such as "MAT-file"."""
     tree: Mapping[str, Any]
     """Leaves, numbers and texts by their names, in mappings and sequences where they are nested."""
     join: str
-    """What stands between names on the way to a leaf."""
+    """Separator of the names on the way to a leaf."""
     advice: str = ""
     """How to save what cannot be read, behind a message that says so."""
 
@@ -55,7 +55,7 @@ class _Slot(NamedTuple):
 
 
 def arrays_in(node: Any) -> Any:
-    """What a child read, with arrays of numbers as leaves, and nothing but numbers and texts."""
+    """Content read by a child, with arrays of numbers as leaves: numbers and texts only."""
     if isinstance(node, dict):
         return {str(key): arrays_in(item) for key, item in node.items()}
     if isinstance(node, list):

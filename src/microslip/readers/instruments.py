@@ -49,7 +49,7 @@ class Heights(NamedTuple):
     """One channel of an instrument's file."""
 
     kind: str
-    """What the file is and how it was read, for the notes."""
+    """Kind of the file and how it was read, for the notes."""
     values: np.ndarray
     """In the unit of the file; missing points are NaN or masked."""
     unit: str | None

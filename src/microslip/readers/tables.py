@@ -48,7 +48,7 @@ class Table:
     load: Callable[[Sequence[int]], list[Floats]]
     """Values of the columns at these places, as fresh arrays."""
     where: Callable[[int], str] = lambda row: f"sample {row}"
-    """What a person calls the row of this index, such as "line 12"."""
+    """Name of the row of this index, such as "line 12"."""
     stated: Mapping[str, Stated] = field(default_factory=dict)
     """Numbers that the file states besides, such as "sample_rate" [Hz]."""
 

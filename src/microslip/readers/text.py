@@ -263,7 +263,7 @@ def _opened(path: Path, encoding: str, first: int = 0) -> Iterator[IO[str]]:
 
 
 def _line(file: IO[str]) -> str:
-    """What is left of a line."""
+    """Rest of a line."""
     text = file.readline(_LINE)
     if len(text) >= _LINE:
         raise ValueError(

@@ -83,7 +83,7 @@ class Verdicts:
     noun: str = "loads"  # what the places are, in the plural
     caption: str = ""  # a paragraph below them on a page
     none: str = "No limits are known for this law."
-    """What to say where there are no verdicts at all."""
+    """Text where there are no verdicts."""
     short: bool = False
     """Whether a terminal counts those that are ok, and leaves out what the others assume."""
 

@@ -101,7 +101,7 @@ class Judgement(NamedTuple):
     word: str
     """The worst verdict."""
     name: str
-    """What is judged."""
+    """Name of the judged quantity."""
     value: str
     """Its value, or the smallest and the largest; "not known" where it is not judged."""
     bound: str
@@ -109,11 +109,11 @@ class Judgement(NamedTuple):
     where: str
     """Where it is as bad as that, such as "at 2 kN and 5 kN"; empty for everywhere."""
     meaning: str
-    """What is assumed."""
+    """The assumption."""
     reason: str
     """Where the limits come from or, not judged, what is missing."""
     remedy: str
-    """What to do about it."""
+    """Remedy."""
 
     @property
     def sentence(self) -> str:

@@ -171,7 +171,7 @@ class DesignPoint:
     values: Mapping[str, float]
     """The keys that were searched, in SI units."""
     level: float
-    """What was asked for."""
+    """The target."""
     reached: float
     """The quantity at the wanted probability."""
     probability: float

@@ -42,7 +42,7 @@ class Prediction:
     structure: StructurePrediction | None = None
     scatter: Scatter | None = None
     summary: dict[str, Any] = field(default_factory=dict)
-    """What is said of it, once somebody has: see :class:`microslip.Result`."""
+    """Its document, once made: see :class:`microslip.Result`."""
 
     def __repr__(self) -> str:
         parts = [

@@ -57,7 +57,7 @@ class RawHeights:
     """Heights as they are in a file."""
 
     kind: str
-    """What the file is and how it was understood, for the notes."""
+    """Kind of the file and how it was read, for the notes."""
     values: np.ndarray
     """In whatever unit; missing points are NaN or masked."""
     unit: str | None = None
@@ -69,7 +69,7 @@ class RawHeights:
     columns: tuple[str | None, str | None] = (None, None)
     """Units of the coordinates and of the heights, as the names of columns say."""
     notes: tuple[str, ...] = field(default=())
-    """What else a reader should know."""
+    """Further notes."""
 
 
 def read_heights(path: Path, wishes: Wishes) -> RawHeights:

@@ -66,7 +66,7 @@ class JointOverCutoffs(Locked):
     heights: str
     """Law of the summit heights."""
     notes: tuple[str, ...] = ()
-    """What could not be had and why."""
+    """Missing values, with the reason."""
 
     def slope(self, quantity: str, cutoff: str) -> float:
         """Slope d ln quantity / d ln cut-off ("cutoff" or "long_cutoff") at the joint asked for.

@@ -52,7 +52,7 @@ class PointByPoint:
         return () if self.joint is None else self.joint.validity
 
     def words(self) -> str:
-        """What was found, or why nothing was."""
+        """The result, or why there is none, in words."""
         if self.law is None:
             return f"Not solved point by point: {self.missing}."
         text = f"Solved point by point: {contact_words(self.law.numbers)}."
@@ -104,7 +104,7 @@ def point_by_point(
 
 
 def contact_words(numbers: ContactNumbers) -> str:
-    """What was solved of a face, in words."""
+    """The solution of a face, in words."""
     n = numbers
     state = f"elastic up to {engineering(n.pressure, 'Pa')}"
     if n.hardness is not None:

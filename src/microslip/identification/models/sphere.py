@@ -119,7 +119,7 @@ class SphereModel(BackboneModel):
         """The joint on a pair of materials, of the radius that the slip limit says."""
         pair = pair or self.pair
         if pair is None:
-            raise InputError("`pair` must be given, the two materials: loops know the slip limit")
+            raise InputError("`pair` must be given: loops determine the slip limit alone")
         load = load or self.reference_load
         assert load is not None
         surface = SphereOnFlat(pair, self._radius(values, pair, self._reference(load)))

@@ -133,7 +133,7 @@ def hints_of(fit: Summary, study: str | None) -> list[str]:
         return []
     if "std" not in fit["derived"]:
         return [
-            "The spread of the heights is not reported: the loops know κσ, and κ needs the "
+            "The spread of the heights is not reported: loops determine κσ, and κ needs the "
             "materials. Name a study that has them: --study STUDY.toml"
         ]
     if study is not None and not knows_radius(fit):

@@ -63,7 +63,7 @@ class AmplitudeAxis(NamedTuple):
     column: str
     """Name of the column in :class:`~microslip.results.predicted.result.AmplitudeCurve`."""
     unit: float
-    """What its values are divided by [SI unit]."""
+    """Divisor of its values [SI unit]."""
     label: str
     low: float
     """Its left end, divided by the unit."""

@@ -77,7 +77,7 @@ def test_a_panel_softens_as_was_published() -> None:
     """From its drawing: frequencies of a free decay of full elements at four amplitudes to 1 %.
 
     Rise and free length are chosen, for the first and the last of them; the damping that friction
-    adds at large amplitudes comes out twice to three times the published one.
+    adds at large amplitudes comes out twice to three times the published one, of 18 patches.
     """
     text = (FOLDER / "panel.toml").read_text("utf-8").split("[structure.base]")[0]
     structure = ms.Study.from_toml(text).run().structure

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import functools
 import math
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -281,3 +283,43 @@ def test_a_base_says_what_lasts_as_its_force_does() -> None:
     np.testing.assert_array_equal(base.stable, force.stable)
     np.testing.assert_allclose(base.frequency, force.frequency, rtol=1e-9)
     assert (~base.stable).sum() > 8
+
+
+LARGE = """
+import resource, sys
+import numpy as np
+import scipy.sparse as sp
+import microslip as ms
+
+def chain(n):
+    return sp.diags([-np.ones(n - 1), 2.0 * np.ones(n), -np.ones(n - 1)], [-1, 0, 1])
+
+sizes = (12, 12, 278)
+lines = [sp.identity(n) for n in sizes]
+k = sum(1e7 * sp.kron(sp.kron(*(chain(n) if i == a else lines[i] for i, n in
+        list(enumerate(sizes))[:2])), chain(sizes[2]) if a == 2 else lines[2]) for a in range(3))
+n = k.shape[0]
+part = ms.Structure(1e-3 * sp.identity(n, format="csc"), k.tocsc(), 1e-7 * k.tocsc())
+law = ms.Iwan([2e6] * 4, np.geomspace(0.1, 3.0, 4))
+for a, b in ((5000, 5001), (20000, 20012)):
+    line = np.zeros(n)
+    line[[a, b]] = 1.0, -1.0
+    part = part.attach(law, directions=line)
+rest = part.preload()
+f = rest.linear_modes(1).frequency[0]
+at, on = np.eye(1, n, 20000)[0], {"directions": np.ones(n)}
+swept = rest.base_response(acceleration=5.0, frequencies=f * np.linspace(0.9, 1.1, 80), **on)
+noise = rest.random_response(([0.5 * f, 3.0 * f], [1.0, 1.0]), **on)
+shock = rest.shock(ms.Pulse.half_sine(100.0, 0.5 / f), duration=30.0 / f, **on)
+assert swept.status == noise.status == shock.status == "solved"
+assert shock.time.size > 5900
+print(n, swept.amplitude(at).max(), noise.standard_deviation(at), shock.peak(at))
+print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
+"""
+
+
+@pytest.mark.slow
+def test_long_runs_of_forty_thousand_degrees_of_freedom_stay_below_a_gigabyte() -> None:
+    """A sweep of 80 frequencies, noise, and 6000 steps of a shock, in a process of its own."""
+    run = subprocess.run([sys.executable, "-c", LARGE], capture_output=True, text=True, check=True)
+    assert int(run.stdout.split()[-1]) < 1_000_000  # kB

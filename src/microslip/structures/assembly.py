@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,6 +13,7 @@ from microslip._core.checks import Floats, number, show, whole_number
 from microslip._core.frozen import LockedArrays
 from microslip.errors import InputError
 from microslip.structures.assembled_faces import AssembledFaces
+from microslip.structures.joint_groups import Attachment
 from microslip.structures.preload import Preload
 
 if TYPE_CHECKING:
@@ -67,6 +68,7 @@ def assemble(
     snug = number("snug", snug, example=0.05)
     if not 0.0 < snug < 1.0:
         raise InputError(f"snug must be between 0 and 1, a share of the tensions, got {snug:g}")
+    geometry, joint = joint.geometry, replace(joint, geometry=None)
     loose = joint.with_tension(snug * joint.bolt_tension)
     pull = loose.static_force(surface)
     start = loose.structure(surface, friction_coefficient).preload(pull)
@@ -92,8 +94,11 @@ def assemble(
             pull[place] += stiff * faces.displacement[place]
     vector = faces.state
     attachment = AssembledFaces(field, joint.directions, nodes, vector.to_arrays())
+    attachments: tuple[Attachment, ...] = (attachment,)
+    if geometry is not None:  # whose cases are of what is tight
+        attachments = (attachment, replace(geometry, rest=faces.displacement))
     state = Preload(
-        joint.mass, joint.stiffness, None, (attachment,), pull, faces.displacement, faces.error,
+        joint.mass, joint.stiffness, None, attachments, pull, faces.displacement, faces.error,
         faces.rounds,
     )  # fmt: skip
     loads = state.normal_loads * np.asarray(friction_coefficient)

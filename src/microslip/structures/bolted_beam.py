@@ -223,6 +223,7 @@ class Drawing:
         sensors: Mapping[str, Any] | None = None,
         masses: Mapping[Any, float] | None = None,
         slack: Any = (),
+        geometry: Sequence[Any] | None = None,
         progress: Callable[[float], None] | None = None,
     ) -> Convergence:
         """Refine the patches where a mode loses its energy, and say how good the model is.
@@ -245,6 +246,8 @@ class Drawing:
             Patches beyond which it ends at the latest.
         element_size, sensors, masses, slack : optional
             As for :meth:`reduce`.
+        geometry : sequence, optional
+            Arguments of :meth:`ReducedJoint.with_geometry`, such as :meth:`BoltedBeam.bending`.
         progress : callable, optional
             Called with the share that is done, about: what will be halved is found on the way.
 
@@ -283,6 +286,7 @@ class Drawing:
             form=form,
             tolerance=positive("tolerance", tolerance, "", 0.02),
             most_patches=most_patches,
+            geometry=geometry,
             progress=progress,
             sensors=sensors,
             masses=masses,

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -146,6 +146,7 @@ def converge(
     tolerance: float,
     most_patches: int,
     masses: Any,
+    geometry: Sequence[Any] | None = None,
     progress: Callable[[float], None] | None = None,
     **options: Any,
 ) -> Convergence:
@@ -159,8 +160,10 @@ def converge(
     def trial(boxes: Any, refined: Reducer = reducer, kept_modes: int = 14) -> _Trial:
         nonlocal done
         joint = refined.reduce(patches=boxes, kept_modes=kept_modes, **options)
-        state = joint.tightened(surface, friction_coefficient)
-        result = _Trial(joint, state.modes(mode, amplitudes))
+        if geometry is not None:
+            joint = joint.with_geometry(*geometry)
+        curve = joint.tightened(surface, friction_coefficient).modes(mode, amplitudes)
+        result = _Trial(joint, replace(curve, loss=curve.loss[:, : joint.patches]))
         done += 1
         if progress is not None:  # of two steps, or with two trials to go
             progress(done / max(_TRIALS, done + 2))
@@ -215,7 +218,8 @@ def converge(
         change = _change(coarse.curve, current.curve)
         tell("finite elements", *sizes, change, _HALVED - 1.0)
     by_harmonics = _largest(*current.curve.harmonic_changes.T)
-    tell("harmonics", "0, 1, 2, 3", "0 … 5", by_harmonics, 1.0)
+    orders = ("0, 1, 2, 3", "0 … 5") if geometry is None else ("0 … 5", "0 … 7")
+    tell("harmonics", *orders, by_harmonics, 1.0)
     left = np.prod([(1.0 + c.frequency_left, 1.0 + c.damping_left) for c in changes], axis=0)
     to_last = np.add(_change(first.curve, current.curve), 1.0)
     asked = to_last * left - 1.0

@@ -362,13 +362,8 @@ class StructurePart(Part):
                 "mesh",
             )
         check_ground(self, bool(self.ground if self.mesh is None else self.mesh.ground))
-        if self.geometry is not None:
-            if self.converge:
-                raise KeyedError(".converge", "wanted none beside structure.geometry")
-            if self.bolts.order:
-                raise KeyedError(".bolts.order", "wanted none beside structure.geometry")
-            if "harmonics" not in self._keys_in_file:
-                self.__dict__["harmonics"] = HARMONICS
+        if self.geometry is not None and "harmonics" not in self._keys_in_file:
+            self.__dict__["harmonics"] = HARMONICS
         from microslip.structures.periodic_motion import harmonic_basis
 
         harmonic_basis(self.harmonics, 64)
@@ -511,15 +506,19 @@ class StructurePart(Part):
             )
         return strip_sensors(*beam.strip)[0]
 
+    def _bending(self, materials: Mapping[str, Any], usual: str) -> tuple[Any, ...] | None:
+        """What :meth:`ReducedJoint.with_geometry` wants of the geometry, if there is one."""
+        if self.geometry is None:
+            return None
+        if self.geometry.file is not None:
+            return tuple(self.geometry.sensors), self.geometry.cases
+        beam = cast(BoltedBeam, self.build())
+        return beam.bending(materials[(self.materials or (usual,))[0]], self.geometry.reach)
+
     def bent(self, joint: ReducedJoint, materials: Mapping[str, Any], usual: str) -> ReducedJoint:
         """A joint with the geometry, if there is one."""
-        if self.geometry is None:
-            return joint
-        if self.geometry.file is not None:
-            return joint.with_geometry(self.geometry.sensors, self.geometry.cases)
-        beam = cast(BoltedBeam, self.build())
-        names = self.materials or (usual,)
-        return joint.with_geometry(*beam.bending(materials[names[0]], self.geometry.reach))
+        bending = self._bending(materials, usual)
+        return joint if bending is None else joint.with_geometry(*bending)
 
     @property
     def patch_size(self) -> float:
@@ -560,6 +559,7 @@ class StructurePart(Part):
             sensors=self.sensors,
             masses={part.at: part.mass for part in self.masses},
             slack=self.bolts.slack,
+            geometry=self._bending(materials, usual),
             progress=progress,
         )
 

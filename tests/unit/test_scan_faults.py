@@ -46,7 +46,8 @@ def with_row_noise(z: np.ndarray, rng: np.random.Generator) -> np.ndarray:
 
 
 def shaken(z: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    wave = np.sin(2 * np.pi * np.arange(len(z)) / rng.uniform(6.0, 14.0) + rng.uniform(0, 6))
+    period = rng.uniform(2.2, 5.0) if rng.random() < 0.3 else rng.uniform(6.0, 14.0)
+    wave = np.sin(2 * np.pi * np.arange(len(z)) / period + rng.uniform(0, 6))
     return z + 0.3 * RMS * wave[:, None]
 
 

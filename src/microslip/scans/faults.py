@@ -68,7 +68,7 @@ def faults(heights: Floats) -> list[Remark]:
             continue
         words += _stuck(lines, raw) or [
             *_steps(lines, across, std),
-            *(_offsets(lines, across, std) or _wave(lines, across, std)),
+            *(_wave(lines, across, std) or _offsets(lines, across, std)),
         ]
     return [Remark(FAULT, text) for text in words]
 

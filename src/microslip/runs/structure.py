@@ -62,7 +62,7 @@ _OF_LAWS = ("bolts.tension", "bolts.torque", "bolts.nut_factor", "bolts.thread_f
 _SIDES = ["structure.lap", "structure.width"]
 BASE = "structure.base_damping_ratio"
 _CANDIDATES = 12  # modes among which one with all bolts tight is looked for
-_DENSE = 4096  # points at which bands interpolate between the samples
+_DENSE = 16_384  # points at which bands interpolate between the samples
 
 
 def run(study: StudyDescription, progress: Progress | None = None) -> StructurePrediction:
@@ -336,7 +336,7 @@ def _samples(
     assert part is not None  # who calls has looked
     scaled, anew = scaling_keys(study), bool(keys_of_model(study, design.changed_keys))
     scores = design.scores(design.points(part.samples, 1)[0])
-    dense = design.scores(design.points(_DENSE, 1)[0])
+    dense = design.scores(np.concatenate(design.points(_DENSE)))
     base = _base_damping(design, part, scores), _base_damping(design, part, dense)
     ways = AXES if any(getattr(part, name) for name in EXCITED) else ()
     if design.changed_keys == {BASE}:  # the same curve for all

@@ -13,6 +13,7 @@ from microslip.structures.frequency_response import Node, six_digits
 from microslip.structures.periodic_motion import POWERS
 from microslip.structures.resonance import Resonant, refined, resonant, with_phase
 from microslip.study.structure import StructurePart
+from microslip.study.uncertainty import GROUPS
 from microslip.sweeps.quantiles import quantiles
 
 _DENSE = 512  # points at which responses interpolate between the samples
@@ -85,9 +86,11 @@ def _forced(
         found = answers(points, base, at)
         return np.log(np.hstack([found.peak, found.amplitude]))
 
-    known = sampled.base_damping[0][solved_rows], sampled.base_damping[1][:_DENSE]
+    # The first points of each scrambling fill the cube as well.
+    first = np.arange(len(sampled.dense)).reshape(GROUPS, -1)[:, : _DENSE // GROUPS].ravel()
+    known = sampled.base_damping[0][solved_rows], sampled.base_damping[1][first]
     bands, errors = quantiles(
-        sampled.scores[solved_rows], logs[solved_rows], sampled.dense[:_DENSE], SHARES, known,
+        sampled.scores[solved_rows], logs[solved_rows], sampled.dense[first], SHARES, known,
         of_points,
     )  # fmt: skip
     bands = np.exp(bands)

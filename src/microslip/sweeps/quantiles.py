@@ -13,6 +13,7 @@ CONFIDENCE = 0.9
 """Confidence level of all intervals of quantiles."""
 _TAIL = 0.5 * (1.0 + CONFIDENCE)
 _GROUPS = 8
+_NEAR, _FEWEST_NEAR = 5, 6  # one of how many points is near a quantile, and how many are at least
 _TELLING = 0.9  # share of the scatter that points left out must follow from the others
 
 
@@ -87,12 +88,13 @@ def quantiles(
     """Quantiles of each column of values, and the half-widths of their 90 % intervals.
 
     ``scores`` (n, inputs) are the normal scores of the inputs at which ``values`` (n, columns) are
-    known, not a number where they are not; ``dense`` are many more. Where what is left out follows
-    from the rest, quantiles are those of a cubic interpolation at all of ``dense``: a smooth
-    function of a few inputs has them within 1 % from 32 points, whose own order tells them within
-    10 %. Their error is that of eight times seven eighths of the points (Efron and Tibshirani 1993,
-    DOI 10.1201/9780429246593) and of the quantiles of ``dense``. Elsewhere quantiles are those of
-    the points, their intervals of order statistics, infinite where there are too few points. Where
+    known, not a number where they are not; ``dense`` are many more, in eight groups one after the
+    other, each a scrambling of its own. Where what is left out follows from the rest, quantiles are
+    those of a cubic interpolation at all of ``dense``: a smooth function of a few inputs has them
+    within 1 % from 32 points, whose own order tells them within 10 %. Their error is that of the
+    quantiles of ``dense``, and what the interpolation misses of left-out points near the quantile:
+    the mean of it, which moves the quantile, and its standard error. Elsewhere quantiles are those
+    of the points, their intervals of order statistics, infinite where there are too few. Where
     there is something ``added``, known at the scores and at all of ``dense``, the values are
     logarithms of what it is added to, and quantiles are those of the logarithm of the sum, or of
     the columns that a function ``of`` makes of both, all of them finite.
@@ -122,12 +124,10 @@ def _of_columns(
     derived: Callable[[Floats, Floats], Floats] | None = None,
 ) -> tuple[Floats, Floats]:
     count = len(values)
-    group = np.arange(count) * _GROUPS // count  # points in a row fill the cube, each by itself
-    folds = [group != g for g in range(min(_GROUPS, count))] if count > 1 else []
-    smooth = False
+    smooth, residual = False, np.zeros_like(values)
     if count >= 2 * (scores.shape[1] + 1) + _GROUPS:
-        residual = np.zeros_like(values)
-        for fold in folds:
+        group = np.arange(count) * _GROUPS // count  # points in a row fill the cube
+        for fold in (group != g for g in range(_GROUPS)):
             residual[~fold] = values[~fold] - _interpolated(
                 scores[fold], values[fold], scores[~fold]
             )
@@ -135,28 +135,31 @@ def _of_columns(
         rounding = 1e-24 * residual.size  # of logarithms that are all the same
         smooth = bool((residual**2).sum() <= (1.0 - _TELLING) * scatter + rounding)
 
-    def of(fold: Floats | slice) -> Floats:
-        points = _interpolated(scores[fold], values[fold], dense) if smooth else values[fold]
-        if added is not None:
-            other = added[1] if smooth else added[0][fold]
-            if derived is not None:
-                return derived(points, other)
-            points = np.log(np.exp(points) + other[:, None])
-        return np.asarray(points)
+    def of(points: Floats, at_all: bool = False) -> Floats:
+        if added is None:
+            return points
+        other = added[1] if at_all else added[0]
+        if derived is not None:
+            return derived(points, other)
+        return np.asarray(np.log(np.exp(points) + other[:, None]))
 
-    points = of(slice(None))
+    points = of(_interpolated(scores, values, dense), True) if smooth else of(values)
     middle = np.quantile(points, shares, axis=0)
     blocks = points[: len(points) // _GROUPS * _GROUPS].reshape(_GROUPS, -1, points.shape[1])
     ends = intervals(blocks if smooth else points[None], shares)
     half = np.maximum(middle - ends[0], ends[1] - middle)
     if smooth:
-        from scipy.special import stdtrit
-
-        parts = np.array([np.quantile(of(fold), shares, axis=0) for fold in folds])
-        spread = ((parts - parts.mean(axis=0)) ** 2).sum(axis=0)
-        left_out = np.sqrt((len(parts) - 1.0) / len(parts) * spread)
-        half = np.hypot(stdtrit(len(parts) - 1, _TAIL) * left_out, half)
+        known = of(values)
+        half = np.hypot(_missed_near(known, known - of(values - residual), middle), half)
     return middle, half
+
+
+def _missed_near(values: Floats, misses: Floats, middle: Floats) -> Floats:
+    """Mean of what is missed of the values nearest to each quantile, with its standard error."""
+    count = max(_FEWEST_NEAR, len(values) // _NEAR)
+    order = np.argsort(abs(values[None] - middle[:, None]), axis=1)[:, :count]
+    near = np.take_along_axis(np.broadcast_to(misses, (len(middle), *misses.shape)), order, axis=1)
+    return np.asarray(np.sqrt(near.mean(axis=1) ** 2 + near.var(axis=1, ddof=1) / count))
 
 
 def _interpolated(scores: Floats, values: Floats, places: Floats) -> Floats:

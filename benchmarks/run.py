@@ -341,6 +341,11 @@ def measure_fields() -> list[Row]:
         Row("two directions, 64 sliders, a node step", 8000 / best(turns, 3), True,
             5e5)
     )  # fmt: skip
+    plane_waves = 4e-7 * shape * rng.normal(size=(1000, 2, 7))
+    both = field.two_directions()
+    call = functools.partial(both.harmonics, plane_waves, (0, 1, 2, 3))
+    task = "harmonics() with Jacobian, 1000 nodes in two directions, 128 sliders"
+    rows.append(Row(task, best(call, 3), wanted=1.0))
     return rows
 
 

@@ -80,6 +80,11 @@ def test_friction_comes_back_with_the_surface_given_and_as_a_start(points: int) 
         [x * joint.force_limit / joint.tangential_stiffness for x in (1.0, 4.0)] for joint in joints
     ]
     records = loops(z, amplitudes, shares)
+    # So few points, and a piece repeated where the truth is mirrored: 3 % takes larger faces.
+    for record, joint, (first, _) in zip(records[::2], joints, amplitudes, strict=True):
+        u, force = np.asarray(record.displacement), np.asarray(record.force)
+        energy = 0.5 * float((force + np.roll(force, 1)) @ (u - np.roll(u, 1))) / CYCLES
+        assert joint.dissipated_energy(first) == pytest.approx(energy, rel=0.08)
     given = ms.identify(records, "given-surface", surface=law, rig_stiffness="rigid")
     started = ms.identify(
         records, ms.Interface(law, 0.2, normal_load=joints[1].normal_load), rig_stiffness="rigid"

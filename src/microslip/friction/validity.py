@@ -179,7 +179,8 @@ RULES: tuple[Rule, ...] = (
         watch=500.0,
         outside=float(FEWEST_POINTS),
         meaning="points enough are in contact to draw the contacts",
-        reason="from 1000 down to 100 points the stiffness of a piece scatters by tens of percent",
+        reason="from 1000 down to 100 points the stiffness of a piece scatters by tens of percent; "
+        "the energy of a cycle at mu N/k_t is up to 8 % off friction solved point by point",
         remedy="a larger scan, or a smaller pixel",
     ),
     Rule(

@@ -149,7 +149,7 @@ class RoughSurface(TabulatedNormalLaw):
                     f"`tightening_load` must be at most {self._heaviest_first:.6g} N, 0.6 of the "
                     f"hardness on the area, got {exact(tightening_load)} N"
                 )
-        assign(self, tightening_load=tightening_load)
+        assign(self, tightening_load=tightening_load, heights=self._spectrum.heights)  # checked
         # Beyond its end the law goes on for the trial steps of static solutions.
         heaviest = self._heaviest_first
         count = round(-_PER_DECADE * math.log10(_LIGHTEST))

@@ -53,6 +53,9 @@ def differences(old: Any, new: Any, tolerance: float, where: str = "") -> Iterat
     elif isinstance(old, float) and isinstance(new, (int, float)):
         if not np.isclose(new, old, rtol=tolerance, atol=0.0, equal_nan=True):
             yield f"{where}: {old} and {new}"
+    elif isinstance(old, str) and " " in old and old.endswith("."):
+        if not isinstance(new, str):  # a sentence may be said in other words
+            yield f"{where}: {old!r} and {new!r}"
     elif old != new:
         yield f"{where}: {old!r} and {new!r}"
 

@@ -19,7 +19,7 @@ EARLIER = Path(__file__).parents[1] / "earlier"
 STUDIES = EARLIER / "studies"
 RESULTS = EARLIER / "results"
 WORDS = {"slip_scale_meaning", "meaning", "message", "notes", "reason", "remedy", "files"}
-WORDS |= {"generator", "version", "limit", "word"}
+WORDS |= {"generator", "version", "limit", "word", "caption", "warnings"}
 """Prose, lists of files, versions, and limits of rules, which judge a number and are none."""
 CHANGED = {"error", "kurtosis", "share of m0 in 0.1 % of points", "reversal_stiffness"}
 CHANGED |= {"evaluations"}

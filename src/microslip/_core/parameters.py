@@ -289,9 +289,9 @@ class Parameter:
         if self.kind is float or isinstance(self.kind, Kind):
             from microslip._core.checks import exact, number  # the help of a command needs no NumPy
 
-            example = self.example or 1.0
-            if isinstance(example, str):
-                example = to_si(example, self.kind, example) if isinstance(self.kind, Kind) else 1.0
+            if isinstance(example := self.example or 1.0, str):
+                kind = self.kind
+                example = to_si(example, kind, example, "any") if isinstance(kind, Kind) else 1.0
             result = number(self.name, value, self.unit, example)
             if expected := self._allowed_instead(result):
                 raise InputError(f"`{self.name}` must be {expected}, got {exact(result)}")

@@ -132,7 +132,7 @@ def _unequal(law: BackboneLaw, smallest: float) -> BackbonePanels:
         low, high, depth, before = todo.pop()
         row, error = _panel(law._backbone, low, high, floor, limit)
         middle = low + 0.5 * (high - low)
-        noise = 0.25 * before < error <= _NOISE
+        noise = low > 0.0 and 0.5 * before < error <= _NOISE
         if error > 0.0 and not noise and depth < _HALVINGS and low < middle < high:
             todo += [(middle, high, depth + 1, error), (low, middle, depth + 1, error)]
             continue

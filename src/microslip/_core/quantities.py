@@ -94,7 +94,7 @@ QUANTITIES: dict[str, Quantity] = {
     "frequency_at_rest": Quantity("Hz", "natural frequency with the joint sticking"),
     "frequency_in_slip": Quantity("Hz", "natural frequency with the joint sliding"),
 }
-"""What the names of columns, keys and variables stand for; all numbers are in SI units."""
+"""Meanings of the names of columns, keys and variables; all numbers are in SI units."""
 
 UNITS: dict[str, str] = {name: quantity.unit for name, quantity in QUANTITIES.items()}
 """Unit of every quantity in the tables and in the summary."""

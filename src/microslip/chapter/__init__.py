@@ -17,7 +17,7 @@ from microslip.errors import InputError
 __all__ = ["KIND", "LEFT_OUT", "PLATES", "Drawing", "Plate", "select", "write"]
 
 KIND = "microslip-figures"
-"""What summary.json says of a folder of figures."""
+"""Kind of a folder of figures in summary.json."""
 
 
 def _place(plate: Plate) -> float:

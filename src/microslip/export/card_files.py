@@ -234,7 +234,7 @@ class _Program:
     mark: str
     write: Callable[[_Deck], list[str]]
     holds: str
-    """Which stiffnesses follow the pressure: table, slip, none."""
+    """Stiffnesses that follow the pressure: table, slip, none."""
     run: str = _NOT_RUN
 
 

@@ -37,7 +37,7 @@ ELEMENTS = ("opensees", "calculix", "abaqus", "ansys", "lsdyna", "nastran")
 CODE = ("c", "abaqus-user", "fmu3")
 """Kinds whose files hold code, and so any of these."""
 COMPONENTS = ("joint", "contact", "planar", "planar-contact")
-"""What one element of exported code moves in: tangentially once or twice, and in separation."""
+"""Directions of one element of exported code: one or two tangential ones, and the separation."""
 
 
 @dataclass(frozen=True)

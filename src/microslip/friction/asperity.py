@@ -317,7 +317,7 @@ class Asperity(Interface):
 
 
 def _one_of(displacement: ArrayLike | None, force: ArrayLike | None) -> tuple[str, ArrayLike]:
-    """Which of the two was given, by its name."""
+    """Name of the one of the two that was given."""
     check_one_of("displacement [m] or force=... [N]", displacement, force)
     if force is None:
         return "displacement", displacement  # type: ignore[return-value]

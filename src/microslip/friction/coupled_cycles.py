@@ -129,7 +129,7 @@ class CoupledHarmonics(NamedTuple):
     force: Floats
     """Coefficients of the tangential force [N], in the order of those of the displacement."""
     normal_load: Floats
-    """Those of the normal load [N]."""
+    """Values of the normal load [N]."""
     jacobian: Floats
     """Derivatives of force and load (first axis) by displacement and by separation or load as it
     was given (second axis), coefficients by coefficients: shape (2, 2, n, n)."""

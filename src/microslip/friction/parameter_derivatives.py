@@ -27,7 +27,7 @@ QUANTITIES = (
     "backbone", "force", "periodic", "harmonics",
     "dissipated_energy", "secant_stiffness", "loss_factor", "damping_ratio",
 )  # fmt: skip
-"""What is differentiated by parameters."""
+"""Quantities that are differentiated by parameters."""
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ Answer = tuple[Floats, Floats, Floats]
 """A result, and its derivatives by parameters and by displacements, along last axes."""
 
 Question = Callable[[BackboneLaw, Floats, list[str]], Answer]
-"""What is computed of a law at a place [m], and the parameters to derive it by."""
+"""Quantity of a law at a place [m], and the parameters to derive it by."""
 
 
 def force(law: BackboneLaw, x: Floats, names: list[str]) -> Answer:

@@ -265,7 +265,7 @@ class Caveat:
     """One thing that must be known of a fit or of a number of it."""
 
     kind: str
-    """Which row of :data:`TABLE` says it."""
+    """Row of :data:`TABLE` that says it."""
     data: Mapping[str, Any] = field(default_factory=dict)
     """Data of the words: numbers in SI units, names, and further caveats."""
     remedies: tuple[str, ...] = ()

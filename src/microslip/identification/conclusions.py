@@ -70,7 +70,7 @@ _FAR = 10.0
 _ROUNDING_SHARE = 1e-8
 """Part of what a rig does to loops below which it is rounding that no other parameter does it."""
 _BY_AREA = (RADIUS, DENSITY, "summit_count")
-"""What follows from a contact area."""
+"""Conclusions from a contact area."""
 
 Numbers = Mapping[str, Fitted]
 Reservation = tuple[Caveat, Sequence[str] | None]

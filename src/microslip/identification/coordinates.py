@@ -16,7 +16,7 @@ GAIN = "displacement_gain"
 """True factor on the measured displacement: all lengths of a law and its rig go with it."""
 AREA, RADIUS, DENSITY = "contact_area", "radius", "density"
 SUMMIT_DATA = (AREA, RADIUS, DENSITY)
-"""What tells radius and density of the summits apart, each as a coordinate with its own error."""
+"""Data that separate radius and density of summits, each a coordinate with its own error."""
 
 
 _GAIN_REACH = 12.0  # standard deviations to which it is searched

@@ -3,6 +3,6 @@
 LAWS = ("interface", "jenkins", "iwan", "segalman", "bouc-wen")
 """The usual laws; any other that is exported may be fitted, too."""
 NUISANCES = ("parallel", "viscous", "inertia", "tilt", "play")
-"""What may be beside the law, its size free."""
+"""Additional force terms of free size."""
 LOSSES = ("linear", "soft_l1", "huber", "cauchy", "arctan")
 """How outliers may count."""

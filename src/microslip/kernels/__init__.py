@@ -51,7 +51,7 @@ __all__ = [
 ]
 
 NAME = "compiled"
-"""What results call it that it computed."""
+"""Name of the kernel in results."""
 
 
 class Curve(Protocol):

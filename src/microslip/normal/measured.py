@@ -232,7 +232,7 @@ class MeasuredContact(TabulatedNormalLaw):
         return self._changed(area=area)
 
     def _tightened_by(self, pressures: Floats) -> Tightenings | None:
-        """What lighter tightenings leave has the shape of this law, with a length p/K of its own.
+        """Curves after lighter tightenings have the shape of this law, with their own length p/K.
 
         Against the law of each tightening, at 3 to 50 MPa in place of 100, the force is within 9 %
         and the energy of a cycle at mu N/k_t 0.8 to 1.35 times; by one tightening of all 2 to 20.

@@ -49,9 +49,9 @@ class Ticks(NamedTuple):
     """Places along an axis."""
 
     major: tuple[tuple[float, str], ...]
-    """Those with a grid line, and their labels."""
+    """Ticks with a grid line, and their labels."""
     minor: tuple[tuple[float, str], ...] = ()
-    """Those between; most have no label."""
+    """Ticks between them; most have no label."""
     offset: str = ""
     """The power of ten that all labels leave out."""
 

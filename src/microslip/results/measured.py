@@ -33,7 +33,7 @@ from microslip.tribometer.reading import ChannelNote
 from microslip.tribometer.settling import CERTAIN
 
 KIND = "microslip-measurement"
-"""What summary.json says of a folder of measured records."""
+"""Kind of a folder of measured records in summary.json."""
 
 _GOES_WITHOUT_SAYING = 0.999
 """Probability of a regime that goes without saying."""
@@ -47,7 +47,7 @@ _FIRST = (
     "friction_energy",
     "reversal_stiffness",
 )
-"""What a terminal shows of a single record; the page and summary.json have all."""
+"""Columns of a single record in a terminal; the page and summary.json have all."""
 Say = Callable[[str], str]
 
 
@@ -105,7 +105,7 @@ def _joules(*ends: float, digits: int = 0) -> str:
 
 
 def _digits(*ends: float) -> int:
-    """So many digits that the first and the last one differ."""
+    """Numbers with digits until the first and the last one differ."""
     width, largest = abs(ends[-1] - ends[0]), max(map(abs, ends))
     if not 0.0 < width < math.inf:  # of one cycle there is no interval
         return 4

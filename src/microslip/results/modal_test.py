@@ -26,7 +26,7 @@ from microslip.results.structure.document import MOTIONS
 from microslip.structures import ModalTest
 
 KIND = "microslip-modal-test"
-"""What summary.json says of a folder of tests of modes."""
+"""Kind of a folder of modal tests in summary.json."""
 
 
 def document(tests: Sequence[ModalTest]) -> Document:

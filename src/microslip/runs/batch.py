@@ -200,7 +200,7 @@ class Batch:
 
     @property
     def done(self) -> list[Outcome]:
-        """Those with numbers, in the order of the items."""
+        """Outcomes with numbers, in the order of the items."""
         return self._by_status(True)
 
     def of_all(self, items: Sequence[Item], outcomes: Mapping[str, Outcome]) -> Batch:
@@ -209,7 +209,7 @@ class Batch:
 
     @property
     def failed(self) -> list[Outcome]:
-        """Those without."""
+        """Outcomes without numbers."""
         return self._by_status(False)
 
 

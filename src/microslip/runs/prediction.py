@@ -73,7 +73,7 @@ MEANINGS = {
     "varying_secant_stiffness": "secant stiffness under the varying normal load",
     "oscillator_damping_ratio": "damping ratio of the mode, viscous damping and joint",
 }
-"""What differs from the meaning of the quantity by itself."""
+"""Meanings that differ from that of the quantity by itself."""
 
 
 def variables(result: Prediction) -> dict[str, Variable]:

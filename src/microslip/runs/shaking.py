@@ -110,7 +110,7 @@ class Shaking:
 
 
 def shaken(study: StudyDescription, joint: ReducedJoint, first: float) -> Shaking | None:
-    """What a study without anything uncertain asks for; its first mode is at so many Hz."""
+    """Request of a study without uncertain inputs; its first mode is at so many Hz."""
     part = study.structure
     if part is None or all(getattr(part, name) is None for name in EXCITED):
         return None

@@ -395,7 +395,7 @@ def scaling_keys(study: StudyDescription) -> list[str]:
 
 
 def keys_of_model(study: StudyDescription, keys: Iterable[str]) -> list[str]:
-    """Those of some keys whose values the reduced model has been made for, in their order."""
+    """Keys whose values the reduced model has been made for, in their order."""
     part = study.structure
     assert part is not None  # who calls has looked
     body = f"material.{study.surface.materials[0]}."

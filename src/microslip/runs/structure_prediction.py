@@ -61,7 +61,7 @@ class Sampled(NamedTuple):
     pushes: dict[str, Floats]
     """The same for a ground that accelerates along x, y, z, see :mod:`.shaken_bands` [-]."""
     base_damping: tuple[Floats, Floats]
-    """What is added to it, at the samples and at those many points [-]."""
+    """Base damping added to it, at the samples and at those many points [-]."""
 
 
 class ForcedMode(NamedTuple):
@@ -84,7 +84,7 @@ class ForcedMode(NamedTuple):
     beyond: float
     """Share of samples whose peak lies beyond the largest amplitude, which stands for it [-]."""
     largest_force: float
-    """Which just reaches the largest amplitude, everything at its middle [N]."""
+    """Force that just reaches the largest amplitude, everything at its middle [N]."""
 
 
 @dataclass(frozen=True)
@@ -114,7 +114,7 @@ class Mode:
 
 
 class TightMode(NamedTuple):
-    """What a mode of a structure with slack bolts is with all of them tight."""
+    """A mode of a structure with slack bolts as it is with all of them tight."""
 
     of: int
     """Number of the mode with slack bolts, from 1."""

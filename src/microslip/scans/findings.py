@@ -79,9 +79,9 @@ class Request:
     scans: tuple[Path, ...] = ()
     """Several scans of the face, if there are."""
     against: tuple[Path, ...] = ()
-    """Those of the face that lies on it."""
+    """Findings of the face that lies on it."""
     drawing: Mapping[str, Any] = field(default_factory=dict)
-    """What a drawing says: of the only face, or of that which lies on the scanned one."""
+    """Drawing of the only face, or of the one that lies on the scanned face."""
     reading: Mapping[str, Any] = field(default_factory=dict)
     """Keywords of :meth:`~microslip.Scan.read`."""
 

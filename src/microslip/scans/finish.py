@@ -62,7 +62,7 @@ PROCESSES: Mapping[str, Process] = MappingProxyType(
         ),
     }
 )
-"""What processes leave, by their names."""
+"""Finishes of machining processes, by name."""
 _ALIASES = {"edm": "eroded", "spark-eroded": "eroded", "sandblasted": "blasted"}
 
 

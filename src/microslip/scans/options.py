@@ -215,4 +215,4 @@ PROCESS = option(
 )
 DRAWING = (RA, RQ, RZ, RSM, PROCESS)
 JOINT = (HEIGHTS.but(default=None), BODIES, LOAD, FRICTION, AMPLITUDE, DIRECTION, POINT_BY_POINT)
-"""What `microslip surface` asks of a joint; without heights those that the loaded tail bears."""
+"""Options of a joint in `microslip surface`; without heights those that the loaded tail bears."""

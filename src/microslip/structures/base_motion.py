@@ -239,7 +239,7 @@ def _is_rigid(rest: AtRest, carried: Floats) -> bool:
 
 
 _ROWS = ("directions", "columns", "coordinates", "rest")
-"""What attachments have a row of for each degree of freedom."""
+"""Fields of attachments with a row for each degree of freedom."""
 
 
 def _without_supports(attachment: Attachment, free: NDArray[Any]) -> Attachment:

@@ -34,7 +34,7 @@ _ARC = 24  # cells along a curved part, at least
 
 
 def declared_length(symbol: str, meaning: str, example: float) -> dict[str, Any]:
-    """What is declared of a length."""
+    """Declaration of a length."""
     return parameter(symbol, "m", meaning, above=0.0, example=example)
 
 

@@ -210,7 +210,7 @@ class BoltForces:
 
     @property
     def ends(self) -> tuple[float, float]:
-        """What presses the plates at the smallest and at the largest tension of tightening [N]."""
+        """Clamp forces at the smallest and at the largest tension of tightening [N]."""
         low, high = tension_band(self.tightening_factor)
         lost = self.assembly - self.clamping
         return low * self.assembly - lost, high * self.assembly - lost

@@ -36,7 +36,7 @@ _ALONG = np.array([1.0, 0.0, 0.0])
 
 
 class Drawing:
-    """What is drawn as parts in a row and the laps between them; one lap is the least of it."""
+    """A drawing of parts in a row and the laps between them, one lap at least."""
 
     length: float
     width: float

@@ -210,7 +210,7 @@ class Bolts(Locked):
 
 
 SIZED = ("shank", "hole", "washer", "thread", "pitch")
-"""What a size of bolt says."""
+"""Dimensions that the size of a bolt gives."""
 
 
 def by_size(size: object, thread_friction: float | None, **given: Any) -> dict[str, Any]:
@@ -226,7 +226,7 @@ def by_size(size: object, thread_friction: float | None, **given: Any) -> dict[s
 TIGHTENING = (
     "tension", "torque", "thread", "nut_factor", "pitch", "thread_friction", "bearing_friction",
 )  # fmt: skip
-"""What says how tight bolts are."""
+"""Parameters of the tightening of bolts."""
 
 
 def tensions(

@@ -39,11 +39,11 @@ class ForcedResponse(LockedArrays, PlottableAtSensor):
     frequency: Floats
     """Frequencies along the path [Hz]; they turn back where the response folds."""
     harmonics: tuple[int, ...]
-    """Which harmonics; 0 is the mean."""
+    """Orders of the harmonics; 0 is the mean."""
     asked: NDArray[np.bool_]
-    """Which points are at frequencies that were asked for."""
+    """Whether each point is at a frequency that was asked for."""
     stable: NDArray[np.bool_]
-    """Which motions last: those between turning points do not.
+    """Whether each motion is stable: those between turning points are not.
 
     The sign of the determinant of the balance's Jacobian, which holds what settled cycles remember:
     right for growth that is slow beside the motion, not for motion at half its frequency or at a
@@ -52,7 +52,7 @@ class ForcedResponse(LockedArrays, PlottableAtSensor):
     iterations: int
     """Iterations of Newton's method in all."""
     message: str
-    """What came of it; where and why it stopped, and what to try."""
+    """Outcome in a sentence: where and why it stopped, and what to try."""
     _coordinates: NDArray[np.complex128]
     """Modal amplitudes of each harmonic (points, modes, harmonics)."""
     _shapes: Floats

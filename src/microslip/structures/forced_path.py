@@ -207,7 +207,7 @@ class Followed(NamedTuple):
 
     path: list[_Solved]
     marks: list[bool]
-    """Which points were asked for."""
+    """Whether each point was asked for."""
     iterations: int
     message: str
 

@@ -26,7 +26,7 @@ _SI = {
 
 
 class _Measured(NamedTuple):
-    """What a sensor measures, as the format names it."""
+    """Quantity that a sensor measures, as the format names it."""
 
     kind: int
     unit: str

@@ -131,7 +131,7 @@ class FieldAttachment:
     directions: Floats
     _: KW_ONLY
     lengths: Floats | None = None
-    """What motions of the nodes are divided by, if their laws are alike but for a length."""
+    """Lengths that motions of nodes are divided by, where their laws differ by a length alone."""
     pressed: Floats | None = None
     """Apparent areas of the nodes [m^2], where those of the field stand for their laws."""
 

@@ -41,7 +41,7 @@ def facets_of(cells: Indices, kind: str) -> Indices:
 
 
 def outer(facets: Indices) -> Indices:
-    """Those of one cell alone."""
+    """Faces of one cell alone."""
     _, first, count = np.unique(
         np.sort(facets, axis=1), axis=0, return_index=True, return_counts=True
     )

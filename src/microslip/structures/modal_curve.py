@@ -48,7 +48,7 @@ class ModalCurve(LockedArrays, Plottable):
     method: str
     """``harmonic-balance`` or ``quasi-static``."""
     index: int
-    """Which elastic mode, counted from 0."""
+    """Index of the elastic mode, counted from 0."""
     amplitude: Floats
     """Amplitudes as they were asked for: modal [m kg^(1/2)], or at the sensor."""
     modal_amplitude: Floats
@@ -74,11 +74,11 @@ class ModalCurve(LockedArrays, Plottable):
     base_damping: float
     """The damping ratio that was given as an input [-]."""
     converged: NDArray[np.bool_]
-    """Which amplitudes were solved."""
+    """Whether each amplitude was solved."""
     iterations: int
     """Iterations of Newton's method in all."""
     message: str
-    """What came of it in a sentence; where and why it stopped, and what to try."""
+    """Outcome in a sentence: where and why it stopped, and what to try."""
     _solve_by_other: Callable[[], ModalCurve] | None
     _with_more_harmonics: Callable[[], Floats] | None
 

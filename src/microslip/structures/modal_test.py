@@ -108,7 +108,7 @@ class ModalTest(Locked):
             raise InputError(f"motion must be {quoted(get_args(Motion))}, got {show(self.motion)}")
 
     def damping_of(self, curve: ModalCurve) -> Floats:
-        """What a predicted mode shows in such a test [-].
+        """Damping ratio of a predicted mode as such a test measures it [-].
 
         Parameters
         ----------
@@ -255,7 +255,7 @@ KINDS = {
     "velocity": VELOCITY,
     "acceleration": ACCELERATION,
 }
-"""What a column may be."""
+"""Quantities that a column may hold."""
 
 _WORDS = {
     "time": r"time|t",

@@ -48,13 +48,13 @@ class Motion(LockedArrays, PlottableAtSensor):
     elastic_energy: Floats
     """Of the structure without its joints [J]."""
     joint_energy: Floats
-    """What went into the joints, stored or lost: the work of their forces [J]."""
+    """Work of the forces of the joints, stored or dissipated [J]."""
     joint_loss: Floats
-    """What of it friction has lost, by joint or node, (times, joints) [J]; it never falls."""
+    """Energy dissipated by friction, by joint or node, (times, joints) [J]; it never falls."""
     viscous_energy: Floats
     """Lost by the damping matrix [J]."""
     message: str
-    """What came of it; where and why it stopped, and what to try."""
+    """Outcome in a sentence: where and why it stopped, and what to try."""
     _with_steps: Callable[[int], Floats] | None = None
     _least_gain: float = (
         4.0  # of steps half as long, counted on; turning points may take their part
@@ -193,7 +193,7 @@ def integrate(
 
 
 class March(NamedTuple):
-    """What a stepper went through, in modal coordinates, elastic and rigid."""
+    """Time history of a stepper, in modal coordinates, elastic and rigid."""
 
     stepper: TimeSteps
     place: Floats

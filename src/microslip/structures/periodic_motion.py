@@ -29,7 +29,7 @@ from microslip.errors import InputError
 from microslip.structures.matrices import direction_matrix
 
 HARMONICS = (0, 1, 2, 3)
-"""What a motion has unless others are asked for: the second, since faces that part excite it."""
+"""Default harmonics of a motion: the second, since faces that part excite it."""
 MOST_SAMPLES = 1 << 16
 _MOST_ORDER = 1000
 

@@ -35,7 +35,7 @@ _SMALLEST = 1e-6  # of an amplitude: where a mode of sticking joints is to be fo
 
 Laws = list[Callable[..., tuple[Floats, Floats]]]
 System = Callable[[Floats], tuple[Floats, Callable[[], Floats]]]
-"""What unknowns miss, and the Jacobian when it is asked for."""
+"""Residual at the unknowns, and the Jacobian when it is asked for."""
 
 
 class QuasiStaticPoint(NamedTuple):

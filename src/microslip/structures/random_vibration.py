@@ -95,7 +95,7 @@ class RandomResponse(LockedArrays):
     iterations: int
     """Rounds of the fixed point."""
     message: str
-    """What came of it."""
+    """Outcome in a sentence."""
     verdicts: tuple[Verdict, ...]
     """Whether joints are moved by one mode each, and slip partly."""
     _shapes: Floats

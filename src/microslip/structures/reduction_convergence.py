@@ -39,7 +39,7 @@ class Change(NamedTuple):
     damping_ratio: float
     """That of the damping ratio [-]."""
     frequency_left: float
-    """What is left of it from the model to its limit, extrapolated [-]."""
+    """Extrapolated difference from the model to its limit [-]."""
     damping_left: float
     """The same of the damping ratio [-]."""
 
@@ -59,7 +59,7 @@ class Convergence(Locked):
     curve: ModalCurve
     """Its mode at the amplitudes."""
     changes: tuple[Change, ...]
-    """What finer patches, a finer mesh, more kept modes and more harmonics change [-]."""
+    """Changes by finer patches, a finer mesh, more kept modes and more harmonics [-]."""
     steps: tuple[tuple[int, float, float], ...]
     """Number of patches, frequency [Hz] and damping ratio [-] at the middle amplitude, step by
     step."""
@@ -69,7 +69,7 @@ class Convergence(Locked):
     """From the model with the first patches to the limit: largest change of frequency and damping
     ratio over the amplitudes [-]."""
     untried: tuple[str, ...] = ()
-    """What of the model could not be made finer, or coarser, with elements of this size."""
+    """Parts of the model that could not be refined, or coarsened, with elements of this size."""
 
     @property
     def largest(self) -> Change:

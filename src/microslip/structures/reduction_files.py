@@ -1,4 +1,4 @@
-"""What the arrays of a stored reduced joint must be."""
+"""Checks of the arrays of a stored reduced joint."""
 
 from __future__ import annotations
 

@@ -118,7 +118,7 @@ class ModalIdentification(LockedArrays):
     joint: ReducedJoint
     """The same, with its tension and form."""
     verdicts: tuple[Verdict, ...]
-    """What the tests tell and what they do not."""
+    """Verdicts on what the tests determine."""
 
 
 def identify_modal(

@@ -74,7 +74,7 @@ class ReducedJoint(LockedArrays):
     patch_contacts: NDArray[np.int64]
     """Number [-] of the contact that each patch belongs to."""
     bolt_stiffness: Floats
-    """What takes the axial stress out of each bolt [N/m]."""
+    """Stiffness that relieves the axial stress of each bolt [N/m]."""
     bolt_tension: Floats
     """Tension of each bolt after tightening [N]."""
     sensor_names: tuple[str, ...]
@@ -315,7 +315,7 @@ class ReducedJoint(LockedArrays):
         return shaken.preload(np.pad(state.static_force, (0, 3)))
 
     def base(self, direction: str) -> dict[str, Any]:
-        """What ``base_response`` and its like want for a ground that moves.
+        """Arguments of ``base_response``, ``random_response`` and ``shock`` for a moving ground.
 
         Parameters
         ----------

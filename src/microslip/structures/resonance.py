@@ -33,7 +33,7 @@ class Resonant(NamedTuple):
     peak: Floats
     """Amplitude and frequency [Hz] of each peak, (samples, 2); beyond a curve its end."""
     beyond: NDArray[np.bool_]
-    """Which peaks lie beyond the curves: neither they nor the amplitudes are as large as told."""
+    """Peaks beyond the curves, where neither they nor the amplitudes are as large as stated."""
     amplitude: Floats
     """The largest lasting amplitude at each frequency, (samples, frequencies)."""
 

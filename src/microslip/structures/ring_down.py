@@ -45,9 +45,9 @@ class RingDown(LockedArrays, Plottable):
     mechanical_energy: NDArray[np.float64]
     """Kinetic energy, that of the spring, and what the joint has stored [J]."""
     dissipated_energy: NDArray[np.float64]
-    """What the joint has dissipated since the release [J]."""
+    """Energy dissipated by the joint since the release [J]."""
     viscous_energy: NDArray[np.float64]
-    """What the dashpot has dissipated [J]."""
+    """Energy dissipated by the dashpot [J]."""
     turning_time: NDArray[np.float64]
     """When the mass turned [s], the release included: to the integrator's accuracy."""
     turning_displacement: NDArray[np.float64]

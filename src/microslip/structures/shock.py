@@ -88,7 +88,7 @@ class ShockResponse(LockedArrays):
     base_acceleration: Floats
     """Of the base, (times,) [m/s^2]."""
     message: str
-    """What came of it."""
+    """Outcome in a sentence."""
     _modal: tuple[Floats, Floats, Floats]
     _shapes: Floats
     _carried: Floats

@@ -71,7 +71,7 @@ class Variances(NamedTuple):
     joints: Floats
     """Variances of the joints' motions (coordinates,) [m^2]."""
     joint_rates: Floats
-    """Those of their velocities [m^2/s^2]."""
+    """Variances of their velocities [m^2/s^2]."""
     outside: Floats
     """Share of each joint's velocity variance beyond the band of its strongest mode [-]."""
 

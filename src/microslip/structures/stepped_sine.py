@@ -53,7 +53,7 @@ class SteppedSine(NamedTuple):
 
     values: Values
     controlled: str
-    """What was held constant: "response", or "force" where it was not the response."""
+    """Quantity held constant: "response", or "force" where it was not the response."""
     verdicts: tuple[Verdict, ...] = ()
 
 

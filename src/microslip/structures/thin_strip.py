@@ -39,7 +39,7 @@ class Bending(NamedTuple):
     cases: tuple[Floats, Floats]
     """Mean deflections and elongations [m], and the forces that hold them [N]."""
     weights: Floats
-    """What each sensor counts in the two, (sensors, 2)."""
+    """Weights of each sensor in the two coordinates, (sensors, 2)."""
 
 
 def strip_sensors(sizes: Sizes, start: float, height: float) -> tuple[Sensors, Floats]:

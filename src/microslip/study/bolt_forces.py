@@ -1,4 +1,4 @@
-"""What a study says of tightened bolts: torque, grade, and what embeds once they are tight."""
+"""Keys of tightened bolts: torque, grade, and embedding after tightening."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _LOST = "; the tension falls by it over the resiliences of bolt and plates."
 
 
 class TightenedBolts(Part):
-    """What bolts of a structure and those that press a joint have in common."""
+    """Keys common to bolts of a structure and bolts that press a joint."""
 
     torque: float | None = optional(Bolts, "torque")
     nut_factor: float | None = optional(Bolts, "nut_factor")
@@ -67,7 +67,7 @@ class TightenedBolts(Part):
         return {"torque": Spread.between(low * self.torque, high * self.torque)}
 
     def check(self, place: Place) -> None:
-        """What embeds is said once, of bolts of a size; a factor that is given always scatters."""
+        """Refuse embedding given twice or without a size; a given factor always scatters."""
         if self.embedding is not None and self.rz is not None:
             raise KeyedError(".rz", "wanted embedding or rz, got both; remove one")
         for name in ("embedding", "rz"):

@@ -28,7 +28,7 @@ MAX_SAMPLES = 10_000_000
 
 _NO_END = "this surface never lifts off: its heights, or the tail of its table, have no end"
 Problems = Iterator[tuple[str, str]]
-"""What is wrong: the key, and the message."""
+"""An error: the key, and the message."""
 
 
 def mean_load(study: StudyTables) -> float:
@@ -203,7 +203,7 @@ def _of_pressure(study: StudyTables) -> Problems:
 
 
 def _of_structure(study: StudyTables) -> Problems:
-    """It needs bodies that bend, and a surface of known area."""
+    """Refuse bodies that do not bend, and a surface of unknown area."""
     part = study.structure
     if part is None:
         return

@@ -149,7 +149,7 @@ class MeasuredFace(ReadScan):
         return [f"{start}: {contact_words(self._law.numbers)}.", *self._split()]
 
     def _split(self) -> list[str]:
-        """Which waves a structure has, and which the law."""
+        """Separation of the waves: those of the structure, and those of the law."""
         patch = self._patch
         if patch is None:
             return []

@@ -22,7 +22,7 @@ from microslip.study.part import Part, Table, key
 from microslip.study.readers import Items, Place
 
 FITTED = ("friction_coefficient", "tension", "form", "young_modulus", "base_damping_ratio")
-"""What can be fitted to a test."""
+"""Parameters that can be fitted to a test."""
 
 _COLUMNS = ("amplitude", "frequency", "damping_ratio")
 MOST_MODES = 10

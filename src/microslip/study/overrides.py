@@ -40,7 +40,7 @@ class Override:
     path: tuple[str, ...]
     value: Any
     blamed: str = ""
-    """What it answers for: its key, or the table that it made or changed the kind of."""
+    """Key or table that the override made, or changed the kind of."""
 
     @property
     def note(self) -> str:

@@ -166,7 +166,7 @@ class Part:
     attributes: ClassVar[dict[str, str]] = {}
     """Names of its attributes by those of its keys."""
     rules: ClassVar[JsonSchema] = {}
-    """What its JSON Schema says besides its keys."""
+    """Entries of its JSON Schema besides its keys."""
 
     def __init_subclass__(cls, **settings: Any) -> None:
         super().__init_subclass__(**settings)

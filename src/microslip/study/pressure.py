@@ -207,7 +207,7 @@ class BoltPressure(TightenedBolts, PressurePart):
 
     @property
     def load(self) -> float | None:
-        """What presses the plates, of all bolts [N], if their tension is given."""
+        """Clamp force of all bolts [N], if their tension is given."""
         forces = self.bolt_forces
         return None if forces is None else self.count * forces.clamping
 

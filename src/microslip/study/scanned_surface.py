@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from microslip.scans.summits import Summits
 
 NO_CUTOFF = "none: the pixel decides"
-"""What stands wherever a cut-off would, if there is none."""
+"""Word in place of a cut-off, if there is none."""
 
 
 SCAN = text("the name of a scan", "ground.plu")

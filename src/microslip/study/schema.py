@@ -56,7 +56,7 @@ class Curve(Part):
     )
 
     def check(self, place: Place) -> None:
-        """It rises."""
+        """Refuse values that do not rise."""
         if not self.start < self.to:
             start, end = (engineering(x, "m", trim=True) for x in (self.start, self.to))
             raise KeyedError(".to", f"wanted more than `from` ({start}), got {end}")

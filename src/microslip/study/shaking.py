@@ -22,7 +22,7 @@ Axis = Literal["x", "y", "z"]
 
 
 class _Shaken(Part):
-    """What moves with the ground."""
+    """Keys of a moving ground."""
 
     direction: Axis = key(
         one_of("x", "y", "z"), "Direction in which the ground moves.", '"z"', default="z"
@@ -49,7 +49,7 @@ class BasePart(_Shaken):
     points: int = key(whole_number(5, 500, "60"), "How many frequencies.", default=60)
 
     def check(self, place: Place) -> None:
-        """It rises."""
+        """Refuse values that do not rise."""
         if self.frequencies is not None and not self.frequencies[0] < self.frequencies[1]:
             raise KeyedError(".frequencies", "wanted the lower one first, and another one")
 

@@ -191,7 +191,7 @@ class AmplitudeRange(Part):
     points: int = key(whole_number(2, MOST_POINTS, "10"), "How many.", default=10)
 
     def check(self, place: Place) -> None:
-        """It rises, in one quantity."""
+        """Refuse amplitudes that do not rise, or of two quantities."""
         if self.start.quantity != self.to.quantity:
             raise KeyedError(
                 ".to", f"wanted {self.start.quantity} as in `from`, got {self.to.quantity}"
@@ -496,7 +496,7 @@ class StructurePart(Part):
         return {**places, "force": (self.force.at or at, self.force.direction or direction)}
 
     def _bending_sensors(self) -> Sensors:
-        """Those that say how far it bends."""
+        """Sensors of the bending."""
         if self.geometry is None or self.geometry.file is not None:
             return {} if self.geometry is None else self.geometry.sensors
         beam = None if self.mesh is not None else self.build()
@@ -507,7 +507,7 @@ class StructurePart(Part):
         return strip_sensors(*beam.strip)[0]
 
     def _bending(self, materials: Mapping[str, Any], usual: str) -> tuple[Any, ...] | None:
-        """What :meth:`ReducedJoint.with_geometry` wants of the geometry, if there is one."""
+        """Arguments of :meth:`ReducedJoint.with_geometry`, if there is a geometry."""
         if self.geometry is None:
             return None
         if self.geometry.file is not None:

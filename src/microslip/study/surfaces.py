@@ -112,7 +112,7 @@ class Rigid(Part):
 
     @classmethod
     def unknown(cls, name: str) -> str:
-        """It has one key."""
+        """Message on a key that is unknown."""
         return "unknown key; a rigid material has no other"
 
 

@@ -12,7 +12,7 @@ from microslip.sweeps.arguments import checked
 from microslip.sweeps.evaluation import Joints
 
 QUANTITIES = ("damping_ratio", "loss_factor", "dissipated_energy", "secant_stiffness")
-"""What is differentiated."""
+"""Quantities that are differentiated."""
 
 
 def log_derivatives(

@@ -78,7 +78,7 @@ class Blocks(NamedTuple):
 
 @once_a_record
 def _motion(record: Record) -> Motion:
-    """What its cycles are told by, as if there were no gaps."""
+    """Motion by which its cycles are counted, as if there were no gaps."""
     return motion_of(record.displacement, record.force)
 
 

@@ -26,7 +26,7 @@ from microslip.tribometer.specimens import Pooled, of_one, pooled
 from microslip.tribometer.wear import ARCHARD, Wear, proportional, unlogged, with_threshold
 
 PerCycle = Callable[[Measurement], Floats]
-"""What each cycle of a record adds to a sum."""
+"""Contribution of each cycle of a record to a sum."""
 
 
 def energy_of(measured: Measurement) -> Floats:
@@ -40,7 +40,7 @@ def archard_of(measured: Measurement) -> Floats:
 
 
 def _accumulated(measured: Measurement, of: PerCycle) -> Dissipated:
-    """What the cycles of one record add, those not logged included; not numbers if unknown."""
+    """Sum over the cycles of one record, those not logged included; NaN if unknown."""
     up_to = measured.accumulated(of(measured))
     unknown = np.full(len(measured), np.nan)
     return Dissipated(unknown, unknown) if up_to is None else up_to

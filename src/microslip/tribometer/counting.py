@@ -34,7 +34,7 @@ class Count(NamedTuple):
     numbers: Floats | None
     """The first cycle being 1; None where they are not known."""
     source: str
-    """What they are known from, or why they are not."""
+    """Source of the cycle numbers, or why they are not known."""
     is_of_contact: bool = False
     """Whether the rig counted them, from the first of the contact, not of the record."""
 

@@ -44,7 +44,7 @@ class Cuts(NamedTuple):
     period: float
     """Samples a cycle."""
     noise: float
-    """What the noise of the displacement makes of half the range of a cycle [m]."""
+    """Contribution of the noise of the displacement to half the range of a cycle [m]."""
 
 
 def noise_of(values: Floats) -> float:

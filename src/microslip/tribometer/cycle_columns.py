@@ -85,7 +85,7 @@ LABELS: Mapping[str, str] = MappingProxyType(
         "closure_error": "closure error",
     }
 )
-"""What tables call those of them that people ask for."""
+"""Names in tables of the columns that people ask for."""
 
 
 def _block_columns(

@@ -158,7 +158,7 @@ class Cycles:
 
     @cached_property
     def settled(self) -> Settled:
-        """Those that count and between which nothing moves."""
+        """Cycles that count and between which nothing changes any more."""
         noise = max(block.cycles.noise for block in self.blocks.having_cycles)
         return settled(self.columns, self.counted, noise)
 

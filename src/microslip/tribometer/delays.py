@@ -44,7 +44,7 @@ class _Reversals(NamedTuple):
     reach: int
     """Samples on each side."""
     half: int
-    """Those that count: until a quarter of the force is gone."""
+    """Samples that count: until a quarter of the force is gone."""
 
     def shift(self, rows: slice, shapes: int = 0, near: float | None = None) -> float:
         """Lag [samples] in the mean of some of the cycles."""

@@ -77,7 +77,7 @@ class Folded(Locked):
     """Number of cycles that were left out."""
     notes: tuple[str, ...]
     said: tuple[str, ...] = ()
-    """Those of the notes that are of the folding itself, not of the record."""
+    """Notes on the folding itself, not on the record."""
     late: str = ""
     """Note on a delay of the force that shows in its cycles."""
     load_error: float = 0.0
@@ -85,9 +85,9 @@ class Folded(Locked):
     drift: float = 0.0
     """Change of the force a cycle [N] beside the loops, which is taken off."""
     drifted: NDArray[np.float64] = field(default_factory=lambda: lock(np.zeros(0)))
-    """What one standard error of that does to the force of each bin [N]."""
+    """Effect of one standard error of that on the force of each bin [N]."""
     stepped: NDArray[np.float64] = field(default_factory=lambda: lock(np.zeros((0, 0))))
-    """What its converter's steps may do to it, a standard deviation each (rows) [N]."""
+    """Effects of its converter's steps, a standard deviation each (rows) [N]."""
     growth: float = 0.0
     """Relative growth of the loops' force over the cycles that count; 0 where it is likely to be no
     more than noise."""

@@ -18,7 +18,7 @@ class FrictionLog(NamedTuple):
     """The force of some of the cycles, spread evenly over the logarithm of their number."""
 
     rows: NDArray[np.intp]
-    """Which cycles, the first being 0."""
+    """Numbers of the cycles, the first being 0."""
     place: Floats
     """Displacement from its middle, of the amplitude [-]."""
     forward: Floats

@@ -34,7 +34,7 @@ _WORDS = {
     "worn_volume": ("worn volume", "wear volume", "wear", "verschleißvolumen", "volume usé"),
     "temperature": ("temperature", "temperatur", "température", "temp"),
 }
-"""What columns are called, in English, German and French; others keep their names."""
+"""Names of columns in English, German and French; others keep their names."""
 _KINDS: Mapping[str, Kind] = {"normal_load": FORCE, "amplitude": LENGTH, "worn_volume": VOLUME}
 _EXAMPLES = {"normal_load": "500 N", "amplitude": "20 um", "worn_volume": "0.12 mm^3"}
 _FILE = "file"

@@ -24,7 +24,7 @@ class Level(NamedTuple):
     mean: Floats
     """Of each bin."""
     base: Floats
-    """What to add to the rest of a sample for its value in the middle of its bin."""
+    """Correction of the residual of a sample to the middle of its bin."""
     residual: Floats
     """Each sample less the mean cycle at its phase."""
 

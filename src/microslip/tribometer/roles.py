@@ -18,7 +18,7 @@ KINDS = {
     "time": TIME,
     "commanded": LENGTH,
 }
-"""What a record holds, in the order of messages."""
+"""Quantities of a record, in the order of messages."""
 CYCLE_NUMBER = "cycle_number"
 ROLES = (*KINDS, CYCLE_NUMBER)
 """Those, and the rig's counter of cycles, which has no unit."""

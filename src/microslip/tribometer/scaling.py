@@ -17,7 +17,7 @@ from microslip.readers.tables import Named, fits
 from microslip.tribometer.roles import KINDS, is_raw
 
 ZEROS = ("mean", "middle", "first")
-"""What may be taken for zero, besides a value."""
+"""Choices of zero, besides a value."""
 
 _NUMBER = re.compile(r"\s*[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?\s*", re.IGNORECASE)
 _FACTOR = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(\S.*?)\s*")

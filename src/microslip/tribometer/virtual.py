@@ -35,7 +35,7 @@ LIMITS: Mapping[str, tuple[float, float]] = MappingProxyType(
         "frequency": (0.0, 200.0),
     }
 )
-"""What the rig of section 2.1 can do [N, N, m, Hz]."""
+"""Limits of the rig of section 2.1 [N, N, m, Hz]."""
 
 
 class InSeries(BackboneLaw):

@@ -29,7 +29,7 @@ class Wear(NamedTuple):
     """[m^3/J], or of Archard's law [m^3/(N m)], of a straight line."""
     records: tuple[str, ...]
     energy: Floats
-    """What it is in proportion to, of each record [J] or [N m]."""
+    """Work of each record that wear is in proportion to [J] or [N m]."""
     volume: Floats
     """Worn volume [m^3]."""
     law: str = ENERGY

@@ -74,7 +74,7 @@ def _given_surface_model(surface: Any = None, **options: Any) -> Model:
 
 
 _JOINTS = r"[\s_\-\u2010-\u2015\u2212]+"
-"""What may stand between the words of a name: a space, an underscore, any hyphen or dash."""
+"""Separators between the words of a name: a space, an underscore, any hyphen or dash."""
 
 
 def model_of(law: Any, **options: Any) -> Model:

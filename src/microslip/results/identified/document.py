@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from microslip.study.description import StudyDescription
 
 KIND = "microslip-identification"
-"""What summary.json says of a folder of an identified joint."""
+"""Kind of a folder of an identified joint in summary.json."""
 
 Say = Callable[[str], str]
 """Puts messages into the words of who asked, such as the options of a command."""

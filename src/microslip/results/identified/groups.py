@@ -37,7 +37,7 @@ class Groups:
     column: str
     fits: Mapping[str, Identification]
     failed: Mapping[str, str]
-    """Those that could not be fitted, and why."""
+    """Groups that could not be fitted, and why."""
     values: Mapping[str, float]
     """Where the column is of numbers: these; then nothing is pooled but drawn over them."""
 

@@ -76,7 +76,7 @@ def _between(number: Summary, digits: int) -> str:
 
 
 def _digits(number: Summary) -> int:
-    """So many digits that both ends of the interval differ in the last two."""
+    """A number with digits until both ends of its interval differ in the last two."""
     low, high, value = number["low"], number["high"], number["value"]
     if None in (low, high, value) or not high > low or value == 0.0:
         return 4

@@ -369,7 +369,7 @@ _LAW_FIGURES = (
 FIGURES: dict[str, Callable[[Prediction], Plot]] = {
     figure.__name__: figure for figure in (*_LAW_FIGURES, history, oscillator, face)
 }
-"""What says each figure, by its name, in the order of reading."""
+"""Captions of the figures by name, in the order of reading."""
 
 
 def names(result: Prediction) -> tuple[str, ...]:

@@ -23,7 +23,7 @@ from microslip.scans.profile_parameters import ProfileParameters
 from microslip.scans.scan_rules import LOST_TO_PIXEL
 
 KIND = "microslip-surface"
-"""What summary.json says of a folder of a measured scan."""
+"""Kind of a folder of a measured scan in summary.json."""
 FACES_KIND = "microslip-faces"
 """The same of a folder of faces."""
 

@@ -1,4 +1,4 @@
-"""What is said of bolts: what slack ones do, and what tightening in order leaves in the faces."""
+"""Bolts in results: effects of slack ones, and forces that tightening in order leaves."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def force_numbers(forces: BoltForces | None) -> dict[str, Any] | None:
 
 
 def assembly_rows(assembly: Assembly | None) -> list[tuple[str, str]]:
-    """What tightening in order left in the faces, for the facts of the model."""
+    """Forces that tightening in order left in the faces, for the facts of the model."""
     if assembly is None:
         return []
     largest = float(np.linalg.norm(assembly.tractions, axis=1).max())
@@ -115,7 +115,7 @@ def comparison(prediction: StructurePrediction) -> Section:
 
 
 def tight_numbers(tight: tuple[TightMode, ...]) -> list[dict[str, Any]]:
-    """What the summary holds of the modes with all bolts tight: plain values in SI units."""
+    """Summary of the modes with all bolts tight: plain values in SI units."""
     return [
         {
             "mode": beside.of,

@@ -1,4 +1,4 @@
-"""What tests say of a joint as a study that predicts it: that of the fit with what was found."""
+"""The study of a fit with the fitted values, which predicts the joint that was tested."""
 
 from __future__ import annotations
 

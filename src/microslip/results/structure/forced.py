@@ -1,4 +1,4 @@
-"""What is said of the response of a structure to a harmonic force, and its tables."""
+"""Results and tables of the response of a structure to a harmonic force."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is said of a structure on a ground that moves: sections, figures, numbers and columns."""
+"""Results of a structure on a moving ground: sections, figures, numbers and columns."""
 
 from __future__ import annotations
 
@@ -272,7 +272,7 @@ def columns(shaking: Shaking) -> dict[str, dict[str, Floats]]:
 
 
 def numbers(shaking: Shaking) -> dict[str, Any]:
-    """What the summary holds: plain values in SI units."""
+    """Summary in plain values, SI units."""
     result: dict[str, Any] = {}
     if shaking.sweeps:
         result["base"] = [

@@ -270,7 +270,12 @@ class Cycles:
 
     @cached_property
     def delay(self) -> Delay | None:
-        """A lag of the force that changes energies by over 2 %; None without."""
+        """A lag of the force that changes energies by over 2 %; None without.
+
+        Nor of a clipped force, whose turns are cut off as if it were late.
+        """
+        if any(p.channel == "force" and not p.is_neared for p in self.plateaus):
+            return None
         block, record = self.largest_block, self.record
         x, force = record.displacement[block.samples], record.force[block.samples]
         # Of a force in phase with the displacement, a lag by an angle costs that share of pi T x.

@@ -295,12 +295,14 @@ def test_harmonics_do_not_hang_on_what_lies_beside_their_arrays() -> None:
         "x = np.stack((t.X, 0.7 * np.roll(t.X, 1, axis=0)), axis=1)\n"
         "parts = two.harmonics(x, separations=t.D, samples=t.SAMPLES)\n"
         "parts += t.FIELD.harmonics(t.X, separations=t.D) + t.FIELD.harmonics(t.X)\n"
+        "still = t.D * [1.0, 0.0, 0.0]\n"
+        "parts += t.FIELD.harmonics(0.0 * t.X, separations=still)\n"
         "sys.stdout.write(b''.join(np.ascontiguousarray(p).tobytes() for p in parts).hex())\n"
     )
     found = {
         subprocess.run(
-            [sys.executable, "-c", script], capture_output=True, text=True, check=True,
-            cwd=Path(__file__).parent, env=os.environ | {"MALLOC_PERTURB_": filling},
+            [sys.executable, "-W", "error", "-c", script], capture_output=True, text=True,
+            check=True, cwd=Path(__file__).parent, env=os.environ | {"MALLOC_PERTURB_": filling},
         ).stdout
         for filling in ("1", "85", "170", "254")
     }  # fmt: skip

@@ -277,8 +277,8 @@ def _varying(
     if profile is None:
         return None
     size, wide = places.shape
-    force, load = np.empty(places.shape), np.empty(places.shape)
-    by_force, by_load = np.empty((size, wide, 2 * wide)), np.empty((size, wide, wide))
+    force, load = np.zeros(places.shape), np.zeros(places.shape)
+    by_force, by_load = np.zeros((size, wide, 2 * wide)), np.zeros((size, wide, wide))
 
     def settle(part: slice) -> Any:
         return kernels.compiled.varying_harmonics(

@@ -163,7 +163,7 @@ def to_si(raw_value: object, kind: Kind, example: str, sign: Sign = "positive") 
     return value
 
 
-_ON_BOLTS = re.compile(r"\s+on\s+(?:(\d{1,4})\s+)?M(\d{1,3})\s*,\s*K\s*=?\s*(\d?\.\d{1,6})\s*")
+_ON_BOLTS = r"\s+on\s+(?:(\d{1,4})\s+)?M(\d{1,3})\s*,\s*K\s*=?\s*(\d?\.\d{1,6})\s*"
 
 
 def _of_bolts(text: str) -> float | None:
@@ -175,7 +175,7 @@ def _of_bolts(text: str) -> float | None:
         if on:
             raise
         return None
-    bolts = _ON_BOLTS.fullmatch(text[len(torque) :])
+    bolts = re.fullmatch(_ON_BOLTS, text[len(torque) :])
     if bolts is None or 0.0 in (size := (float(bolts[2]), float(bolts[3]))):
         raise QuantityError(
             "a torque needs its bolts and their nut factor K (0.2 for dry steel), such as "

@@ -140,7 +140,7 @@ def figure(path: Path) -> None:
     loads = p / face.area / 1e6
     low, high = (1e6 * reach(steps, axis=0) for reach in (np.min, np.max))
     curves = Panel(
-        x=Axis("separation, from where it bears 100 MPa [um]"), y=Axis("pressure [MPa]", log=True)
+        x=Axis("separation, from where it bears 100 MPa [µm]"), y=Axis("pressure [MPa]", log=True)
     )
     curves.items.append(Area(np.append(low, high[::-1]), np.append(loads, loads[::-1])))
     loops = Panel(x=Axis("displacement [nm]"), y=Axis("friction over normal load [-]"))

@@ -198,11 +198,17 @@ def test_impossible_contact_areas() -> None:
 
 
 def test_evaluations_are_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A fit that uses them up is not converged, and says so."""
+    """A fit that uses them up is not converged, says so, and identifies nothing."""
     monkeypatch.setattr(fit, "_MOST_IN_ALL", 3)
     found = identified()
     assert found.status == "not converged"
     assert "its evaluations were used up" in found.message
+    numbers = {**found.parameters, **found.derived}
+    verdicts = {number.verdict for number in numbers.values()}
+    assert verdicts.isdisjoint({"identified", "apparent", "extrapolated"})
+    doubted = [n for n in numbers.values() if n.verdict == "in doubt"]
+    assert "friction_coefficient" in {n.name for n in doubted}
+    assert all("did not end at a minimum" in n.reason and "start=" in n.remedy for n in doubted)
 
 
 @pytest.mark.parametrize("gap", [1e-9, 1e-4, 0.03, 0.24, 0.9, 3.0, 1e3])

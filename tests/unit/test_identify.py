@@ -111,9 +111,14 @@ def test_a_fit_that_does_not_converge_is_refused(monkeypatch: pytest.MonkeyPatch
     for limit in ("_MOST_STEPS", "_MOST_EVALUATIONS"):
         monkeypatch.setattr(fit, limit, 1)
     found = ms.identify(
-        record(), "jenkins", rig_stiffness=None, start={"stiffness": 1e9}, held_back=0
+        *(record(), "jenkins"),
+        rig_stiffness=None,
+        start={"stiffness": 1e9},
+        held_back=0,
+        delay="free",
     )
     assert found.status == "not converged"
+    assert {number.verdict for number in found.delays.values()} == {"in doubt"}
     assert not found.converged
     with pytest.raises(ms.InputError, match="did not converge"):
         found.joint()

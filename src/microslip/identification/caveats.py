@@ -147,6 +147,12 @@ TABLE: Mapping[str, Row] = {
         "values: no record tells them apart",
         verdict=NOT,
     ),
+    "no minimum": Row(
+        "of a fit that did not end at a minimum: its interval is that of no best value",
+        "begin elsewhere with `start=...`, fix or bound what the records do not tell, or take "
+        "another law",
+        IN_DOUBT,
+    ),
     "apparent": Row(
         (
             "of a law that does not fit the records: it stands for loops of {amplitudes}",

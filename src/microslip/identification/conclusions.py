@@ -72,6 +72,7 @@ _ROUNDING_SHARE = 1e-8
 _BY_AREA = (RADIUS, DENSITY, "summit_count")
 """Conclusions from a contact area."""
 
+NO_MINIMUM = Caveat("no minimum")
 Numbers = Mapping[str, Fitted]
 Reservation = tuple[Caveat, Sequence[str] | None]
 """A caveat, and the names of the numbers that it reaches; None for all."""
@@ -166,6 +167,9 @@ def result_of(
     covariance = answer.covariance[np.ix_(is_shown, is_shown)]
     errors = np.sqrt(np.diag(covariance))
     # Each law makes its own covariance of the noise of the displacement: its determinant counts.
+    delays = nuisances.delays_of(problem, answer)
+    if not best.converged:
+        delays = mark(delays, NO_MINIMUM)
     deviance, fitted_count = best.cost + problem.log_determinant, problem.free.size + problem.flat
     names = [coordinate.name for coordinate in evidence.free if coordinate.parameter != GAIN]
     return Identification(
@@ -205,7 +209,7 @@ def result_of(
         _area=area,
         given=evidence.data[0],
         stake=answer.stake,
-        delays=MappingProxyType(nuisances.delays_of(problem, answer)),
+        delays=MappingProxyType(delays),
     )
 
 
@@ -328,6 +332,8 @@ def _leaning(
 def _reservations(evidence: _Evidence, names: Sequence[str]) -> Iterator[Reservation]:
     """Reservations about the assumptions of a fit, and the numbers that depend on them."""
     records = evidence.problem.folded
+    if not evidence.answer.best.converged:
+        yield NO_MINIMUM, None
     if evidence.is_misfit:
         data = {
             "amplitudes": range_of([record.amplitude for record in records], "m"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from types import MappingProxyType
@@ -40,7 +41,7 @@ def spread_over_laws(result: Identification, refit: Refit) -> Identification:
     ):
         if is_beyond or (is_open and law == "interface"):
             try:
-                refits[name] = refit(law, **options)
+                refits[name] = refit(law, summits=math.inf, intervals="curvature", **options)
             except InputError:
                 continue
     best_aic = min([result.aic, *(fit.aic for fit in refits.values() if fit.converged)])

@@ -43,6 +43,7 @@ _MOST_DELAYS = 10
 UNKNOWN = "unknown"
 """Of a number of summits that nobody knows."""
 INTERVALS = ("profile", "curvature")
+_OF_ALL_LAWS = ("rig_stiffness", "rigs", "delay", "loss", "nuisances", "confidence", "gain_errors")
 _IN_TIME, _LATEST = 1e-5, 1.0  # rad
 
 
@@ -273,31 +274,14 @@ def identify(
     )
     if not result.converged and any(note.kind == "summits taken" for note in notes):
         # A number that nobody stated keeps no fit from its end; then the numbers are apparent.
-        return identify(**{**stated, "summits": UNKNOWN})
+        return identify(**stated | {"records": folded, "summits": UNKNOWN})
     if intervals == "curvature" or not isinstance(model, InterfaceModel):
         return result
-    law_names = set(model.names)
+    further = {name: value for name, value in (fixed or {}).items() if name not in model.names}
+    options = {key: stated[key] for key in _OF_ALL_LAWS} | {"fixed": further, "held_back": 0}
 
     def refit(other_law: str, **law_options: Any) -> Identification:
-        fixed_still = {
-            name: value for name, value in (fixed or {}).items() if name not in law_names
-        }
-        return identify(
-            folded,  # type: ignore[arg-type]
-            other_law,
-            fixed=fixed_still,
-            rig_stiffness=rig_stiffness,
-            rigs=rigs,
-            delay=delay,
-            loss=loss,
-            nuisances=nuisances,
-            held_back=0,
-            confidence=confidence,
-            gain_errors=gain_errors,
-            summits=math.inf,
-            intervals="curvature",
-            **law_options,
-        )
+        return identify(folded, other_law, **options, **law_options)  # type: ignore[arg-type]
 
     return spread_over_laws(result, refit)
 

@@ -112,7 +112,7 @@ def test_settled_motion_forgets_the_order_of_tightening() -> None:
         settled = np.mean(losses[place], axis=0)[2]
         omega = 2.0 * np.pi * curve.frequency[place]
         ratio = settled / (2.0 * np.pi * (omega * curve.modal_amplitude[place]) ** 2)
-        # The first harmonic alone, in time: no balance of harmonics.
+        # The first harmonic alone, in time: no harmonic balance.
         np.testing.assert_allclose(ratio, curve.damping_ratio[place], rtol=0.1)
     first = np.ptp(losses[0], axis=0)[:2]
     assert first[1] < 0.06 * first[0], "the first cycle forgets all but some hundredths"

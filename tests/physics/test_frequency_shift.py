@@ -22,7 +22,7 @@ def judged(curve: ms.ModalCurve) -> tuple[float | None, str]:
 
 
 def test_microslip_adds_the_damping_of_a_bent_backbone() -> None:
-    """By the balance of harmonics of a mass on a spring and a rough joint."""
+    """By harmonic balance of a mass on a spring and a rough joint."""
     mass = ms.Structure([[2.0]], [[4.0 * JOINT.tangential_stiffness]])
     jointed = mass.attach(JOINT, directions=[1.0])
     curve = jointed.modes(0, SLIP * np.geomspace(0.03, 0.3, 9), at=[1.0])

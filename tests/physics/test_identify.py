@@ -242,7 +242,7 @@ def test_the_sum_of_squares_is_that_of_its_own_weights(
     found, problem, q = problem_behind(monkeypatch, far_from(law), law, rig_stiffness=rig)
     assert found.converged == (law != "jenkins")
     if not found.converged:
-        assert "do not settle" in found.message
+        assert "do not converge" in found.message
         return
     problem.update(q)
     rest, _ = problem.residuals(q)
@@ -477,7 +477,7 @@ def test_a_law_that_does_not_fit_says_so() -> None:
     records = noisy()
     found = ms.identify(records, "jenkins", rig_stiffness=None, held_back=0)
     assert found.reduced_chi_squared > 3.0
-    assert any("leaves more than the noise" in note for note in found.notes)
+    assert any("misfit is larger than the noise" in note for note in found.notes)
     both = ms.compare(records, ["jenkins", "interface"], rig_stiffness=None)
     assert both.best == "interface"
     errors = {row["law"]: row["held_back"] for row in both.rows()}

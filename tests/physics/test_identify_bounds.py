@@ -62,7 +62,7 @@ def test_no_number_that_leans_on_the_end_of_a_search_is_identified() -> None:
     # The rig and the friction hardly move with that end, and yet by more than their intervals.
     for one in (found.parameters["rig_stiffness"], found.derived["force_limit at 300 N"]):
         assert one.verdict == "in doubt"
-        assert "leans on the end of the search of standardised_separation" in one.reason
+        assert "depends on the limit of the search of standardised_separation" in one.reason
     assert "slip_scale" not in found.message
     further = gaussian(16.0)
     assert further.derived["std"].value > 1.5 * found.derived["std"].value

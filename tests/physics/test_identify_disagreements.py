@@ -81,8 +81,8 @@ def test_a_contradiction_is_told(name: str) -> None:
         given = next(given for given in found.given if given.name == one)
         assert not given.agrees
         assert abs(given.disagreement) > 3.0
-    assert "what was given and the loops disagree" in found.message
-    assert any("what was given and the loops disagree" in note for note in found.notes)
+    assert "given values and the loops disagree" in found.message
+    assert any("given values and the loops disagree" in note for note in found.notes)
     std = found.derived["std"]
     assert not std.low < TRUTH["std"] < std.high  # it is spoilt
     assert std.verdict == "in doubt"
@@ -202,7 +202,7 @@ def test_evaluations_are_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(fit, "_MOST_IN_ALL", 3)
     found = identified()
     assert found.status == "not converged"
-    assert "its evaluations were used up" in found.message
+    assert "it reached its limit of evaluations" in found.message
     numbers = {**found.parameters, **found.derived}
     verdicts = {number.verdict for number in numbers.values()}
     assert verdicts.isdisjoint({"identified", "apparent", "extrapolated"})

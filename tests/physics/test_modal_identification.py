@@ -28,7 +28,7 @@ def surface() -> ms.GreenwoodWilliamson:
 
 @lru_cache
 def measured(noise: float) -> tuple[ms.ModalTest, ...]:
-    """Two bending modes by balance of harmonics, of other values than the fit begins with."""
+    """Two bending modes by harmonic balance, of other values than the fit begins with."""
     joint = small_joint().with_form(bowed, TRUE["form"]).with_tension(5e3 * TRUE["tension"])
     state = joint.tightened(surface(), TRUE["friction_coefficient"])
     random = np.random.default_rng(1)

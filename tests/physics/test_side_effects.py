@@ -13,7 +13,7 @@ import microslip as ms
     ("kind", "name", "words"),
     [
         ("parallel spring", "parallel", "a spring beside the joint"),
-        ("viscous", "viscous", "a force that goes with velocity"),
+        ("viscous", "viscous", "a force proportional to velocity"),
     ],
 )
 def test_what_is_needed_is_told_and_mends_the_fit(kind: str, name: str, words: str) -> None:

@@ -241,11 +241,11 @@ def test_what_was_given_and_the_loops_disagree(folder: Path) -> None:
     assert outcome.exit_code == 0, outcome.output
     page = (folder / "out/report.html").read_text("utf-8")
     for text in (outcome.stdout, page):
-        assert "What was given" in text
+        assert "Given values" in text
         assert "disagrees" in text
-        assert "hat was given and the loops disagree: " in text
+        assert "iven values and the loops disagree: " in text
     text = (folder / "out/joint.toml").read_text("utf-8").replace("\n# ", " ")
-    assert "what was given and the loops disagree: rig_stiffness was given as 400 MN/m" in text
+    assert "given values and the loops disagree: rig_stiffness was given as 400 MN/m" in text
     assert "IN DOUBT: " in text
     (given,) = json.loads((folder / "out/summary.json").read_text("utf-8"))["identification"][
         "given"
@@ -387,8 +387,8 @@ def test_real_record(folder: Path) -> None:
     assert 0.45 < found["parameters"]["friction_coefficient"]["value"] < 0.52
     page = (folder / "out/report.html").read_text("utf-8")
     assert "separation h = d/σ at 5 N, not identified" in page
-    assert "To settle it:" in page
-    assert "the best fit of this law, not its proof" in page
+    assert "To determine it:" in page
+    assert "the best fit of a law does not prove the law" in page
     for text in (page, outcome.stdout.replace("\n", " ")):
         assert "found as a mean over cycles that move, so of no state of the joint" in text
         assert "The stiffness of the rig over the laws: " in text

@@ -289,12 +289,14 @@ def test_without_a_cutoff_the_first_things_said_are_that(folder: Path) -> None:
     outcome = run("surface", "ground.npy", *AS_IS)
     assert sorted(folder.iterdir()) == before
     lines = outcome.stdout.splitlines()
-    assert lines[2].startswith("  watch   No short-wave cut-off was given: the pixel decides.")
+    assert lines[2].startswith(
+        "  watch   No short-wave cut-off was given: the results depend on the pixel."
+    )
     assert "Heights and moments" not in lines
     lines = run("surface", "ground.npy", *AS_IS, "--all").stdout.splitlines()
     table = lines[lines.index("Heights and moments") + 3]
     assert table.split("  ")[0] == "short-wave cut-off"
-    assert "not given: the pixel decides" in table
+    assert "not given: limited by the pixel" in table
     assert "Every parameter against the cut-off" in outcome.stdout
 
 

@@ -295,7 +295,7 @@ RECIPE = (Path(__file__).parents[2] / "docs" / "hosts.md").read_text(encoding="u
 
 @pytest.mark.parametrize("host", ["stand-in", "NLvib-py"])
 def test_the_recipe_of_nlvib_is_that_of_structure(host):
-    """The page's own function, called as a balance of harmonics with differences calls it."""
+    """The page's own function, called as harmonic balance with differences calls it."""
     code = "def eval_batch" + RECIPE.split("def eval_batch")[1].split("\n\n\n")[0]
     names = {"np": np, "joint": JOINT}
     exec(code, names)  # the recipe of the page

@@ -520,7 +520,7 @@ def test_all_laws_on_three_loads() -> None:
     assert compared.best == "interface"
     for fit in compared.fits.values():
         assert fit.evaluations < 1500
-        assert any("all intervals are those of the curvature" in note for note in fit.notes)
+        assert any("all intervals are from the curvature" in note for note in fit.notes)
         assert all(one.profile == () for one in fit.parameters.values())
 
 
@@ -531,7 +531,7 @@ def test_profiles_end_in_time(monkeypatch: pytest.MonkeyPatch) -> None:
     whole = joint()
     monkeypatch.setattr(intervals, "_MOST_WORK", 0.0)
     found = ms.identify(three_loads(), summits=np.inf)
-    assert any("those of the curvature" in note for note in found.notes)
+    assert any("from the curvature" in note for note in found.notes)
     assert not any("curvature" in note for note in whole.notes)
 
 

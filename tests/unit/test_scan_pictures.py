@@ -131,7 +131,7 @@ def test_gaps_are_told_beside_the_spectrum(tmp_path: Path, ground: np.ndarray, g
     if gaps:
         heights[:9] = np.nan
     text = page(document(found(tmp_path, heights, cutoff=10e-6)), PictureCache())
-    assert ("steps at the edges of gaps make waves of every length" in text) == gaps
+    assert ("steps at the edges of gaps add waves of every length" in text) == gaps
 
 
 def test_a_table_with_none_counted_says_so(tmp_path: Path, ground: np.ndarray) -> None:
@@ -139,7 +139,7 @@ def test_a_table_with_none_counted_says_so(tmp_path: Path, ground: np.ndarray) -
         result = document(found(tmp_path, heights, cutoff=None, level=None))
         return " ".join(str(block) for block in result.blocks())
 
-    assert "beside each the counted ones" in told(ground)
+    assert "each beside that of the counted summits" in told(ground)
     assert "none were counted" in told(ground + 1e-3 * np.arange(128.0))
 
 

@@ -167,11 +167,11 @@ def test_the_cutoff_is_in_every_file(home: Path, monkeypatch: pytest.MonkeyPatch
 def test_no_cutoff_has_to_be_said_and_is_shown(home: Path) -> None:
     study = ms.Study.from_toml(scan_study(('"6 um"', '"none"')), folder=home)
     found = preview(study)
-    assert any("no cut-off: the pixel decides" in note for note in found.data["notes"])
+    assert any("no cut-off: limited by the pixel" in note for note in found.data["notes"])
     surface = study.run().joints[0].surface
     assert surface.radius == summits(home, None).statistics().radius  # type: ignore[attr-defined]
     page_rows = dict(_rows(study))
-    assert page_rows["Short-wave cut-off"] == "none: the pixel decides"
+    assert page_rows["Short-wave cut-off"] == "none: limited by the pixel"
 
 
 def _rows(study: ms.Study) -> list[tuple[str, str]]:

@@ -72,15 +72,15 @@ def test_the_structure_is_told_first(result: ms.Result) -> None:
     assert [s.title for s in told.sections][:4] == [
         "Structure", "Frequency and damping", "Contributions to the scatter", "Structure in figures",
     ]  # fmt: skip
-    assert told.answer.startswith("Mode 1 lies at ")
+    assert told.answer.startswith("Mode 1: ")
     assert "5–95 %" in told.answer
     assert result.structure is not None
     mode, data = result.structure.modes[0], result.summary["structure"]["modes"][0]
     assert mode.bands is not None
     assert told.answer.endswith(
-        "Errors: of patches, mesh and reduction not looked for (converge = true); of harmonics "
-        f"left out ±{abs(mode.curve.harmonic_error[-1]):.1%}; of the band's ends "
-        f"±{mode.bands.damping_error:.1%}, for so few samples."
+        "Errors: of patches, mesh and reduction not estimated (converge = true estimates them); of "
+        f"truncated harmonics ±{abs(mode.curve.harmonic_error[-1]):.1%}; sampling error of the "
+        f"band's ends ±{mode.bands.damping_error:.1%}."
     )
     (picture,) = [p for p in told.pictures if p.name == "modal_curves"]
     assert picture.caption.endswith(told.answer.partition("Errors:")[2])
@@ -346,7 +346,7 @@ def test_a_study_tells_how_good_its_model_is(folder: Path) -> None:
     assert mode.quick is not None
     assert found.joint.patches == result.structure.joint.patches > 2
     np.testing.assert_allclose(mode.quick.modal_amplitude[-1], found.curve.amplitude[-1], rtol=0.1)
-    (section,) = [s for s in document(result).sections if s.title == "How good the model is"]
+    (section,) = [s for s in document(result).sections if s.title == "Convergence of the model"]
     table, note = section.blocks
     assert {row[0] for row in table.rows} >= {"kept modes", "harmonics"}
     assert note.text == f"{found.message}."

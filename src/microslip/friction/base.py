@@ -257,7 +257,7 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
         *,
         rtol: float = 1e-10,
     ) -> HarmonicForce:
-        """Fourier coefficients of the settled force with their Jacobian: balance of harmonics.
+        """Fourier coefficients of the settled force with their Jacobian: harmonic balance.
 
         Parameters
         ----------

@@ -350,7 +350,7 @@ class CoupledLaw(_Law):
         separation: ArrayLike | None = None,
         samples: int = 256,
     ) -> HarmonicForce | CoupledHarmonics:
-        """Fourier coefficients of the settled forces with their Jacobian: balance of harmonics.
+        """Fourier coefficients of the settled forces with their Jacobian: harmonic balance.
 
         Parameters
         ----------

@@ -158,7 +158,7 @@ class SettledField:
         samples: int | None = None,
         rtol: float = 1e-10,
     ) -> tuple[Floats, ...]:
-        """Fourier coefficients of the settled forces with their Jacobians: balance of harmonics.
+        """Fourier coefficients of the settled forces with their Jacobians: harmonic balance.
 
         Parameters
         ----------

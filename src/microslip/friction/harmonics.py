@@ -1,4 +1,4 @@
-"""Fourier coefficients of the force on a joint whose displacement has a few: balance of harmonics.
+"""Fourier coefficients of the force on a joint whose displacement has a few: harmonic balance.
 
 Between the turning points of the displacement, where inner loops close and where the law has kinks,
 the settled force is smooth: the rule of Gauss and Legendre takes its coefficients to rounding from

@@ -43,26 +43,26 @@ class Row(NamedTuple):
     """Whether it is a note."""
 
 
-_EVERY = "within the noise of the loops every value "
-_ANSWERS = " answers them ({confidence:%})"
+_EVERY = "every value "
+_ANSWERS = " fits the loops within their noise ({confidence:%})"
 _NAME_RIGS = "name the rig of each record: `rigs=...`"
 
 TABLE: Mapping[str, Row] = {
     # -- how the fit ended ----------------------------------------------------------------------
     "used up": Row(
-        "the fit did not end at a minimum: its evaluations were used up while the sum of squares "
-        "still fell",
+        "the fit did not end at a minimum: it reached its limit of evaluations while the sum of "
+        "squares still fell",
         in_message=True,
         noted=False,
     ),
     "unsettled": Row(
         "the fit did not end at a minimum: the weights of the displacement's errors, which follow "
-        "the law's own tangents, do not settle: the law does not suit these records",
+        "the law's own tangents, do not converge: the law does not fit these records",
         in_message=True,
         noted=False,
     ),
     "broken off": Row(
-        "the fit did not end at a minimum: it broke off: {why}", in_message=True, noted=False
+        "the fit did not end at a minimum: it stopped early: {why}", in_message=True, noted=False
     ),
     "at a bound": Row(
         (
@@ -88,20 +88,20 @@ TABLE: Mapping[str, Row] = {
     ),
     "several rigs": Row(
         (
-            "rigs of their own, whose compliances differ",
+            "a rig for each record, with compliances that differ",
             " by {spread:2%}",
-            ", would take most of what the law leaves, though not all (most: {record!r}); if the "
-            "records are of different rigs, name the rig of each record: `rigs=...`",
+            ", would remove most of the misfit, though not all (most: {record!r}); if the records "
+            "are of different rigs, name the rig of each record: `rigs=...`",
         ),
         in_message=True,
         noted=False,
     ),
     "misfit": Row(
-        "the law does not fit the records: it leaves {over_noise:2} times their noise, "
+        "the law does not fit the records: the misfit is {over_noise:2} times their noise, "
         "{share:2%} of the force",
         in_message=True,
     ),
-    "contradiction": Row("what was given and the loops disagree: {data:s}", in_message=True),
+    "contradiction": Row("given values and the loops disagree: {data:s}", in_message=True),
     "datum": Row(
         "{name!n} was given as {value:3 {unit}} ± {error:3 {unit}}, without that "
         "{without:3 {unit}} is found, {deviations:2} standard deviations apart"
@@ -122,29 +122,30 @@ TABLE: Mapping[str, Row] = {
         )
     ),
     "no delay": Row(
-        "the loops tell no delay within half a period", "more cycles, or less noise of the force"
+        "the loops do not determine a delay within half a period",
+        "more cycles, or less noise of the force",
     ),
     # -- of numbers whose intervals close, under what does not hold -----------------------------
     "leans": Row(
         (
-            "it leans on the end of the search of {end!n}: with that end as far out again it would "
-            "be ",
+            "it depends on the limit of the search of {end!n}: with that limit twice as far out it "
+            "would be ",
             "{share:2%}",
             "{size:2}",
             " {way}",
         ),
-        "take other heights, or records that tell {parameter!n}; how far that is searched say "
-        '`bounds={{"{parameter}": ...}}`',
+        "take other heights, or records that determine {parameter!n}; set the limits of its search "
+        'by `bounds={{"{parameter}": ...}}`',
         IN_DOUBT,
     ),
     "other heights": Row(
-        "with exponential heights, which answer the loops as well, it would be {value:3 {unit}}",
-        "take other heights, or records that tell standardised_separation",
+        "with exponential heights, which fit the loops as well, it would be {value:3 {unit}}",
+        "take other heights, or records that determine standardised_separation",
         IN_DOUBT,
     ),
     "same law": Row(
-        "rig and contact stand in series, and this law behind a spring is the same law with other "
-        "values: no record tells them apart",
+        "rig and contact are in series, and this law in series with a spring is the same law with "
+        "other values: no record separates them",
         verdict=NOT,
     ),
     "no minimum": Row(
@@ -155,21 +156,20 @@ TABLE: Mapping[str, Row] = {
     ),
     "apparent": Row(
         (
-            "of a law that does not fit the records: it stands for loops of {amplitudes}",
+            "of a law that does not fit the records: it holds for loops of {amplitudes}",
             " at {loads}",
             " in the mean",
-            "; what the law lacks may hide {stake:2%} of a number",
+            "; the misfit may hide an error of {stake:2%} in a number",
         ),
-        "free or correct what is fixed, or compare laws: their spread says more than an interval",
+        "free or correct fixed values, or compare laws: their spread says more than an interval",
         APPARENT,
     ),
     "beyond": Row(
         (
-            "no record slides as a whole: the loops reach {reached:2%} of this limit, and the rest "
-            "is what the law makes of it",
-            "; laws that answer these loops as well find {laws:s}",
-            "; of other laws (exponential heights, one sphere) none{none} answers these loops as "
-            "well",
+            "no record reaches gross slip: the loops reach {reached:2%} of this limit, and the "
+            "rest is an extrapolation by the law",
+            "; laws that fit these loops as well find {laws:s}",
+            "; of other laws (exponential heights, one sphere) none{none} fits these loops as well",
         ),
         "a record that reaches gross slip",
         BEYOND,
@@ -178,88 +178,86 @@ TABLE: Mapping[str, Row] = {
         "{doubt}", "take settled cycles within the range of the sensors", IN_DOUBT
     ),
     "contradicted": Row(
-        "what was given for {names:s} and the loops disagree",
-        "check what was given, or leave it out",
+        "the value given for {names:s} and the loops disagree",
+        "check the given value, or leave it out",
         IN_DOUBT,
     ),
     "far area": Row(
         "the contact area was measured at {load:3 N}, far from the loads of the records, "
-        "{loads}: what follows from it rests on the law between them",
+        "{loads}: results that use it depend on the law between these loads",
         verdict=IN_DOUBT,
     ),
     "as one rig": Row(
-        "found as if all records had one rig, which the loops speak against",
+        "found with one rig for all records, which the loops contradict",
         _NAME_RIGS,
         IN_DOUBT,
     ),
     # -- of the whole fit -----------------------------------------------------------------------
     "own elastic part": Row("{law!r} has an elastic part of its own: the rig is part of it"),
     "continuum": Row(
-        "found as if heights were a continuum: the chance in those of the summits in contact moves "
-        "slip scale, separation and rig, by more than noise where there are few, and is in no "
-        "interval without their number, `summits={count}`",
-        "give the number of all summits, infinity for a continuum",
+        "found with a continuous height distribution: the sampling scatter of the summits in "
+        "contact moves slip scale, separation and rig, by more than noise where they are few, and "
+        "is not in the intervals without their number, `summits={count}`",
+        "give the number of all summits, infinity for a continuous distribution",
         APPARENT,
     ),
     "summits taken": Row(
-        "the number of all summits, whose heights are random, is that of {source}, {count}: what "
-        "chance does is in the intervals; `summits=inf` takes heights for a continuum"
+        "the number of summits is that of {source}, {count}: the sampling scatter of their heights "
+        "is included in the intervals; `summits=inf` leaves it out (a continuous distribution)"
     ),
-    "no play": Row("no play between joint and transducer shows in the loops"),
-    "play": Row("play of {play:3 m} ± {error:3 m} between joint and transducer is taken off"),
+    "no play": Row("the loops show no play between joint and transducer"),
+    "play": Row("play of {play:3 m} ± {error:3 m} between joint and transducer is subtracted"),
     "noisy load": Row(
         "the noise of the measured load makes the interval of {name!n} {times:3} times as wide: "
-        "more cycles, or a load that is known better, would narrow it"
+        "more cycles, or a better-known load, would narrow it"
     ),
     "too smooth": Row(
-        "the mean loops are smoother than the scatter of the forces lets expect (reduced "
-        "chi-squared {reduced:2}): that scatter is no white noise, such as a force that wanders; "
-        "the intervals may be wider than need be"
+        "the mean loops are smoother than the scatter of the forces suggests (reduced "
+        "chi-squared {reduced:2}): that scatter is not white noise, for example a force that "
+        "drifts; the intervals may be wider than necessary"
     ),
     "play explains": Row(
-        "play of {play:3 m} between joint and transducer would explain {share:2%} of what the law "
-        "leaves; write `nuisances=['play']`"
+        "play of {play:3 m} between joint and transducer would explain {share:2%} of the misfit; "
+        "write `nuisances=['play']`"
     ),
     "effect explains": Row(
-        "{effect} would explain {share:2%} of what the law leaves; write `nuisances=['{name}']`"
+        "{effect} would explain {share:2%} of the misfit; write `nuisances=['{name}']`"
     ),
     "delay explains": Row(
-        "a force{another} {delay:2 {unit}} {way} the displacement would explain {share:2%} of what "
-        'the law leaves; write `delay="free"`'
+        "a force{another} {delay:2 {unit}} {way} the displacement would explain {share:2%} of the "
+        'misfit; write `delay="free"`'
     ),
-    "wrong delay": Row(
-        'the delay that was given may not be that of these records; write `delay="free"`'
-    ),
+    "wrong delay": Row('the given delay may not be that of these records; write `delay="free"`'),
     "soft rig": Row(
         "the loops are stiffer ({stiffness:3 N/m} after a reversal) than the {rig!n} given, "
-        "{given:3 N/m}: no joint behind such a rig makes them; check its unit and that of the "
+        "{given:3 N/m}: no joint on such a rig has such loops; check its unit and that of the "
         "force, or leave the rig free"
     ),
     "widened": Row(
         (
-            "intervals are up to {times:3} times as wide as noise makes them: ",
-            "the law leaves more than the noise (reduced chi-squared {reduced:3})",
+            "intervals are up to {times:3} times as wide as by noise alone: ",
+            "the misfit is larger than the noise (reduced chi-squared {reduced:3})",
             "whole cycles scatter more than white noise{cycles} does",
         )
     ),
     "in series": Row(
-        "after a reversal rig and contact give way together: a softer contact on a stiffer rig "
-        "answers nearly as well, which is why the loops do not tell the contact's own part"
+        "after a reversal rig and contact are springs in series: a softer contact on a stiffer rig "
+        "fits nearly as well, so the loops do not determine the stiffness of the contact alone"
     ),
     "one load": Row(
-        "all records have one normal load: the friction coefficient, the length κσ and, weakly, "
-        "the separation h are all that loops at one load hold"
+        "all records have one normal load: loops at one load determine only the friction "
+        "coefficient, the length κσ and, weakly, the separation h"
     ),
     "of the record": Row("{record}: {note}"),
     "many minima": Row(
-        "the sum of squares has many minima, and the profiles met lower ones than that of the best "
-        "values: this law does not suit these records"
+        "the sum of squares has many minima, and the profiles found lower ones than that of the "
+        "best values: this law does not suit these records"
     ),
     "straight": Row(
         (
             "all intervals{every}",
             "intervals of {names:s}",
-            " are those of the curvature at the best value, as if the law were linear",
+            " are from the curvature at the best value (linearised)",
         )
     ),
 }

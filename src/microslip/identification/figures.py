@@ -30,20 +30,20 @@ _CAPTIONS = {
     "loops": (
         "The mean cycle of each record (circles) and the identified law with the rig in series "
         "(line), one pair of panels for each normal load, a colour for each amplitude; the line "
-        "holds what errors of displacement and load and other nuisances were found to do. Below, "
-        "what is left over the noise of each record, towards larger (circles) and smaller "
+        "includes the fitted errors of displacement and load and other nuisances. Below, the "
+        "residual over the noise of each record, towards larger (circles) and smaller "
         "displacements (triangles). Within the grey band it is noise.",
-        "Measured and modelled loops over each other, and the residual",
+        "Measured and modelled loops, and the residual",
     ),
     "intervals": (
-        "Best values and intervals; an arrow is an end that the records leave open. Beside them "
-        "the correlations of the errors.",
+        "Best values and intervals; an arrow is an open end. Beside them the correlations of the "
+        "errors.",
         "Interval of each parameter, and correlations",
     ),
     "profiles": (
-        "By how much χ² rises where a parameter is held at another value and all others are fitted "
-        "again, over the factor by which intervals were widened. Values below the dashed level "
-        "answer the loops; where the curve stays below it, the interval is open.",
+        "Rise of χ² where a parameter is held at another value and all others are fitted again, "
+        "over the factor by which intervals were widened. Values below the dashed level fit the "
+        "loops; where the curve stays below it, the interval is open.",
         "Likelihood profile of each parameter",
     ),
 }

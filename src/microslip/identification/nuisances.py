@@ -47,10 +47,10 @@ def _centred(values: Floats) -> Floats:
 
 EFFECTS: Mapping[str, Effect] = {
     "parallel": Effect("a spring beside the joint", lambda f: _centred(f.displacement(f.phase))),
-    "viscous": Effect("a force that goes with velocity", lambda f: f.displacement(f.phase, 1)),
+    "viscous": Effect("a force proportional to velocity", lambda f: f.displacement(f.phase, 1)),
     "inertia": Effect("a mass behind the force sensor", lambda f: f.displacement(f.phase, 2)),
     "tilt": Effect(
-        "friction that changes along the way, as of tilted faces (to first order)",
+        "friction that changes along the displacement, as of tilted faces (to first order)",
         lambda f: np.asarray(_centred(f.force) * _centred(f.displacement(f.phase))),
     ),
 }

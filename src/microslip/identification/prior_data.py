@@ -16,7 +16,7 @@ from microslip.identification.profiles import cycle_ratio, information
 from microslip.identification.quantities import Function, Quantity, of_coordinate
 
 DISAGREE = 3.0
-"""Standard deviations beyond which what was given and the loops disagree."""
+"""Standard deviations beyond which a given value and the loops disagree."""
 _RARE = 0.0027  # probability of more than three standard deviations
 _MOVED, _SHARE = 1.0, 0.5
 """What depends on a datum: what it moves by so many standard errors, or owes it so much of its
@@ -36,7 +36,7 @@ class GivenDatum:
     found: float
     """Value of the fit."""
     residual: float
-    """Found less given, in standard deviations of what was given [-]."""
+    """Found minus given, in standard deviations of the given value [-]."""
     without: float
     """Value of a fit without it; any value where nothing else determines it."""
     disagreement: float
@@ -53,8 +53,8 @@ class GivenDatum:
         )
         return (
             f"given {self.name} = {value} ± {error}: found {fitted}, {self.residual:+.2f} standard "
-            f"deviations off, {abs(self.disagreement):.2f} from what the rest says"
-            f"{'' if self.agrees else ': what was given and the loops disagree'}"
+            f"deviations off, {abs(self.disagreement):.2f} from all other data"
+            f"{'' if self.agrees else ': given values and the loops disagree'}"
         )
 
     def contradiction(self, without: float) -> Caveat:

@@ -70,7 +70,7 @@ class Identification(Locked, Plottable):
     correlation: NDArray[np.float64]
     """Correlations of the free parameters as they were fitted [-]."""
     directions: tuple[Direction, ...]
-    """Ways through parameter space that the loops do not feel."""
+    """Combinations of parameters that the loops do not determine."""
     confidence: float
     """Level of the intervals [-]."""
     chi_squared: float

@@ -11,24 +11,24 @@ CAUSES_FROM, WRONG_FROM = 2.0, 25.0
 wrong."""
 
 MISFIT = Rule(
-    name="what the misfit may hide",
+    name="error hidden by the misfit",
     watch=0.01,
     # A force that was clipped moves the limit of sliding by up to four times what shows: 5 %.
     outside=0.0125,
-    meaning="the law leaves no more than noise, or what it leaves can move no number by much",
-    reason="largest shift of a number, of its value, that what the law leaves does not show, if "
-    "what it lacks is as large along that number as beside it",
-    remedy="compare other laws, or see what the rig did: it is the best fit of this law, not its "
-    "proof",
-    missing="numbers that the records tell",
+    meaning="the misfit is noise, or cannot move any number by much",
+    reason="largest relative shift of a number that the residuals do not show, if the error of the "
+    "law is as large along that number as across it",
+    remedy="compare other laws, or look for effects of the rig: the best fit of a law does not "
+    "prove the law",
+    missing="numbers that the records determine",
 )
 TOLD_SHARE = Rule(
     name="share of parameters identified",
     watch=1.0,
     outside=1e-9,
-    meaning="the records tell every parameter that was free",
+    meaning="the records determine every free parameter",
     reason="profiles of the likelihood that close on both sides",
-    remedy="each open parameter says what would settle it",
+    remedy="each open parameter names the measurement that would determine it",
 )
 RULES: tuple[Rule, ...] = (MISFIT, TOLD_SHARE)
 

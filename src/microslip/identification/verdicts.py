@@ -30,7 +30,7 @@ WIDEST_SHAPE = 1.5
 WIDEST_RATIO = 4.0
 """Ratio of the ends of the interval of a positive quantity beyond which it counts so."""
 
-_RIG_APART = "measure the rig's stiffness apart and give it with its uncertainty"
+_RIG_APART = "measure the rig's stiffness separately and give it with its uncertainty"
 
 
 @dataclass(frozen=True)
@@ -112,7 +112,7 @@ def mark(
 
 @dataclass(frozen=True)
 class Direction:
-    """A way through parameter space along which the loops stay the same within their noise."""
+    """A combination of parameters along which the loops stay the same within their noise."""
 
     change: dict[str, float]
     """Change of each parameter: of a plain number itself, of other_steps the logarithm."""

@@ -43,7 +43,7 @@ SUMMARY_SCHEMA = 1
 _QUANTILES = {"q5": 0.05, "q50": 0.5, "q95": 0.95}
 _OUTER = ("q5", "q95")
 _WITHIN = (
-    "“Within” are 90 % intervals of the quantiles, if the items are independent samples of the "
+    "Intervals are 90 % intervals of the quantiles, if the items are independent samples of the "
     "production; an open end (?) needs 59 items or more."
 )
 
@@ -146,7 +146,10 @@ def _table(statistics: dict[str, Any]) -> Table:
         Column("quantity", "Quantity"),
         Column("count", "Rows", write=cells.counted),
         *(Column(name, f"{100.0 * share:g} %") for name, share in _QUANTILES.items()),
-        *(Column(f"{name}_interval", f"{100.0 * _QUANTILES[name]:g} % within") for name in _OUTER),
+        *(
+            Column(f"{name}_interval", f"{100.0 * _QUANTILES[name]:g} % interval")
+            for name in _OUTER
+        ),
     )
 
     def within(ends: list[float | None], name: str) -> str:

@@ -83,8 +83,8 @@ def document(
         sections[:0] = first
         data["campaign"] = together.data_of(campaign, skipped, level)
     caption = (
-        "Mean cycles of the records, offsets taken off, in the manner of Fig. 19.7 of the "
-        "chapter, and what each cycle dissipates."
+        "Mean cycles of the records without offsets, in the manner of Fig. 19.7 of the chapter, "
+        "and the energy of each cycle."
     )
     picture = Picture(
         "loops",
@@ -119,7 +119,7 @@ def _answer(measurements: Sequence[Measurement]) -> str:
     if len(measurements) > 1:
         values = [energy.value for energy in energies]
         ends = _joules(min(values), max(values))
-        return f"Mostly {' and '.join(regimes)}: a cycle dissipates {ends}."
+        return f"{' and '.join(regimes).capitalize()}: a cycle dissipates {ends}."
     measured, energy = measurements[0], energies[0]
     if len(measured.levels) > 1:
         return f"{len(measured)} cycles at {len(measured.levels)} amplitudes: {_ends(measured)}."
@@ -129,7 +129,7 @@ def _answer(measurements: Sequence[Measurement]) -> str:
         ends = _joules(energy.low, energy.high)
         spread = f" ({ends} with {100.0 * measured.confidence:g} % confidence)"
         if not measured.is_settled:
-            spread = f" in the mean, and is not settled ({ends})"
+            spread = f" in the mean, not settled ({ends})"
     value = _joules(energy.value, digits=_digits(energy.low, energy.high))
     return f"{cycles}, mostly {regimes[0]}: each dissipates {value}{spread}."
 
@@ -209,8 +209,8 @@ def _total_text(measured: Measurement) -> str:
     total, first, last = float(up_to.energy[-1]), count.numbers[0], count.numbers[-1]
     ends = _joules(total - up_to.error, total + up_to.error)
     return (
-        f"Cycles {first:.12g} to {last:.12g} dissipate {_joules(total)} ({ends}, whatever course "
-        "energies take between logged cycles without going up and down)."
+        f"Cycles {first:.12g} to {last:.12g} dissipate {_joules(total)} ({ends}, for any energies "
+        "that are monotonic between logged cycles)."
     )
 
 
@@ -242,10 +242,10 @@ def _means(measured: Measurement) -> Table:
         Column("quantity", "quantity"),
         Column("mean", "mean"),
         Column("interval", level),
-        Column("drift", "change a cycle"),
+        Column("drift", "drift per cycle"),
     )
     caption = (
-        "Change a cycle: slope of a straight line over all cycles, where it is more than five "
+        "Drift per cycle: slope of a straight line over all cycles, where it is more than five "
         "standard errors."
     )
     brief_rows = tuple(range(sum(name in measured.mean for name in _FIRST)))

@@ -108,8 +108,8 @@ def pictures(campaign: Campaign, confidence: float = 0.95) -> dict[str, Picture]
     figures = [
         Picture(
             "evolution",
-            "Every cycle of the records over its number, and over the energy that the run has "
-            "dissipated so far; logarithmic axes.",
+            "Every cycle of the records over its number, and over the cumulative dissipated "
+            "energy of the run; logarithmic axes.",
             lambda: figures_of.evolution(campaign),
             "Friction, stiffness and energy over cycles and cumulative energy",
         )
@@ -117,10 +117,10 @@ def pictures(campaign: Campaign, confidence: float = 0.95) -> dict[str, Picture]
     if campaign.fretting_map():
         caption = (
             "Regimes over amplitude and normal load (Vingsbo and Söderberg 1988); mixed where a "
-            "second regime is as likely as 1 in 20, or has as many of the cycles."
+            "second regime has a probability, or a share of the cycles, of 1 in 20 or more."
         )
         if campaign.borders is not None:
-            caption += " The lines are the borders of the law, its rig in series."
+            caption += " The lines are the borders by the law with its rig in series."
         plot = partial(figures_of.fretting_map, campaign)
         figures.append(
             Picture("fretting-map", caption, plot, "Regimes over amplitude and normal load")
@@ -142,13 +142,13 @@ def pictures(campaign: Campaign, confidence: float = 0.95) -> dict[str, Picture]
         figures.append(Picture("stiffness", caption, plot, "Stiffness over normal load"))
     if campaign.friction_logs():
         caption = (
-            "Friction log: the force over displacement and cycle, on the way there (left) and back "
-            "(right); each cycle with its offsets taken off."
+            "Friction log: the force over displacement and cycle, for rising (left) and falling "
+            "displacement (right); each cycle without its offsets."
         )
         plot = partial(figures_of.friction_log_figure, campaign)
         figures.append(Picture("friction-log", caption, plot, "Force over displacement and cycle"))
     if laws := campaign.running_in(confidence):
-        caption = "Cycles that run in, and the exponential law through them."
+        caption = "Running-in cycles, and the exponential law through them."
         plot = partial(figures_of.running_in_figure, laws)
         figures.append(Picture("running-in", caption, plot, "Running in"))
     return {figure.name: figure for figure in figures}
@@ -186,7 +186,7 @@ def sections(
     if campaign.worn_volumes is not None and (uncounted := campaign.uncounted()):
         texts = tuple(f"{shorten(name, 80)}: {why}" for name, why in uncounted.items())
         words = Note("No energy wear coefficient of records whose dissipated energy is not known:")
-        last.append(Section("Wear without an energy", (words, Items(texts))))
+        last.append(Section("Worn volumes without an energy", (words, Items(texts))))
     if campaign.comparison(confidence):
         last.append(Section("Runs compared", (_runs(campaign, confidence),)))
     return first, last
@@ -204,7 +204,7 @@ def _wear_text(wear: Wear) -> str:
     text = _ends(wear.coefficient, lambda value: significant(1e18 * value))
     count = f"{wear.coefficient.number} worn volume{'s' * (wear.coefficient.number > 1)}"
     beside = (
-        "" if math.isnan(wear.scatter) else f", {significant(1e9 * wear.scatter, 2)} mm³ beside"
+        "" if math.isnan(wear.scatter) else f", scatter {significant(1e9 * wear.scatter, 2)} mm³"
     )
     if wear.law == ARCHARD:
         return f"Archard's coefficient: {text} µm³/(N m), {count}{beside}."
@@ -214,15 +214,17 @@ def _wear_text(wear: Wear) -> str:
             "worn volume over energy dissipated in all cycles."
         )
     threshold = _ends(wear.threshold, lambda value: engineering(value, "J"))
-    verdict = "nothing wears below it" if wear.has_threshold else "none resolved, zero is within"
+    verdict = (
+        "no wear below it" if wear.has_threshold else "not resolved, the interval includes zero"
+    )
     return f"With a threshold: {text} µm³/J from {threshold}{beside}; {verdict}."
 
 
 def _load_text(law: LoadLaw, confidence: float) -> str:
     exponent = _ends(law.exponent, significant)
     rig = (
-        " The rig's compliance is in these stiffnesses, which lowers the exponent: give its "
-        "stiffness to take it off."
+        " These stiffnesses include the compliance of the rig, which lowers the exponent: give "
+        "the stiffness of the rig to subtract it."
     )
     return (
         f"Stiffness after reversal grows with the load to the power {exponent}, "
@@ -271,8 +273,8 @@ def _specimens(found: Sequence[tuple[str, Pooled]], confidence: float) -> tuple[
         )
         mean_rows += [(label, name, condition, _ends(mean, write)) for label, mean in pool.of_each]
     caption = (
-        "Specimens are taken at random from all that could be: the interval holds what differs "
-        "between them and the errors of each. The scatter is what their own errors do not explain."
+        "Specimens are taken as a random sample: the interval includes the scatter between them "
+        "and the error of each. The scatter is the part that their own errors do not explain."
     )
     few = tuple(range(min(12, len(rows))))
     mean = Column("mean", f"mean ({100.0 * confidence:g} % interval)")
@@ -307,8 +309,8 @@ def _runs(campaign: Campaign, confidence: float) -> Table:
             )
         )
     caption = (
-        "Runs are taken at random from all that could be: the interval of the mean holds what "
-        "differs between them (one-way analysis of variance, as in ISO 5725-2)."
+        "Runs are taken as a random sample: the interval of the mean includes the scatter between "
+        "them (one-way analysis of variance, as in ISO 5725-2)."
     )
     brief_rows = tuple(range(min(12, len(rows))))
     return Table(

@@ -92,7 +92,7 @@ class Mode:
     """One mode along the amplitudes at the sensor."""
 
     number: int  # counted from 1
-    curve: ModalCurve  # by balance of harmonics
+    curve: ModalCurve  # by harmonic balance
     quick: ModalCurve | None  # quasi-static; None beside a geometry, whose mean it does not follow
     bands: Bands | None  # None where everything is given as one number
     forced: tuple[ForcedMode, ...] = ()  # one a force

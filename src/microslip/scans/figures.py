@@ -52,7 +52,7 @@ def summit_figure(summits: Any) -> Plot:
     size = 5.0 if summits.count <= 200 else 3.0
     panel.marks(*(summits.positions / unit).T, size=size)
     cut = (
-        "the pixel decides"
+        "limited by the pixel"
         if summits.cutoff is None
         else (f"cut-off {engineering(summits.cutoff, 'm', 4, trim=True)}")
     )

@@ -236,9 +236,9 @@ class Findings:
         if self.request.cutoff is not None:
             text = f"cut-off {engineering(self.request.cutoff, 'm', 4, trim=True)}"
         elif self.request.cutoff_given:
-            text = "no cut-off: the pixel decides"
+            text = "no cut-off: limited by the pixel"
         else:
-            text = "no cut-off given: the pixel decides"
+            text = "no cut-off given: limited by the pixel"
         if self.request.long_cutoff is None:
             return text
         return f"{text}, long-wave {engineering(self.request.long_cutoff, 'm', 4, trim=True)}"

@@ -1,4 +1,4 @@
-"""Forced response by the balance of harmonics, followed around turning points."""
+"""Forced response by harmonic balance, followed around turning points."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from microslip.structures.periodic_motion import (
 class ForcedResponse(LockedArrays, PlottableAtSensor):
     """Periodic motions along a range of frequencies; made by ``structure.forced_response(...)``.
 
-    By the balance of harmonics with arc length (Keller's continuation), as in Krack and Gross
+    By harmonic balance with arc length (Keller's continuation), as in Krack and Gross
     (2019), DOI 10.1007/978-3-030-14023-6: where the response folds over, a frequency has several.
     """
 

@@ -130,7 +130,7 @@ class ModalCurve(LockedArrays, Plottable):
         """The same of frequency and damping ratio, (amplitudes, 2) [-]."""
         if self._with_more_harmonics is None:
             raise InputError(
-                "harmonic_error is of a curve by the balance of harmonics, not of one that was "
+                "harmonic_error is of a curve by harmonic balance, not of one that was "
                 "read, copied or made quasi-static"
             )
         return self._with_more_harmonics()
@@ -266,7 +266,7 @@ class ModeSolver:
     base_damping: float
 
     def balanced(self) -> ModalCurve:
-        """By the balance of harmonics, with continuation."""
+        """By harmonic balance, with continuation."""
         joints = self._joints()
         balance = Balance(self.model, joints, self.basis)
         equations = ModeEquations(balance, self.index, self.measure)
@@ -288,7 +288,7 @@ class ModeSolver:
             message = f"solved in {followed.iterations} iterations and {followed.steps} steps"
         else:
             message = (
-                f"stopped beyond the amplitude {followed.stopped_at:.4g}: the balance of harmonics "
+                f"stopped beyond the amplitude {followed.stopped_at:.4g}: harmonic balance "
                 f"did not converge in steps of 1 %, after {followed.iterations} iterations; try "
                 "more samples, fewer harmonics, or amplitudes that end there (the mode may meet "
                 "another one, or all joints may slide)"

@@ -1,4 +1,4 @@
-"""A nonlinear mode from amplitude to amplitude: Newton's method on the balance of harmonics."""
+"""A nonlinear mode from amplitude to amplitude: Newton's method on harmonic balance."""
 
 from __future__ import annotations
 
@@ -125,7 +125,7 @@ class ModeEquations:
 
 _SMALLEST = 1e-6  # of the first amplitude: where a mode of sticking joints is to be found
 _FINEST = 0.01  # shortest step in the logarithm of the amplitude
-# -- the balance of harmonics from amplitude to amplitude ------------------------------------------
+# -- harmonic balance from amplitude to amplitude ------------------------------------------
 
 
 @dataclass(frozen=True, eq=False)

@@ -109,7 +109,7 @@ class ModalIdentification(LockedArrays):
     """Of each test the frequency at its smallest amplitude, and that of the sticking joints as they
     were given and as they were found, (tests, 3) [Hz]."""
     curves: tuple[ModalCurve, ...]
-    """One for each test, by balance of harmonics, at its amplitudes."""
+    """One for each test, by harmonic balance, at its amplitudes."""
     bands: tuple[Floats, ...]
     """Bands of each test over draws of the parameters by their covariance, (2, 2, amplitudes), of
     frequency [Hz] and damping ratio [-] the 5 and 95 % each."""
@@ -165,7 +165,7 @@ def identify_modal(
     Form, tension and modulus are first brought to where the modes of sticking joints meet the
     frequencies at the smallest amplitudes. One mode tells the form from the modulus only by what
     slips; a higher one, which the form moves less, tells them apart. All is then fitted to the
-    curves of :meth:`Preload.modes` by the balance of harmonics, along nonlinear modes
+    curves of :meth:`Preload.modes` by harmonic balance, along nonlinear modes
     (Szemplinska-Stupnicka 1979, DOI 10.1016/S0022-460X(79)80003-1).
     """
     modal_tests = [tests] if isinstance(tests, ModalTest) else list(tests)

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from microslip.scans.summit_statistics import SummitStatistics
     from microslip.scans.summits import Summits
 
-NO_CUTOFF = "none: the pixel decides"
+NO_CUTOFF = "none: limited by the pixel"
 """Word in place of a cut-off, if there is none."""
 
 
@@ -256,7 +256,9 @@ class ScanSurface(Scanned):
         return NO_CUTOFF if self.cutoff is None else engineering(self.cutoff, "m", 6, trim=True)
 
     def _cutoff_words(self) -> str:
-        return f"cut-off {self.cutoff_text()}" if self.cutoff else "no cut-off: the pixel decides"
+        return (
+            f"cut-off {self.cutoff_text()}" if self.cutoff else "no cut-off: limited by the pixel"
+        )
 
     def verdicts(self) -> tuple[Verdict, ...]:
         """Verdicts on the summits, apart from those that depend on the load."""

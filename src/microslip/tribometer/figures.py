@@ -27,7 +27,7 @@ def measured_loops(measurements: Sequence[Any]) -> Plot:
     loop_panel = Panel(
         Axis(f"Displacement [{x_letter}m]", unit=x_unit),
         Axis(force_label, unit=1.0 if normalised else y_unit),
-        note="Mean cycles, offsets taken off",
+        note="Mean cycles without offsets",
         cell=(0, 0, 0, 0),
     )
     right = Panel(

@@ -55,20 +55,20 @@ _METHOD = (
     "does not close, there is no interval, and the parameter is not identified."
 )
 _GIVEN_NUMBERS = (
-    "Found less given, in standard deviations of what was given; and by how many of them it "
-    "contradicts the records and all else: the root of what χ² falls by without it. Beyond 3 they "
-    "disagree, and what depends on it is in doubt."
+    "Found minus given, in standard deviations of the given value; and by how many of them it "
+    "contradicts the records and all else: the root of the decrease of χ² without it. Beyond 3 "
+    "they disagree, and all that depends on the value is in doubt."
 )
 _RESIDUALS = (
-    "χ² is the sum of the squared residuals over their noise, which is read from the scatter of "
-    "the cycles; reduced, it is 1 where model and noise explain all there is. The residual is the "
-    "root mean square of measured minus modelled force over the mean cycle, the noise that of one "
-    "sample; of the mean cycle it is smaller by the root of the number of samples in it. The "
-    "energy is that of a cycle, measured minus modelled over measured, with its standard error."
+    "χ² is the sum of the squared residuals over their noise, which is taken from the scatter of "
+    "the cycles; reduced, it is 1 where model and noise explain the records. The residual is the "
+    "root mean square of measured minus modelled force over the mean cycle. The noise is that of "
+    "one sample; that of the mean cycle is smaller by the root of the number of samples averaged. "
+    "The energy is that of a cycle, measured minus modelled over measured, with its standard error."
 )
 _LAWS = (
-    "Smaller is better: the criteria of Akaike and of Schwarz charge for parameters, and held-back "
-    "cycles were predicted, not fitted; their error is over the noise, 1 being as good as can be."
+    "Smaller is better: the criteria of Akaike and of Schwarz penalise parameters. Held-back "
+    "cycles were predicted, not fitted; their error is over the noise, and 1 is the best possible."
 )
 
 
@@ -209,8 +209,8 @@ def summarise(outcome: Identified, say: Say = str, *, labelled: bool = False) ->
         values["rms_residual"] = math.sqrt(float((record.residual**2).mean()))
     if outcome.left_out:
         first["notes"].append(
-            f"{' and '.join(outcome.left_out)} of the study: left out, since a fit is of the "
-            "surface as it was made, evenly pressed; its heights are those at work in the records."
+            f"{' and '.join(outcome.left_out)} of the study: left out, since a fit describes an "
+            "evenly pressed surface; its heights are those in effect in the records."
         )
     return {
         **header(KIND, 1, _title(outcome)),
@@ -277,7 +277,7 @@ def document(outcome: Identified, say: Say = str, files: bool = False) -> Docume
     sections = [
         Section("Parameters", tuple(_parameters(fit, summary["study"], level))),
         *_open_section(fit),
-        Section("How far to trust it", (Verdicts(numbers.verdicts_of(fit)),)),
+        Section("Validity", (Verdicts(numbers.verdicts_of(fit)),)),
         Section("Figures", pictures, brief=False),
         Section("Residuals", (_records(fit["records"]), Items(tuple(numbers.quality_of(fit))))),
     ]
@@ -299,7 +299,7 @@ def document(outcome: Identified, say: Say = str, files: bool = False) -> Docume
         words = Note("In joint.toml, for: microslip predict joint.toml")
         sections.append(Section("The joint as a study", (words, Listing(toml)), brief=False))
     method = Note(_METHOD.format(level=level))
-    sections.append(Section("How this was found", (method,), brief=False))
+    sections.append(Section("Method", (method,), brief=False))
     if outcome.skipped:
         unreadable = tuple(f"{name}: {why}" for name, why in outcome.skipped)
         sections.append(
@@ -333,7 +333,7 @@ def _parameters(fit: Summary, study: str | None, level: str) -> list[Block]:
     blocks: list[Block] = [Note(numbers.sentence(fit))]
     for title, key, noun in (
         ("Parameters", "parameters", "parameter"),
-        ("What follows from them", "derived", "quantity"),
+        ("Derived quantities", "derived", "quantity"),
     ):
         columns = (
             Column(noun, noun.capitalize(), short=noun),
@@ -369,14 +369,14 @@ def _open_section(fit: Summary) -> list[Section]:
     texts, ways = numbers.open_texts(fit), numbers.directions_of(fit)
     blocks: list[Block] = [Items(tuple(texts))]
     if ways:
-        note = "Ways through the parameters that change the loops by less than their noise:"
+        note = "Combinations of parameters that change the loops by less than their noise:"
         blocks += [Note(note), Items(tuple(ways))]
-    return [Section("What the records do not tell", tuple(blocks))] if texts or ways else []
+    return [Section("Not identified", tuple(blocks))] if texts or ways else []
 
 
 def _prior_table(fit: Summary) -> Table:
     """Values given with an uncertainty beside the identified ones."""
-    heads = ("What was given", "Value", "Found", "Deviations off", "From the rest", "Verdict")
+    heads = ("Given values", "Value", "Found", "Deviations", "From other data", "Verdict")
     rows = tuple(
         (
             label(datum["name"]),
@@ -390,7 +390,7 @@ def _prior_table(fit: Summary) -> Table:
         )
         for datum in fit["given"]
     )
-    return _texts("What was given", heads, rows, _GIVEN_NUMBERS)
+    return _texts("Given values", heads, rows, _GIVEN_NUMBERS)
 
 
 def _texts(title: str, heads: Sequence[str], rows: tuple[Any, ...], caption: str = "") -> Table:
@@ -431,8 +431,8 @@ def _correlations(fit: Summary) -> Table | None:
         for i in range(1, len(names))
     )
     caption = (
-        "Of the errors of the fitted parameters: near 1 or −1 two of them can only be told "
-        "together."
+        "Of the errors of the fitted parameters: near 1 or −1 the records determine only a "
+        "combination of the two."
     )
     return _texts("Correlations", ["", *labels[:-1]], rows, caption)
 

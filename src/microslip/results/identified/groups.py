@@ -135,9 +135,8 @@ def section(groups: Groups, confidence: float) -> Section:
             Column("verdict", "Verdict", short="verdict"),
         )
         caption = (
-            f"The {len(groups.fits)} {noun}s are taken at random from all that could be: the "
-            "interval holds what differs between them and the errors of each. The verdict is the "
-            "worst of theirs."
+            f"The {len(groups.fits)} {noun}s are taken as a random sample: the interval includes "
+            "the scatter between them and the error of each. The verdict is the worst of theirs."
         )
         blocks.append(
             Table(

@@ -139,8 +139,8 @@ def hints_of(fit: Summary, study: str | None) -> list[str]:
     if study is not None and not knows_radius(fit):
         return [
             "Loops determine only density·√radius of the summits. A measured "
-            'real contact area tells them apart, --contact-area "AREA, UNCERTAINTY, LOAD", or what '
-            'a scan says of either: --known radius="1±0.1 mm"'
+            'real contact area separates them, --contact-area "AREA, UNCERTAINTY, LOAD", or '
+            'either of them from a scan: --known radius="1±0.1 mm"'
         ]
     return []
 
@@ -158,14 +158,14 @@ def quality_of(fit: Summary) -> list[str]:
     ]
     if fit["held_back"] is not None:
         texts.append(
-            "Cycles that were held back are predicted to "
+            "The error of predicted cycles, which were held back from the fit, is "
             f"{significant(fit['held_back'])} times their noise."
         )
     widest = max(fit["widened"].values(), default=1.0)
     if widest > 1.005:
         texts.append(
             f"Intervals are wider by up to a factor {significant(widest)} than white noise alone "
-            "would make them, for what the law or the scatter of whole cycles adds to it."
+            "would make them, because of the misfit of the law or the scatter of whole cycles."
         )
     return texts
 
@@ -190,7 +190,7 @@ def open_texts(fit: Summary) -> list[str]:
     for item in open_parameters(fit):
         names.setdefault((item.verdict, item.reason, item.remedy), []).append(item.name)
     return [
-        f"{joined(of)}, {verdict}: {reason}." + (f" To settle it: {remedy}." if remedy else "")
+        f"{joined(of)}, {verdict}: {reason}." + (f" To determine it: {remedy}." if remedy else "")
         for (verdict, reason, remedy), of in names.items()
     ]
 
@@ -202,7 +202,7 @@ def is_at_bound(number: Summary) -> bool:
 
 
 def directions_of(fit: Summary) -> list[str]:
-    """Ways through parameter space that the loops do not feel, in words."""
+    """Combinations of parameters that the loops do not determine, in words."""
     return [f"{capital(way['text'])}." for way in fit["directions"]]
 
 
@@ -234,8 +234,8 @@ def rig_texts(comparison: Summary) -> list[str]:
     for name, laws in comparison["rigs"].items():
         by_law = ", ".join(f"{_between(number, 3)} by {law}" for law, number in laws.items())
         texts.append(
-            f"The {label(name)} over the laws: {by_law}. Where all of them leave more than noise, "
-            "it takes up what each law lacks, and this spread says more of it than one interval."
+            f"The {label(name)} over the laws: {by_law}. Where none of them fits within the noise, "
+            "it compensates the error of each, and this spread says more than one interval."
         )
     return texts
 
@@ -329,19 +329,18 @@ def _remarks(outcome: _Outcome, say: Callable[[str], str]) -> str:
         lines += wrap(f"IN DOUBT: {', '.join(doubtful)}.", 96)
     if open_ones := [item.name for item in open_parameters(summary) if item not in doubts]:
         lines.append(
-            f"NOT identified, one of many values that answer the loops: {', '.join(open_ones)}."
+            f"NOT identified, one of many values that fit the loops: {', '.join(open_ones)}."
         )
     if knows_radius(summary):
         lines += [
-            "radius and density: told apart by the contact area, radius or density that was given."
+            "radius and density: separated by the contact area, radius or density that was given."
         ]
     else:
         lines += [
-            "radius: conventional, not identified: that of the study the fit began with. Loops",
-            "determine density * sqrt(radius) alone; contact counts and areas depend on the",
-            "radius, too.",
+            "radius: not identified, that of the study at the start of the fit. Loops determine",
+            "density * sqrt(radius) alone; contact counts and areas depend on the radius, too.",
         ]
-    lines.append("amplitudes: of the joint itself, those of the records less what the rig gives.")
+    lines.append("amplitudes: of the joint itself, without the displacement of the rig.")
     for name, number in summary["parameters"].items():
         if name.startswith("rig_stiffness") and number["value"] is not None:
             lines.append(f"{label(name)}: {quantity(number['value'], 'N/m')}, not in this study.")

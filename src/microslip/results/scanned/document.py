@@ -49,19 +49,20 @@ from microslip.scans.findings import ESTIMATES, Findings
 from microslip.scans.patch_scatter import HEIGHTS, MOMENTS, SUMMITS
 from microslip.scans.summits import Summits
 
-NO_CUTOFF = "none: the pixel decides"
+NO_CUTOFF = "none: limited by the pixel"
 NOT_GIVEN = (
-    "No short-wave cut-off was given: the pixel decides. Choose one from the table over cut-offs."
+    "No short-wave cut-off was given: the results depend on the pixel. Choose one from the table "
+    "over cut-offs."
 )
 TOO_SMALL = (
-    "No short-wave cut-off was given: the pixel decides. The scan is too small to choose one: four "
-    "pixels are more than a third of it."
+    "No short-wave cut-off was given: the results depend on the pixel. The scan is too small to "
+    "choose one: four pixels are more than a third of it."
 )
 _BRIEF_CUTOFFS = 6
 """Cut-offs that a terminal shows beside the one that was asked for."""
 _GAPS = (
-    " Missing points count as points on the mean, and steps at the edges of gaps make waves of "
-    "every length: of such is what seems to have passed a cut-off, and not of the surface."
+    " Missing points count as points on the mean, and steps at the edges of gaps add waves of "
+    "every length: those beyond a cut-off are from the gaps, not from the surface."
 )
 
 Say = Callable[[str], str]
@@ -171,7 +172,7 @@ def _cutoff_text(findings: Findings) -> str:
     """The short-wave cut-off in words; there is always something to say."""
     if findings.request.cutoff is not None:
         return engineering(findings.request.cutoff, "m", 4, trim=True)
-    return NO_CUTOFF if findings.request.cutoff_given else "not given: the pixel decides"
+    return NO_CUTOFF if findings.request.cutoff_given else "not given: limited by the pixel"
 
 
 def _parameters(findings: Findings, data: dict[str, Any]) -> Table:
@@ -199,8 +200,9 @@ def _errors(data: dict[str, Any]) -> str:
         return "The scan is too small for error bars from patches of it."
     return (
         "Error bars are standard errors of the mean over nine patches of the scan. Waves longer "
-        "than a patch make them too small; those of Sq, Sa and m0 are by the waves of the whole "
-        "scan, where that is larger, and still 0.7 of the true scatter where one wave fills it."
+        "than a patch make them too small; those of Sq, Sa and m0 are from the waves of the whole "
+        "scan where that gives more, which is still 0.7 of the true scatter where one wave fills "
+        "the scan."
     )
 
 
@@ -274,8 +276,8 @@ def _column_notes(findings: Findings, data: dict[str, Any]) -> str:
     beside = ""
     if counted:
         beside = (
-            ", beside each the counted ones; radius/pixel is of the counted ones, where there are "
-            "any"
+            ", each beside that of the counted summits; radius/pixel is that of the counted "
+            "summits, where there are any"
         )
     elif not findings.scan.is_profile:
         beside = "; none were counted"
@@ -307,7 +309,7 @@ def _pictures(findings: Findings) -> tuple[Picture, ...]:
     gaps = _GAPS if findings.scan.missing > 0.0 else ""
     slopes = (
         "the rms slope between points against their distance; where it does not level off towards "
-        "short ones it is one of the cut-off"
+        "short distances it depends on the cut-off"
     )
     figures = {
         "heights": (
@@ -330,22 +332,21 @@ def _pictures(findings: Findings) -> tuple[Picture, ...]:
         ),
         "spectrum": (
             spectrum_plot,
-            "Power spectrum: the variance of the heights by wavelength; grey ground is what the "
-            f"cut-offs remove. {cutoff}{gaps}",
+            "Power spectrum: the variance of the heights by wavelength; the cut-offs remove the "
+            f"grey ranges. {cutoff}{gaps}",
             "Power spectrum against wavelength, radial and along both axes",
         ),
         "texture": (
             texture_plot,
             f"{_capital(slopes)}. {cutoff}"
             if profile
-            else "How far the heights hang together: their autocorrelation along both axes, and "
-            f"{slopes}. {cutoff}",
+            else f"Autocorrelation of the heights along both axes, and {slopes}. {cutoff}",
             "Autocorrelation of the heights, and rms slope against distance",
         ),
         "cutoffs": (
             cutoff_plot,
             f"Every parameter against the short-wave cut-off. {cutoff} A parameter that does not "
-            "level off is one of the cut-off as much as of the surface.",
+            "level off depends on the cut-off as much as on the surface.",
             "Summit density, radius, spread, rms height and slope, Nayak's alpha against the "
             "cut-off",
         ),

@@ -126,9 +126,9 @@ def _of_profile(joint: ProfileJoint) -> Section:
     note = (
         f'* law = "rough" with waves from {engineering(surface.roll_off, "m")} to '
         f"{engineering(surface.shortest, 'm')} and Rq {engineering(surface.rms, 'm')}: that of "
-        f"boundary elements to about 20 % if the face is isotropic, which no profile "
-        f"tells.{scatter} "
-        "Moments alone make summits that do not feel each other."
+        f"boundary elements to about 20 % if the face is isotropic, which a profile cannot "
+        f"show.{scatter} "
+        "Summits from moments alone do not interact."
     )
     title = f"The joint at {engineering(joint.normal_load, 'N', 4)}"
     return Section(title, (Table("", columns, rows), Note(note)))
@@ -150,7 +150,7 @@ def _elliptic_note(findings: Findings) -> tuple[Note, ...]:
         f"from the x of the scan and {math.degrees(numbers['angle_to_lay']):.3g}° from the lay, "
         f"curvature along it {significant(numbers['curvature_ratio'])} of that across: stiffness "
         f"{engineering(numbers['tangential_stiffness'], 'N/m')}, {significant(share)} times "
-        "that of the same contacts moved as circles are."
+        "that of circular contacts of the same normal stiffness."
     )
     if numbers["solved_over_round"] is not None:
         text += f" Solved point by point it is {significant(numbers['solved_over_round'])} times."
@@ -239,16 +239,16 @@ def _contact_pictures(findings: Findings) -> tuple[Picture, ...]:
     return (
         Picture(
             "contact",
-            "The scan point by point: pressures of its first piece under the load, what touches of "
-            "it then and under two lighter loads, and the loads against the separation beside "
-            "those of other laws, from where each carries the load.",
+            "The scan point by point: pressures of its first piece under the load, its contacts "
+            "under this load and two lighter ones, and the load against the separation beside "
+            "that of other laws, from the separation at which each carries the load.",
             lambda: face_plot(law, other_laws()),
             "Pressures, contacts and loads of the scan solved point by point",
         ),
         Picture(
             "contact_loops",
-            "A loop of the joint by every law, at half as much again as the displacement at which "
-            "the first tangent meets the force limit.",
+            "A loop of the joint by every law, with an amplitude of 1.5 times the displacement at "
+            "which the first tangent meets the force limit.",
             loops,
             "Hysteresis loops by every law of the scan",
         ),
@@ -320,8 +320,8 @@ def _against_cutoffs(table: JointOverCutoffs) -> tuple[Block, ...]:
         Note(
             f"* chosen cut-offs, heights as {table.heights}. A slope of 0.5 is 41 % for a "
             "cut-off twice as long; with no long-wave cut-off, the size of the scan is one. On "
-            "patches: the mean of two by two of them, each levelled as if it were the scan, over "
-            "the whole."
+            "patches: the mean of two by two patches, each levelled like the scan, over the value "
+            "of the whole scan."
         ),
     )
 
@@ -382,14 +382,14 @@ def tail_picture(findings: Findings) -> tuple[Picture, ...]:
     if findings.summits is None or findings.summits.count < 2 or not findings.summits.std > 0.0:
         return ()
     caption = (
-        "Summits higher than a height: counted, and by the Gaussian with their mean and standard "
-        "deviation, which goes on above the highest that was measured (dotted)."
+        "Number of summits above a height: counted, and by the Gaussian with their mean and "
+        "standard deviation, which continues above the highest measured summit (dotted)."
     )
     if findings.laws is not None:
         caption += (
-            " Grey is what touches at the load, by the counted summits. Beside it the share of the "
-            "load that is carried above a height: what the Gaussian puts above the dotted line is "
-            "carried by summits that nobody has measured."
+            " Grey: in contact at the load, by the counted summits. Beside it the share of the "
+            "load that is carried above a height: the share of the Gaussian above the dotted line "
+            "is carried by summits higher than any measured one."
         )
     alternative = "Number of summits above a height, counted and Gaussian, and the loaded tail"
     return (Picture("summit_heights", caption, lambda: _tail_plot(findings), alternative),)

@@ -146,9 +146,9 @@ def disagreements(findings: Findings) -> list[str]:
             1 if judged and judged[0].word == "outside" else 0,
             f"of all points above their eight neighbours only {100.0 * counted.density / every:.2g}"
             f" % rise {engineering(findings.summits.threshold, 'm')} above the saddle to a higher "
-            "one and are round; the rest may be noise, which moments take for summits",
+            "one and are round; the rest may be noise, which moments count as summits",
         )
-    causes = causes[:_MOST_CAUSES] or ["heights are not Gaussian, which moments take for granted"]
+    causes = causes[:_MOST_CAUSES] or ["heights are not Gaussian, as moments assume"]
     gappy = any(verdict.name == "missing" for verdict in judged)
     noisy = any(v.name == LOST_TO_PIXEL for v in judged)
     advice = (
@@ -194,7 +194,7 @@ _CAUSES: dict[str, Callable[[float, Findings], str]] = {
         "its eight neighbours are there"
     ),
     LOST_TO_PIXEL: lambda value, findings: (
-        "curvatures are of waves of a few pixels, so that noise and the pixel make them"
+        "curvatures come from waves of a few pixels and depend on noise and on the pixel"
     ),
     "anisotropy": lambda value, findings: (
         f"slopes across the lay are {value:.2g} times those along it, but moments are averaged "

@@ -30,7 +30,9 @@ def block(findings: Findings, folder: Path) -> str:
     if (profile_joint := findings.of_profile) is not None:
         return _HEAD + "\n".join(_rough(findings, profile_joint)) + "\n"
     remark = (
-        "decides what a summit is" if request.cutoff_given else "none was given: the pixel decides"
+        "decides what a summit is"
+        if request.cutoff_given
+        else "none was given: limited by the pixel"
     )
     lines = [
         "[surface]",

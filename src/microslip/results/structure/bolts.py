@@ -66,9 +66,9 @@ def assembly_rows(assembly: Assembly | None) -> list[tuple[str, str]]:
     largest = float(np.linalg.norm(assembly.tractions, axis=1).max())
     share = float(assembly.slip_share.max())
     return [
-        ("Tightened in the order", ", ".join(map(str, assembly.order))),
+        ("Tightening sequence", ", ".join(map(str, assembly.order))),
         (
-            "Patches hold, sideways",
+            "Tangential force left in a patch",
             f"{engineering(largest, 'N', 3)}, {share:.0%} of friction at most",
         ),
     ]
@@ -107,8 +107,8 @@ def comparison(prediction: StructurePrediction) -> Section:
         change = mode.curve.frequency[mode.last] / beside.curve.frequency[mode.last] - 1.0
         ratio = mode.curve.damping_ratio[mode.last] / beside.curve.damping_ratio[mode.last]
         caption = (
-            f"At {last} the frequency changes by {change:+.2%} and the damping ratio to "
-            f"{ratio:.3g} times as much. The shapes are alike to a MAC of {beside.mac:.3f}."
+            f"At {last} the frequency changes by {change:+.2%} and the damping ratio by a factor "
+            f"of {ratio:.3g}. The MAC of the two shapes is {beside.mac:.3f}."
         )
         tables.append(Table(title, listed, rows, caption=caption, noun="amplitudes"))
     return Section("Slack bolts", tuple(tables))

@@ -61,9 +61,9 @@ def answer(prediction: StructurePrediction) -> str:
     band = "" if mode.bands is None else f" (5–95 %: {_band(mode.bands, last)})"
     slack = f" with {names(prediction)} slack" if prediction.tight else ""
     return (
-        f"Mode {mode.number} lies at {curve.linear_frequency:.5g} Hz fully stuck{slack}; at "
-        f"{engineering(float(curve.amplitude[last]), _unit(prediction), 3)} at the sensor it is at "
-        f"{curve.frequency[last]:.5g} Hz, and its damping ratio in steady motion is "
+        f"Mode {mode.number}: {curve.linear_frequency:.5g} Hz fully stuck{slack}; at an amplitude "
+        f"of {engineering(float(curve.amplitude[last]), _unit(prediction), 3)} at the sensor "
+        f"{curve.frequency[last]:.5g} Hz, with a damping ratio in steady motion of "
         f"{cells.ratio(float(curve.damping_ratio[last]))}{band}. {_errors(prediction)}"
     )
 
@@ -71,16 +71,16 @@ def answer(prediction: StructurePrediction) -> str:
 def _errors(prediction: StructurePrediction) -> str:
     """Errors of the answer: of patches, mesh and reduction, and of so few samples."""
     mode, convergence = prediction.modes[0], prediction.convergence
-    model = "not looked for (converge = true)"
+    model = "not estimated (converge = true estimates them)"
     if convergence is not None:
         model = f"±{convergence.error[1]:.1%} of the joint's damping"
     left = float(abs(mode.curve.harmonic_error[mode.last]))
-    errors = f"Errors: of patches, mesh and reduction {model}; of harmonics left out ±{left:.1%}"
+    errors = f"Errors: of patches, mesh and reduction {model}; of truncated harmonics ±{left:.1%}"
     if mode.bands is None:
         return f"{errors}."
     if not math.isfinite(mode.bands.damping_error):
-        return f"{errors}; of the band's ends unknown, for so few samples."
-    return f"{errors}; of the band's ends ±{mode.bands.damping_error:.1%}, for so few samples."
+        return f"{errors}; sampling error of the band's ends unknown: too few samples."
+    return f"{errors}; sampling error of the band's ends ±{mode.bands.damping_error:.1%}."
 
 
 def number(prediction: StructurePrediction) -> Number:
@@ -134,18 +134,18 @@ def pictures(prediction: StructurePrediction) -> tuple[Picture, ...]:
     """The figures."""
     markers = " Markers are the tests." if prediction.tests else ""
     if any(test.motion == "decay" for test in prediction.tests):
-        markers += " Thin: what a free decay shows, to be held against ring-downs."
+        markers += " Thin: as in a free decay, to be compared with ring-downs."
     fitted = (
-        " Dotted: fitted to them, between 5 and 95 % of what the tests leave open."
+        " Dotted: fitted to the tests, with its 5 to 95 % range."
         if prediction.identified is not None
         else ""
     )
-    bands = " Shaded: 5 to 95 % of what is not known." if prediction.inputs else ""
+    bands = " Shaded: 5 to 95 % of the uncertain inputs." if prediction.inputs else ""
     figures = {
         "modal_curves": (
             curve_plot,
             f"Frequency and damping ratio of each mode against the {prediction.part.quantity} "
-            "amplitude at the sensor, in steady motion by balance of harmonics"
+            "amplitude at the sensor, in steady motion by harmonic balance"
             f"{'; dashed: quasi-static.' if prediction.modes[0].quick else '.'}"
             f"{bands}{markers}{fitted} {_errors(prediction)}",
             "Frequency and damping of the modes against amplitude",
@@ -163,8 +163,8 @@ def pictures(prediction: StructurePrediction) -> tuple[Picture, ...]:
         ),
         "loss_map": (
             loss_plot,
-            "Share of each patch in the energy lost a cycle, at the largest amplitude: there the "
-            "patches should be fine, and there form and friction count.",
+            "Share of each patch in the energy lost per cycle, at the largest amplitude: patches "
+            "should be fine where it is large, and form and friction matter there.",
             "Loss of the contact patches",
         ),
         "mode_shapes": (
@@ -318,7 +318,7 @@ def _model(prediction: StructurePrediction) -> Facts:
         *assembly_rows(prediction.assembly),
         ("Patches in contact", f"{pressed} of {joint.patches}"),
         ("Largest pressure", engineering(float(state.pressures.max()), "Pa", 3)),
-        ("Balance of the tightened state", f"{state.equilibrium_error:.1e} of the largest force"),
+        ("Residual of the tightened state", f"{state.equilibrium_error:.1e} of the largest force"),
         ("Base damping, an input", cells.ratio(part.base_damping_ratio)),
     ]
     rows += [(f"Uncertain inputs: {name}", text) for name, text in prediction.inputs]
@@ -356,14 +356,13 @@ def _remark(prediction: StructurePrediction) -> str:
         )
     else:
         worst = max(float(np.nanmax(abs(m.curve.damping_difference))) for m in prediction.modes)
-        text = "The quasi-static damping differs from the balance of harmonics "
-        text += f"by up to {worst:.1%}."
+        text = f"The quasi-static damping differs from harmonic balance by up to {worst:.1%}."
     error = max(float(np.nanmax(abs(m.curve.harmonic_error))) for m in prediction.modes)
     harmonics = ", ".join(map(str, prediction.part.harmonics))
     text += f" Harmonics beyond {harmonics} would change the joint's damping by {error:.1%}."
     shapes = min(float(np.nanmin(m.curve.mac)) for m in prediction.modes)
     if shapes < _SAME_SHAPE:
-        text += f" Shapes change: their MAC with those of sticking joints falls to {shapes:.3f}."
+        text += f" Shapes change: their MAC with those of stuck joints falls to {shapes:.3f}."
     near = (_resonance(mode, other) for mode in prediction.modes for other in mode.curve.near)
     return " ".join([text, *near, *(_bands_remark(m) for m in prediction.modes)])
 
@@ -376,7 +375,7 @@ def _resonance(mode: Mode, other: Resonance) -> str:
     times = "the frequency" if other.multiple == 1 else f"{other.multiple} times the frequency"
     return (
         f"Mode {other.mode + 1} is {other.distance:+.1%} away from {times} of mode {mode.number}: "
-        "if the joint couples them they respond together, which a single mode does not show."
+        "if the joint couples them they respond together, which curves of one mode do not show."
     )
 
 
@@ -399,10 +398,13 @@ def _bands_remark(mode: Mode) -> str:
             f" {mode.bands.unsolved} samples do not reach all amplitudes and are left out there."
         )
     if mode.bands.model_error is None:
-        return f"{text} The error of patches, mesh and reduction is not included: converge = true."
+        return (
+            f"{text} The error of patches, mesh and reduction is not included; converge = true "
+            "includes it."
+        )
     return (
-        f"{text} Their ends are {mode.bands.model_error[1]:.1%} of the joint's damping further out "
-        "for the error of patches, mesh and reduction."
+        f"{text} Their ends are moved out by {mode.bands.model_error[1]:.1%} of the joint's "
+        "damping, the error of patches, mesh and reduction."
     )
 
 
@@ -501,7 +503,7 @@ def _convergence_section(convergence: Convergence, number: int) -> Section:
     title = f"Mode {number}, the largest changes over its amplitudes"
     table = Table(title, listed, convergence.changes, noun="changes")
     message = Note(f"{convergence.message}.", small=True)
-    return Section("How good the model is", (table, message))
+    return Section("Convergence of the model", (table, message))
 
 
 def _ranking(mode: Mode) -> Table:

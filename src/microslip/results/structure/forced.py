@@ -105,18 +105,18 @@ def section(prediction: StructurePrediction) -> Section:
         if not np.isfinite(forced.peak[0]):
             most = engineering(forced.largest_force, "N", 2)
             remarks.append(
-                f"{name} moves beyond the largest amplitude, which some {most} reach: write a "
+                f"{name} moves beyond the largest amplitude, which about {most} reach: give a "
                 "larger amplitude.to."
             )
         elif forced.beyond:
             remarks.append(
                 f"{name}: {forced.beyond:.0%} of the samples move beyond the largest amplitude, "
-                "which stands for theirs: the bands end there; write a larger amplitude.to."
+                "which replaces theirs: the bands end there; give a larger amplitude.to."
             )
         if np.isfinite(forced.error):
             remarks.append(
-                f"{name}: so few samples leave the quantiles of the peak known within "
-                f"±{forced.error:.1%} at most (90 %)."
+                f"{name}: the sampling error of the quantiles of the peak is at most "
+                f"±{forced.error:.1%} (90 %)."
             )
     table = Table("Response to the force", tuple(listed), tuple(rows), noun="peaks")
     return Section("Response to the force", (table, Note(" ".join(remarks), small=True)))

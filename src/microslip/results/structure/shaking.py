@@ -43,7 +43,7 @@ def sections(shaking: Shaking) -> list[Section]:
     if shaking.sweeps:
         parts.append(Section("On a shaker", _sweeps(shaking)))
     if shaking.noise is not None:
-        parts.append(Section("In noise", _noise(shaking)))
+        parts.append(Section("Random vibration", _noise(shaking)))
     if shaking.shocks:
         parts.append(Section("Under shocks", _shocks(shaking)))
     if shaking.bands is not None:
@@ -66,13 +66,13 @@ def _sweeps(shaking: Shaking) -> tuple[Block, ...]:
         rows.append(tuple(float(columns[column.key][sweep.peak]) for column in listed))
     folds = [s for s in shaking.sweeps if not bool(s.response.stable.all())]
     text = (
-        "Resonance is where the transmissibility is largest: the motion of the sensor, seen from "
-        "the ground at rest, over that of the ground; damping is that of steady motion."
+        "Resonance is where the transmissibility is largest: the absolute motion of the sensor "
+        "over that of the ground. Damping is that of steady motion."
     )
     if folds:
         text += (
-            f" {len(folds)} of {len(shaking.sweeps)} sweeps fold over: at a held acceleration of "
-            "the ground the dashed motions do not last."
+            f" {len(folds)} of {len(shaking.sweeps)} response curves fold over: at a controlled "
+            "acceleration of the ground the dashed branches are unstable."
         )
     text += "".join(
         f" At {_acceleration(s.level)}: {s.response.message}."
@@ -88,15 +88,16 @@ def _noise(shaking: Shaking) -> tuple[Block, ...]:
     at = shaking.sensor
     modes = zip(noise.frequency, noise.damping_ratio, strict=True)
     rows = (
-        ("Standard deviation of the displacement, from the ground",
+        ("Standard deviation of the displacement, relative to the ground",
          engineering(noise.standard_deviation(at), "m", 3)),
         ("Standard deviation of the acceleration",
          _acceleration(noise.standard_deviation(at, "acceleration"))),
-        (f"Largest acceleration to expect in {shaking.duration:g} s",
+        (f"Expected largest acceleration in {shaking.duration:g} s",
          _acceleration(noise.peak(at, shaking.duration, "acceleration"))),
-        ("Equivalent modes",
+        ("Equivalent linear modes",
          ", ".join(f"{f:.5g} Hz at {cells.ratio(float(z))}" for f, z in modes)),
-        ("Power that the joints lose", engineering(float(np.nansum(noise.joint_power)), "W", 3)),
+        ("Power dissipated by the joints",
+         engineering(float(np.nansum(noise.joint_power)), "W", 3)),
     )  # fmt: skip
     judged = Verdicts(noise.verdicts, caption=f"Statistical linearisation: {noise.message}.")
     return Facts("At the sensor", rows), judged
@@ -105,12 +106,12 @@ def _noise(shaking: Shaking) -> tuple[Block, ...]:
 def _shocks(shaking: Shaking) -> tuple[Block, ...]:
     listed = (
         Column("severity", "Pulse", "m/s^2", 3),
-        Column("peak_displacement", "Largest displacement, from the ground", "m", 3),
+        Column("peak_displacement", "Largest displacement, relative to the ground", "m", 3),
         Column("peak_acceleration", "Largest acceleration", "m/s^2", 3),
     )
     rows = tuple(zip(*(plain(column) for column in _of_shocks(shaking).values()), strict=True))
     stopped = "".join(f" {s.message}." for s in shaking.shocks if s.status != "solved")
-    text = f"Integrated in time with the joints' states.{stopped}"
+    text = f"By time integration with the states of the joints.{stopped}"
     return Table("Peaks at the sensor", listed, rows, noun="pulses"), Note(text, small=True)
 
 
@@ -140,14 +141,14 @@ def _bands(bands: ShakenBands) -> tuple[Block, ...]:
              band(of["acceleration_deviation"], _acceleration)),
         ]  # fmt: skip
     text = (
-        "5 to 95 % of what is not known exactly, by the modal curves of its samples: resonances in "
-        "closed form, noise of the mode that moves most. Ends "
+        "5 to 95 % of the uncertain inputs, by the modal curves of the samples: resonances in "
+        "closed form, noise for the mode that moves most. Sampling error of the ends "
     )
-    text += f"to ±{bands.error:.1%}." if math.isfinite(bands.error) else "unknown: too few samples."
+    text += f"±{bands.error:.1%}." if math.isfinite(bands.error) else "unknown: too few samples."
     if bands.reached > 1.0:
         text += (
-            " Some samples move beyond the modal curves, and what they are needed for is left out: "
-            f"raise structure.amplitude.to {1.1 * bands.reached:.2g} times."
+            " Some samples move beyond the modal curves, and results that need them are left out: "
+            f"raise structure.amplitude.to by a factor of {1.1 * bands.reached:.2g}."
         )
     return Facts("At the sensor", tuple(rows)), Note(text, small=True)
 
@@ -156,14 +157,14 @@ def pictures(shaking: Shaking) -> list[Picture]:
     """The figures."""
     figures = {
         "base": (bool(shaking.sweeps), sweep_plot, "Transmissibility and acceleration of the "
-                 "sensor against frequency, a line for each level; dashed: unstable motions at a "
-                 "held acceleration of the ground.",
+                 "sensor against frequency, a line for each level; dashed: unstable at a "
+                 "controlled acceleration of the ground.",
                  "Transmissibility of the structure on a shaker"),
         "random": (shaking.noise is not None, noise_plot, "Power spectral densities of the "
                    "accelerations of the sensor and of the ground, by the equivalent linear "
                    "structure.", "Spectrum of the response to noise"),
         "shock": (bool(shaking.shocks), shock_plot, "Largest displacement and acceleration at the "
-                  "sensor against the peak of the pulse; dashed: in proportion to the weakest.",
+                  "sensor against the peak of the pulse; dashed: proportional to the weakest.",
                   "Peaks under shocks against their severity"),
     }  # fmt: skip
     return [

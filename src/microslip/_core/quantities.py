@@ -71,14 +71,12 @@ QUANTITIES: dict[str, Quantity] = {
     "sensor_acceleration": Quantity("m/s^2", "absolute acceleration of the sensor"),
     "base_acceleration": Quantity("m/s^2", "acceleration of the ground"),
     "base_force": Quantity("N", "force that moves the ground"),
-    "lasts": Quantity(
-        "-", "whether the motion is stable at a controlled acceleration of the ground"
-    ),
+    "lasts": Quantity("-", "whether the motion is stable at a controlled ground motion"),
     "noise_frequency": Quantity("Hz", "frequency of the noise"),
     "ground_density": Quantity("m^2/s^3", "spectral density of the acceleration of the ground"),
     "sensor_density": Quantity("m^2/s^3", "spectral density of the acceleration of the sensor"),
     "severity": Quantity("m/s^2", "peak of the pulse"),
-    "peak_displacement": Quantity("m", "largest displacement of the sensor relative to the ground"),
+    "peak_displacement": Quantity("m", "largest displacement relative to the ground"),
     "peak_acceleration": Quantity("m/s^2", "largest absolute acceleration of the sensor"),
     "quasi_static_frequency": Quantity("Hz", "frequency of a mode, quasi-static"),
     "quasi_static_damping_ratio": Quantity("-", "damping ratio of a mode, quasi-static"),

@@ -333,6 +333,36 @@ def test_a_ramp_of_few_cycles_is_not_settled(cycles: int, last: float) -> None:
     assert (energy.low, energy.high) == pytest.approx((own.min(), own.max()), rel=0.05)
 
 
+@pytest.mark.parametrize("cycles", [5, 6, 8, 14])
+@pytest.mark.parametrize("reach", [0.35, 1.0])
+def test_a_ramp_of_two_per_cent_is_not_settled_to_measure_nor_to_identify(
+    cycles: int, reach: float
+) -> None:
+    """Sliders of many limits, summed: their energies move by up to three times as much."""
+    amplitude = reach * AMPLITUDE * np.linspace(0.98, 1.0, cycles + 1)
+    shares = np.linspace(0.05, 1.95, 20)
+    phase = np.arange(cycles * A_CYCLE + 1) / A_CYCLE
+    x = np.interp(phase, np.arange(cycles + 1), amplitude) * np.sin(2.0 * np.pi * phase)
+    force = np.mean([friction(x, np.full(x.size, share * LIMIT)) for share in shares], axis=0)
+    rng = np.random.default_rng(cycles)
+    record = ms.Record(
+        x + 0.001 * amplitude[-1] * rng.normal(size=x.size),
+        force + 0.005 * LIMIT * rng.normal(size=x.size),
+        normal_load=100.0,
+        sample_rate=RATE,
+    )
+    measured = ms.measure(record)
+    assert not measured.is_settled
+    own = measured.cycles["dissipated_energy"]
+    mean = measured.mean["dissipated_energy"]
+    assert mean.low <= np.sort(own)[1]
+    assert mean.high >= own.max() * (1.0 - 1e-12)
+    if cycles > 5:  # or too few are left for a fit
+        found = ms.identify(record, "jenkins", rig_stiffness="rigid", held_back=0.0)
+        assert any("not settled: amplitude" in note for note in found.notes)
+        assert all(fit.verdict != "identified" for fit in found.parameters.values())
+
+
 @pytest.mark.parametrize("jitter", [0.0, 0.003])
 def test_steps_of_few_cycles_are_levels(jitter: float) -> None:
     rng = np.random.default_rng(5)

@@ -14,8 +14,10 @@ import numpy as np
 import pytest
 from command import run
 from scipy.special import stdtr, stdtrit
+from scipy.stats import ttest_1samp
 
 import microslip as ms
+from microslip.results.measured import document
 from microslip.tribometer import (
     condition,
     delay_of,
@@ -364,7 +366,7 @@ def test_command(folder: Path) -> None:
     pictures = [f"{stem}.{kind}" for stem in stems for kind in ("png", "svg")]
     assert names == sorted(("cycles.csv", "records.csv", "report.html", "summary.json", *pictures))
     page = (folder / "out/report.html").read_text("utf-8")
-    assert "gross slip" in page.lower()
+    assert "2 records in gross slip: a cycle dissipates" in page
     assert page.count("<img") == 4
     assert "stiffness after reversal" in page
     rows = list(csv.DictReader((folder / "out/cycles.csv").read_text("utf-8").splitlines()))
@@ -457,6 +459,49 @@ def test_command_errors(folder: Path) -> None:
         "error: flat.csv: displacement must move, got 1 m nearly throughout\n"
     )
     assert not (folder / "out").exists()
+
+
+def test_the_headline_knows_how_likely_the_regimes_are() -> None:
+    """Of thin loops in noise: Student's test, by SciPy, of the means against the thresholds."""
+    shares: dict[str, int] = {}
+    for seed in range(12):
+        rng = np.random.default_rng(seed)
+        angle = 2.0 * np.pi * np.arange(8 * 120) / 120
+        x = 1e-7 * np.sin(angle)
+        force = 30.0 * np.sin(angle + 0.01)
+        record = ms.Record(x, force + 0.6 * rng.normal(size=x.size), sample_rate=1200.0)
+        measured = ms.measure(record)
+        counts = measured.cycles["closure_error"] <= 0.25
+        columns = {name: values[counts] for name, values in measured.cycles.items()}
+        energy, size = columns["dissipated_energy"], 4.0 * columns["force_amplitude"]
+        ends = measured.thresholds
+        sticks, slips = (
+            ttest_1samp(away[np.isfinite(away)], 0.0, alternative="greater").pvalue
+            for away in (
+                energy - ends.stick * size * columns["amplitude"],
+                energy - ends.gross * size * columns["sliding_distance"],
+            )
+        )
+        expected = {"stick": sticks, "gross slip": (1.0 - sticks) * (1.0 - slips)}
+        for name, share in expected.items():
+            assert measured.probability[name] == pytest.approx(share, rel=1e-9, abs=1e-12)
+        headline = document([measured]).answer
+        for name, share in measured.probability.items():
+            if share > 0.05:
+                assert (f"{name} ({100.0 * share:.0f} %)" in headline) == (share < 0.95)
+        shares[headline.split(": ")[0]] = 1
+    assert len(shares) > 3
+    several = document([ms.measure(virtual(load=load)) for load in (500.0, 700.0)]).answer
+    assert several.startswith("2 records in gross slip: a cycle dissipates")
+
+
+def test_a_few_cycles_of_noise_do_not_run_the_wrong_way() -> None:
+    """Springs in noise lose nothing: of few cycles the scatter may be small by chance."""
+    angle = 2.0 * np.pi * np.arange(4 * 100) / 100
+    for seed in range(40):
+        rng = np.random.default_rng(seed)
+        force = np.sin(angle) + 0.1 * rng.normal(size=angle.size)
+        ms.measure(ms.Record(1e-7 * np.sin(angle), force))
 
 
 @pytest.mark.parametrize("confidence", [0.1, 0.5, 0.6827, 0.95, 0.99])

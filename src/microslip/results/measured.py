@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from itertools import count, repeat
 from typing import Any
@@ -10,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from microslip._core.units import engineering, significant
-from microslip._core.wording import shorten
+from microslip._core.wording import plural, shorten
 from microslip.report import cells
 from microslip.report.document import (
     Block,
@@ -114,12 +115,11 @@ def _digits(*ends: float) -> int:
 
 def _answer(measurements: Sequence[Measurement]) -> str:
     """The regime and the energy per cycle in a sentence."""
-    regimes = list(dict.fromkeys(measured.regime for measured in measurements))
     energies = [measured.mean["dissipated_energy"] for measured in measurements]
     if len(measurements) > 1:
         values = [energy.value for energy in energies]
         ends = _joules(min(values), max(values))
-        return f"{' and '.join(regimes).capitalize()}: a cycle dissipates {ends}."
+        return f"{_campaign_regimes(measurements)}: a cycle dissipates {ends}."
     measured, energy = measurements[0], energies[0]
     if len(measured.levels) > 1:
         return f"{len(measured)} cycles at {len(measured.levels)} amplitudes: {_ends(measured)}."
@@ -131,7 +131,24 @@ def _answer(measurements: Sequence[Measurement]) -> str:
         if not measured.is_settled:
             spread = f" in the mean, not settled ({ends})"
     value = _joules(energy.value, digits=_digits(energy.low, energy.high))
-    return f"{cycles}, mostly {regimes[0]}: each dissipates {value}{spread}."
+    return f"{cycles}, {_regime(measured)}: each dissipates {value}{spread}."
+
+
+def _regime(measured: Measurement) -> str:
+    """Such as "mostly gross slip", or which ones it may be where the cycles do not tell."""
+    possible = measured.possible_regimes
+    if len(possible) < 2:
+        return f"mostly {measured.regime}"
+    shares = " or ".join(f"{name} ({100.0 * share:.0f} %)" for name, share in possible.items())
+    return shares if measured.is_settled else shares.replace(" or ", ", ")
+
+
+def _campaign_regimes(measurements: Sequence[Measurement]) -> str:
+    """Such as "4 records in partial slip, 2 in gross slip, 1 in stick or partial slip"."""
+    counts = Counter(" or ".join(sorted(m.possible_regimes)) for m in measurements)
+    texts = [f"{number} in {regime}" for regime, number in counts.most_common()]
+    first, _, rest = texts[0].partition(" ")
+    return ", ".join([f"{plural(int(first), 'record')} {rest}", *texts[1:]])
 
 
 def _ends(measured: Measurement) -> str:

@@ -23,7 +23,7 @@ from microslip.report.plottable import Plottable
 from microslip.tribometer.blocks import Block, Blocks
 from microslip.tribometer.conditioning import condition
 from microslip.tribometer.counting import Count, Dissipated, dissipated
-from microslip.tribometer.cuts import Cuts, one_loop
+from microslip.tribometer.cuts import Cuts, noise_of, one_loop
 from microslip.tribometer.cycle_columns import LABELS, UNITS, columns_of, gain_error
 from microslip.tribometer.cycles import check_direction, cycles_of
 from microslip.tribometer.estimates import Estimate, mean_of, mean_of_inverses, trend, with_gain
@@ -34,6 +34,7 @@ from microslip.tribometer.regimes import REGIMES, Thresholds, regimes_of, thresh
 from microslip.tribometer.reversal import STIFFNESSES
 
 _FOLDS = 64
+_NOISE_SAMPLES = 1 << 17
 _SENSORS = ("force", "displacement", "normal_load")
 MOST_OF_LOOP = 1 << 17
 """Samples of a record that may be a single averaged loop, at most."""
@@ -147,8 +148,24 @@ class Measurement(Plottable):
 
     @property
     def regime(self) -> str:
-        """The regime of most cycles."""
-        return max(REGIMES, key=self.regimes.count)
+        """The regime of most cycles; of as many of two the likelier one."""
+        return max(
+            REGIMES, key=lambda name: (self.regimes.count(name), self.probability.get(name, 0.0))
+        )
+
+    @property
+    def possible_regimes(self) -> dict[str, float]:
+        """The likeliest regimes of the means, as many as the confidence asks for, and how likely.
+
+        That of most cycles alone where the amplitude steps: the means are then of other cycles.
+        """
+        if self.levels or not self.probability:
+            return {self.regime: 1.0}
+        possible: dict[str, float] = {}
+        for name, share in sorted(self.probability.items(), key=lambda item: -item[1]):
+            if sum(possible.values()) < self.confidence:
+                possible[name] = share
+        return possible
 
     def accumulated(self, values: Floats) -> Dissipated | None:
         """Sum up to each cycle of what each adds, those not logged included; None if unknown."""
@@ -305,9 +322,12 @@ def measure(
     x, force = record.displacement, record.force
     counting = judged.selected(cycles)
     energies = columns["dissipated_energy"][counting.selection]
+    largest = judged.largest_block
+    channels = x[largest.samples], force[largest.samples]
+    # A few cycles may be alike by chance: no better than the noise of their samples lets them.
+    error = max(float(energies.std()), _energy_noise(*channels, largest.cycles.period))
     check_direction(
-        *(record.name, float(np.median(energies)), float(energies.std() / energies.size**0.5)),
-        *(x[judged.largest_block.samples], force[judged.largest_block.samples]),
+        *(record.name, float(np.median(energies)), error / energies.size**0.5, *channels),
         "`delay=1e-4`, say, takes that off",
     )
     if rig_stiffness is not None:
@@ -394,6 +414,14 @@ def _means(
             if name != "start"
         }
     )
+
+
+def _energy_noise(x: Floats, force: Floats, period: float) -> float:
+    """Standard deviation of the energy of a cycle [J] that the noise of the samples makes."""
+    x, force = x[:_NOISE_SAMPLES], force[:_NOISE_SAMPLES]
+    cycle_count = x.size / period
+    moved, pushed = (float(np.linalg.norm(np.diff(values))) for values in (x, force))
+    return math.hypot(noise_of(force) * moved, noise_of(x) * pushed) / math.sqrt(cycle_count)
 
 
 def _with_units(means: Mapping[str, Estimate]) -> dict[str, Any]:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from microslip._core.checks import Floats, show
 from microslip.errors import InputError
 from microslip.friction import BackboneLaw
+from microslip.tribometer.estimates import chance_below
 
 REGIMES = ("stick", "partial slip", "gross slip")
 ONSET = 0.99
@@ -162,14 +163,7 @@ def _chance_below(
 ) -> float:
     """Probability that the ratio of two means is not above a limit."""
     fine = is_counted & np.isfinite(above) & np.isfinite(under)
-    margin = above[fine] - limit * under[fine]
-    if margin.size == 0:
-        return 0.5
-    mean = float(margin.mean())
-    error = float(margin.std(ddof=1)) / math.sqrt(margin.size) if margin.size > 1 else 0.0
-    if error == 0.0:
-        return float(mean <= 0.0)
-    return 0.5 * math.erfc(mean / (error * math.sqrt(2.0)))
+    return chance_below(above[fine] - limit * under[fine])
 
 
 def _cycle_regimes(columns: Mapping[str, Floats], limits: Thresholds) -> tuple[str, ...]:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from microslip._core.checks import Floats
 from microslip._core.units import engineering
 from microslip._core.wording import plural
-from microslip.tribometer.estimates import dependence_of, trend
+from microslip.tribometer.estimates import dependence_of, quantile, trend
 
 ALIKE, MORE_ALIKE = 0.02, 0.003
 """Relative change of amplitude, force or energy over a stretch that counts as none, and the one of
@@ -34,6 +34,9 @@ FEWEST = 5
 JUDGED, HALVED = 8, 20
 """Cycles from which a trend of force and energy is judged, and those that a part of a record must
 have to be settled by itself: of fewer all look alike."""
+ALIKE_OF_FEW, CHANCE = 0.0075, 0.01
+"""Relative trend of the amplitude of fewer than those that counts as none, as the trend of their
+energies may not show; and the chance that a trend of so few is an accident."""
 SLOWER = 0.25
 """Rate at which the end of a record may still change, over that of all of it."""
 _DISTINCT = 3.0
@@ -151,9 +154,11 @@ def _runs(values: Floats, least_noise: float) -> list[tuple[int, int]] | None:
     noise = max(noise, least_noise)
     # The noise of few cycles is not known well.
     range_of_noise = NOISE * (1.0 + 4.0 / np.sqrt(values.size)) * noise
-    widest = max(ALIKE * float(np.median(np.abs(values))), range_of_noise)
+    usual = float(np.median(np.abs(values)))
+    widest = max(ALIKE * usual, range_of_noise)
     if float(np.ptp(values)) <= widest:
-        return None
+        is_ramp = values.size < HALVED and _moves(values, ALIKE_OF_FEW * usual)
+        return [] if is_ramp else None
     runs: list[tuple[int, int]] = []
     open_stretches = [(0, values.size)]
     for _ in range(_MOST_STRETCHES):
@@ -198,7 +203,10 @@ def _longest(values: Floats, widest: float) -> tuple[int, int]:
 def _moves(values: Floats, smallest: float) -> bool:
     """Whether a linear trend of the values exceeds that, and not by accident."""
     slope, error = _slope(values)
-    return abs(slope * (values.size - 1)) > smallest and abs(slope) > CERTAIN * error
+    certain = CERTAIN
+    if values.size < HALVED:
+        certain = max(certain, quantile(1.0 - CHANCE, max(values.size - 2, 1)))
+    return abs(slope * (values.size - 1)) > smallest and abs(slope) > certain * error
 
 
 def _slope(values: Floats) -> tuple[float, float]:

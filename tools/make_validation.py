@@ -52,7 +52,7 @@ def references() -> Iterator[Row]:
 
     for cases, source in (
         (own_cases(), "40-digit integrals, `tests/reference/make_reference.py`"),
-        (shared_cases(), "a second set of such numbers, by other hands"),
+        (shared_cases(), "a second, independent set of such numbers"),
     ):
         if not cases:
             yield "interfaces", source, "", ABSENT, ""
@@ -251,7 +251,7 @@ def half_space() -> Iterator[Row]:
             f"normal stiffness at a real area of {100.0 * row['gaussian area']:.2g} %",
             "boundary elements on the same rough surface (256 x 256, periodic)", "one surface",
             f"{ratio:.2f} times", f"differs: the half space is {off} "
-            f"{'stiffer' if ratio > 1.0 else 'softer'}; the verdict on the real area tells",
+            f"{'stiffer' if ratio > 1.0 else 'softer'}; the verdict on the real area says so",
         )  # fmt: skip
 
 
@@ -274,7 +274,7 @@ def brake_reuss() -> Iterator[Row]:
         error = relative(beam.bending(flat, form, factor)[0], beam.PUBLISHED[factor])
         yield (
             f"frequencies of the Brake-Reuss beam, {words}", f"{source}, another code and mesh",
-            "3 modes", f"{100.0 * error:.1f} %", "agrees to what two meshes leave",
+            "3 modes", f"{100.0 * error:.1f} %", "agrees within the difference of two meshes",
         )  # fmt: skip
 
 

@@ -213,7 +213,7 @@ def test_a_drift_is_taken_off(size: float) -> None:
     rise, error = size * 128 / len(made), 3.3 * math.sqrt(12.0 / 640.0) / 5.0
     assert folded.drift == pytest.approx(rise, abs=4.0 * error)
     (note,) = [text for text in found.notes if "drift" in text]
-    assert "straight line is taken off" in note
+    assert "linear trend is removed" in note
     assert not any("drift" in text for text in plain.notes)
 
 

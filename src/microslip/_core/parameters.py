@@ -96,7 +96,7 @@ class Parameter:
     none: str = ""  # word that stands for None at the edges, such as "none"
     bare: bool = False  # whether a plain number counts as SI at the edges
     items: tuple[int, int] = (1, 1)
-    """How few and how many values it may have; those of more than one are tuples."""
+    """Least and largest number of values; several are given as a tuple."""
     flag: str = ""  # name on the command line without dashes, where it is another one
     metavar: str = ""  # what stands for the value in the help of a command
     names_file: bool = False  # whether its text is the name of a file

@@ -23,13 +23,13 @@ class Verdict(NamedTuple):
     value: float | None
     """Its value [-]; None where it is not known."""
     limit: float
-    """Where ``ok`` ends; ``outside`` begins further."""
+    """Limit of ``ok``; that of ``outside`` is further out."""
     word: Word
     """``ok``, ``watch`` (the result depends on it), ``outside``, or ``not judged``."""
     meaning: str
     """The assumption, in a sentence."""
     reason: str = ""
-    """Where the limits come from or, not judged, what is missing."""
+    """Source of the limits or, if not judged, the missing input."""
     remedy: str = ""
     """Remedy."""
 

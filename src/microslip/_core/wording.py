@@ -8,7 +8,7 @@ from difflib import get_close_matches
 from typing import Final
 
 ESCAPED: Final = "backslashreplace"
-"""How UTF-8 writes what it has no letter for, such as the bytes of a name of a file."""
+"""Error handler for text that UTF-8 cannot encode, such as bytes in the name of a file."""
 
 
 def one_line(text: str) -> str:

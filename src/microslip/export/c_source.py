@@ -36,7 +36,7 @@ def comment(lines: list[str], start: str = " * ", first: str = "/*\n", last: str
 
 
 def components_of(element: str) -> int:
-    """Of a move."""
+    """Number of components of a move."""
     return 1 + element.startswith("planar") + element.endswith("contact")
 
 

@@ -93,9 +93,9 @@ class AsperityFields(Locked):
     force: float
     """Tangential force there [N]."""
     _distances: NDArray[np.float64]
-    """Of each term: distance from its reversal, halved for all but the first [m]."""
+    """Distance of each term from its reversal, halved for all but the first [m]."""
     _factors: NDArray[np.float64]
-    """Of each term: 1 or -1 for the first, then 2 and -2 in turn."""
+    """Factor of each term: 1 or -1 for the first, then 2 and -2 in turn."""
 
     # -- zones ----------------------------------------------------------------------------------
 

@@ -37,7 +37,7 @@ class IwanFit(NamedTuple):
     energy_error: float
     """Largest relative error of the dissipated energy [-]."""
     error_at_smallest: float
-    """That at the smallest amplitude, where the first cells have just begun to yield [-]."""
+    """Energy error at the smallest amplitude, where the first cells begin to yield [-]."""
     smallest_amplitude: float
     """Smallest amplitude looked at [m]."""
     largest_amplitude: float
@@ -70,7 +70,7 @@ class Iwan(Locked, CellModel):
     )
 
     fit: ClassVar[IwanFit | None] = None
-    """How well the cells stand for the law that they were made of for a range of amplitudes."""
+    """Error of the cells against the law that they were made from, over a range of amplitudes."""
 
     def __post_init__(self) -> None:
         self._check_parameters()

@@ -89,7 +89,7 @@ class Parallel(Locked, BackboneLaw):
 
     @cached_property
     def _soft(self) -> Parallel | None:
-        """Those that move before they slip, if others do not."""
+        """Members that move before they slip, if others do not."""
         soft = [law for law in self.laws if math.isfinite(law.tangential_stiffness)]
         return Parallel(soft) if soft else None
 

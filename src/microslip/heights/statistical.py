@@ -195,7 +195,7 @@ class Statistical(DensityHeights):
         return weights
 
     def partial_moment(self, order: float, threshold: ArrayLike) -> Any:
-        """As for every distribution; an order whose moment is infinite is an error, too."""
+        """Raises as every distribution; an infinite moment is an error, too."""
         moment = super().partial_moment(order, threshold)
         index: float = self._index  # type: ignore[attr-defined]
         if order >= index:

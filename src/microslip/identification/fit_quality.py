@@ -48,7 +48,7 @@ class RecordFit(Locked):
     measured_energy: float
     """Energy dissipated in the mean cycle [J]."""
     model_energy: float
-    """That of the model in its place [J]."""
+    """Energy of the model [J]."""
     energy_residual: float
     """Measured minus model over measured energy [-]."""
     energy_error: float

@@ -283,7 +283,7 @@ def leant_on_bounds(
 
 
 def _width(coordinate: Coordinate, interval: Interval) -> float:
-    """Of an interval in the logarithm of the physical value."""
+    """Width of an interval, of positive values in the logarithm."""
     if coordinate.kind == "log":
         return interval.high - interval.low
     return math.log(max(interval.high, 1e-300) / max(interval.low, 1e-300))

@@ -52,7 +52,7 @@ class Quantity:
 def quantities_of(
     problem: Problem, pair: MaterialPair | None, area: float | None
 ) -> list[Quantity]:
-    """All that the law says of itself, for each load where it depends on it."""
+    """Quantities derived from the law, for each load where they depend on it."""
     model, quantities = problem.model, []
     free = [problem.coordinates[int(j)] for j in problem.free]
     start = np.array([coordinate.inner(coordinate.start) for coordinate in free])

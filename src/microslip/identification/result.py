@@ -60,7 +60,7 @@ class Identification(Locked, Plottable):
     status: str
     """"converged", "at a bound", "records differ: rigs" or "not converged"."""
     evaluations: int
-    """How often the law was evaluated."""
+    """Number of evaluations of the law."""
     parameters: Mapping[str, Fitted]
     """The law's parameters and the rig's stiffness, by name."""
     derived: Mapping[str, Fitted]

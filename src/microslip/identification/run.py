@@ -41,7 +41,7 @@ _MOST_FORCES = 1 << 15
 _LEAST_CONFIDENCE = 1e-3
 _MOST_DELAYS = 10
 UNKNOWN = "unknown"
-"""Of a number of summits that nobody knows."""
+"""The number of summits is not known."""
 INTERVALS = ("profile", "curvature")
 _OF_ALL_LAWS = ("rig_stiffness", "rigs", "delay", "loss", "nuisances", "confidence", "gain_errors")
 _IN_TIME, _LATEST = 1e-5, 1.0  # rad

@@ -31,7 +31,7 @@ class _Place(NamedTuple):
     height: float
     """Sum of squares and logarithm of the determinant: minus twice the logarithm of likelihood."""
     variance: Floats
-    """Of the coordinates, the separation being given."""
+    """Variance of the coordinates at a given separation."""
 
 
 def over_separations(

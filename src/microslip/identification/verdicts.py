@@ -52,7 +52,7 @@ class Fitted:
     does not fit the records), "extrapolated" (of what no record reached), "bounded above",
     "bounded below", "not identified" or "fixed"."""
     caveat: Caveat | None = None
-    """Why it is not identified, how far it is only bounded or what it hangs on."""
+    """Reason why it is not identified, is bounded on one side only, or is in doubt."""
     at_bound: bool = False
     """Whether the best value lies at a bound."""
     load: float | None = None

@@ -231,7 +231,7 @@ class State(Resumable):
 
     @one_at_a_time
     def to_arrays(self) -> dict[str, Floats]:
-        """All that the state is, as plain arrays: what ``numpy.savez`` takes.
+        """The whole state as plain arrays, as ``numpy.savez`` takes them.
 
         Returns
         -------

@@ -37,7 +37,7 @@ class SummitModel(ABC):
 
     @property
     def poisson_ratio(self) -> float:
-        """That of the body which yields first where one yield stress stands for both: the lower."""
+        """Poisson's ratio of the body that yields first: of the lower yield stress."""
         bodies = (self.pair.first, self.pair.second)
         return min(body.poisson_ratio for body in bodies if not body.is_rigid)
 

@@ -76,7 +76,7 @@ class RecoveredHeights(DensityHeights):
 
     @property
     def spread(self) -> float:
-        """That of the summits before they yielded [m]."""
+        """Spread of the heights of the summits before they yielded [m]."""
         return self._heights.spread
 
     @cached_property

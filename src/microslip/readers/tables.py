@@ -19,9 +19,9 @@ class Column(NamedTuple):
     """One column, channel, variable or data set."""
 
     heading: str
-    """As the file says, with its unit where it stands there; "" if the file gives none."""
+    """Name in the file, with its unit where it is there; "" if the file gives none."""
     unit: str | None = None
-    """As the file says."""
+    """Unit in the file."""
     size: int | None = None
     """Samples, where that is known before they are read."""
     rate: float | None = None
@@ -36,7 +36,7 @@ class Stated(NamedTuple):
     value: float
     """In SI units."""
     where: str
-    """How the file calls it."""
+    """Name in the file."""
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ class Named(NamedTuple):
     """Without the groups or structs that it is in."""
     unit: str | None
     where: str
-    """Where the unit stands."""
+    """Place of the unit."""
 
 
 def understood(columns: Sequence[Column]) -> list[Named]:

@@ -78,7 +78,7 @@ class Verdicts:
 
     verdicts: tuple[Verdict, ...]  # in the order of reading; several of one name are told as one
     places: tuple[str, ...] = ()
-    """Where each of them is so, such as "5 kN"; empty, or an empty text, for everywhere."""
+    """Conditions under which each holds, such as "5 kN"; empty for all."""
     percent: frozenset[str] = frozenset()  # names whose values stand in percent
     noun: str = "loads"  # what the places are, in the plural
     caption: str = ""  # a paragraph below them on a page

@@ -84,9 +84,9 @@ class Frame:
     width: float = 1.0
     height: float = 1.0
     label_left: float = 0.0
-    """Where the label of the vertical axis is centred, on the side of its tick labels."""
+    """Centre of the label of the vertical axis, on the side of its tick labels."""
     second_left: float = 0.0
-    """Where that of the second one is."""
+    """Centre of the label of the second vertical axis."""
 
     @property
     def right(self) -> float:

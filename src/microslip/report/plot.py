@@ -215,7 +215,7 @@ class Plot:
     height: float = 5.6  # of the page [in]; it is 7.1 in wide
     title: str = ""  # above all
     heights: tuple[float, ...] = (1.0,)
-    """Of the rows and columns of the grid, relative to each other."""
+    """Relative sizes of the rows and columns of the grid."""
     widths: tuple[float, ...] = (1.0,)
     legend: tuple[Entry, ...] = ()  # below all, in as many lines as they need
     legend_title: str = ""  # above the legend

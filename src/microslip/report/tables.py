@@ -20,7 +20,7 @@ class TextTable(NamedTuple):
     words: list[list[str]]
     """For each cell that is a verdict its word, else nothing."""
     left_out: int
-    """How many more rows there would be."""
+    """Number of further rows."""
 
 
 def as_text(table: Table, limit: int | None = None, *, brief: bool = False) -> TextTable:
@@ -105,13 +105,13 @@ class Judgement(NamedTuple):
     value: str
     """Its value, or the smallest and the largest; "not known" where it is not judged."""
     bound: str
-    """Where it would be ok."""
+    """Limit of ok."""
     where: str
     """Where it is as bad as that, such as "at 2 kN and 5 kN"; empty for everywhere."""
     meaning: str
     """The assumption."""
     reason: str
-    """Where the limits come from or, not judged, what is missing."""
+    """Source of the limits or, if not judged, the missing input."""
     remedy: str
     """Remedy."""
 

@@ -33,7 +33,7 @@ ITEMS = "items"
 """Folder of the small files."""
 _TRIES = 3  # of an item whose worker died
 DASK_PATIENCE = "30s"
-"""How long a scheduler may take to answer."""
+"""Longest time that a scheduler may take to answer."""
 _MOST = 1_000_000
 """Items of a batch."""
 _WINDOW = 4  # items in flight a worker
@@ -192,7 +192,7 @@ class Batch:
     items: tuple[Item, ...]
     outcomes: Mapping[str, Outcome]
     computed: int
-    """How many were computed in this run; the others were there."""
+    """Number of items computed in this run; the others existed already."""
 
     def _by_status(self, is_done: bool) -> list[Outcome]:
         outcomes = (self.outcomes.get(item.name) for item in self.items)

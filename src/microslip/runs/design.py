@@ -93,7 +93,7 @@ class Target(NamedTuple):
 
     @property
     def written(self) -> str:
-        """As it reads, with units."""
+        """The target as text with units."""
         sign, unit = ">=" if self.at_least else "<=", UNITS.get(self.quantity)
         value = engineering(self.value, unit, 6, trim=True) if unit else f"{self.value:g}"
         mode = f"mode {self.mode} " if self.mode else ""

@@ -67,7 +67,7 @@ def shaken_bands(
     samples: list[Sampled | None],
     convergence: Convergence | None,
 ) -> ShakenBands | None:
-    """Of the sweeps in closed form, of noise by the mode that moves most."""
+    """Bands of the sweeps in closed form, of noise for the mode that moves most."""
     if not all(s is not None and np.isfinite(s.frequency).all(axis=1).any() for s in samples):
         return None
     columns: list[Floats] = []

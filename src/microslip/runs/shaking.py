@@ -38,7 +38,7 @@ class Sweep:
 
     @property
     def acceleration(self) -> Floats:
-        """Of the sensor, as seen from the ground at rest [m/s^2]."""
+        """Absolute acceleration of the sensor [m/s^2]."""
         omega = 2.0 * math.pi * self.response.frequency
         return self.response.absolute_amplitude(self.sensor) * omega**2
 
@@ -49,7 +49,7 @@ class Sweep:
 
     @property
     def base_acceleration(self) -> Floats:
-        """Of the ground [m/s^2]."""
+        """Acceleration of the ground [m/s^2]."""
         return np.asarray(np.abs(self.response.base_acceleration).max(axis=1))
 
     @property
@@ -85,23 +85,23 @@ class ShakenBands(NamedTuple):
 
 @dataclass(frozen=True)
 class Shaking:
-    """All that was asked for on a ground that moves."""
+    """All results for a moving ground."""
 
     sensor: Floats
     """Direction of the sensor, the motion of the ground among it."""
     sweeps: tuple[Sweep, ...]
     noise: RandomResponse | None
     duration: float
-    """Of the noise [s]."""
+    """Duration of the noise [s]."""
     frequency: Floats
     """At which its spectra are shown [Hz]."""
     level: Floats
-    """That of the ground there [(m/s^2)^2/Hz]."""
+    """Spectral density of the ground there [(m/s^2)^2/Hz]."""
     severity: Floats
     """Peaks of the pulses [m/s^2]."""
     shocks: tuple[ShockResponse, ...]
     bands: ShakenBands | None = None
-    """Where something is not known exactly."""
+    """Bands of uncertain inputs."""
 
     def peaks(self, quantity: str) -> Floats:
         """Largest at the sensor under each pulse [m or m/s^2]."""

@@ -411,7 +411,7 @@ def keys_of_model(study: StudyDescription, keys: Iterable[str]) -> list[str]:
 
 
 def scales(middle: StudyDescription, sample: StudyDescription, keys: list[str]) -> list[float]:
-    """How many times stiffer and heavier than the middle a sample is."""
+    """Values of a sample over those in the middle, for each key."""
     return [value_at(sample, key) / value_at(middle, key) for key in keys]  # type: ignore[operator]
 
 

@@ -155,7 +155,7 @@ def _frequency_response(
 
 
 def _nodes(part: StructurePart) -> tuple[Node, Node]:
-    """Where it is measured and pushed."""
+    """Points at which it is measured and pushed."""
     places = [part.sensors[name] for name in ("sensor", "force")]
     pushed = 1 if places[0][0] == places[1][0] else 2
     words = [

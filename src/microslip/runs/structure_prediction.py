@@ -121,7 +121,7 @@ class TightMode(NamedTuple):
     number: int
     """Number of the one most alike."""
     mac: float
-    """How far alike their shapes are [-], 1 for the same."""
+    """Modal assurance criterion of their shapes [-], 1 for the same."""
     curve: ModalCurve
 
 

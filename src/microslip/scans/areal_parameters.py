@@ -55,7 +55,7 @@ class ArealParameters:
     texture_aspect_ratio: float = of("Str", "", "texture aspect ratio")
     """Sal over the longest such distance: 1 if isotropic, near 0 with a lay."""
     texture_direction: float = of("Std", "rad", "direction of the lay from x towards y")
-    """Where the angular spectrum is largest, 0 to pi; it says little where Str is above 0.5."""
+    """Direction of the largest angular spectrum, 0 to pi; not meaningful where Str is above 0.5."""
     developed_area_ratio: float = of("Sdr", "", "developed area ratio")
     rms_gradient: float = of("Sdq", "", "rms gradient")
     peak_density: float = of("Spd", "1/m^2", "density of hills")

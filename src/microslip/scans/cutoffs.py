@@ -55,7 +55,7 @@ class CutoffTable(Locked):
     counted_mean_height: Floats
     """Parameters of the counted summits [1/m^2], [m], [m], [m]."""
     notes: tuple[str, ...] = ()
-    """How the scan was conditioned, and what could not be had and why."""
+    """Conditioning of the scan, and values that could not be computed with the reason."""
 
     @property
     def names(self) -> tuple[str, ...]:

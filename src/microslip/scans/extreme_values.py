@@ -21,11 +21,11 @@ class ExtremeShares(NamedTuple):
     """Share [-] of each moment that the most extreme 0.1 % of its values carry."""
 
     m0: float
-    """Of the variance of heights; 0.013 if they are Gaussian."""
+    """Share of the variance of heights; 0.013 if they are Gaussian."""
     m2: float
-    """Of the mean square slope."""
+    """Share of the mean square slope."""
     m4: float
-    """Of the mean square curvature."""
+    """Share of the mean square curvature."""
 
 
 def extreme_shares(scan: HeightMap) -> ExtremeShares:

@@ -260,5 +260,5 @@ def _wave(lines: str, flat: Floats, std: float) -> list[str]:
     return [
         f"vibration lines: a wave of {len(flat) / top:.3g} {lines} and {_long(size)} amplitude is "
         f"the same along each, {size / std:.2g} of the heights' standard deviation; if it is no "
-        "feed mark, scan again without what shakes, or filter with a longer cut-off."
+        "feed mark, scan again without the vibration, or filter with a longer cut-off."
     ]

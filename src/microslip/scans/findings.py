@@ -129,11 +129,11 @@ class Request:
 
 @dataclass(frozen=True)
 class Findings:
-    """All that was found in a scan."""
+    """All findings of a scan."""
 
     request: Request
     raw: Scan
-    """As it is in the file."""
+    """The scan as in the file."""
     levelled: Scan
     """Without outliers, form and long waves."""
     scan: HeightMap
@@ -143,10 +143,10 @@ class Findings:
     estimates: dict[str, SummitStatistics | None]
     """Summit statistics by the name of the estimate; None where there are none."""
     missing: tuple[str, ...]
-    """Why there are none."""
+    """Reason why there are none."""
     summits: Summits | None
     whole_spectrum: Spectrum
-    """Of the scan without outliers and form, before any cut-off."""
+    """Spectrum of the scan without outliers and form, before any cut-off."""
     spectrum: Spectrum
     fit: HeightFit
     table: CutoffTable

@@ -29,7 +29,7 @@ class LawAtLoad:
     """A joint at rest by one law of the summit heights."""
 
     separation: float
-    """Of the plane from the mean plane of the scan [m]."""
+    """Separation of the plane from the mean plane of the scan [m]."""
     contacts: float | None
     """Summits in contact [-]; None of a scan solved point by point."""
     real_area: float
@@ -61,7 +61,7 @@ class HeightLaws:
     recommended: Heights
     """The law that the loaded tail bears."""
     reason: str
-    """Why, in a sentence."""
+    """Reason, in a sentence."""
 
     def verdicts(self) -> tuple[Verdict, ...]:
         """On the tail of the Gaussian, how far it misses the stiffness, and the summits in it."""

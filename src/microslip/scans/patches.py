@@ -50,9 +50,9 @@ class PatchErrors(Locked):
     value: float
     """The parameter of the whole scan [its unit]."""
     values: NDArray[np.float64]
-    """That of each patch, rows of patches in turn; patches that give none are left out."""
+    """Value of each patch, row by row; patches without one are left out."""
     failed: int = 0
-    """How many gave none, or hold no point."""
+    """Number of patches without a value or without points."""
     long_waves: float = 0.0
     """Standard error [its unit] by the waves of the whole scan, of heights (see Notes)."""
 

@@ -33,7 +33,7 @@ class PointByPoint:
     piece: int | None
     """Points along a side of its pieces, about."""
     missing: str = ""
-    """Why there is none."""
+    """Reason why there is none."""
 
     @property
     def law(self) -> MeasuredContact | None:
@@ -48,7 +48,7 @@ class PointByPoint:
 
     @property
     def verdicts(self) -> tuple[Verdict, ...]:
-        """How far it holds."""
+        """Verdicts."""
         return () if self.joint is None else self.joint.validity
 
     def words(self) -> str:

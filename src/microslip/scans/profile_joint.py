@@ -48,7 +48,7 @@ class ProfileJoint:
     """Verdicts on the joint of the first."""
 
     def verdicts(self) -> tuple[Verdict, ...]:
-        """Those, and how far a profile so short tells the stiffness."""
+        """Verdicts of the law, and on the stiffness from so short a profile."""
         return *self.validity, *judged({PIECES: self.scatter})
 
 

@@ -77,7 +77,7 @@ RULES: Mapping[str, Rule] = {
             "missing",
             0.005,
             0.2,
-            "the points present speak for all; what is filled stays missing",
+            "the measured points represent all; filled points count as missing",
             "gaps of 0.2 % moved m2 of a scan by 4 %, filled or not: 0.5 % by a tenth",
             "scan again, or take the parameters with and without filling for their error",
         ),
@@ -124,7 +124,7 @@ RULES: Mapping[str, Rule] = {
                 remedy,
             )
             for waves, times, remedy in (
-                ("short", "15 %", "tell the cut-off with the result, and compare with a test"),
+                ("short", "15 %", "state the cut-off with the result, and compare with a test"),
                 (
                     "long",
                     "15 %",
@@ -205,9 +205,9 @@ RULES: Mapping[str, Rule] = {
             "mean radius counted against McCool's",
             1.5,
             3.0,
-            "summits and spectral moments tell of the same surface, as on a Gaussian one, where "
-            "Nayak's alpha is at least 1.5; moments of curvature are ruled by the few sharpest "
-            "points",
+            "summits and spectral moments describe the same surface, as on a Gaussian one, where "
+            "Nayak's alpha is at least 1.5; moments of curvature are dominated by the few "
+            "sharpest points",
             "McCool (1987), DOI 10.1115/1.3261349: on a Gaussian surface they are the same",
             "build on counted summits",
         ),

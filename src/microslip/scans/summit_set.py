@@ -41,7 +41,7 @@ class Summits(Locked, Plottable):
     """
 
     positions: Floats
-    """Where they are (n, 2) along x and y [m], from the centre of the first point of the scan."""
+    """Positions (n, 2) along x and y [m], from the centre of the first point of the scan."""
     heights: Floats
     """Heights above the mean of the scan [m]."""
     radii: Floats
@@ -57,16 +57,16 @@ class Summits(Locked, Plottable):
     area: float
     """Area in which a summit could be found [m^2]: without edges and missing points."""
     method: Method
-    """How they were found."""
+    """Definition of a summit."""
     threshold: float
     """Prominence [m] that they have at least."""
     dropped: int
-    """How many more were prominent enough, but are no summits by their fit."""
+    """Number of prominent points that are no summits by their fit."""
     neighbours: SummitStatistics
     """Of every point above its eight neighbours, curvatures by differences: what other programs
     count, and what spectral moments go with."""
     notes: tuple[str, ...]
-    """How the scan was conditioned and the summits were found."""
+    """Conditioning of the scan and the search for summits."""
 
     def __post_init__(self) -> None:
         count = np.size(self.heights)

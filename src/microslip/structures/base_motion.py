@@ -38,7 +38,7 @@ class AtRest(NamedTuple):
     attachments: tuple[Attachment, ...]
     static_force: Floats
     model: ModalModel
-    """Of the structure as it is held by its own stiffness."""
+    """Modal model of the structure as held by its own stiffness."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +46,7 @@ class BaseMotion:
     """Effect of the motion of a base on a structure, for each of its inputs."""
 
     model: ModalModel
-    """Of the structure that is held; shapes are zero at supports."""
+    """Modal model of the held structure; shapes are zero at supports."""
     carried: Floats
     """Static motion of all degrees of freedom for a unit of each input (n, inputs)."""
     inertia: Floats
@@ -118,7 +118,7 @@ def _joint_motion(attachments: tuple[Attachment, ...], carried: Floats) -> tuple
 def _under_the_structure(
     rest: AtRest, directions: ArrayLike, frame: Frame | None, joints_on_base: bool
 ) -> BaseMotion:
-    """All that holds the structure stands on one rigid base; degrees of freedom count from it."""
+    """All supports stand on one rigid base; degrees of freedom are relative to it."""
     carried = _columns("directions", directions, rest.static_force.size, "degree of freedom")
     # A geometry bends with the motion from the base, which is what the matrices count.
     joints = tuple(a for a in rest.attachments if not isinstance(a, GeometryAttachment))

@@ -40,7 +40,7 @@ def declared_length(symbol: str, meaning: str, example: float) -> dict[str, Any]
 
 @dataclass(frozen=True, eq=False)
 class Lap:
-    """Where two parts of a :class:`BoltedBeam` overlap, and the bolts there.
+    """Overlap of two parts of a :class:`BoltedBeam`, and its bolts.
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ class Lap:
 
     @property
     def ends(self) -> tuple[float, float]:
-        """Where it begins and ends [m]."""
+        """Its two ends [m]."""
         return self.at - 0.5 * self.length, self.at + 0.5 * self.length
 
 
@@ -81,7 +81,7 @@ class Stretch(NamedTuple):
     free: tuple[tuple[float, float, bool, bool], ...]
     """From, to [m], and whether a lap is at either end."""
     rise: float = 0.0
-    """How far its middle stands above its ends [m]."""
+    """Height of its middle above its ends [m]."""
 
 
 def beam_mesh(

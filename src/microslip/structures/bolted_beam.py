@@ -48,7 +48,7 @@ class Drawing:
     ground: Sequence[str] = ()
     """Ends that are bolted to rigid ground."""
     rise: float = 0.0
-    """How far the middles of parts between two laps stand above their ends [m]."""
+    """Height of the middles of parts between two laps above their ends [m]."""
     _names: tuple[str, ...] = ()
 
     def _check(self) -> None:
@@ -402,7 +402,7 @@ class BoltedBeam(Drawing):
         return Sizes(stop - start, self.width, self.thickness, self.rise), start, height
 
     def bending(self, material: Material, reach: float | None = None) -> Bending:
-        """How the part between two grounds stiffens or softens as it bends far.
+        """Nonlinear stiffness of the part between two grounds in large bending.
 
         Parameters
         ----------

@@ -56,7 +56,7 @@ class ForcedResponse(LockedArrays, PlottableAtSensor):
     _coordinates: NDArray[np.complex128]
     """Modal amplitudes of each harmonic (points, modes, harmonics)."""
     _shapes: Floats
-    """Of the modes and of what nothing holds (n, modes)."""
+    """Shapes of the modes and of free motions (n, modes)."""
 
     @property
     def displacement(self) -> NDArray[np.complex128]:

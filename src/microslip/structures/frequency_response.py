@@ -42,11 +42,11 @@ MEASURED = {
 
 
 class Node(NamedTuple):
-    """Where a response is measured or a force pushes, for the header of a universal file."""
+    """Place of a response or a force, for the header of a universal file."""
 
     number: int
     direction: str | None = None
-    """Of the axes x, y and z; None for a direction of its own."""
+    """One of the axes x, y and z; None for a direction of its own."""
     text: str = ""
     """The place in words."""
 
@@ -72,9 +72,9 @@ class FrequencyResponse(LockedArrays):
     force: float
     """Amplitude of the force [N]."""
     sensor: Node = _SENSOR
-    """Where it is measured."""
+    """Place of the response."""
     reference: Node = _REFERENCE
-    """Where the force pushes."""
+    """Place of the force."""
 
     @property
     def unit(self) -> str:

@@ -30,7 +30,7 @@ class Resonance(NamedTuple):
     """A multiple of a mode's frequency close to the frequency of another mode."""
 
     amplitude: float
-    """Where they are closest, as the curve's amplitudes."""
+    """Amplitudes of the curve at which they are closest."""
     multiple: int
     mode: int
     """The other mode, counted from 0."""
@@ -68,7 +68,7 @@ class ModalCurve(LockedArrays, Plottable):
     mac: Floats
     """Modal assurance criterion of the shape beside that of the sticking joints [-]."""
     near: tuple[Resonance, ...]
-    """Where a multiple of the frequency comes close to another mode, the nearest of each pair."""
+    """Multiples of the frequency close to another mode, the nearest of each pair."""
     linear_frequency: float
     """Frequency of the mode whose joints stick [Hz]."""
     base_damping: float

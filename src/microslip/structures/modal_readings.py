@@ -36,7 +36,7 @@ class FreeDecay(LockedArrays):
     damping_ratio: Floats
     """Damping ratios [-]."""
     frequency_error: Floats
-    """How far two readings differ, by zero crossings and by the analytic signal [Hz]."""
+    """Difference of two readings, by zero crossings and by the analytic signal [Hz]."""
     damping_error: Floats
     """The same of the damping ratio [-]."""
 

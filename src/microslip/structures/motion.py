@@ -46,7 +46,7 @@ class Motion(LockedArrays, PlottableAtSensor):
     kinetic_energy: Floats
     """[J]."""
     elastic_energy: Floats
-    """Of the structure without its joints [J]."""
+    """Energy of the structure without its joints [J]."""
     joint_energy: Floats
     """Work of the forces of the joints, stored or dissipated [J]."""
     joint_loss: Floats
@@ -200,7 +200,7 @@ class March(NamedTuple):
     """(times, modes); fewer times than asked for where the method stopped."""
     speed: Floats
     motion: Floats
-    """Of the joints, (times, coordinates) [m]."""
+    """Motion of the joints, (times, coordinates) [m]."""
     pull: Floats
     """Forces of the joints [N]."""
     lost: Floats

@@ -25,7 +25,7 @@ class ModePoint(NamedTuple):
     """A periodic motion of a nonlinear mode."""
 
     coefficients: Floats
-    """Of the modal coordinates, (modes, size)."""
+    """Fourier coefficients of the modal coordinates, (modes, size)."""
     omega: float
     damping: float
 

@@ -42,7 +42,7 @@ class QuasiStaticPoint(NamedTuple):
     """The mode at an amplitude."""
 
     amplitude: float
-    """As the measure has it."""
+    """Amplitude in the unit of the measure."""
     square: float
     """Lambda, the square of the angular frequency [rad^2/s^2]."""
     shape: Floats

@@ -111,7 +111,7 @@ class RandomResponse(LockedArrays):
         return "solved" if self.message.startswith("solved") else "stopped"
 
     def _deviations(self, columns: Floats) -> Floats:
-        """Of displacements along columns (n, k) [m]."""
+        """Standard deviations of displacements along columns (n, k) [m]."""
         modal = columns.T @ self._shapes
         squares = np.einsum("km,mn,kn->k", modal, self._variances.displacement, modal)
         return np.asarray(np.sqrt(squares))

@@ -37,7 +37,7 @@ class Change(NamedTuple):
     frequency: float
     """Largest change of the frequency over the amplitudes, relative to the coarser model [-]."""
     damping_ratio: float
-    """That of the damping ratio [-]."""
+    """Relative change of the damping ratio [-]."""
     frequency_left: float
     """Extrapolated difference from the model to its limit [-]."""
     damping_left: float

@@ -23,7 +23,7 @@ class Points(NamedTuple):
     places: Floats
     """The points, or the nearest ones of their cells [m]."""
     distances: Floats
-    """How far those asked for lie from them [m]."""
+    """Distances of the requested positions from them [m]."""
 
     def at(self, index: Any) -> Points:
         """Some of the points."""

@@ -93,9 +93,9 @@ class ReducedJoint(LockedArrays):
     """Inertia [kg] of the degrees of freedom, and of all as one piece in the last three rows, for a
     ground that moves along x, y, z; none of a structure that floats."""
     sensor_base: Floats = field(default_factory=lambda: np.zeros((0, 3)))
-    """How much each sensor moves with such a ground [-], (sensors, 3)."""
+    """Motion of each sensor with such a ground [-], (sensors, 3)."""
     geometry: GeometryAttachment | None = None
-    """How it stiffens or softens as it bends, see :meth:`with_geometry`."""
+    """Nonlinear stiffness in large bending, see :meth:`with_geometry`."""
 
     @property
     def size(self) -> int:

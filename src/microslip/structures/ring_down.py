@@ -51,7 +51,7 @@ class RingDown(LockedArrays, Plottable):
     turning_time: NDArray[np.float64]
     """When the mass turned [s], the release included: to the integrator's accuracy."""
     turning_displacement: NDArray[np.float64]
-    """Where it turned [m]; these points are not among the samples."""
+    """Turning points [m]; these points are not among the samples."""
 
     def _figure(self) -> Plot:
         from microslip.structures.figures import ring_down_figure

@@ -86,7 +86,7 @@ class ShockResponse(LockedArrays):
     time: Floats
     """Times [s]."""
     base_acceleration: Floats
-    """Of the base, (times,) [m/s^2]."""
+    """Acceleration of the base, (times,) [m/s^2]."""
     message: str
     """Outcome in a sentence."""
     _modal: tuple[Floats, Floats, Floats]
@@ -123,7 +123,7 @@ class ShockResponse(LockedArrays):
         )
 
     def _sizes(self, columns: Floats) -> Floats:
-        """Of displacements along columns (n, k), (times, k) [m]."""
+        """Sizes of displacements along columns (n, k), (times, k) [m]."""
         return np.abs(self._modal[0] @ (self._shapes.T @ columns))
 
     def peak(self, at: ArrayLike, quantity: Quantity = "displacement") -> float:

@@ -84,7 +84,7 @@ class LinearStructure:
     damping: Floats
     """(modes, modes) [1/s]"""
     directions: Floats
-    """Of the joints (modes, coordinates)."""
+    """Directions of the joints (modes, coordinates)."""
     push: Floats
     """(modes,) for a unit of acceleration."""
     viscous_push: Floats

@@ -23,7 +23,7 @@ Sensors = dict[str, tuple[tuple[float, float, float], str]]
 
 
 class Sizes(NamedTuple):
-    """Of a strip between two clamps [m]."""
+    """Dimensions of a strip between two clamps [m]."""
 
     length: float
     width: float
@@ -32,7 +32,7 @@ class Sizes(NamedTuple):
 
 
 class Bending(NamedTuple):
-    """How a drawn, thin part bends: what :meth:`ReducedJoint.with_geometry` wants."""
+    """Bending of a drawn, thin part, as :meth:`ReducedJoint.with_geometry` takes it."""
 
     sensors: Sensors
     """Places [m] and directions by name, for ``sensors=`` of :meth:`BoltedBeam.reduce`."""

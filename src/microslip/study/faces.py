@@ -32,9 +32,9 @@ class RoughFace(NamedTuple):
 
     statistics: SummitStatistics
     origin: str
-    """Where it is from, in a sentence without its end."""
+    """Source, in a sentence without its end."""
     verdicts: tuple[Verdict, ...] = ()
-    """How far that bears a joint."""
+    """Verdicts for a joint."""
     spread: Spread | None = None
     """Scatter from scan to scan."""
     ranges: dict[str, tuple[float, float]] | None = None

@@ -68,7 +68,7 @@ class MeasuredPart(Part):
     )
     motion: Motion | None = key(
         one_of(*get_args(Motion)),
-        "What a curve was read from: settled answers (steady) or free decays (decay), whose "
+        "Origin of a curve: settled answers (steady) or free decays (decay), whose "
         "damping ratios differ; as the file shows unless given.",
         default=None,
     )
@@ -76,7 +76,7 @@ class MeasuredPart(Part):
         Items(
             one_of(*FITTED), '["friction_coefficient", "tension"]', (1, len(FITTED)), distinct=True
         ),
-        "What is fitted to the test, from the values of the study on.",
+        "Parameters fitted to the test, starting from the values of the study.",
         default=None,
     )
     frequency_error: float = key(

@@ -347,4 +347,4 @@ class ScanSurface(Scanned):
         if self.read_scan.is_profile:
             remark = ", as if the profile were of an isotropic Gaussian surface"
         sentence = f"{name}, {self._cutoff_words()}:{parameters}{remark}"
-        return [f"surface.scan: {sentence}. The cut-off decides these numbers."]
+        return [f"surface.scan: {sentence}. These numbers depend on the cut-off."]

@@ -278,7 +278,7 @@ class StudyTables(Part):
     title: str = key(LINE, "One line for figures, tables and the report.", default="")
     not_identified: tuple[str, ...] | None = key(
         Items(text("a key", "surface.radius"), '["surface.radius"]', (1, 20), single=True),
-        "Keys whose numbers loops did not tell, as `microslip identify` writes them: "
+        "Keys whose values the loops did not determine, as `microslip identify` writes them: "
         "they are flagged until they are known.",
         default=None,
     )

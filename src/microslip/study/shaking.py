@@ -37,13 +37,13 @@ class BasePart(_Shaken):
     )
     control: ControlOf = key(
         one_of("base", "response"),
-        "What is held along a sweep: the acceleration of the ground (base), or that of the sensor "
-        "as seen from the ground (response), where the resonance does not fold over.",
+        "Quantity controlled along a sweep: the acceleration of the ground (base), or the absolute "
+        "acceleration of the sensor (response), where the resonance does not fold over.",
         default="base",
     )
     frequencies: tuple[float, float] | None = key(
         Items(_HERTZ, '["150 Hz", "200 Hz"]', (2, 2)),
-        "From where to where it is swept; 10 % about the first mode unless given.",
+        "Range of the sweep; 10 % about the first mode unless given.",
         default=None,
     )
     points: int = key(whole_number(5, 500, "60"), "How many frequencies.", default=60)
@@ -109,7 +109,7 @@ class GeometryPart(Part):
     file: str | None = key(FILE, example='"cases.csv"', default=None)
     coordinates: tuple[CoordinatePart, ...] = key(
         Items(Table(CoordinatePart), '[{ at = ["0 mm", "0 mm", "0.75 mm"] }]', (1, 6)),
-        "Places that are moved in the cases of a file, all else free to follow.",
+        "Places that are moved in the cases of a file, all others free.",
         default=(),
     )
     reach: float | None = key(

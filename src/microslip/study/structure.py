@@ -209,7 +209,7 @@ class FormPart(Part):
     gap: str = key(LINE, "Column of the gaps.", '"gap"', default="gap")
     factor: float = key(
         Unsure(number("1.0")),
-        "What the gaps are multiplied with: 0 is flat, -1 the reversed form.",
+        "Factor on the gaps: 0 is flat, -1 the reversed form.",
         default=1.0,
     )
     _table: Floats
@@ -284,7 +284,7 @@ class StructurePart(Part):
     )
     sensor: SensorPart | None = key(
         Table(SensorPart),
-        "Where amplitudes are meant; the right end unless given, and required with a mesh.",
+        "Point at which amplitudes are given; the right end unless given, and required with a mesh.",
         '{ at = ["0.36 m", "0 m", "0 m"], direction = "z" }',
         default=None,
     )
@@ -394,7 +394,7 @@ class StructurePart(Part):
 
     @property
     def quantity(self) -> str:
-        """Of what the amplitudes are: displacement, velocity or acceleration."""
+        """Quantity of the amplitudes: displacement, velocity or acceleration."""
         return "displacement" if self.amplitude is None else self.amplitude.start.quantity
 
     @property

@@ -339,13 +339,13 @@ class RoughFaceSurface(Surface):
         """Basis of the law, and what no drawing says."""
         law = cast(RoughSurface, self.build(_ANY_PAIR))
         left_out = "the Hurst exponent, " if "hurst" not in self._keys_in_file else ""
-        heights = "" if law.heights is not None else "how the heights are distributed, "
+        heights = "" if law.heights is not None else "the distribution of the heights, "
         return [
             f"surface: waves from {engineering(law.roll_off, 'm')} to "
             f"{engineering(law.shortest, 'm')}, Rq {engineering(law.rms, 'm')}, Rdq "
             f"{significant(law.rms_slope / math.sqrt(2.0))}. The stiffness of such Gaussian, "
             f"isotropic faces is within {100.0 * ROUGH_ERROR:.0f} % of boundary elements (the "
-            f"worst 30 %). A drawing does not say {left_out}{heights}a lay, and form and waviness "
+            f"worst 30 %). The drawing leaves open {left_out}{heights}the lay, and form and waviness "
             "beyond the cut-off."
         ]
 

@@ -91,7 +91,7 @@ def condition(
         for key in ("displacement", "force"):
             channels[key], slope = _without_trend(channels[key], cycles)
             slopes.append(slope)
-        notes.append(f"drift of {slopes[0]:.3g} m and {slopes[1]:.3g} N a cycle was taken off")
+        notes.append(f"drift of {slopes[0]:.3g} m and {slopes[1]:.3g} N a cycle was removed")
     if cutoff is not None:
         cutoff = positive("cutoff", cutoff, "Hz", 100.0)
         sampled = _rate(rate, "cutoff")
@@ -109,7 +109,7 @@ def condition(
     if rig_stiffness is not None:
         rig_stiffness = positive("rig_stiffness", rig_stiffness, "N/m", 1e8)
         channels["displacement"] = channels["displacement"] - channels["force"] / rig_stiffness
-        notes.append(f"deflection of a rig of {rig_stiffness:g} N/m was taken off")
+        notes.append(f"deflection of a rig of {rig_stiffness:g} N/m was subtracted")
     changes: dict[str, Any] = {**channels, "time": None, "sample_rate": rate, "notes": tuple(notes)}
     return replace(record, **changes)
 

@@ -114,8 +114,8 @@ def _by_time(starts: Sequence[Floats], frequency: float | None) -> Count:
             if abs(float(shift.mean()) - first) > allowed:
                 return Count(
                     None,
-                    "the phase of the motion does not go on across the gaps of the time: the rig "
-                    "stood, or its frequency wandered",
+                    "the phase of the motion is not continuous across the gaps of the time: the "
+                    "rig stopped, or its frequency drifted",
                 )
             chance *= min(2.0 * allowed, 1.0)
         first = max(first, round(float(places[-1])))
@@ -125,7 +125,7 @@ def _by_time(starts: Sequence[Floats], frequency: float | None) -> Count:
     if frequency is None and chance > _CHANCE:
         return Count(
             None,
-            "whether the rig ran on in the gaps of the time is not told by so few blocks",
+            "too few blocks show whether the rig kept running in the gaps of the time",
         )
     return Count(1.0 + np.concatenate(parts), "by time and frequency across the gaps of the time")
 
@@ -140,7 +140,7 @@ class Dissipated(NamedTuple):
 
     @property
     def error(self) -> float:
-        """That of the last cycle [J]."""
+        """Error of the energy of the last cycle [J]."""
         return float(self.errors[-1])
 
 

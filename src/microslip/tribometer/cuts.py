@@ -32,11 +32,11 @@ class Cuts(NamedTuple):
     """
 
     cuts: Places
-    """Where cycles begin, and the last one ends: one more than there are cycles."""
+    """Samples at which cycles begin, and the end of the last: one more than there are cycles."""
     peaks: Places
-    """Where the displacement turns back, one for each cycle, not before its begin."""
+    """First reversal of each cycle, not before its beginning."""
     troughs: Places
-    """Where it turns again, one for each cycle."""
+    """Second reversal of each cycle."""
     flipped: bool
     """Whether peaks are lowest places and troughs highest ones."""
     window: int
@@ -60,17 +60,17 @@ class Motion(NamedTuple):
     """Features by which the cycles of a record are found, the same in all of it."""
 
     middle: float
-    """Of the displacement [m]."""
+    """Middle of the displacement [m]."""
     amplitude: float
     """Half its range [m]."""
     noise: float
-    """Of the displacement [m]."""
+    """Noise of the displacement [m]."""
     window: int
     """Half width of the windows around turning points, in samples."""
     period: float
     """Samples a cycle."""
     crossings: int
-    """How often the middle is crossed."""
+    """Number of crossings of the middle."""
 
 
 def motion_of(displacement: Floats, force: Floats, gaps: Sequence[int] = ()) -> Motion:

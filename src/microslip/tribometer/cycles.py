@@ -64,7 +64,7 @@ class Drift(NamedTuple):
     total: float
     """Its change over them [m, N]."""
     share: float
-    """That, of the range of the channel [-]."""
+    """The same over the range of the channel [-]."""
 
     def note(self, remedy: str) -> str:
         """Note on it."""
@@ -81,7 +81,7 @@ class Plateau(NamedTuple):
     channel: str
     extreme: float
     share: float
-    """Of all samples [-]."""
+    """Share of all samples [-]."""
     step: float | None
     """Of the converter on whose steps all samples are; None without one."""
     is_neared: bool

@@ -40,9 +40,9 @@ class Estimate(NamedTuple):
     high: float
     """Its upper end."""
     standard_error: float
-    """Of the mean; not a number where there is only one cycle."""
+    """Standard error of the mean; not a number for a single cycle."""
     number: int
-    """How many values it is the mean of."""
+    """Number of values in the mean."""
 
 
 @lru_cache

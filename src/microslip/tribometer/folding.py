@@ -92,7 +92,7 @@ class Folded(Locked):
     """Relative growth of the loops' force over the cycles that count; 0 where it is likely to be no
     more than noise."""
     doubt: str = ""
-    """Why nothing can be identified from the record; empty where it can."""
+    """Reason why nothing can be identified from the record; empty where it can."""
     freedom: float = math.inf
     """Degrees of freedom from which the noise of the force is known."""
     play: float = 0.0
@@ -253,7 +253,7 @@ def _fold(
     said = (
         *(note for note in judgement.notes(counting) if note not in judgement.excess_loss),
         *spike_notes,
-        *(drift_there.note("a straight line is taken off") for drift_there in drifts),
+        *(drift_there.note("a linear trend is removed") for drift_there in drifts),
     )
     step, stepped = step_of(force), np.zeros((0, size))
     if step is not None:
@@ -273,7 +273,7 @@ def _fold(
     growth = grown.value if abs(grown.value) > _LIKELY * grown.standard_error else 0.0
     doubt = ""
     if counting.is_moving:
-        doubt = "found as a mean over cycles that move, so of no state of the joint"
+        doubt = "found as a mean over drifting cycles, so it describes no single state of the joint"
     elif judgement.is_clipped:
         doubt = CLIPPED
     timed = record.time is not None or record.sample_rate is not None

@@ -356,7 +356,7 @@ def measure(
         notes.append(
             f"gross slip by B, though only {sliding:.0%} of the displacement slides: the "
             "rest is elastic, mostly of the rig where amplitudes exceed a few micrometres; "
-            "give `rig_stiffness` to take it off"
+            "give `rig_stiffness` to subtract it"
         )
     steps = judged.step_errors
     shared = {k: math.hypot(steps.get(k, 0.0), gains.get(k, 0.0)) for k in {**steps, **gains}}
@@ -484,7 +484,7 @@ def _beyond_all_rigs(columns: Mapping[str, Floats]) -> list[str]:
         if size > most:
             text = engineering(size, unit) if unit else significant(size)
             notes.append(
-                f"{LABELS[name]} of {text} is beyond all rigs; are the units right? "
+                f"{LABELS[name]} of {text} is outside the range of any rig; are the units right? "
                 f"`units={in_python({role: 'um' if role == 'displacement' else 'N'})}` states them"
             )
     return notes

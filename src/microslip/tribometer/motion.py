@@ -37,7 +37,7 @@ class Motion(NamedTuple):
     """Their phases [rad]."""
     coefficients: Floats
     covariance: Floats
-    """Of the coefficients [m^2]."""
+    """Covariance of the coefficients [m^2]."""
     noise: float
     """Standard deviation of a sample [m]."""
 

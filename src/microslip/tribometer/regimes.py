@@ -127,9 +127,9 @@ class RecordRegimes(NamedTuple):
     """The regimes of a record."""
 
     of_each: tuple[str, ...]
-    """Of each cycle: of settled ones that of their mean."""
+    """Regime of each cycle; of settled ones that of their mean."""
     probability: dict[str, float]
-    """How likely each is for their mean."""
+    """Probability of each regime for their mean."""
 
 
 def regimes_of(

@@ -22,15 +22,15 @@ class RunningIn(NamedTuple):
     label: str
     column: str
     settled: Estimate
-    """Where it tends to, in the unit of the column."""
+    """Asymptote, in the unit of the column."""
     change: float
-    """How much it was above that at the first cycle."""
+    """Excess over it at the first cycle."""
     constant: Estimate
     """Cycles in which what is left falls to 1/e."""
     first: float
     """Number of the first cycle."""
     numbers: Floats
-    """Of the cycles, and their values."""
+    """Numbers of the cycles, and their values."""
     values: Floats
 
     def at(self, numbers: Floats) -> Floats:

@@ -28,7 +28,7 @@ class Scale(NamedTuple):
 
     factor: Decimal
     words: str
-    """Where it is from, for the notes."""
+    """Source, for the notes."""
 
 
 def scale_of(column: Named, role: str, unit: object, calibration: object) -> Scale:

@@ -78,7 +78,7 @@ def excess_loss_notes(loss_factor: NDArray[np.float64]) -> list[str]:
     return [
         f"a loss factor above 4/π = 1.27, up to {float(np.nanmax(loss_factor)):.3g}, in "
         f"{named_cycles(large)}: no closed loop has more than the rectangle around it, so these "
-        "channels are no loop, have spikes, or a rig softer than it is was taken off"
+        "channels are no loop, have spikes, or too soft a rig was subtracted"
     ]
 
 

@@ -82,7 +82,7 @@ def _bands(result: Prediction, scatter: Scatter, name: str) -> Table:
 
 
 def _half_widths(scatter: Scatter, name: str) -> Floats:
-    """How far the ends of an interval are from its quantile, over it; infinite if unknown."""
+    """Relative distance of the ends of an interval from its quantile; infinite if unknown."""
     band, (low, high) = scatter.bands[name].values, scatter.intervals[name]
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.asarray(np.maximum(band - low, high - band) / np.abs(band))
@@ -128,7 +128,7 @@ def _remark(scatter: Scatter) -> str:
 
 
 def _sureness(scatter: Scatter) -> str:
-    """How sure the quantiles of the loss factor are, and what would make them surer."""
+    """Confidence of the quantiles of the loss factor, and the samples needed for more."""
     widths = _half_widths(scatter, "loss_factor")
     widest, count = float(np.max(widths, initial=0.0)), scatter.samples
     text = (

@@ -60,7 +60,7 @@ class Faces:
 
     @property
     def ranges(self) -> dict[str, tuple[str, dict[str, tuple[float, float]]]]:
-        """Of each drawn face by its key what it is called and its ranges."""
+        """Name and ranges of each drawn face, by its key."""
         return {key: (_NAMES[key], face.ranges) for key, face in self.faces.items() if face.ranges}
 
 

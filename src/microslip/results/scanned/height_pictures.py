@@ -234,7 +234,7 @@ _REMOVED = "#e4e4e4"
 _UNDER = "#8a8a8a"
 _SCATTER = "#c6dbef"
 _BELOW = 1e-3
-"""How far below the lowest density before the cut-off the axis goes."""
+"""Range of the axis below the lowest density before the cut-off."""
 _ALONG = (Look(COLORS[1]), Look(COLORS[2], DASHED))
 """Along x and along y."""
 
@@ -344,7 +344,7 @@ def _ends(lines: Iterable[Line], low_x: float, right: float) -> tuple[float, flo
 
 
 _DECAY = 0.2
-"""Where ISO 25178-2 reads off the autocorrelation length."""
+"""Level at which ISO 25178-2 defines the autocorrelation length."""
 
 
 def texture_plot(findings: Findings) -> Plot:

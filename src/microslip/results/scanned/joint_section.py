@@ -55,7 +55,7 @@ _COLUMNS = (
     Column("loss_factor", "η", "", 3),
     Column("above", "load above highest", "", 2),
 )
-"""Of a joint at rest by a law."""
+"""Numbers of a joint at rest by one law."""
 
 
 def sections(findings: Findings, say: Callable[[str], str] = str) -> list[Section]:

@@ -47,7 +47,7 @@ def sections(shaking: Shaking) -> list[Section]:
     if shaking.shocks:
         parts.append(Section("Under shocks", _shocks(shaking)))
     if shaking.bands is not None:
-        parts.append(Section("Bands on the ground that moves", _bands(shaking.bands)))
+        parts.append(Section("Bands under base motion", _bands(shaking.bands)))
     return parts
 
 

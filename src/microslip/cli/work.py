@@ -90,9 +90,9 @@ def progress(name: str) -> Iterator[Report]:
         console=Console(stderr=True, color_system=None if os.environ.get("NO_COLOR") else "auto"),
         transient=True,
     )
-    # Without a total until something is known, so that it moves all the same.
+    # Without a total until it is known, so that the bar moves all the same.
     task = bar.add_task(name, total=None)
-    # A timer and no look at the clock, since a single step may take long.
+    # A timer instead of checks of the clock, since a single step may take long.
     timer = Timer(max(PATIENCE - (time.monotonic() - _begin), 0.0), bar.start)
     timer.daemon = True
     timer.start()

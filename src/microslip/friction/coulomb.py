@@ -52,7 +52,7 @@ class Coulomb(BackboneLaw):
         return np.full_like(amplitude, 4.0 * self.force_limit)
 
     def _below_limit(self, name: str, force: Floats) -> Floats:
-        # Every way from a force to a displacement comes by here.
+        # Every conversion of a force into a displacement passes here.
         raise InputError(
             f"{name} does not determine a displacement: Coulomb friction is rigid below its limit "
             f"{self.force_limit:.10g} N; give displacements [m]"

@@ -117,7 +117,7 @@ def settled_cycle(
     begin, is_mean = rest_of(rest, x)
     x = x - begin
     root = int(np.argmax(np.abs(x)))
-    # Once the largest displacement is reached all memory is gone: the cycle begins there.
+    # Memory is gone at the largest displacement: the cycle begins there.
     tree = Memory().tree(np.roll(x, -root))
     stiffness = law._slope(tree.half)
     force = law._backbone(tree.half) * tree.sign

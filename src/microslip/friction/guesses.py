@@ -278,7 +278,7 @@ def _shapes(kind: Any, parameters: Sequence[Parameter]) -> list[dict[str, float]
     for share in (0.25, 0.5, 0.75) if plain else (0.5,):
         shape = {item.name: 1.0 for item in parameters}
         for item in plain:
-            # Far ends of a search say nothing of what is usual.
+            # The far ends of a search range do not indicate usual values.
             low, high = max(item.low, -10.0), min(item.high, 10.0)
             middle = low + share * (high - low)
             shape[item.name] = middle if item.required else item.default

@@ -90,7 +90,7 @@ class PressedJoint(Parallel):
     def at(self, *, normal_load: float) -> PressedJoint:
         """The same joint under another load [N], spread in the same way."""
         load = positive("normal_load", normal_load, "N", 2000.0)
-        # The places keep their surfaces: what tightening left of each is computed once.
+        # The places keep their surfaces, so that tightening is computed once for each.
         joint = copy(self)
         joint.__dict__.clear()
         shares = self.pressure.shares.tolist()

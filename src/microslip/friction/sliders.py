@@ -35,5 +35,5 @@ class Sliders(Locked):
             raise InputError(f"`yield_displacement` must not be negative, got {u.min():g} m")
         if self._density is None:
             return plain(np.zeros(u.shape))
-        # So far out that nothing yields there, and so near that laws do not overflow.
+        # So far out that nothing yields there, and close enough that laws do not overflow.
         return plain(self._density(np.minimum(u, 1e200).reshape(-1)).reshape(u.shape))

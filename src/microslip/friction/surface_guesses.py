@@ -65,7 +65,7 @@ def interface_values(
     low, high = max(span[0], -1.0), min(span[1], 5.0)
     if not low < high:
         low, high = span
-    # A load beyond what the heights can tell has no separation: such are passed over.
+    # A load beyond the range of the heights has no separation: such loads are skipped.
     for count in (7, 5):
         grid = np.linspace(low, high, count)
         for z in grid.tolist():

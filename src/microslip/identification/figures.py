@@ -169,7 +169,7 @@ def _draw_pair(
         for number, name in enumerate(_amplitude_names(sizes[firsts].tolist())):
             place = (number % 3) / 3.0 + 0.02, 0.985 - 0.085 * (number // 3)
             above.add(Words(*place, name, color=hues[number]))
-    # Small loops lie over large ones, or they would be hidden.
+    # Small loops are drawn over large ones, which would hide them.
     for cycle, number in reversed(list(zip(ordered, numbers.tolist(), strict=True))):
         hue = hues[number % len(hues)]
         x = (cycle.x - 0.5 * (cycle.x.max() + cycle.x.min())) / x_unit

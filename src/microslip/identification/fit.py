@@ -126,7 +126,7 @@ def _in_trust_region(
             )
         except (ValueError, np.linalg.LinAlgError) as error:
             return Fit(q, math.inf, "broken off", str(error))
-    # Its only other end is that its evaluations are used up.
+    # The only other way to end is the limit of evaluations.
     cause = "" if solution.status > 0 else "used up"
     return Fit(at(solution.x), 2.0 * float(solution.cost), cause)
 
@@ -235,7 +235,7 @@ def _descended(
         there, by_there = problem.residuals(new)
         new_cost = float(np.dot(there, there))
         if new_cost < cost:
-            # At a kink steps may go on for ever and gain nothing.
+            # At a kink steps may continue without any gain.
             idle = idle + 1 if cost - new_cost < enough else 0
             q, residual, by, cost = new, there, by_there, new_cost
             damping = 0.1 * damping if damping > _LEAST_DAMPING else 0.0
@@ -291,7 +291,7 @@ def solve(
             break
         problem.forget()
         fit = _reweighted(problem, start)
-        # Two that end at the same place: no other start will tell more.
+        # Two that end at the same place: other starts would end there, too.
         is_repeated = best is not None and abs(fit.deviance - best.deviance) < 1e-3 * best.deviance
         if best is None or _is_better(fit, best):
             best = fit

@@ -181,7 +181,7 @@ def rigs_differ(problem: Problem, best: Fit, freedom: int) -> Caveat | None:
         if member_compliances.mean() > 0.0
         else 0.0
     )
-    # Of rigs that are nearly rigid no share of a compliance says anything.
+    # For nearly rigid rigs the share of a compliance is meaningless.
     data = {"spread": spread if 0.0 < spread < 1.0 else None, "record": label}
     return Caveat("one rig" if reduced_apart <= _EXPLAINED else "several rigs", data)
 
@@ -250,7 +250,7 @@ def _wanted_compliances(
         if coordinate is None or len(members) < 2:
             continue
         compliance = 1.0 / max(problem.physical(best.q)[rig], 1e-300)  # type: ignore[index]
-        # A rig that is nearly rigid has no compliance to speak of.
+        # A nearly rigid rig has no compliance that could be compared.
         share = float(np.ptp(change[members])) / max(compliance, 1e-3 / coordinate.scale)
         if share > worst:
             worst, worst_members = share, members

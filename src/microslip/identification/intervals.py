@@ -316,7 +316,7 @@ class _Task:
         self.intervals = results
         if kind == "curvature":
             return list(range(size))
-        # The rig competes with all others: it comes first.
+        # The rig competes with all other parameters: it comes first.
         is_rig = [problem.coordinates[int(j)].parameter == RIG for j in problem.free]
         order = sorted(range(size), key=lambda i: not is_rig[i])
         for finished, i in enumerate(order):

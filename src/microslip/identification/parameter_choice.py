@@ -243,7 +243,7 @@ def starts_for(
             values[i] = start_values.get(coordinates[i].name, guessed[i])
         yield _bounded(coordinates, values)
         if model.start is not None and {"friction_coefficient", "slip_scale"} <= model.start.keys():
-            # The instance with the friction of the loops, on which its slip hangs as well.
+            # The instance with the friction of the loops, on which its slip depends as well.
             for i, coordinate in free.items():
                 if coordinate.parameter == "slip_scale":
                     friction = values[columns[0][model.names.index("friction_coefficient")]]

@@ -147,7 +147,7 @@ def compare_data(
         if not agrees:
             wrong.append((datum, refit))
     if not wrong and len(sources) > 1:
-        # Two that are wrong alike hold each other up.
+        # Two data that are wrong in the same way support each other.
         refit = _fit_without(problem, best, freedom, sources)
         if chdtrc(len(sources), refit.fall) < _RARE:
             wrong = [(source, refit) for source in sources]

@@ -202,7 +202,7 @@ class Walk:
             if self.is_over:
                 break
             if abs(reached - goal) <= _CLOSE * goal:
-                # The root of the rise is nearly straight: the rest is interpolated.
+                # The root of the rise is nearly linear: the rest is interpolated.
                 last = min(distance * goal / reached, room)
                 return float(best.q[i] + direction * last), last >= room, answer
             if reached < goal:
@@ -214,7 +214,7 @@ class Walk:
             run_length = run_length + 1 if side == (reached < goal) else 1
             side = int(reached < goal)
             if run_length >= _CREEPS and math.isfinite(outside):
-                # A secant that always falls on one side creeps; halves do not.
+                # A secant that always falls on one side converges slowly; bisection does not.
                 distance = 0.5 * (inside + outside)
             else:
                 distance = _next(inside, at_inside, outside, at_outside, goal, room)
@@ -330,7 +330,7 @@ def cycle_ratio(problem: Problem, q: Floats, confidence: float = 0.999) -> Float
         if number < 2:  # one that was averaged has no cycles to scatter
             measured += share
             continue
-        # Cycles that resemble the next one tell less than so many.
+        # Correlated cycles count as fewer.
         dependences = [dependence_of(score, 0) for score in scores.T]
         wider = np.array(
             [
@@ -343,7 +343,7 @@ def cycle_ratio(problem: Problem, q: Floats, confidence: float = 0.999) -> Float
         grown += (0.5 * folded.growth * (inverse @ (influence @ away))) ** 2
         square += share**2 / (number - 1)
     ratio = np.divide(measured, expected, out=np.ones(q.size), where=expected > 0.0)
-    # Records that count little bring little: degrees of freedom after Satterthwaite.
+    # Records with little weight add few degrees of freedom (Satterthwaite).
     freedom = np.divide(expected**2, square, out=np.ones(q.size), where=square > 0.0)
     largest = chdtri(freedom, 1.0 - confidence) / freedom
     # What the nuisances bring to the variance is no noise of the cycles.

@@ -273,7 +273,7 @@ def identify(
         *(list(known or ()), loss),
     )
     if not result.converged and any(note.kind == "summits taken" for note in notes):
-        # A number that nobody stated keeps no fit from its end; then the numbers are apparent.
+        # A missing number of summits does not stop the fit; its numbers are then apparent.
         return identify(**stated | {"records": folded, "summits": UNKNOWN})
     if intervals == "curvature" or not isinstance(model, InterfaceModel):
         return result

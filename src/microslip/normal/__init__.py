@@ -2,5 +2,5 @@
 
 from microslip._core.packages import names_of_stub as _names
 
-# Who wants one law does not wait for the others.
+# One law alone does not load the others.
 __getattr__, __dir__, __all__ = _names(__name__, __file__)

@@ -100,7 +100,7 @@ def single_array(arrays: Mapping[str, Leaf], key: str | None, kind: str) -> str:
             )
         return key
     able = [name for name, leaf in arrays.items() if len(leaf.shape) == 2 and min(leaf.shape) > 1]
-    # A vector can be a profile, or no heights at all; only alone there is no doubt.
+    # A vector can be a profile or no heights at all; it is accepted only if it is the only array.
     able = able or [name for name, leaf in arrays.items() if max(leaf.shape, default=0) > 3]
     if not able:
         raise ValueError(

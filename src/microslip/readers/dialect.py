@@ -135,7 +135,7 @@ def _best_run(
         if fits and kinds:
             mask = [a if b is None else b for a, b in zip(kinds, mask, strict=True)]
         else:
-            # Rows that hold nothing are of the kind of those below them.
+            # Empty rows count as rows of the kind below them.
             start, mask = i, kinds
             while empty and len(cells[start - 1]) == len(row):
                 start, empty = start - 1, empty - 1

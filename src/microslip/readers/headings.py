@@ -47,5 +47,5 @@ def spelt(unit: str) -> str:
 def is_only_unit(cell: str) -> bool:
     """Whether a cell holds a unit or nothing, as in a row of units."""
     text = unbracketed(cell)
-    # What is in square brackets is meant as one, even if nobody knows it.
+    # Text in square brackets is meant as a unit, even if it is unknown.
     return cell.startswith("[") or text in ("", "-", "–") or is_unit(text)

@@ -12,7 +12,7 @@ from microslip.readers.files import refuse_beyond
 from microslip.readers.hdf5 import leaf_of, members, opened, stored
 from microslip.readers.scipy_files import variables
 
-# MATLAB keeps tables, time tables and timeseries in a form of its own, which nobody else reads.
+# MATLAB stores tables, time tables and timeseries in a form of its own that is not documented.
 _ADVICE = 'save vectors, or of a table T the struct S = table2struct(T, "ToScalar", true)'
 
 

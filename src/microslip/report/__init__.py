@@ -2,5 +2,5 @@
 
 from microslip._core.packages import names_of_stub as _names
 
-# Who writes tables and direct figures does not wait for Matplotlib.
+# Tables and figures written directly need no Matplotlib.
 __getattr__, __dir__, __all__ = _names(__name__, __file__)

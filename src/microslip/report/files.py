@@ -28,7 +28,7 @@ _FORMULAS = tuple(
     "\N{FULLWIDTH HYPHEN-MINUS}\N{FULLWIDTH COMMERCIAL AT}"
 )
 
-# Seconds, more or less, for the sake of progress: a number as text, a number, a figure, anything.
+# Any weight, roughly seconds, for the progress bar: a number as text, a number, a figure, a file.
 TEXT, NUMBER, FIGURE = 6e-7, 9e-8, 0.02
 
 

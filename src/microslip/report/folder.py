@@ -29,7 +29,7 @@ from microslip._core.wording import shorten
 from microslip.errors import StudyError
 from microslip.report.filesystem import locked, move, swap
 
-# Left behind by file managers, and nobody's work.
+# Files left by file managers.
 _LITTER = frozenset({".DS_Store", "Thumbs.db", "desktop.ini"})
 _TOKEN = "[a-z0-9_]{8}"  # what tempfile puts into names
 _LONGEST = 200  # bytes of a name that hidden names hold as it is
@@ -60,7 +60,7 @@ def staged(
     try:
         with _stage(target, ancestor) as stage:
             yield stage
-            # Looked at again: a long computation leaves others the time to put something there.
+            # Checked again: during a long computation somebody may have put something there.
             _check(place)
             _finish(stage, kind)
             _swap_in(stage, place, ancestor)
@@ -206,7 +206,7 @@ def _bring_back(old: Path, target: Path) -> None:
     def between() -> bool:
         return old.is_dir() and stage.is_dir() and not os.path.lexists(target)
 
-    # Without the stage the second rename was done, and what is old is old.
+    # Without the stage the second rename had been done, and the old result is complete.
     if not between():
         return
     with locked(stage) as mine:

@@ -49,7 +49,7 @@ def page(document: Document, cache: PictureCache, progress: Progress | None = No
     pruned = [_pruned(section, lead) for section in document.sections]
     sections = [*(section for section in pruned if section.blocks), *_provenance(document)]
     code = script("ticks.js") + script("figure.js")
-    # Only this one script may run, whatever else should get into the page.
+    # Only this one script may run, whatever the page contains.
     hashed = base64.b64encode(hashlib.sha256(code.encode("utf-8")).digest()).decode("ascii")
     policy = "default-src 'none'; img-src data:; style-src 'unsafe-inline'; "
     policy += f"script-src 'sha256-{hashed}'"
@@ -104,7 +104,7 @@ def _banner(document: Document) -> Iterator[str]:
     if not document.verdicts and not document.remarks:
         return
     judged = [judgement for block in document.verdicts for judgement in judgements(block)]
-    # Where no rules are known there is nothing to be proud of either.
+    # Without known rules nothing is reported as fulfilled.
     word = document.word if judged else "none"
     unruled = " ".join(
         dict.fromkeys(block.none for block in document.verdicts if not block.verdicts)

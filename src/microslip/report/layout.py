@@ -162,7 +162,7 @@ def lay_out(plot: Plot) -> Page:
     below = 4.0 + _LINE * SMALL * (len(lines) + bool(plot.legend_title)) if lines else 2.0
     bottom = height - below
     frames = [_frame(panel) for panel in plot.panels]
-    # Ticks depend on the room, and the room on the ticks' labels: a first guess is near enough.
+    # Ticks depend on the space and the space on the tick labels: a first guess is close enough.
     _place(plot, frames, top, bottom)
     for frame in frames:
         frame.x, frame.y = _scale(frame, "x"), _scale(frame, "y")

@@ -78,7 +78,7 @@ def _panel(frame: Frame, name: str) -> Iterable[str]:
     panel = frame.panel
     left, top, width, height = frame.left, frame.top, frame.width, frame.height
     box = _box(left, top, width, height)
-    # What a script needs to tell values from places, see figure.js.
+    # Data that a script needs to convert places into values, see figure.js.
     data = f'data-box="{left:.2f} {top:.2f} {width:.2f} {height:.2f}"'
     for direction, scale in (("x", frame.x), ("y", frame.y)):
         data += f' data-{direction}="{scale.low!r} {scale.high!r} {int(scale.log)}"'

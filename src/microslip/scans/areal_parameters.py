@@ -173,7 +173,7 @@ def _direction(scan: HeightMap) -> float:
     rows, columns = z.shape
     kx = np.fft.rfftfreq(columns, scan.pixel[0])
     ky = np.fft.fftfreq(rows, scan.pixel[1])[:, None]
-    # Waves of few lengths of the scan have no direction to speak of.
+    # Waves with few periods in the scan have no well-defined direction.
     power[np.hypot(kx * scan.size[0], ky * scan.size[1]) < _SHORTEST_WAVE] = 0.0
     across = np.arctan2(ky, kx)
     lay = np.broadcast_to(np.mod(across + 0.5 * math.pi, math.pi), power.shape)

@@ -25,7 +25,7 @@ _ATOM = 1e-10  # [m] no surface varies less: smaller is rounding
 
 def spikes(heights: NDArray[np.float64]) -> int:
     """Number of points so far away that nothing else would be seen beside them."""
-    # A hundred thousand points tell the usual distance well enough, in milliseconds.
+    # A hundred thousand points are enough for the usual distance, in milliseconds.
     step = max(1, heights.size // 100_000)
     sample = heights.ravel()[::step]
     sample = sample[~np.isnan(sample)]

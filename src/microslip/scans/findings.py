@@ -410,7 +410,7 @@ def _verdicts(
         on_scan += judged(radius_in_pixels(mccool.radius, scan.pixel))
     if summits is None:
         return on_scan
-    # Of moments of no Gaussian surface the verdicts of the scan tell, as of the kurtosis.
+    # Moments of a surface that is not Gaussian are judged by the verdicts, as on the kurtosis.
     with suppress(InputError):
         names = {verdict.name for verdict in on_scan} | {"kurtosis of the heights"}
         on_scan += tuple(v for v in summits.validity() if v.name not in names)

@@ -125,7 +125,7 @@ class _Regression:
             axis=-2,
         )
         right = np.stack([self._sum(weighted, *term) for term in self.terms], axis=-1)
-        # Where next to nothing is left the smallest form fits.
+        # With a very small residual the smallest form fits.
         size = len(self.terms)
         trace = np.trace(matrix, axis1=-2, axis2=-1)[..., None, None] + 1e-300
         middle = np.linalg.solve(matrix + 1e-12 * trace * np.eye(size), right[..., None])[..., 0, 0]

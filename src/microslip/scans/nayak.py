@@ -158,7 +158,7 @@ class NayakSummits:
         phi = math.sqrt(3.0 / (2.0 * math.pi)) * np.exp(-0.5 * xi * xi)
         weight = phi * (two - 2.0 * zeroth + 2.0 * factor * tight[0])
         first = phi * (three - 2.0 * first_moment + 2.0 * factor * tight[1])
-        # Far below the mean plane nothing is left but rounding of terms that cancel.
+        # Far below the mean plane only the rounding of cancelling terms remains.
         near = xi > -9.0
         return (
             np.where(near, np.maximum(weight, 0.0), 0.0),

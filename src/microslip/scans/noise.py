@@ -23,7 +23,7 @@ def noise_std(heights: Floats, step: int = 1) -> float:
     """
     if min(heights.shape) < 2 * step + 1:
         return 0.0
-    # Whole rows in even steps: a million points tell a median well enough.
+    # Whole rows in even steps: a million points are enough for a median.
     middle = np.arange(step, heights.shape[0] - step, max(1, heights.size // _BLOCK))
     across = heights[middle - step] - 2.0 * heights[middle] + heights[middle + step]
     bends = np.abs(across[:, 2 * step :] - 2.0 * across[:, step:-step] + across[:, : -2 * step])

@@ -33,7 +33,7 @@ PIECES = "scatter of the stiffness by pieces of the profile"
 RULES: Mapping[str, Rule] = {
     rule.name: rule
     for rule in (
-        # Of the heights.
+        # Verdicts on the heights.
         Rule(
             "kurtosis",
             4.0,
@@ -90,11 +90,11 @@ RULES: Mapping[str, Rule] = {
             "build on counted summits",
             missing="a profile has one direction only",
         ),
-        # Of their distribution.
+        # Verdicts on their distribution.
         Rule("points missed by a Gaussian", 0.02, 0.05, _GAUSSIAN, _CONVENTION),
         Rule("quantiles missed by a Gaussian, over rms", 0.1, 0.5, _GAUSSIAN, _CONVENTION),
         Rule("the same of the highest tenth", 0.1, 0.5, _GAUSSIAN, _CONVENTION),
-        # Of the summits under a load.
+        # Verdicts on the summits under a load.
         TAIL_RULE,
         Rule(
             "stiffness by Gaussian heights against counted, as a factor",
@@ -112,7 +112,7 @@ RULES: Mapping[str, Rule] = {
             "a mean over fewer scatters by a fifth and more",
             "scan a larger area",
         ),
-        # Of both cut-offs.
+        # Verdicts on both cut-offs.
         *(
             Rule(
                 f"slope of stiffness over {waves}-wave cut-off",
@@ -159,7 +159,7 @@ RULES: Mapping[str, Rule] = {
             "measure a longer profile, or several",
             missing="the profile is too short for pieces",
         ),
-        # Of the summits.
+        # Verdicts on the summits.
         Rule(
             RADIUS_IN_PIXELS,
             5.0,
@@ -267,7 +267,7 @@ def verdicts(scan: HeightMap) -> tuple[Verdict, ...]:
     raw = scan.unfiltered
     before = raw.statistics()
     shares = extreme_shares(scan)._asdict()
-    # A filter spreads spikes until nothing shows them, and filled gaps are no measurement.
+    # A filter spreads spikes until they cannot be detected, and filled gaps are not measured.
     shares["m0"] = max(shares["m0"], share_of_heights(raw))
     values: dict[str, float | None] = {"kurtosis": max(numbers.kurtosis, before.kurtosis)}
     values |= {f"share of {moment} in 0.1 % of points": part for moment, part in shares.items()}

@@ -2,5 +2,5 @@
 
 from microslip._core.packages import names_of_stub as _names
 
-# Who wants an oscillator does not wait for matrices.
+# An oscillator alone does not load the matrices.
 __getattr__, __dir__, __all__ = _names(__name__, __file__)

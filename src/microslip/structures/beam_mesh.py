@@ -183,7 +183,7 @@ def beam_mesh(
     for k, (_, _, low, high) in enumerate(pairs, start=1):
         tops, bottoms = cells[low][layers - 1 :: layers, 4:], cells[high][::layers, :4]
         contacts.append(ContactFaces("lap" if len(laps) == 1 else f"lap {k}", tops, bottoms))
-    # What does not move has no use for a material of its own.
+    # Rigid parts need no material.
     bodies = [
         Body(
             part.name,

@@ -258,7 +258,7 @@ def _direction(along: ArrayLike | None) -> Floats | None:
     direction = floats("along", along)
     if direction.shape != (3,):
         raise InputError(f"along must be three numbers, got {show(along)}")
-    # What it is long does not matter, and huge numbers have no squares.
+    # Its length does not matter, and huge numbers cannot be squared.
     return np.asarray(direction / (np.abs(direction).max() or 1.0))
 
 

@@ -339,7 +339,7 @@ def _roles(columns: list[Named], stated: Mapping[str, str]) -> dict[str, Named]:
                 continue
             if column.unit is None or role == "damping_ratio" or _fits(column.unit, role):
                 roles[role] = column
-    # The amplitude of a stepped sine may be of any quantity, which its unit tells.
+    # The amplitude of a stepped sine may be any quantity, identified by its unit.
     for column in columns:
         called = column.name.casefold()
         for role in POWERS:

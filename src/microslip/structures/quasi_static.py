@@ -163,7 +163,7 @@ class QuasiStatic:
         part = 1.0 if opposite is None else 0.5
         behind = np.zeros(modes) if opposite is None else opposite
         unit = part * float(np.linalg.norm(x - behind))
-        # Rows of stiff modes, compared by the motion they mean.
+        # Residuals of stiff modes are compared by the motion that they mean.
         scale = np.append(unit * np.maximum(squares, square), 1.0)
         fundamental = np.zeros((modes, 3))
 

@@ -313,7 +313,7 @@ def by_joints(base: BaseMotion, psd: object) -> RandomResponse:
     power = energies * turns / (2.0 * math.pi)
     poles = linear.poles(softer, dashpots)
     lost = float((-softer / laws.rest).max(initial=0.0)) if laws.rest.size else None
-    # A joint that loses next to nothing is not judged by how many modes move it.
+    # A joint with a negligible loss is not judged by the number of modes that move it.
     losing = power > 0.01 * power.max(initial=0.0)
     aside = float(variances.outside[losing].max()) if losing.any() else None
     inside = (np.abs(poles) >= 2.0 * math.pi * spectrum.frequency[0]) & (

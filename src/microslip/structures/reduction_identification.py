@@ -309,7 +309,7 @@ class _Fit:
             errors = np.array([[test.frequency_error], [test.damping_error]])
             logs = np.log([curve.frequency, test.damping_of(curve)])
             parts.append(((logs - np.log([test.frequency, test.damping_ratio])) / errors).ravel())
-        # An amplitude that a trial does not reach speaks against it.
+        # A trial that does not reach a measured amplitude is penalised.
         return np.asarray(np.nan_to_num(np.concatenate(parts), nan=_UNREACHED))
 
     def _result(

@@ -131,7 +131,7 @@ class _Solver:
                 factor = cho_factor(matrix + shift * np.diag(self._stiffest), check_finite=False)
                 return np.asarray(cho_solve(factor, force, check_finite=False))
             except np.linalg.LinAlgError:
-                # Contacts that are open hold nothing yet.
+                # Open contacts carry nothing yet.
                 shift = max(10.0 * shift, 1e-14)
 
 

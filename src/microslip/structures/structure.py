@@ -389,7 +389,7 @@ def judge(mass: Any, stiffness: Any, attachments: tuple[Attachment, ...]) -> tup
     if rigid and columns.size:
         free = shapes[:, :rigid]
         moved = np.abs(columns.T @ free)
-        # What the two sides of a joint move by, each, is what their difference stands beside.
+        # Motions of the two sides of a joint, with which their difference is compared.
         sides = np.abs(columns).T @ np.abs(free)
         scale = np.where(sides > 0.0, sides, 1.0)
         motion = float((moved / scale).max())

@@ -90,7 +90,7 @@ def _of_bodies(study: StudyTables) -> Problems:
             yield f"surface.materials, item {index}", unknown(name, study.material)
     if all(isinstance(study.material[name], Rigid) for name in names):
         yield "surface.materials", "wanted one body that deforms, got two rigid ones"
-    # A surface has a summit; less is a slip of a unit.
+    # A surface has at least one summit; a smaller number is a unit error.
     if {"density", "area"} <= surface.keys.keys() and surface.law != "scan":
         count = surface.density * surface.area
         if count < 1.0:
@@ -413,7 +413,7 @@ def _question(key: str, value: float, usual: Usual) -> str | None:
             return f"{significant(number)} {usual.unit}".rstrip()
         return engineering(number, usual.unit, 4, trim=True)
 
-    # A slip of a prefix, or of the decimal point, most of all.
+    # Usually a wrong prefix or decimal point.
     factors = (1e3, 1e-3, 1e6, 1e-6) if usual.unit not in ("", "1/m^2") else (0.01, 0.1, 1e6, 1e-6)
     likely = next((f * value for f in factors if usual.low <= f * value <= usual.high), None)
     guess = "" if likely is None else f" Was {written(likely)} meant?"

@@ -34,7 +34,7 @@ def with_metals(tables: dict[str, Any], reading: Reading) -> dict[str, Any]:
             material.setdefault(name, {})
     notes: list[str] = []
     for name, entry in material.items():
-        # Keys of a study in Python may be anything yet; it is said where they are read.
+        # Keys of a study from Python may be anything here; they are checked where they are read.
         metal = metal_called(name) if isinstance(name, str) else None
         if metal and isinstance(entry, dict) and entry.get("rigid", False) is False:
             material[name] = _completed(entry, metal, notes, name)

@@ -200,7 +200,7 @@ class Part:
         raw = cls.prepare(dict(raw_value), place)
         before = len(place.reading.errors)
         unknown = [name for name in raw if name not in cls.keys]
-        # Likenesses take their time; of so many keys none was a slip of the pen.
+        # Suggestions take time; among so many keys none was a typing error.
         misspelt = {nearest(str(name), cls.keys) for name in unknown[:_MOST_HINTS]}
         values: dict[str, Any] = {}
 

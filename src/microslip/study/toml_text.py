@@ -46,7 +46,7 @@ def tables_of(text: str) -> dict[str, Any]:
         raise ValueError("not a study: an integer of thousands of digits") from None
 
 
-# What tomllib says where an engineer would not see what to do.
+# Messages of tomllib that an engineer would not understand.
 _CLEARER = {
     "Invalid value": "invalid value (text and quantities stand in quotes)",
     "Cannot overwrite a value": "this key is given twice",

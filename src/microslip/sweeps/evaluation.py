@@ -292,7 +292,7 @@ def _evaluated(args: Arguments, names: tuple[str, ...]) -> Mapping[str, Any]:
     if count < size or size <= _BLOCK:
         results = _block(args, names, shape)
     else:
-        # Each point is a joint of its own: from its arguments to its answers in one go.
+        # Each point is a joint of its own, computed from its arguments to its results.
         buffers = {name: np.empty(shape) for name in names if name not in _LOOPS}
         buffers |= {name: np.empty((*shape, args["samples"])) for name in names if name in _LOOPS}
         rows = {

@@ -81,7 +81,7 @@ def condition(
             raise InputError(f"`delay` must be less than a quarter of the record, got {delay:g} s")
         place = np.arange(size)
         channels["force"] = np.interp(place + shift, place, channels["force"])
-        # What has no force of its own any more goes.
+        # Channels without a force of their own are dropped.
         lost = math.ceil(abs(shift))
         inner = slice(0, size - lost) if shift > 0.0 else slice(lost, None)
         channels = {key: values[inner] for key, values in channels.items()}

@@ -181,7 +181,7 @@ def fold(
     folded, jumps_there = _fold(record, cycles_there, cycles, bins, running_in)
     if not jumps_there:
         return folded
-    # Those that only the other cycles show come to light once all are folded.
+    # Spikes that show only against other cycles are found after folding.
     judged_again = judged(record, (*cycles_there.spikes, *jumps_there))
     return _fold(record, judged_again, cycles, bins, running_in)[0]
 

@@ -102,7 +102,7 @@ def all_turns(time: Floats, x: Floats, blocks: Blocks) -> Turns:
         turns_of(time[block.samples], x[block.samples], block.cycles)
         for block in blocks.having_cycles
     ]
-    # A few cycles tell their rate less well than all blocks together.
+    # A few cycles determine their rate less well than all blocks together.
     weight = np.array([float(block.cycle_count) ** 3 for block in blocks.having_cycles])
     rate = float(np.dot(weight, [part[1] for part in parts]) / weight.sum())
     turns = np.full(x.size, np.nan)

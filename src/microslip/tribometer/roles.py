@@ -124,7 +124,7 @@ def role_of(column: Named) -> str | None:
         return role
     if KINDS[role] is FORCE and fits(column.unit, MASS):
         return role  # of which the weight is meant
-    # Volts and counts may be anything, and an unknown unit is to be complained of.
+    # Volts and counts may be any quantity, and an unknown unit is reported.
     return role if is_raw(column.unit) or not is_unit(column.unit) else None
 
 

@@ -152,7 +152,7 @@ def _runs(values: Floats, least_noise: float) -> list[tuple[int, int]] | None:
     """Stretches of like values, the longest first taken; None where all are alike."""
     noise = float(np.median(np.abs(np.diff(values, 2)))) / 0.6745 / np.sqrt(6.0)
     noise = max(noise, least_noise)
-    # The noise of few cycles is not known well.
+    # The noise of few cycles is poorly known.
     range_of_noise = NOISE * (1.0 + 4.0 / np.sqrt(values.size)) * noise
     usual = float(np.median(np.abs(values)))
     widest = max(ALIKE * usual, range_of_noise)

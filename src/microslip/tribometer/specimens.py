@@ -54,7 +54,7 @@ def pooled(quantity: str, of_each: Sequence[tuple[str, Estimate]], confidence: f
     mean = mean_of(values, confidence)
     if values.size < 2:
         return Pooled(quantity, tuple(of_each), mean, math.nan)
-    # Of one cycle no error is known: it is counted among what differs.
+    # The error of a single cycle is unknown: it counts as scatter between them.
     errors = np.nan_to_num([estimate.standard_error for _, estimate in of_each], nan=0.0)
     own_variance = float(np.mean(errors**2))
     between = float(values.var(ddof=1)) - own_variance

@@ -89,7 +89,7 @@ def _free(fit: Summary) -> list[Summary]:
 
 def verdicts_of(fit: Summary) -> tuple[Verdict, ...]:
     """Verdicts on a fit."""
-    # What follows counts where it is known no better than to be doubted, such as past all forces.
+    # Derived quantities count where they are in doubt at best, such as past all forces.
     follows = [n for n in fit["derived"].values() if n["verdict"] in HAS_VALUE[1:-1]]
     identified = (n["verdict"] == "identified" or is_at_bound(n) for n in _free(fit) + follows)
     return rules.verdicts(fit["stake"], identified, fit["converged"])

@@ -52,7 +52,7 @@ JOINT_FIGURES = ("loops", "backbone", "energy_damping", "force_damping")
 
 def figure_names(study: StudyDescription) -> tuple[str, ...]:
     """Names of the figures that a study has something to show in."""
-    # A table of loads says nothing of contacts.
+    # A table of loads has no contacts.
     has_contacts = study.surface is not None and not isinstance(study.surface, u.TableSurface)
     is_pressed = has_contacts and study.joint.pressure is not None
     figures = {

@@ -67,7 +67,7 @@ def preview(study: StudyDescription, progress: Progress | None = None) -> Docume
     sections = [
         *(() if cost is None else [Section("Structure", (_size(cost),))]),
         Section("Quantities", (_quantity_table(data["quantities"]),)),
-        # The area of a structure's surface is nobody's joint: patches have areas of their own.
+        # The area of a structure's surface is not that of a joint: patches have areas of their own.
         *(() if cost is not None else [rest_section(data["joints"], law)]),
         Section("Validity", (validity(study, joints),)),
     ]

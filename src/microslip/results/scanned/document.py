@@ -142,7 +142,7 @@ def _remarks(findings: Findings) -> list[str]:
     if not request.cutoff_given:
         remarks.append(NOT_GIVEN if findings.has_cutoffs else TOO_SMALL)
     doubts = [note for note in findings.raw.notes if isinstance(note, Remark)]
-    # What was left out is no more to be suspected.
+    # Points that were left out are not suspected again.
     remarks += [d.words for d in doubts if d.kind == SUSPECT and request.outliers is None]
     remarks += [_capital(doubt.words) for doubt in doubts if doubt.kind != SUSPECT]
     if laws is not None and request.heights not in (None, laws.recommended):

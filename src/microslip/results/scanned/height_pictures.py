@@ -187,7 +187,7 @@ def density_plot(findings: Findings) -> Plot:
             if bulk is None
             else "(b) density, middle part",
         )
-        # On a logarithmic axis nothing is zero: far below its end will do.
+        # On a logarithmic axis zero cannot be drawn: far below its end is used instead.
         foot = 1e-6 * largest if log else 0.0
         panel.add(sideways_histogram(steps, density, foot, _SOFT))
         height = np.linspace(bottom, top, _FINE)

@@ -132,7 +132,7 @@ def disagreements(findings: Findings) -> list[str]:
         (
             v
             for v in findings.verdicts
-            # What the pixel takes in part it takes from counting and from moments alike.
+            # Waves that the pixel removes in part are missing in counting and in moments alike.
             if v.word != "ok"
             and v.name in _CAUSES
             and (v.name != LOST_TO_PIXEL or v.word == "outside")

@@ -63,7 +63,7 @@ def curve_plot(prediction: StructurePrediction) -> Plot:
             panel.add(between(x, low, high, PALE[index % len(PALE)]))
             for edge in (low, high):
                 panel.line(x, edge, look_of(index).color, width=0.6, dash=DOTTED)
-    # What tests leave open of the fitted curves, over what was not known before.
+    # The band that tests leave for the fitted curves, over the band of the uncertain inputs.
     numbers = [mode.number for mode in prediction.modes]
     fitted = [] if prediction.identified is None else [
         (numbers.index(curve.index + 1), np.argsort(curve.amplitude, kind="stable"), curve, band)

@@ -593,7 +593,7 @@ def test_real_record() -> None:
     assert found.converged
     friction = found.parameters["friction_coefficient"]
     assert friction.verdict == "in doubt"
-    assert "cycles that move" in friction.reason
+    assert "drifting cycles" in friction.reason
     assert 0.45 < friction.low < friction.value < friction.high < 0.55
     rig = found.parameters["rig_stiffness"]
     assert rig.verdict == "in doubt"

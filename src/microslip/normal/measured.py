@@ -42,7 +42,7 @@ _BEYOND = 1e6  # times the heaviest load, to which steps of static solutions go
 
 @dataclass(frozen=True, eq=False, repr=False, init=False)
 class MeasuredContact(TabulatedNormalLaw):
-    """A measured face, point by point: contacts that feel each other, and yield.
+    """A measured face, point by point: interacting contacts that yield.
 
     Parameters
     ----------

@@ -112,7 +112,7 @@ def face_of(heights: Any, pixel: Any) -> Face:
     if z.ndim != 2:
         raise InputError(
             f"`heights` must be an area, two-dimensional, got shape {z.shape}; a profile does not "
-            "tell how contacts feel each other"
+            "show how contacts interact"
         )
     if min(z.shape) < 16:
         raise InputError(f"`heights` must have at least 16 points a side, got shape {z.shape}")

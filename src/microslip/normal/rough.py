@@ -73,7 +73,7 @@ class RoughSurface(TabulatedNormalLaw):
     The stiffness K(p) of an isotropic Gaussian face that is elastic is 1.06 times the larger of two
     theories: Greenwood and Williamson (1966) with the moments of Nayak (1971,
     DOI 10.1115/1.3451608), which is right where contacts are few, and Persson's (Yang and Persson
-    2008, DOI 10.1088/0953-8984/20/21/215214), which is right where they feel each other.
+    2008, DOI 10.1088/0953-8984/20/21/215214), which holds where they interact.
 
     Where it yields, the real area tends to p/H and the face is elastic afterwards on what was
     pressed flat: K_y = 0.95 E* <q> A (1 - 0.6 A) (p/p_t)^(2/3), A = p_t/H, with the mean wavenumber

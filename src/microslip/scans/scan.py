@@ -296,7 +296,7 @@ class Scan(HeightMap):
         tightening_pressure: float | None = None,
         **how: Any,
     ) -> MeasuredContact:
-        """Solve the scan point by point: a normal law of contacts that feel each other, and yield.
+        """Solve the scan point by point: a normal law of interacting contacts that yield.
 
         Parameters
         ----------

@@ -341,8 +341,8 @@ _PRESSURE = Usual(1e1, 5e9, "Pa", "joints")
 def questions(study: Any) -> list[str]:
     """Likely unit errors of a study, a sentence each; empty where all is usual."""
     unknown = [
-        f"{key}: is this number known? The loops that the study was identified from did not tell "
-        "it, and give the same for others; take the key from not_identified once it is measured."
+        f"{key}: is this number known? The loops that the study was identified from do not "
+        "determine it: others fit as well; take the key from not_identified once it is measured."
         for key in study.not_identified or ()
     ]
     return unknown + [

@@ -59,7 +59,7 @@ COARSER = option(
 
 
 class MeasuredFace(ReadScan):
-    """A scan solved point by point: contacts that feel each other, and yield."""
+    """A scan solved point by point: interacting contacts that yield."""
 
     law: str = tag("measured", "A scan itself, point by point, with contacts that yield.")
     materials: tuple[str, str] = MATERIALS
@@ -86,7 +86,7 @@ class MeasuredFace(ReadScan):
         self.read_file(place, self.scan)
         if self.read_scan.is_profile:
             raise KeyedError(
-                ".scan", "a profile does not tell how contacts feel each other: wanted an area"
+                ".scan", "a profile does not show how contacts interact: wanted an area"
             )
 
     @cached_property

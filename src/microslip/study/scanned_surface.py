@@ -331,7 +331,7 @@ class ScanSurface(Scanned):
         name = shorten(Path(self.scan).name, 100)
         part = self._estimates().get("counted" if self.estimate == "population" else self.estimate)
         if self.estimate == options.PERSSON:
-            theory = "the power spectrum by Persson's theory, of contacts that feel each other"
+            theory = "the power spectrum by Persson's theory, with interacting contacts"
             source = f"surface.scan: {name}, {self._cutoff_words()}"
             return [f"{source}: {theory}. The cut-off decides it."]
         parameters = "" if part is None else f" {part}"

@@ -284,7 +284,7 @@ class StructurePart(Part):
     )
     sensor: SensorPart | None = key(
         Table(SensorPart),
-        "Point at which amplitudes are given; the right end unless given, and required with a mesh.",
+        "Point of the amplitudes; the right end unless given, and required with a mesh.",
         '{ at = ["0.36 m", "0 m", "0 m"], direction = "z" }',
         default=None,
     )

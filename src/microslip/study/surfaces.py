@@ -345,8 +345,8 @@ class RoughFaceSurface(Surface):
             f"{engineering(law.shortest, 'm')}, Rq {engineering(law.rms, 'm')}, Rdq "
             f"{significant(law.rms_slope / math.sqrt(2.0))}. The stiffness of such Gaussian, "
             f"isotropic faces is within {100.0 * ROUGH_ERROR:.0f} % of boundary elements (the "
-            f"worst 30 %). The drawing leaves open {left_out}{heights}the lay, and form and waviness "
-            "beyond the cut-off."
+            f"worst 30 %). The drawing leaves open {left_out}{heights}the lay, and form and "
+            "waviness beyond the cut-off."
         ]
 
 

@@ -218,7 +218,7 @@ def test_the_page_says_what_is_not_known(tmp_path: Path) -> None:
 
 
 def test_the_study_is_the_joint() -> None:
-    text, why = joint_text(rich())
+    text, why = joint_text(rich().first, rich().study)
     assert why == ""
     assert text is not None
     study = tomllib.loads(text)
@@ -237,11 +237,11 @@ def test_the_study_is_the_joint() -> None:
 
 def test_no_study_without_materials_or_of_another_law() -> None:
     bare = Identified(rich().results, None, None)
-    text, why = joint_text(bare)
+    text, why = joint_text(bare.first, bare.study)
     assert text is None
     assert "materials are not known" in why
     jenkins = identified([record(500.0, 6e-6)], ["jenkins"], None, OPTIONS, lambda share: None)
-    text, why = joint_text(jenkins)
+    text, why = joint_text(jenkins.first, jenkins.study)
     assert text is None
     assert "this is jenkins" in why
 

@@ -62,7 +62,7 @@ def test_a_history_is_as_long_as_memory_bears(
     assert refused(joint=joint, excitation=excitation) == (
         "excitation.history: wanted at most 200 samples in all, got 240 (loads times rows)"
     )
-    monkeypatch.setattr("microslip.study.columns.MAX_ROWS", 100)
+    monkeypatch.setattr("microslip.study.fields.MAX_ROWS", 100)
     assert refused(joint=joint, excitation=excitation) == (
         f"excitation.history: {tmp_path / 'x.csv'}: wanted at most 100 rows, got more"
     )

@@ -139,11 +139,6 @@ class Parameter:
         return {"units": self.unit or "1", "long_name": self.meaning or self.heading}
 
     @property
-    def is_quantity(self) -> bool:
-        """Whether edges write it with a unit."""
-        return isinstance(self.kind, Kind)
-
-    @property
     def example_text(self) -> str:
         """Its example as a file or a command line has it, without quotes."""
         value = self.example

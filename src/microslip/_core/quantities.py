@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
+
+
+def named(source: Any, *names: str) -> dict[str, Any]:
+    """Attributes by their names, all of a record without any; records in them as well."""
+    values = {name: getattr(source, name) for name in names or source._fields}
+    return {n: named(v) if hasattr(v, "_asdict") else v for n, v in values.items()}
 
 
 class Quantity(NamedTuple):

@@ -9,8 +9,7 @@ from pathlib import Path
 import click
 
 from microslip.cli.group import echo_json
-from microslip.cli.options import ANY_PATH, JSON, option, output_option, switch
-from microslip.cli.output import Output, writes
+from microslip.cli.options import ANY_PATH, JSON, Output, option, output_option, switch, writes
 from microslip.cli.shell import complete_study
 from microslip.cli.studies import overridable, study_argument
 from microslip.cli.work import progress, stoppable

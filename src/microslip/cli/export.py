@@ -163,10 +163,10 @@ def _write_card(
     if as_json:
         from dataclasses import asdict
 
-        numbers = asdict(card)
-        for key, value in numbers.items():
-            numbers[key] = value.tolist() if hasattr(value, "tolist") else value
-        echo_json({"program": done.program, "files": [str(file)], "run": done.run} | numbers)
+        from microslip.report.files import plain
+
+        about = {"program": done.program, "files": [str(file)], "run": done.run}
+        echo_json(about | plain(asdict(card)))
         return
     click.echo(f"Written: {file}")
     click.echo(

@@ -11,8 +11,16 @@ import click
 
 from microslip.cli.fit_values import options_of
 from microslip.cli.group import OneOf
-from microslip.cli.options import ANY_PATH, NamedOption, option, spelling, switch
-from microslip.cli.output import FIGURES, Output, writes
+from microslip.cli.options import (
+    ANY_PATH,
+    FIGURES,
+    NamedOption,
+    Output,
+    option,
+    spelling,
+    switch,
+    writes,
+)
 from microslip.cli.records import (
     CYCLES,
     GROUP,

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from microslip._core.quantities import named
 from microslip._core.units import engineering
 from microslip.cli.group import echo_json
 from microslip.cli.options import option, output_option, switch
@@ -47,11 +48,8 @@ def materials(name: str | None, as_json: bool) -> None:
 
 def _as_dict(metal: Metal) -> dict[str, Any]:
     """Properties of a metal, in plain values."""
-    values = {key: getattr(metal, key) for key in _KEYS}
     return {
-        "description": metal.description,
-        "aliases": list(metal.aliases),
-        **values,
+        **named(metal, "description", "aliases", *_KEYS),
         "sources": dict(metal.sources),
     }
 

@@ -7,8 +7,16 @@ from typing import TYPE_CHECKING
 
 import click
 
-from microslip.cli.options import ANY_PATH, offers, option, spelling, switch
-from microslip.cli.output import FIGURES, Output, writes
+from microslip.cli.options import (
+    ANY_PATH,
+    FIGURES,
+    Output,
+    offers,
+    option,
+    spelling,
+    switch,
+    writes,
+)
 from microslip.cli.records import (
     CYCLES,
     GROUP,

@@ -1,20 +1,25 @@
-"""The options of commands, made from the options of the house, and how they are said."""
+"""The options of commands, made from the options of the house, how they are said; the output."""
 
 from __future__ import annotations
 
 import shlex
-from collections.abc import Callable, Mapping
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
 from microslip._core.parameters import Parameter
 from microslip._core.units import Kind, QuantityError, Sign, ends_of, to_si
-from microslip.cli.group import OneOf
+from microslip.cli.group import OneOf, echo_json
 from microslip.errors import UNSAID, Argument, Spelling
 
 if TYPE_CHECKING:
+    from microslip.report.document import Document
+
     _ParamType = click.ParamType[Any]
 else:  # which takes no type before click 8.2
     _ParamType = click.ParamType
@@ -210,3 +215,70 @@ def _word(value: Any) -> str:
         value = f"{first}..{value.stop or ''}"
     text = f"{value:g}" if isinstance(value, float) else str(value)
     return text if shlex.quote(text) == text else f'"{text}"'
+
+
+# -- output ----------------------------------------------------------------------------------------
+
+
+FIGURES = (
+    switch("--png", "Also write PNG."),
+    switch("--pdf", "Also write PDF."),
+)
+
+
+class Output(NamedTuple):
+    """Output options of a command."""
+
+    folder: Path | None
+    overwrite: bool
+    as_json: bool
+    kinds: tuple[str, ...]
+    """Formats of the figures."""
+
+    @contextmanager
+    def staged(self, kind: str, noun: str) -> Iterator[Path | None]:
+        """The folder while it is written, None without one; entered before anything is computed."""
+        if self.folder is None:
+            yield None
+            return
+        from microslip.report.folder import staged
+
+        with staged(self.folder, self.overwrite, kind, noun) as stage:
+            yield stage
+
+    def tell(self, document: Document, *, full: bool = False, hint: str = "") -> None:
+        """Print a result: as JSON, or its tables and where its files are."""
+        if self.as_json:
+            echo_json(document.data)
+            return
+        from microslip.report.terminal import show
+
+        show(document, sys.stdout, full=full)
+        if hint:
+            click.echo(hint)
+        if self.folder is not None:
+            click.echo(f"{len(document.data['files'])} files in {self.folder}")
+
+
+def writes(folder: str, earlier: str = "result", *between: Decorator) -> Decorator:
+    """Give a command the options of what it writes, as one argument, `output`.
+
+    ``folder`` is the help of the first of them; ``between`` are options that stand before the last.
+    """
+
+    def decorate(command: Command) -> Command:
+        @wraps(command)
+        def write(
+            folder: Path | None, overwrite: bool, as_json: bool,
+            png: bool = False, pdf: bool = False, **arguments: Any,
+        ) -> Any:  # fmt: skip
+            kinds = ("svg", *["png"] * png, *["pdf"] * pdf)
+            return command(output=Output(folder, overwrite, as_json, kinds), **arguments)
+
+        decorated = JSON(write)
+        for option in reversed(between):
+            decorated = option(decorated)
+        overwriting = switch("--overwrite", f"Replace an earlier {earlier} in that folder.")
+        return output_option(folder)(overwriting(decorated))
+
+    return decorate

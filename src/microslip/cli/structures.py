@@ -11,8 +11,7 @@ import click
 
 from microslip._core.units import FREQUENCY
 from microslip.cli.group import echo_json
-from microslip.cli.options import ends_in, option, quantity
-from microslip.cli.output import Output
+from microslip.cli.options import Output, ends_in, option, quantity
 from microslip.cli.studies import predict_into
 from microslip.cli.work import progress, stoppable
 from microslip.study.toml_text import tables_of, text_of

@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING
 import click
 
 from microslip.cli.group import OneOf, echo_json
-from microslip.cli.options import ANY_PATH, Decorator, option, switch
-from microslip.cli.output import FIGURES, Output, writes
+from microslip.cli.options import ANY_PATH, FIGURES, Decorator, Output, option, switch, writes
 from microslip.cli.shell import complete_key, complete_study
 from microslip.cli.work import progress, stoppable
 from microslip.scans.options import PROCESSES

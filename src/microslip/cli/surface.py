@@ -8,8 +8,7 @@ from typing import Any
 
 import click
 
-from microslip.cli.options import ANY_PATH, offers, spelling, switch
-from microslip.cli.output import FIGURES, Output, writes
+from microslip.cli.options import ANY_PATH, FIGURES, Output, offers, spelling, switch, writes
 from microslip.cli.work import progress, stoppable
 from microslip.scans import options as offered
 

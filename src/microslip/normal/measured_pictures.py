@@ -11,7 +11,7 @@ from microslip._core.checks import Floats
 from microslip._core.units import engineering
 from microslip.errors import InputError
 from microslip.normal.base import NormalLaw
-from microslip.report.colours import coloured
+from microslip.report.kit import coloured
 from microslip.report.plot import COLORS, Area, Axis, Entry, Line, Panel, Pixels, Plot
 from microslip.report.scales import length_prefix
 

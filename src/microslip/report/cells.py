@@ -105,14 +105,9 @@ def quantity(value: Any, unit: str) -> str:
             ((f, u) for f, u in _POWERS[unit] if abs(value) >= 0.9999 * f), _POWERS[unit][-1]
         )
         return f"{value / factor:.6g} {unit}"
-    return engineering(value, in_print(unit), 6, trim=True) if unit else f"{value:.6g}"
-
-
-def in_print(unit: str) -> str:
-    """An SI unit as it is printed, such as "kg/m³" for "kg/m^3"."""
     for written, printed in _PRINTED.items():
         unit = unit.replace(written, printed)
-    return unit
+    return engineering(value, unit, 6, trim=True) if unit else f"{value:.6g}"
 
 
 def si(value: float) -> str:

@@ -80,7 +80,6 @@ class Verdicts:
     places: tuple[str, ...] = ()
     """Conditions under which each holds, such as "5 kN"; empty for all."""
     percent: frozenset[str] = frozenset()  # names whose values stand in percent
-    noun: str = "loads"  # what the places are, in the plural
     caption: str = ""  # a paragraph below them on a page
     none: str = "No limits are known for this law."
     """Text where there are no verdicts."""

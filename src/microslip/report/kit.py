@@ -14,7 +14,6 @@ from microslip.report.plot import (
     COLORS,
     DASHES,
     MARKERS,
-    WIDTH,
     Area,
     Axis,
     Entry,
@@ -118,12 +117,9 @@ def marked_line(
     y: Floats,
     how: Look,
     places: Sequence[int] | NDArray[np.intp] | slice = slice(None),
-    *,
-    dashed: bool = False,
-    width: float = WIDTH,
 ) -> None:
     """A line with markers at some of its points."""
-    panel.line(x, y, how.color, width=width, dash=how.dash if dashed else ())
+    panel.line(x, y, how.color)
     panel.marks(x[places], y[places], how.color, marker=how.marker)
 
 
@@ -151,11 +147,10 @@ def families(
     x: Floats,
     axis: Callable[[bool], Axis],
     *,
-    columns: int = 3,
     first: int = 0,
     always_log: bool = False,
 ) -> list[Panel]:
-    """A panel for each family of lines; ``axis`` is told whether another panel stands below.
+    """A panel for each family of lines, three a row; ``axis`` is told whether others stand below.
 
     Lines begin at the point ``first``, markers are at all.
     """
@@ -165,15 +160,13 @@ def families(
         scale, label = in_unit(values, unit)
         positive = visible_values(values)
         log = always_log or bool(positive.size and positive.max() > 3.0 * positive.min())
-        panel = Panel(
-            axis(number + columns < len(contents)), Axis(log=log), note=f"{name} [{label}]"
-        )
+        panel = Panel(axis(number + 3 < len(contents)), Axis(log=log), note=f"{name} [{label}]")
         for how, line in lines:
             y = drawable(line / scale, log)
             panel.line(x[first:], y[first:], how.color, dash=how.dash)
             panel.marks(x, y, how.color, marker=how.marker)
         panels.append(panel)
-    in_rows(panels, columns)
+    in_rows(panels, 3)
     return panels
 
 
@@ -205,3 +198,39 @@ def with_scale(
         heights=(*(1.0,) * rows, 0.14 / room),
         widths=widths,
     )
+
+
+# -- values on a grid as colours -------------------------------------------------------------------
+
+_MOST_PIXELS = 700
+_MISSING = 255  # white
+# Even steps of cividis (Nuñez, Anderton and Renslow 2018, DOI 10.1371/journal.pone.0199239), made
+# for the colour-blind; its lightness rises evenly.
+_COLOURS = np.array(
+    (
+        (0, 34, 78), (0, 46, 106), (26, 56, 111), (50, 67, 109), (67, 78, 108), (83, 90, 109),
+        (97, 101, 111), (111, 112, 115), (125, 124, 120), (140, 136, 120), (155, 148, 118),
+        (171, 160, 114), (188, 174, 108), (205, 187, 99), (222, 201, 88), (240, 216, 70),
+        (254, 232, 56),
+    ),
+    dtype=float,
+)  # fmt: skip
+
+
+def coloured(heights: Floats, low: float, high: float) -> NDArray[np.uint8]:
+    """Heights as colours; what is beyond the ends has their colour, what is missing is white."""
+    place = np.clip((heights - low) / (high - low if high > low else 1.0), 0.0, 1.0)
+    missing = np.isnan(place)
+    steps = np.arange(len(_COLOURS)) / (len(_COLOURS) - 1.0)
+    table = np.stack([np.interp(np.arange(256) / 255.0, steps, c) for c in _COLOURS.T], axis=1)
+    result: NDArray[np.uint8] = np.rint(table).astype(np.uint8)[
+        np.where(missing, 0, np.rint(255.0 * np.nan_to_num(place))).astype(np.intp)
+    ]
+    result[missing] = _MISSING
+    return result
+
+
+def coarse(heights: Floats) -> Floats:
+    """Every so many points; the mean of each block would round the summits off."""
+    step = max(1, math.ceil(max(heights.shape) / _MOST_PIXELS))
+    return heights[::step, ::step]

@@ -142,7 +142,8 @@ class Printer:
             count = len(columns)
             table = self._build(head, rows, [*range(keys), *columns], text)
             # Words may be folded, numbers may not.
-            fold = columns[-1] in text and 0 < self._excess(table) < 0.4 * _width(rows, columns[-1])
+            widest = max((cell_len(row[columns[-1]]) for row in rows), default=0)
+            fold = columns[-1] in text and 0 < self._excess(table) < 0.4 * widest
             while count > 1 and not fold and self._excess(table) > 0:
                 count -= 1
                 table = self._build(head, rows, [*range(keys), *columns[:count]], text)
@@ -188,10 +189,6 @@ class Printer:
     def _excess(self, table: Table) -> int:
         """Columns that a table has more than the terminal."""
         return Measurement.get(self._wide, self._wide.options, table).maximum - self.width
-
-
-def _width(rows: Sequence[Sequence[str]], column: int) -> int:
-    return max((cell_len(row[column]) for row in rows), default=0)
 
 
 def _console(stream: TextIO, width: int | None) -> Console:

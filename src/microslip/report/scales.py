@@ -73,12 +73,8 @@ def linear(low: float, high: float, limit: int, integer: bool = False) -> Ticks:
     scale = math.floor(math.log10(largest)) if largest > 0.0 else 0
     exponent = 0 if -3 <= scale <= 4 else scale
     texts = [_decimal(value / 10.0**exponent, step / 10.0**exponent) for value in values]
-    return Ticks(tuple(zip(values, texts, strict=True)), (), power_of_ten(exponent))
-
-
-def power_of_ten(exponent: int) -> str:
-    """Such as "×10⁻⁶"; nothing for one."""
-    return f"×10{str(exponent).translate(_SUPERSCRIPTS)}" if exponent else ""
+    offset = f"×10{str(exponent).translate(_SUPERSCRIPTS)}" if exponent else ""
+    return Ticks(tuple(zip(values, texts, strict=True)), (), offset)
 
 
 def logarithmic(low: float, high: float, limit: int) -> Ticks:

@@ -140,17 +140,13 @@ def value_text(block: Verdicts, name: str, value: float) -> str:
     return f"{significant(100.0 * value)} %" if name in block.percent else significant(value)
 
 
-def limit_text(block: Verdicts, name: str, limit: float) -> str:
-    """Limit of a rule, as text."""
-    return f"{100.0 * limit:.3g} %" if name in block.percent else f"{limit:.3g}"
-
-
 def _judged(name: str, pairs: list[tuple[Verdict, str]], block: Verdicts) -> Judgement:
     verdicts = [verdict for verdict, _ in pairs]
     worst = max((verdict.word for verdict in verdicts), key=WORDS.index)
     bad = [verdict for verdict in verdicts if verdict.word == worst]
     at = list(dict.fromkeys(place for v, place in pairs if v.word == worst and place))
     limit = verdicts[0].limit
+    bound = f"{100.0 * limit:.3g} %" if name in block.percent else f"{limit:.3g}"
     values = [verdict.value for verdict in verdicts if verdict.value is not None]
     ends = (min(values), max(values)) if values else ()
     texts = list(dict.fromkeys(value_text(block, name, end) for end in ends))
@@ -163,17 +159,17 @@ def _judged(name: str, pairs: list[tuple[Verdict, str]], block: Verdicts) -> Jud
         worst,
         name.replace(" * ", " × "),
         " to ".join(texts) or "not known",
-        f"{'from' if rising else 'up to'} {limit_text(block, name, limit)}",
-        "" if everywhere and not moving else _listed(at, block.noun),
+        f"{'from' if rising else 'up to'} {bound}",
+        "" if everywhere and not moving else _listed(at),
         bad[0].meaning,
         getattr(bad[0], "reason", ""),
         getattr(bad[0], "remedy", ""),
     )
 
 
-def _listed(places: list[str], noun: str) -> str:
+def _listed(places: list[str]) -> str:
     if not places:
         return ""
     if len(places) <= 3:
         return "at " + " and ".join(filter(None, [", ".join(places[:-1]), places[-1]]))
-    return f"at {len(places)} {noun}, {places[0]} to {places[-1]}"
+    return f"at {len(places)} loads, {places[0]} to {places[-1]}"

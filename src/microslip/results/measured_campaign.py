@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
+from microslip._core.quantities import named
 from microslip._core.units import engineering, significant
 from microslip._core.wording import shorten
 from microslip.report import cells
@@ -322,46 +323,30 @@ def data_of(
     campaign: Campaign, skipped: Sequence[tuple[str, str]], confidence: float
 ) -> dict[str, Any]:
     """The same as plain values."""
-    wear = campaign.wear(confidence)
+    wear, load_law = campaign.wear(confidence), campaign.load_law(confidence)
     keys = [column.key for column in _columns(campaign)]
     data = {
         "skipped": [{"file": name, "reason": why} for name, why in skipped],
         "table": [dict(zip(keys, row, strict=True)) for row in rows_of(campaign)],
-        "fretting_map": [point._asdict() for point in campaign.fretting_map()],
-        "wear": None if wear is None else {"unit": "m^3/J", **wear.coefficient._asdict()},
+        "fretting_map": list(map(named, campaign.fretting_map())),
+        "wear": None if wear is None else {"unit": "m^3/J", **named(wear.coefficient)},
         "specimens": [
             {
                 "condition": condition,
-                "quantity": pool.quantity,
-                "mean": pool.mean._asdict(),
-                "between": pool.between,
-                "each": {label: mean._asdict() for label, mean in pool.of_each},
+                **named(pool, "quantity", "mean", "between"),
+                "each": {label: named(mean) for label, mean in pool.of_each},
             }
             for condition, pool in campaign.pooled(confidence)
         ],
-        "stiffness_over_load": None
-        if (load_law := campaign.load_law(confidence)) is None
-        else {**load_law._asdict(), "exponent": load_law.exponent._asdict()},
+        "stiffness_over_load": None if load_law is None else named(load_law),
         "running_in": [
-            {
-                **{key: getattr(law, key) for key in ("label", "column", "change", "first")},
-                "settled": law.settled._asdict(),
-                "constant": law.constant._asdict(),
-            }
+            named(law, "label", "column", "change", "first", "settled", "constant")
             for law in campaign.running_in(confidence)
         ],
         "wear_laws": [
-            {
-                "law": law.law,
-                "coefficient": law.coefficient._asdict(),
-                "threshold": law.threshold and law.threshold._asdict(),
-                "scatter": law.scatter,
-            }
+            named(law, "law", "coefficient", "threshold", "scatter")
             for law in campaign.wear_laws(confidence)
         ],
-        "comparison": [
-            {**comparison._asdict(), "mean": comparison.mean._asdict()}
-            for comparison in campaign.comparison(confidence)
-        ],
+        "comparison": list(map(named, campaign.comparison(confidence))),
     }
     return {key: plain(values) for key, values in data.items()}

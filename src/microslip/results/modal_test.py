@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from microslip._core.quantities import named
 from microslip._core.units import engineering, prefix
 from microslip._core.wording import shorten
 from microslip.report import cells
@@ -41,8 +42,7 @@ def document(tests: Sequence[ModalTest]) -> Document:
                 "amplitude": test.amplitude.tolist(),
                 "modal_frequency": test.frequency.tolist(),
                 "modal_damping_ratio": test.damping_ratio.tolist(),
-                "motion": test.motion,
-                "notes": list(test.notes),
+                **named(test, "motion", "notes"),
                 "verdicts": [verdict._asdict() for verdict in test.verdicts],
             }
             for test in tests

@@ -269,10 +269,7 @@ class Search:
 
     def solve(self, level: float | None = None, progress: Progress | None = None) -> DesignPoint:
         """The design that changes the study least; begins from the study and from its ends."""
-        from scipy.optimize import minimize
-
-        log_level = math.log(self.target.value if level is None else level)
-        sign = 1.0 if self.target.at_least else -1.0
+        log_level, sign = self._wanted(level)
         start = np.clip(self.start, *np.transpose(self.bounds))
         constraint = {
             "type": "ineq",
@@ -284,15 +281,7 @@ class Search:
         ends = [np.array([bound[k] for bound in self.bounds]) for k in (0, 1)]
         begins = (start, *(0.5 * (start + end) for end in ends))
         for number, begin in enumerate(begins, start=1):
-            minimum = minimize(
-                lambda x: float(((x - self.start) ** 2).sum()),
-                begin,
-                jac=lambda x: 2.0 * (x - self.start),
-                bounds=self.bounds,
-                constraints=[constraint],
-                method="SLSQP",
-                options={"maxiter": 100, "ftol": 1e-10},
-            )
+            minimum = self._least_change(begin, constraint, {"maxiter": 100, "ftol": 1e-10})
             x = self._onto(np.clip(minimum.x, *np.transpose(self.bounds)), sign, log_level)
             miss = sign * (self.quantile(x)[0] - log_level)
             key = (miss < -1e-5, max(-miss, 0.0) if miss < -1e-5 else float(minimum.fun))
@@ -304,6 +293,23 @@ class Search:
                 break
         assert best is not None
         return self.at(best[1], math.exp(log_level))
+
+    def _wanted(self, level: float | None) -> tuple[float, float]:
+        """Ln of the level, the target's own unless given, and the sign of what lies beyond it."""
+        wanted = self.target.value if level is None else level
+        return math.log(wanted), 1.0 if self.target.at_least else -1.0
+
+    def _least_change(
+        self, begin: Floats, constraint: dict[str, Any], options: dict[str, Any] | None = None
+    ) -> Any:
+        """The smallest change of the study that keeps to a constraint and the ranges."""
+        from scipy.optimize import minimize
+
+        return minimize(
+            lambda x: float(((x - self.start) ** 2).sum()), begin,
+            jac=lambda x: 2.0 * (x - self.start), bounds=self.bounds,
+            constraints=[constraint], method="SLSQP", options=options,
+        )  # fmt: skip
 
     def _onto(self, x: Floats, sign: float, log_level: float) -> Floats:
         """The place where the way from the study through x meets the target, if it does.

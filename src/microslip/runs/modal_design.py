@@ -49,8 +49,7 @@ class ModalSearch(AnySearch):
         self._keys = keys_of_model(study, {*self.names, *self._rows[0]})
 
     def _count(self, study: StudyDescription) -> int | None:
-        assert study.structure is not None  # who calls has looked
-        return study.structure.samples
+        return study.bolted.samples
 
     def _model(self, sample: StudyDescription) -> ReducedJoint:
         """The reduced model of a sample: a multiple of one that has its drawing."""
@@ -65,8 +64,7 @@ class ModalSearch(AnySearch):
 
     def _of_joints(self, study: StudyDescription) -> list[float]:
         """The quantity of the mode of one sample."""
-        part, target = study.structure, self.target
-        assert part is not None  # as in the study
+        part, target = study.bolted, self.target
         with blame(self.study, "structure"):
             model, state = tightened(study, self._model(study))
             curve = state.modes(
@@ -88,10 +86,7 @@ class ModalSearch(AnySearch):
 
     def solve(self, level: float | None = None, progress: Progress | None = None) -> DesignPoint:
         """The design that changes the study least, by its slopes turn by turn."""
-        from scipy.optimize import minimize
-
-        log_level = math.log(self.target.value if level is None else level)
-        sign = 1.0 if self.target.at_least else -1.0
+        log_level, sign = self._wanted(level)
         x: Floats = np.clip(self.start, *np.transpose(self.bounds))
         best = None
         for turn in range(_TURNS):
@@ -107,21 +102,12 @@ class ModalSearch(AnySearch):
                 break
             last = x
             short = _MARGIN * float(np.abs(slopes).max()) - miss + float(sign * slopes @ last)
-            x = minimize(
-                lambda y: float(((y - self.start) ** 2).sum()),
-                last,
-                jac=lambda y: 2.0 * (y - self.start),
-                bounds=self.bounds,
-                constraints=[
-                    {
-                        "type": "ineq",
-                        "fun": lambda y, g=sign * slopes, c=short: float(g @ y) - c,
-                        "jac": lambda y, g=sign * slopes: g,
-                    }
-                ],
-                method="SLSQP",
-            ).x
-            x = np.clip(x, *np.transpose(self.bounds))
+            constraint = {
+                "type": "ineq",
+                "fun": lambda y, g=sign * slopes, c=short: float(g @ y) - c,
+                "jac": lambda y, g=sign * slopes: g,
+            }
+            x = np.clip(self._least_change(last, constraint).x, *np.transpose(self.bounds))
             if np.abs(x - last).max() < 1e-6:
                 break
         assert best is not None

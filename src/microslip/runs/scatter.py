@@ -164,7 +164,7 @@ def scatter(
         variable = nominal[name]
         values = np.quantile(stack[:count], quantiles, axis=0)
         bands[name] = Variable(("quantile", *variable.dims), values, variable.attributes)
-        if _has_errors(name, variable):
+        if "point" not in variable.dims and not variable.dims[-1].endswith("sample"):
             by_group = stack[:count].reshape(groups, size, *variable.values.shape)
             ends[name] = intervals(by_group, design.part.quantiles)
     decisions = _decisions(design, stacks, scores, count)
@@ -184,10 +184,6 @@ def _with_bands(nominal: Variables, count: int) -> tuple[list[str], list[str]]:
     ]
     large = [name for name in numbers if nominal[name].values.size * count > _LARGEST]
     return [name for name in numbers if name not in large], large
-
-
-def _has_errors(name: str, variable: Variable) -> bool:
-    return "point" not in variable.dims and not variable.dims[-1].endswith("sample")
 
 
 def _decisions(

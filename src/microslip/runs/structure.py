@@ -70,8 +70,7 @@ def run(study: StudyDescription, progress: Progress | None = None) -> StructureP
     tell = progress or (lambda share: None)
     design = Design(study) if is_uncertain(study) else None
     middle = at_middle(study)
-    part = middle.structure
-    assert part is not None  # who calls has looked
+    part = middle.bolted
     if isinstance(middle.surface, MeasuredFace):
         build_surface(middle, lambda share: tell(0.1 * share))  # kept: the same face is solved once
     joint = refined_model(middle, lambda share: tell(0.1 + 0.1 * share))
@@ -109,7 +108,7 @@ def run(study: StudyDescription, progress: Progress | None = None) -> StructureP
     tests = _tests(part.measured, modes)
     if part.fitted:
         with blame(study, "structure.measured.fit"):
-            identified = _identified(middle, _bending(middle, joint), tests)
+            identified = _identified(middle, part.bent(joint), tests)
     tight = _all_tight(middle, formed, state)
     shaking = shaken(middle, formed, curves[0].linear_frequency)
     if shaking is not None and design is not None:
@@ -131,8 +130,8 @@ def _all_tight(
     """
     from scipy.spatial import cKDTree
 
-    slack = study.structure
-    if slack is None or not slack.bolts.slack:
+    slack = study.bolted
+    if not slack.bolts.slack:
         return ()
     order = slack.bolts.order and (*slack.bolts.order, *slack.bolts.slack)
     part = slack.copy(bolts=slack.bolts.copy(slack=(), order=order))
@@ -155,32 +154,27 @@ def _all_tight(
 
 def _reduced(study: StudyDescription, patches: Floats | None = None) -> ReducedJoint:
     """The reduced model of a study without anything uncertain; its patches unless given."""
-    part = study.structure
-    assert part is not None  # who calls has looked
+    part = study.bolted
+    reduction = part.reduction if patches is None else part.reduction | {"patches": patches}
     with blame(study, "structure"):
-        materials = {name: material.build() for name, material in study.material.items()}
-        reduction = part.reduction if patches is None else part.reduction | {"patches": patches}
-        return part.reducer(materials, study.surface.materials[0]).reduce(**reduction)
+        return part.reducer().reduce(**reduction)
 
 
 def refined_model(study: StudyDescription, progress: Progress | None = None) -> ReducedJoint:
     """The same; without given patches those are halved where the first mode loses most."""
-    part = study.structure
-    assert part is not None  # who calls has looked
+    part = study.bolted
     if part.patches is not None or part.converge:
         return _reduced(study)
     with blame(study, "structure"):
-        materials = {name: material.build() for name, material in study.material.items()}
-        form = None if part.form is None else part.form.table * [1.0, 1.0, part.form.factor]
         return refined(
-            part.reducer(materials, study.surface.materials[0]),
+            part.reducer(),
             part.least_patch,
             build_surface(study),
             study.joint.friction_coefficient,
             part.modes[0] - 1,
             part.amplitudes[-1:],
             quantity=part.quantity,
-            reduction={**part.reduction, "form": form},
+            reduction={**part.reduction, "form": part.gaps},
             progress=progress,
         )
 
@@ -189,13 +183,10 @@ def _converged(
     study: StudyDescription, joint: ReducedJoint, state: Preload, progress: Progress
 ) -> Convergence:
     """The model refined for the first mode, from the least to the largest amplitude."""
-    part = study.structure
-    assert part is not None  # who calls has looked
+    part = study.bolted
     curve = _solved(part, joint, state, part.modes[0])
     reached = curve.modal_amplitude[curve.converged]
     return part.convergence(
-        {name: material.build() for name, material in study.material.items()},
-        study.surface.materials[0],
         build_surface(study),
         float(study.joint.friction_coefficient),
         np.unique(reached[[0, reached.size // 2, -1]]),
@@ -245,8 +236,7 @@ def _identified(
     tests: tuple[ModalTest, ...],
 ) -> ModalIdentification:
     """Identification of the joint by tests, from the values of the study on."""
-    part = study.structure
-    assert part is not None  # who calls has looked
+    part = study.bolted
     body = study.surface.materials[0]
 
     def surface(modulus: float) -> NormalLaw:
@@ -269,11 +259,10 @@ def _identified(
 
 def tightened(study: StudyDescription, joint: ReducedJoint) -> tuple[ReducedJoint, Preload]:
     """The joint with the form and the tension of a study, and its state under them."""
-    part = study.structure
-    assert part is not None  # who calls has looked
+    part = study.bolted
     if part.form is not None:
         joint = joint.with_form(part.form.table, part.form.factor)
-    joint = _bending(study, joint.with_tension(part.tension))
+    joint = part.bent(joint.with_tension(part.tension))
     assembly = _assembly(study, joint)
     if assembly is not None:
         return joint, assembly.state
@@ -282,19 +271,12 @@ def tightened(study: StudyDescription, joint: ReducedJoint) -> tuple[ReducedJoin
 
 def _assembly(study: StudyDescription, joint: ReducedJoint) -> Assembly | None:
     """The bolts tightened in the order of a study, where there is one."""
-    part = study.structure
-    if part is None or not part.bolts.order:
+    part = study.bolted
+    if not part.bolts.order:
         return None
     turns = np.searchsorted(sorted(part.bolts.order), part.bolts.order) + 1
     mu = study.joint.friction_coefficient
     return joint.assemble(build_surface(study), mu, order=turns.tolist(), passes=part.bolts.passes)
-
-
-def _bending(study: StudyDescription, joint: ReducedJoint) -> ReducedJoint:
-    """The joint with the geometry of a study, if it has one."""
-    assert study.structure is not None  # who calls has looked
-    materials = {name: material.build() for name, material in study.material.items()}
-    return study.structure.bent(joint, materials, study.surface.materials[0])
 
 
 def _curve(part: StructurePart, joint: ReducedJoint, state: Preload, number: int) -> ModalCurve:
@@ -332,33 +314,27 @@ def _samples(
     damping is added: those need neither a mesh nor, the latter, a balance.
     """
     study = design.study
-    part = study.structure
-    assert part is not None  # who calls has looked
+    part = study.bolted
     scaled, anew = scaling_keys(study), bool(keys_of_model(study, design.changed_keys))
     scores = design.scores(design.points(part.samples, 1)[0])
     dense = design.scores(np.concatenate(design.points(_DENSE)))
     base = _base_damping(design, part, scores), _base_damping(design, part, dense)
     ways = AXES if any(getattr(part, name) for name in EXCITED) else ()
-    if design.changed_keys == {BASE}:  # the same curve for all
-        repeats = (len(scores), 1)
-        return [
-            Sampled(
-                scores,
-                dense,
-                np.tile(curve.frequency, repeats),
-                np.tile(curve.damping_ratio - curve.base_damping, repeats),
-                np.tile(_gain(part, curve, joint), repeats),
-                {way: np.tile(push_of(curve.shape, joint, way), repeats) for way in ways},
-                base,
-            )
-            for curve in curves
-        ]
-    shape = (len(part.modes), 3 + len(ways), len(scores), len(part.amplitudes))
-    samples = np.full(shape, math.nan)
-    for row, place in enumerate(scores):
+
+    def numbers(curve: ModalCurve, model: ReducedJoint) -> Floats:
+        gain = 1.0 if part.force is None else gain_of(curve, model)
+        return np.array([
+            curve.frequency, curve.damping_ratio - curve.base_damping,
+            gain * np.ones(curve.amplitude.size),
+            *(push_of(curve.shape, model, way) for way in ways),
+        ])  # fmt: skip
+
+    # Where base damping alone is not known the curve is the same for all.
+    at_middle = np.array([numbers(curve, joint) for curve in curves])
+    samples = np.repeat(at_middle[:, :, None], len(scores), axis=2)
+    for row, place in enumerate(scores if design.changed_keys != {BASE} else ()):
         sample = design.at(place)
-        sample_part = sample.structure
-        assert sample_part is not None  # as in the study
+        sample_part = sample.bolted
         with blame(study, "structure"):
             if anew:
                 sides = [] if part.mesh or part.laps else _SIDES
@@ -369,11 +345,7 @@ def _samples(
             _, state = tightened(sample, model)
             for index, number in enumerate(sample_part.modes):
                 curve = _curve(sample_part, model, state, number)
-                of_joint = curve.damping_ratio - curve.base_damping
-                samples[index, :, row] = (
-                    curve.frequency, of_joint, _gain(part, curve, model),
-                    *(push_of(curve.shape, model, way) for way in ways),
-                )  # fmt: skip
+                samples[index, :, row] = numbers(curve, model)
         progress((row + 1) / len(scores))
     return [
         Sampled(scores, dense, f, zeta, gain, dict(zip(ways, pushes, strict=True)), base)
@@ -381,14 +353,10 @@ def _samples(
     ]
 
 
-def _gain(part: StructurePart, curve: ModalCurve, joint: ReducedJoint) -> Floats:
-    return np.ones(curve.amplitude.size) if part.force is None else gain_of(curve, joint)
-
-
 def scaling_keys(study: StudyDescription) -> list[str]:
     """Keys of which the reduced model is a multiple: a stiffness, and a mass."""
-    part = study.structure
-    if part is None or part.mesh or part.materials:
+    part = study.bolted
+    if part.mesh or part.materials:
         return []
     modulus = f"material.{study.surface.materials[0]}.young_modulus"
     return [modulus, *(() if part.masses or part.densities else ["structure.density"])]
@@ -396,8 +364,7 @@ def scaling_keys(study: StudyDescription) -> list[str]:
 
 def keys_of_model(study: StudyDescription, keys: Iterable[str]) -> list[str]:
     """Keys whose values the reduced model has been made for, in their order."""
-    part = study.structure
-    assert part is not None  # who calls has looked
+    part = study.bolted
     body = f"material.{study.surface.materials[0]}."
     scaled = scaling_keys(study)
     return sorted(

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from microslip._core.units import engineering, prefix
-from microslip.report.colours import coarse, coloured
+from microslip.report.kit import coarse, coloured
 from microslip.report.plot import Axis, Panel, Pixels, Plot
 from microslip.report.scales import length_prefix
 

@@ -108,7 +108,7 @@ class TightenedBolts(Part):
 
 
 def clamp(study: Any) -> None:
-    """Tell bolts what they clamp: Young's modulus of the plates, by the materials of a study."""
+    """Tell bolts and a structure of which materials of a study their plates and parts are."""
     pressure, part = getattr(study.joint, "pressure", None), study.structure
     bodies = tuple(getattr(study.surface, "materials", ()))
     if pressure is not None and isinstance(pressure, TightenedBolts):
@@ -116,11 +116,13 @@ def clamp(study: Any) -> None:
         joint = study.joint.copy(pressure=pressure.copy(_plate_modulus=modulus))
         joint.settle()
         study.__dict__["joint"] = joint
-    if part is not None and part.bolts.size is not None:
+    if part is not None:
         names = part.materials or bodies[:1]
         modulus = _modulus(study, names, [1.0] * len(names))
-        bolts = part.bolts.copy(_plate_modulus=modulus)
-        study.__dict__["structure"] = part.copy(bolts=bolts)
+        metals = {name: material.build() for name, material in study.material.items()}
+        study.__dict__["structure"] = part.copy(
+            bolts=part.bolts.copy(_plate_modulus=modulus), _metals=(metals, *bodies[:1])
+        )
 
 
 def _modulus(study: Any, names: Sequence[str], thickness: Sequence[float]) -> float | None:

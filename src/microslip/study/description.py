@@ -16,6 +16,7 @@ from microslip.study.overrides import Override, apply, dump, relocated_text
 from microslip.study.part import one_line
 from microslip.study.readers import FAILED, Place, Reading
 from microslip.study.schema import StudyTables
+from microslip.study.structure import StructurePart
 from microslip.study.toml_text import tables_of, text_of
 
 
@@ -62,6 +63,12 @@ class StudyDescription(StudyTables):
     def settle(self) -> None:
         """Take what one table says of another: bolts know what they clamp."""
         clamp(self)
+
+    @property
+    def bolted(self) -> StructurePart:
+        """The structure of a study that has one."""
+        assert self.structure is not None
+        return self.structure
 
     @property
     def asks_for_joint(self) -> bool:

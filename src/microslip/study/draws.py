@@ -17,10 +17,9 @@ from microslip.study.consistency import check
 from microslip.study.description import StudyDescription
 from microslip.study.joints import Joint
 from microslip.study.measured_face import MeasuredFace
-from microslip.study.part import Part
 from microslip.study.readers import KeyedError
 from microslip.study.surfaces import ScanSurface
-from microslip.study.uncertain import followers_of, spreads_of, with_values
+from microslip.study.uncertain import changed, followers_of, spreads_of, with_values
 from microslip.study.uncertainty import GROUPS, UncertaintyPart
 
 _NEAR = 0.25  # scores to either side of the middle, for slopes
@@ -228,19 +227,9 @@ class Design:
 
 def with_model_spreads(part: Any) -> Any:
     """The same table with the scatter of laws that are known to be off by so much."""
-    if isinstance(part, dict):
-        after = {name: with_model_spreads(value) for name, value in part.items()}
-        return after if any(after[name] is not part[name] for name in part) else part
-    if not isinstance(part, Part):
-        return part
-    changes = {name: getattr(part, name) for name in part.attributes.values()}
-    changes = {
-        name: after
-        for name, before in changes.items()
-        if (after := with_model_spreads(before)) is not before
-    }
-    changes |= getattr(part, "model_spreads", {})
-    return part.copy(**changes) if changes else part
+    spreads = getattr(part, "model_spreads", None)
+    part = changed(part, lambda value, key: with_model_spreads(value))
+    return part.copy(**spreads) if spreads else part
 
 
 def is_uncertain(study: StudyDescription) -> bool:

@@ -133,7 +133,11 @@ class ScannedFace(Scanned):
         """Summits of all scans together, and how much they differ."""
         from microslip.scans import average
 
-        statistics, spread = average([_statistics(scan) for scan in self._scans])
+        statistics, spread = average([
+            scan._of_profile() if scan.read_scan.is_profile
+            else scan.summits.statistics(scan.estimate)  # type: ignore[arg-type]
+            for scan in self._scans
+        ])  # fmt: skip
         if len(self._scans) == 1:
             return RoughFace(statistics, f"by {shorten(self.scan[0], 100)}", self.verdicts())
         scatter = ", ".join(
@@ -146,12 +150,6 @@ class ScannedFace(Scanned):
     def verdicts(self) -> tuple[Verdict, ...]:
         """Verdicts on the faces as inputs of a joint."""
         return tuple(verdict for scan in self._scans for verdict in scan.verdicts())
-
-
-def _statistics(scan: ScanSurface) -> SummitStatistics:
-    if scan.read_scan.is_profile:
-        return scan._of_profile()
-    return scan.summits.statistics(scan.estimate)  # type: ignore[arg-type]
 
 
 FACES = (ScannedFace, DrawnFace, SummitsFace)

@@ -13,10 +13,14 @@ from microslip._core.parameters import key_of
 from microslip._core.wording import did_you_mean, quoted, shorten, show
 from microslip.errors import InputError
 from microslip.heights import HEIGHTS, Statistical
-from microslip.study.columns import COLUMN, COLUMN_UNIT, FILE, Column, Numbers
 from microslip.study.fields import (
+    COLUMN,
+    COLUMN_UNIT,
+    FILE,
     HEIGHT,
     ROUGHNESS,
+    Column,
+    Numbers,
     can_be_described,
     number,
     table_of,

@@ -149,12 +149,6 @@ def beam_of(part: Any) -> Drawing:
     )
 
 
-def bodies(part: Any, materials: Mapping[str, Any], usual: str) -> tuple[Any, Any]:
-    """Material and density [kg/m^3] of all parts, or of each."""
-    metals = [materials[name] for name in part.materials] or materials[usual]
-    return metals, list(part.densities) or part.density
-
-
 def check_materials(part: Any, materials: Mapping[str, Any]) -> None:
     """See that a study describes what the parts are made of."""
     for item, name in enumerate(part.materials, start=1):

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from microslip._core.parameters import option
+from microslip._core.quantities import named
 from microslip._core.units import PRESSURE, engineering
 from microslip._core.wording import shorten
 from microslip.normal import MeasuredContact, NormalLaw
@@ -129,9 +130,7 @@ class MeasuredFace(ReadScan):
         scan = self.face
         numbers: dict[str, Any] = {
             "name": scan.name,
-            "cutoff": self.cutoff,
-            "long_cutoff": self.long_cutoff,
-            "direction": self.direction,
+            **named(self, "cutoff", "long_cutoff", "direction"),
             "area": scan.area,
             "notes": list(scan.notes),
         }

@@ -12,8 +12,7 @@ from microslip._core.units import LENGTH, factor_of
 from microslip._core.wording import show
 from microslip.errors import InputError
 from microslip.materials import Material
-from microslip.study.columns import COLUMN_UNIT
-from microslip.study.fields import LINE, MASS_DENSITY, number, text
+from microslip.study.fields import COLUMN_UNIT, LINE, MASS_DENSITY, number, text
 from microslip.study.metals import unknown
 from microslip.study.part import Part, key
 from microslip.study.readers import Items, KeyedError, Place

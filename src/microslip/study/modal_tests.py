@@ -10,14 +10,7 @@ from microslip._core.checks import Floats
 from microslip._core.parameters import REQUIRED, JsonSchema
 from microslip._core.units import FREQUENCY
 from microslip.structures.modal_test import Motion
-from microslip.study.columns import FILE
-from microslip.study.fields import (
-    LINE,
-    SHARE,
-    one_of,
-    quantity,
-    whole_number,
-)
+from microslip.study.fields import FILE, LINE, SHARE, one_of, quantity, whole_number
 from microslip.study.part import Part, Table, key
 from microslip.study.readers import Items, Place
 

@@ -10,15 +10,7 @@ from microslip.friction.pressure import BOLTS, RINGS, Pressure
 from microslip.structures.bolt_tightening import BoltForces
 from microslip.structures.bolts import Bolts
 from microslip.study.bolt_forces import TightenedBolts
-from microslip.study.columns import Numbers
-from microslip.study.fields import (
-    ANGLE,
-    SHARE,
-    one_of,
-    optional,
-    quantity,
-    whole_number,
-)
+from microslip.study.fields import ANGLE, SHARE, Numbers, one_of, optional, quantity, whole_number
 from microslip.study.part import Part, Table, key, tag
 from microslip.study.readers import Items, KeyedError, Place
 from microslip.study.uncertain import Unsure

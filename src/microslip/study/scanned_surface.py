@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from microslip._core.parameters import JsonSchema
+from microslip._core.quantities import named
 from microslip._core.units import engineering
 from microslip._core.wording import quoted, shorten, show
 from microslip.errors import InputError, said
@@ -291,11 +292,7 @@ class ScanSurface(Scanned):
         scan = self.profile if summits is None else summits.scan
         numbers = {
             "name": scan.name,
-            "cutoff": self.cutoff,
-            "long_cutoff": self.long_cutoff,
-            "estimate": self.estimate,
-            "direction": self.direction,
-            "heights": self.heights,
+            **named(self, "cutoff", "long_cutoff", "estimate", "direction", "heights"),
             "count": None if summits is None else summits.count,
             "area": None if summits is None else scan.area,
             **{

@@ -15,14 +15,17 @@ from microslip._core.parameters import REQUIRED, parameter_of
 from microslip._core.units import FORCE, LENGTH, TIME, engineering
 from microslip._core.wording import shorten
 from microslip.structures.oscillator import Oscillator
-from microslip.study.columns import COLUMN, COLUMN_UNIT, FILE, column_values
 from microslip.study.fields import (
     AMPLITUDE,
     ANGLE,
+    COLUMN,
+    COLUMN_UNIT,
+    FILE,
     LINE,
     LOAD,
     SHARE,
     YES_NO,
+    column_values,
     key_for,
     one_of,
     quantity,

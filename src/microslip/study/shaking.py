@@ -1,4 +1,4 @@
-"""A structure of a study on a shaker, in noise, under shocks, and how it bends."""
+"""A structure of a study under a force, on a shaker, in noise, under shocks; how it bends."""
 
 from __future__ import annotations
 
@@ -10,8 +10,18 @@ from microslip._core.checks import Floats
 from microslip._core.units import ACCELERATION, FORCE, FREQUENCY, TIME
 from microslip.structures.base_response import ControlOf
 from microslip.structures.geometry import geometry
-from microslip.study.columns import FILE, column_values
-from microslip.study.fields import LENGTH, LINE, PLACE, number, one_of, quantity, whole_number
+from microslip.study.fields import (
+    FILE,
+    LENGTH,
+    LINE,
+    LOAD,
+    PLACE,
+    column_values,
+    number,
+    one_of,
+    quantity,
+    whole_number,
+)
 from microslip.study.part import Part, Table, key
 from microslip.study.readers import Items, KeyedError, Place
 
@@ -19,6 +29,28 @@ _LEVELS = Items(quantity(ACCELERATION, "5 m/s^2"), '["5 m/s^2", "20 m/s^2"]', (1
 _HERTZ = quantity(FREQUENCY, "150 Hz")
 _COORDINATE, _FORCE = PLACE, quantity(FORCE, "2 N", "any")
 Axis = Literal["x", "y", "z"]
+MOST_FORCES = 10
+
+
+class ForcePart(Part):
+    """A harmonic force on the structure and the response near each mode."""
+
+    amplitude: tuple[float, ...] = key(
+        Items(LOAD, '["1 N", "5 N"]', (1, MOST_FORCES), single=True),
+        "Amplitude of the force, or several of them.",
+        '"5 N"',
+    )
+    at: tuple[float, float, float] | None = key(
+        Items(PLACE, '["0.3 m", "0 m", "0 m"]', (3, 3)),
+        "Where it pushes, from the middle of the lap: along, across, upwards; at the sensor "
+        "unless given.",
+        default=None,
+    )
+    direction: str | None = key(
+        one_of("x", "y", "z"),
+        "Direction: along (x), across (y) or upwards (z); that of the sensor unless given.",
+        default=None,
+    )
 
 
 class _Shaken(Part):

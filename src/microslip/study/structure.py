@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, Literal, cast
 
 import numpy as np
@@ -21,9 +21,9 @@ from microslip.structures.lap_joint import LapJoint
 from microslip.structures.mesh import loosened, tight
 from microslip.structures.thin_strip import Sensors, strip_sensors
 from microslip.study.bolt_forces import TightenedBolts
-from microslip.study.columns import FILE, column_values
 from microslip.study.fields import (
     AMPLITUDE,
+    FILE,
     LENGTH,
     LINE,
     MASS,
@@ -31,6 +31,7 @@ from microslip.study.fields import (
     PLACE,
     VISCOUS_RATIO,
     YES_NO,
+    column_values,
     number,
     one_of,
     optional,
@@ -48,7 +49,6 @@ from microslip.study.laps import (
     SLACK,
     LapPart,
     beam_of,
-    bodies,
     check_bolts,
     check_places,
     needed,
@@ -63,12 +63,12 @@ from microslip.study.shaking import (
     RANDOM,
     SHOCK,
     BasePart,
+    ForcePart,
     GeometryPart,
     RandomPart,
     ShockPart,
     check_ground,
 )
-from microslip.study.structure_force import ForcePart
 from microslip.study.uncertain import Spread, Unsure
 
 if TYPE_CHECKING:
@@ -327,6 +327,8 @@ class StructurePart(Part):
         default=(),
     )
 
+    _metals: tuple[dict[str, Material], str]  # those of the study, and which one is the usual
+
     def check(self, place: Place) -> None:
         """A drawing or a mesh, each with what it needs; and what neither can be."""
         if self.mesh is None:
@@ -398,6 +400,11 @@ class StructurePart(Part):
         return "displacement" if self.amplitude is None else self.amplitude.start.quantity
 
     @property
+    def unit(self) -> str:
+        """SI unit of the amplitudes."""
+        return AMPLITUDES[self.quantity].unit
+
+    @property
     def extent(self) -> float:
         """Its largest size [m]."""
         if self.mesh is not None:
@@ -464,18 +471,29 @@ class StructurePart(Part):
             for x, y in lap.bolts.positions
         ]
 
-    def reducer(self, materials: Mapping[str, Material], usual: str) -> Reducer:
-        """The meshed structure; ``usual`` names the material of its parts."""
+    @property
+    def _loads(self) -> dict[tuple[float, float, float], float]:
+        """Fixed masses [kg] by their places [m]."""
+        return {part.at: part.mass for part in self.masses}
+
+    @property
+    def _bodies(self) -> tuple[Any, Any]:
+        """Material and density [kg/m^3] of all parts, or of each."""
+        metals, usual = self._metals
+        return [metals[name] for name in self.materials] or metals[usual], (
+            list(self.densities) or self.density
+        )
+
+    def reducer(self) -> Reducer:
+        """The meshed structure."""
         from microslip.structures.reduction import Reducer
 
-        masses = {part.at: part.mass for part in self.masses}
         if self.mesh is not None:
-            joint = self.mesh.build(materials, usual, self.density)
+            joint = self.mesh.build(*self._metals, self.density)
             along = None if self.mesh.along is None else np.array(self.mesh.along)
-            return Reducer(loosened(joint.mesh, self.bolts.slack), masses, along)
-        of_parts = bodies(self, materials, usual)
-        mesh = self.build().mesh(*of_parts, self.element_size, self.bolts.slack)
-        return Reducer(mesh, masses, np.array([1.0, 0.0, 0.0]))
+            return Reducer(loosened(joint.mesh, self.bolts.slack), self._loads, along)
+        mesh = self.build().mesh(*self._bodies, self.element_size, self.bolts.slack)
+        return Reducer(mesh, self._loads, np.array([1.0, 0.0, 0.0]))
 
     @property
     def reduction(self) -> dict[str, Any]:
@@ -506,19 +524,25 @@ class StructurePart(Part):
             )
         return strip_sensors(*beam.strip)[0]
 
-    def _bending(self, materials: Mapping[str, Any], usual: str) -> tuple[Any, ...] | None:
+    def _bending(self) -> tuple[Any, ...] | None:
         """Arguments of :meth:`ReducedJoint.with_geometry`, if there is a geometry."""
         if self.geometry is None:
             return None
         if self.geometry.file is not None:
             return tuple(self.geometry.sensors), self.geometry.cases
+        metals, usual = self._metals
         beam = cast(BoltedBeam, self.build())
-        return beam.bending(materials[(self.materials or (usual,))[0]], self.geometry.reach)
+        return beam.bending(metals[(self.materials or (usual,))[0]], self.geometry.reach)
 
-    def bent(self, joint: ReducedJoint, materials: Mapping[str, Any], usual: str) -> ReducedJoint:
+    def bent(self, joint: ReducedJoint) -> ReducedJoint:
         """A joint with the geometry, if there is one."""
-        bending = self._bending(materials, usual)
+        bending = self._bending()
         return joint if bending is None else joint.with_geometry(*bending)
+
+    @property
+    def gaps(self) -> Floats | None:
+        """Columns x, y and gap of the form [m]; None of flat faces."""
+        return None if self.form is None else self.form.table * [1.0, 1.0, self.form.factor]
 
     @property
     def patch_size(self) -> float:
@@ -538,28 +562,25 @@ class StructurePart(Part):
 
     def convergence(
         self,
-        materials: Mapping[str, Material],
-        usual: str,
         surface: NormalLaw,
         friction: float,
         amplitudes: Floats,
         progress: Progress | None = None,
     ) -> Convergence:
         """The model with patches refined for its first mode, at modal amplitudes [m kg^½]."""
-        form = None if self.form is None else self.form.table * [1.0, 1.0, self.form.factor]
         return self.build().converge(
-            *bodies(self, materials, usual),
+            *self._bodies,
             surface,
             friction,
             amplitudes,
             mode=self.modes[0] - 1,
             patches=self.patches or USUAL_PATCHES,
-            form=form,
+            form=self.gaps,
             element_size=self.element_size,
             sensors=self.sensors,
-            masses={part.at: part.mass for part in self.masses},
+            masses=self._loads,
             slack=self.bolts.slack,
-            geometry=self._bending(materials, usual),
+            geometry=self._bending(),
             progress=progress,
         )
 

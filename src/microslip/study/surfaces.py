@@ -9,6 +9,7 @@ from typing import Any, cast
 import numpy as np
 
 from microslip._core.parameters import key_of, parameter_of, parameters_of
+from microslip._core.quantities import named
 from microslip._core.units import (
     FORCE,
     PER_LENGTH,
@@ -30,7 +31,6 @@ from microslip.normal import (
 from microslip.normal.rough import ERROR as ROUGH_ERROR
 from microslip.scans.finish import GAUSSIAN_RQ
 from microslip.scans.options import RA, RQ
-from microslip.study.columns import Numbers
 from microslip.study.faces import DrawnSurface, FacedSurface, TwoFaces
 from microslip.study.fields import (
     AREA,
@@ -40,6 +40,7 @@ from microslip.study.fields import (
     ROUGHNESS,
     SHARE,
     Described,
+    Numbers,
     key_for,
     number,
     one_of,
@@ -250,7 +251,7 @@ class SpectralSurface(Surface):
         if self.wavenumber is not None:
             rings = PerssonCurve.Rings(np.array(self.wavenumber), np.array(self.spectrum))
             return PerssonCurve.from_spectrum(rings, pair, self.area)
-        sizes = {name: getattr(self, name) for name in _SELF_AFFINE}
+        sizes = named(self, *_SELF_AFFINE)
         sizes["roll_off"] = sizes["roll_off"] or sizes["longest"]
         return PerssonCurve.self_affine(pair, **sizes, area=self.area)
 
@@ -320,12 +321,7 @@ class RoughFaceSurface(Surface):
     def build(self, pair: MaterialPair) -> NormalLaw:
         """The law; of Ra as of Gaussian heights."""
         rms = self.rq if self.rq is not None else GAUSSIAN_RQ * float(self.ra or 0.0)
-        numbers: dict[str, Any] = {
-            "rms": rms,
-            "roll_off": self.roll_off,
-            "area": self.area,
-            "hurst": self.hurst,
-        }
+        numbers = {"rms": rms, **named(self, "roll_off", "area", "hurst")}
         heights = None
         if self.skewness is not None and self.kurtosis is not None:
             heights = heights_by_moments(self.skewness, self.kurtosis)
@@ -384,11 +380,9 @@ SURFACE_TABLES: dict[str, type[Any]] = {
 ANY_SURFACE = Table(*SURFACE_TABLES.values(), tag="law")
 
 
-def _kind_of_material(raw: Any) -> str:
-    return "Elastic" if raw.get("rigid", False) is False else "Rigid"
-
-
-ANY_MATERIAL = Table(Elastic, Rigid, tell=_kind_of_material)
+ANY_MATERIAL = Table(
+    Elastic, Rigid, tell=lambda raw: "Elastic" if raw.get("rigid", False) is False else "Rigid"
+)
 # Names that results still ask for.
 GaussianHeights, ExponentialHeights, TableHeights = (
     HEIGHTS_TABLES[kind] for kind in ("gaussian", "exponential", "table")

@@ -294,17 +294,22 @@ def with_values(part: Any, values: Mapping[str, float], path: str = "") -> Any:
         if part.of is not None:
             return part.factor * values.get(part.of, float(part) / part.factor)
         return float(values.get(path, float(part)))
+    copy = changed(part, lambda value, key: with_values(value, values, key), path)
+    if copy is not part and hasattr(copy, "settle"):  # what follows from keys, from what was drawn
+        copy.settle()
+    return copy
+
+
+def changed(part: Any, change: Callable[[Any, str], Any], path: str = "") -> Any:
+    """The same table with each value that it holds changed, given its key; itself if none is."""
     before = {name: (value, key) for name, key, value in _entries(part, path)}
-    after = {name: with_values(value, values, key) for name, (value, key) in before.items()}
+    after = {name: change(value, key) for name, (value, key) in before.items()}
     changes = {name: new for name, new in after.items() if new is not before[name][0]}
     if not changes:
         return part
-    if not isinstance(part, Part):
-        return after if isinstance(part, dict) else tuple(after.values())
-    copy = part.copy(**changes)
-    if hasattr(copy, "settle"):  # what follows from other keys follows from what was drawn
-        copy.settle()
-    return copy
+    if isinstance(part, Part):
+        return part.copy(**changes)
+    return after if isinstance(part, dict) else tuple(after.values())
 
 
 def value_at(part: Any, key: str) -> float | None:

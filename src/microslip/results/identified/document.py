@@ -212,8 +212,9 @@ def summarise(outcome: Identified, say: Say = str, *, labelled: bool = False) ->
             f"{' and '.join(outcome.left_out)} of the study: left out, since a fit describes an "
             "evenly pressed surface; its heights are those in effect in the records."
         )
+    title = "" if outcome.study is None else outcome.study.title
     return {
-        **header(KIND, 1, _title(outcome)),
+        **header(KIND, 1, f"{title}: identified" if title else "Identified joint"),
         "version": __version__,
         "skipped": [{"file": name, "reason": why} for name, why in outcome.skipped],
         "study": None if outcome.study is None else outcome.study.name,
@@ -222,11 +223,6 @@ def summarise(outcome: Identified, say: Say = str, *, labelled: bool = False) ->
         "comparison": None if outcome.comparison is None else _compared(outcome.comparison),
         "files": [],
     }
-
-
-def _title(outcome: Identified) -> str:
-    title = "" if outcome.study is None else outcome.study.title
-    return f"{title}: identified" if title else "Identified joint"
 
 
 def _spelt(result: Identification, say: Say, labelled: bool) -> dict[str, Any]:
@@ -264,7 +260,7 @@ def _compared(comparison: Comparison) -> dict[str, Any]:
 
 def document(outcome: Identified, say: Say = str, files: bool = False) -> Document:
     """Identified and unidentified parameters; with ``files`` the reason for no joint.toml."""
-    toml, why = joint_text(outcome, say)
+    toml, why = joint_text(outcome.first, outcome.study, say)
     pictures = figures.pictures(outcome.first)
     tables = [text_file("residuals.csv", lambda: _residuals(outcome.first))]
     summary = summarise(outcome, say)
@@ -343,7 +339,7 @@ def _parameters(fit: Summary, study: str | None, level: str) -> list[Block]:
         rows = tuple(
             (
                 label(name, number.get("normal_load")),
-                _value_and_interval(number),
+                numbers.value_and_interval(number),
                 Judged(numbers.word_of(number), number["verdict"]),
             )
             for name, number in fit[key].items()
@@ -356,21 +352,14 @@ def _parameters(fit: Summary, study: str | None, level: str) -> list[Block]:
     return blocks
 
 
-def _value_and_interval(number: Summary) -> str:
-    """Both in one cell, so that no terminal is too narrow for them to stand beside each other."""
-    value, interval = numbers.value_text(number), numbers.interval_text(number)
-    if value == "–":
-        return interval
-    return value if interval in ("", "–") else f"{value} ({interval})"
-
-
 def _open_section(fit: Summary) -> list[Section]:
     """Open questions of the records; no section where there are none."""
-    texts, ways = numbers.open_texts(fit), numbers.directions_of(fit)
+    texts = numbers.open_texts(fit)
+    ways = tuple(f"{numbers.capital(way['text'])}." for way in fit["directions"])
     blocks: list[Block] = [Items(tuple(texts))]
     if ways:
         note = "Combinations of parameters that change the loops by less than their noise:"
-        blocks += [Note(note), Items(tuple(ways))]
+        blocks += [Note(note), Items(ways)]
     return [Section("Not identified", tuple(blocks))] if texts or ways else []
 
 
@@ -384,7 +373,7 @@ def _prior_table(fit: Summary) -> Table:
                 numbers.quantity(datum[key], datum["unit"]) for key in ("value", "uncertainty")
             ),
             numbers.quantity(datum["found"], datum["unit"]),
-            "–" if datum["residual"] is None else f"{datum['residual']:+.2f}".replace("-", "−"),
+            numbers.signed(datum["residual"], 2),
             significant(abs(datum["disagreement"]), 2),
             Judged("ok", "agrees") if datum["agrees"] else Judged("outside", "disagrees"),
         )
@@ -427,7 +416,7 @@ def _correlations(fit: Summary) -> Table | None:
     labels = [label(name, fit["parameters"][name].get("normal_load")) for name in names]
     places = range(len(names) - 1)
     rows = tuple(
-        (labels[i], *(numbers.correlation_text(matrix[i][j]) if j < i else "" for j in places))
+        (labels[i], *(numbers.signed(matrix[i][j]) if j < i else "" for j in places))
         for i in range(1, len(names))
     )
     caption = (

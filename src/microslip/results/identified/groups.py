@@ -161,9 +161,8 @@ def _cell(fit: numbers.Summary, name: str) -> Any:
     number = fit["parameters"].get(name)
     if number is None:
         return "–"
-    value, ends = numbers.value_text(number), numbers.interval_text(number)
-    text = ends if value == "–" else value if ends in ("", "–") else f"{value} ({ends})"
-    return Judged(numbers.word_of(number), f"{text}, {number['verdict']}")
+    text = f"{numbers.value_and_interval(number)}, {number['verdict']}"
+    return Judged(numbers.word_of(number), text)
 
 
 def _pooled_row(groups: Groups, pool: Pooled, verdict: str) -> tuple[Any, ...]:

@@ -6,7 +6,7 @@ import math
 import tomllib
 from collections.abc import Callable, Mapping
 from textwrap import wrap
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from microslip._core.units import engineering, prefix, significant
 from microslip._core.verdicts import Verdict, Word
@@ -68,6 +68,14 @@ def interval_text(number: Summary) -> str:
     if number["verdict"] == "fixed":
         return "–"
     return _between(number, _digits(number))
+
+
+def value_and_interval(number: Summary) -> str:
+    """Both in one cell, so that no terminal is too narrow for them to stand beside each other."""
+    value, interval = value_text(number), interval_text(number)
+    if value == "–":
+        return interval
+    return value if interval in ("", "–") else f"{value} ({interval})"
 
 
 def _between(number: Summary, digits: int) -> str:
@@ -201,19 +209,14 @@ def is_at_bound(number: Summary) -> bool:
     return bool(at_bound and number["verdict"] == "bounded above" and not number["remedy"])
 
 
-def directions_of(fit: Summary) -> list[str]:
-    """Combinations of parameters that the loops do not determine, in words."""
-    return [f"{capital(way['text'])}." for way in fit["directions"]]
-
-
 def capital(text: str) -> str:
     """A sentence that begins with a capital."""
     return f"{text[:1].upper()}{text[1:]}"
 
 
-def correlation_text(value: float | None) -> str:
-    """A correlation with its sign."""
-    return "–" if value is None else f"{value:+.3f}".replace("-", "−")
+def signed(value: float | None, digits: int = 3) -> str:
+    """A number with its sign."""
+    return "–" if value is None else f"{value:+.{digits}f}".replace("-", "−")
 
 
 def delay_text(number: Summary | None) -> str:
@@ -248,30 +251,23 @@ def energy_text(record: Summary) -> str:
     return f"{100.0 * energy:+.3f} ± {100.0 * (error or 0.0):.3f} %".replace("-", "−", 1)
 
 
-class _Outcome(Protocol):
-    """A fit with its study, the source of its materials."""
-
-    @property
-    def first(self) -> Identification: ...
-    @property
-    def study(self) -> StudyDescription | None: ...
-
-
-def joint_text(outcome: _Outcome, say: Callable[[str], str] = str) -> tuple[str | None, str]:
+def joint_text(
+    result: Identification, source_study: StudyDescription | None, say: Callable[[str], str] = str
+) -> tuple[str | None, str]:
     """The identified joint as TOML that `microslip predict` takes, or None and why there is none.
 
-    Remarks say what in it is no result, as ``say`` puts it.
+    Its materials are of the study; remarks say what in it is no result, as ``say`` puts it.
     """
-    result = outcome.first
     if result.law != "interface":
         return None, f"no joint.toml: a study describes an interface, and this is {result.law}"
-    if outcome.study is None:
+    if source_study is None:
         return None, "no joint.toml: the materials are not known; name a study that has them"
     try:
         study: dict[str, Any] = result.study()
     except InputError as error:
         return None, f"no joint.toml: {say(f'{error.text}')}"
-    source = tomllib.loads(outcome.study.text)
+    source, summary = tomllib.loads(source_study.text), result.summary()
+    surface: Any = result.joint().surface
     # The materials by the names that the study has for them.
     study["surface"]["materials"] = source["surface"]["materials"]
     study.pop("material", None)
@@ -280,12 +276,12 @@ def joint_text(outcome: _Outcome, say: Callable[[str], str] = str) -> tuple[str 
     title = source.get("title", "")
     study["title"] = f"{title}: identified"[:200] if title else "Identified joint"
     for key, unit in (("radius", "m"), ("area", "m^2"), ("density", "1/m^2")):
-        study["surface"][key] = f"{getattr(_surface(result), key):.6g} {unit}"
-    if unknown := _unknown(result.summary()):
+        study["surface"][key] = f"{getattr(surface, key):.6g} {unit}"
+    if unknown := _unknown(summary):
         study["not_identified"] = unknown
     order = ("schema", "title", "not_identified", "material", "surface", "joint", "excitation")
     study = {key: study[key] for key in (*order, *study) if key in study}
-    return f"{_remarks(outcome, say)}\n{dump(study)}", ""
+    return f"{_remarks(summary, say)}\n{dump(study)}", ""
 
 
 _KEYS = {
@@ -307,14 +303,8 @@ def _unknown(summary: dict[str, Any]) -> list[str]:
     return keys if knows_radius(summary) else list(dict.fromkeys([*keys, "surface.radius"]))
 
 
-def _surface(result: Identification) -> Any:
-    return result.joint().surface
-
-
-def _remarks(outcome: _Outcome, say: Callable[[str], str]) -> str:
+def _remarks(summary: Summary, say: Callable[[str], str]) -> str:
     """Measured and assumed values of the file, as comments."""
-    assert outcome.study is not None
-    summary = outcome.first.summary()
     lines = [f"Identified by microslip {__version__} from:"]
     lines += [
         f"  {shorten(record['name'], 60)}, N = {quantity(record['normal_load'], 'N')}, "

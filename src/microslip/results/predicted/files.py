@@ -34,7 +34,7 @@ from microslip.structures.frequency_response import write_universal
 
 def files(result: Prediction, destination: Path) -> tuple[File, ...]:
     """Files of a result; the copy of the study names its files as seen from the destination."""
-    study = result.study
+    study, structure = result.study, result.structure
     samples = sum(len(loop.force) for loops in result.loops for loop in loops)
     tables = [csv_file("loops.csv", partial(loop_blocks, result), samples, UNITS, 5)]
     numbers = 5 * samples
@@ -52,19 +52,17 @@ def files(result: Prediction, destination: Path) -> tuple[File, ...]:
             parts = partial(_blocks, result, joints)
             tables.append(csv_file(f"{name}.csv", parts, rows, UNITS, width))
             numbers += rows * width
-    in_one_piece = {} if result.structure is None else {
-        "structure": structure_columns(result.structure)
-    }  # fmt: skip
-    if result.structure is not None and result.structure.shaking is not None:
-        in_one_piece |= shaking_columns(result.structure.shaking)
-    units = UNITS
-    if result.structure is not None:
-        forced, of_quantity = forced_columns(result.structure)
-        in_one_piece |= forced
+    in_one_piece, units = {}, UNITS
+    if structure is not None:
+        forced, of_quantity = forced_columns(structure)
+        shaken = {} if structure.shaking is None else shaking_columns(structure.shaking)
+        in_one_piece = {"structure": structure_columns(structure), **shaken, **forced}
         units = UNITS | of_quantity
-        responses = result.structure.frequency_responses
-        if responses:
+        if responses := structure.frequency_responses:
             tables.append(File(RESPONSES, lambda path, _: write_universal(responses, path)))
+        if structure.identified is not None:
+            text = partial(fitted_text, study, structure, destination)
+            tables.append(text_file(FITTED_STUDY, text))
     if result.scatter is not None:
         in_one_piece["bands"] = band_columns(result, result.scatter)
     for name, arrays in in_one_piece.items():
@@ -74,8 +72,6 @@ def files(result: Prediction, destination: Path) -> tuple[File, ...]:
         numbers += (2 if name == "bands" else 1) * rows * len(arrays)
     tables.append(netcdf_file("result.nc", partial(contents, result), numbers))
     tables.append(text_file("study.toml", lambda: study.text_for(destination)))
-    if (fitted := result.structure) is not None and fitted.identified is not None:
-        tables.append(text_file(FITTED_STUDY, lambda: fitted_text(study, fitted, destination)))
     return standard_files(replace(document(result), files=tuple(tables)))
 
 
@@ -147,21 +143,14 @@ def contents(result: Prediction) -> Contents:
         coords["history_sample"] = _index("history_sample", size, "sample of the history")
     if result.scatter is not None:
         dims["quantile"] = result.scatter.quantiles.size
-        coords["quantile"] = Variable(
-            ("quantile",),
-            result.scatter.quantiles,
-            {"units": "1", "long_name": "share of the samples below"},
-        )
+        coords["quantile"] = labelled(("quantile",), result.scatter.quantiles, "quantile")
         arrays |= {f"{name}_bands": band for name, band in result.scatter.bands.items()}
     if result.structure is not None:
         sizes, labels, curves_of_modes = structure_arrays(result.structure)
-        dims |= sizes
+        shaken, columns = shaking_arrays(result.structure.shaking)
+        dims |= sizes | shaken
         coords |= labels
-        arrays |= curves_of_modes
-        if result.structure.shaking is not None:
-            sizes, columns = shaking_arrays(result.structure.shaking)
-            dims |= sizes
-            arrays |= columns
+        arrays |= curves_of_modes | columns
     return Contents(dims, coords, arrays, _attributes(result))
 
 
@@ -179,19 +168,9 @@ def _validity(result: Prediction) -> dict[str, Variable]:
         judged[0][: len(getattr(result.joints[0], "validity", ()))]
     ):
         name = "validity_" + re.sub(r"\W+", "_", verdict.name)
-        verdicts_of_loads, loads = zip(
-            *(verdict_of_load[place] for verdict_of_load in judged), strict=True
-        )
-        values = np.array(
-            [
-                np.nan if verdict_of_load.value is None else float(verdict_of_load.value)
-                for verdict_of_load in verdicts_of_loads
-            ]
-        )
-        words = np.array(
-            [WORDS.index(verdict_of_load.word) for verdict_of_load in verdicts_of_loads],
-            dtype=np.int8,
-        )
+        of_loads, loads = zip(*(of_load[place] for of_load in judged), strict=True)
+        values = np.array([np.nan if v.value is None else float(v.value) for v in of_loads])
+        words = np.array([WORDS.index(v.word) for v in of_loads], dtype=np.int8)
         about = {"units": "1", "long_name": verdict.name}
         about_values = {"limit": float(verdict.limit), "comment": verdict.meaning}
         arrays[name] = Variable(("load",), values, {**about, **about_values})

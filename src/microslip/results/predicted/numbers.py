@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from microslip._core.quantities import UNITS
+from microslip._core.quantities import UNITS, named
 from microslip._core.units import engineering, significant
 from microslip.friction import Interface, PressedJoint, Verdict
 from microslip.friction.validity import worst_validity
@@ -32,8 +32,7 @@ from microslip.runs.columns import (
     OscillatorCurve,
 )
 from microslip.runs.predict import Defaults, oscillator_of
-from microslip.runs.prediction import Prediction, scalars
-from microslip.runs.sensitivities import leading_inputs
+from microslip.runs.prediction import Prediction, leading_inputs, scalars
 from microslip.study import surfaces as u
 from microslip.study.description import StudyDescription
 from microslip.study.draws import is_uncertain
@@ -150,11 +149,8 @@ def tightening(joint: Any) -> dict[str, Any] | None:
         worst = parts[int(np.argmax(joint.pressures))]
     tightest = math.fsum(float(part.contact_area(part.closest_separation)) for part in parts)
     return {
-        "tightening_load": law.tightening_load,
-        "yield_stress": law.yield_stress,
-        "model": law.model,
-        "closest_separation": worst.closest_separation,
-        "yielded_share": worst.yielded_share,
+        **named(law, "tightening_load", "yield_stress", "model"),
+        **named(worst, "closest_separation", "yielded_share"),
         "mean_indentation_over_yield": worst.mean_indentation,
         "contact_area": tightest,
         "contact_area_fraction": tightest / law.area if law.area else None,
@@ -184,12 +180,8 @@ def pressure(joint: Any) -> dict[str, Any] | None:
     if not isinstance(joint, PressedJoint):
         return None
     spread = joint.pressure
-    return {
-        "kind": spread.kind,
-        "area": spread.area,
-        "concentration": spread.concentration,
-        "largest_pressure": float(joint.pressures.max()),
-    }
+    numbers = named(spread, "kind", "area", "concentration")
+    return {**numbers, "largest_pressure": float(joint.pressures.max())}
 
 
 def pressure_notes(joint: Any) -> list[str]:

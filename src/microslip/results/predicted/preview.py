@@ -150,7 +150,9 @@ def _quantities(study: StudyDescription) -> Iterator[dict[str, Any]]:
         if key == "excitation.history" and history is not None:
             value, unit = history.values.tolist(), "N" if history.quantity == "force" else "m"
         if isinstance(written, dict) and "file" not in written:
-            written = ", ".join(f"{name} = {_written_text(x)}" for name, x in written.items())
+            texts = (f"{len(x)} values" if isinstance(x, list) else x for x in written.values())
+            pairs = zip(written, texts, strict=True)
+            written = ", ".join(f"{name} = {text}" for name, text in pairs)
             spread = value[0] if isinstance(value, tuple) else value
             ends = (float(spread),)
             if isinstance(spread, Spread) and (spread.values or spread.low is not None):
@@ -173,11 +175,6 @@ def _quantities(study: StudyDescription) -> Iterator[dict[str, Any]]:
                 "largest": float(loads.max()),
                 "unit": "N",
             }
-
-
-def _written_text(written: Any) -> str:
-    """A value as it was written; of a list how many there are."""
-    return f"{len(written)} values" if isinstance(written, list) else str(written)
 
 
 def _units(part: Any, path: str = "") -> Iterator[tuple[str, str]]:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from microslip._core.checks import Floats
+from microslip._core.quantities import named
 from microslip._core.units import engineering
 from microslip.report import cells
 from microslip.report.document import Block, Column, Facts, Note, Picture, Section, Table
@@ -137,8 +138,10 @@ def _sureness(scatter: Scatter) -> str:
     )
     if not math.isfinite(widest):
         tail = min(min(q, 1.0 - q) for q in scatter.quantiles.tolist())
+        # Eight times a power of two, of which twelve lie in a tail: then it has an interval.
+        enough = 8 << max(3, math.ceil(math.log2(12.0 / tail / 8.0)))
         return (
-            f"{text}; {count} samples leave an outer one open: take some {_enough(tail)} "
+            f"{text}; {count} samples leave an outer one open: take some {enough} "
             "(uncertainty.samples)."
         )
     if widest <= _FINE:
@@ -147,11 +150,6 @@ def _sureness(scatter: Scatter) -> str:
 
 
 _FINE = 0.01
-
-
-def _enough(tail: float) -> int:
-    """Samples, eight times a power of two, of which twelve lie in a tail: it has an interval."""
-    return 8 << max(3, math.ceil(math.log2(12.0 / tail / 8.0)))
 
 
 def tornado(result: Prediction, scatter: Scatter) -> Plot:
@@ -196,8 +194,7 @@ def numbers(scatter: Scatter) -> dict[str, Any]:
         "decisions": [
             {
                 "quantity": d.name,
-                "load": d.load,
-                "amplitude": d.amplitude,
+                **named(d, "load", "amplitude"),
                 "standard_deviation_of_logarithm": plain(d.scatter),
                 "delta_method": plain(d.delta),
                 "explained": plain(d.explained),

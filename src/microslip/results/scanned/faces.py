@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from microslip._core.quantities import named
 from microslip._core.units import engineering, significant
 from microslip.errors import InputError
 from microslip.friction import Interface, Verdict
@@ -206,8 +207,7 @@ def _data(analysis: Faces) -> dict[str, Any]:
     if joint is not None:
         keys = (column.key for column in _ANSWERS)
         answers = {
-            "normal_load": joint.normal_load,
-            "friction_coefficient": joint.friction_coefficient,
+            **named(joint, "normal_load", "friction_coefficient"),
             "amplitude": analysis.request.amplitude,
             **dict(zip(keys, _answers(analysis, joint), strict=True)),
         }

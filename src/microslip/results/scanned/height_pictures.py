@@ -9,13 +9,14 @@ import numpy as np
 
 from microslip._core.checks import Floats
 from microslip._core.units import engineering, prefix, significant
-from microslip.report.colours import coarse, coloured
 from microslip.report.kit import (
     EDGE,
     SHORT_DASH,
     Family,
     Look,
     between,
+    coarse,
+    coloured,
     drawable,
     edge_of,
     families,
@@ -169,8 +170,9 @@ def density_plot(findings: Findings) -> Plot:
     looks += [(law, *look) for law, look in zip(best, _FIT_LOOKS, strict=False)]
     panels = [trace]
     percent = 100.0 * unit
+    bins = min(MOST_BINS, max(12, round(math.sqrt(fit.statistics.count))))
     for log, (bottom, top) in ((False, bulk or (low, high)), (True, (low, high))):
-        edges = np.linspace(bottom, top, _bins(fit.statistics.count) + 1)
+        edges = np.linspace(bottom, top, bins + 1)
         counts, _ = np.histogram(scan.heights, edges)
         density = percent * counts / (fit.statistics.count * np.diff(edges))
         largest = float(density.max())
@@ -207,10 +209,6 @@ def density_plot(findings: Findings) -> Plot:
     plot = beside(panels, 3.9, title, legend, (1.9, 1.0, 1.0))
     plot.legend_title = f"Verdict: {_WORDS[fit.gaussian.word]}"
     return plot
-
-
-def _bins(count: int) -> int:
-    return min(MOST_BINS, max(12, round(math.sqrt(count))))
 
 
 def _bulk(heights: Floats, low: float, high: float) -> tuple[float, float] | None:

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from microslip._core.quantities import named
 from microslip._core.units import engineering, prefix, significant
 from microslip.errors import InputError
 from microslip.friction import Interface
@@ -80,8 +81,8 @@ def summary(findings: Findings) -> dict[str, Any] | None:
     laws, table, contact = findings.laws, findings.joint_table, findings.contact
     if (profile := findings.of_profile) is not None:
         found = {
-            **{name: getattr(profile, name) for name in ("normal_load", "area", "scatter")},
-            **{name: getattr(profile.surface, name) for name in ("roll_off", "shortest")},
+            **named(profile, "normal_load", "area", "scatter"),
+            **named(profile.surface, "roll_off", "shortest"),
             "recommended": "rough",
             "laws": {name: vars(law) for name, law in profile.laws.items()},
         }
@@ -91,14 +92,9 @@ def summary(findings: Findings) -> dict[str, Any] | None:
     slopes = ("cutoff", "long_cutoff")
     data = {
         "materials": findings.request.materials or (),
-        "normal_load": laws.normal_load,
-        "area": laws.area,
-        "friction_coefficient": findings.request.friction_coefficient,
-        "amplitude": findings.request.amplitude,
-        "measured_contacts": laws.measured_contacts,
-        "scatter": laws.scatter,
-        "recommended": laws.recommended,
-        "reason": laws.reason,
+        **named(laws, "normal_load", "area"),
+        **named(findings.request, "friction_coefficient", "amplitude"),
+        **named(laws, "measured_contacts", "scatter", "recommended", "reason"),
         "laws": {name: vars(law) for name, law in laws.laws.items()},
         "point_by_point": None if contact is None else _contact_data(contact),
         "elliptic": findings.elliptic(),

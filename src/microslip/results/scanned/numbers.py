@@ -9,15 +9,14 @@ from typing import Any
 import numpy as np
 
 from microslip._core.parameters import parameters_of
+from microslip._core.quantities import named
 from microslip._core.units import SMALLEST, engineering, significant
 from microslip._version import __version__
 from microslip.report.document import Column, Note, Section, Table
 from microslip.report.files import csv_text, header, plain
 from microslip.results.scanned import joint_section
 from microslip.scans.areal_parameters import ArealParameters
-from microslip.scans.cutoffs import CutoffTable
 from microslip.scans.findings import Findings
-from microslip.scans.height_fit import HeightFit
 from microslip.scans.patch_scatter import HEIGHTS, MOMENTS, SUMMITS
 from microslip.scans.profile_parameters import ProfileParameters
 from microslip.scans.scan_rules import LOST_TO_PIXEL
@@ -33,20 +32,14 @@ def summarise(findings: Findings, remarks: tuple[str, ...]) -> dict[str, Any]:
     request, scan = findings.request, findings.scan
     errors = findings.errors
     units = {name: unit for name, (_, unit) in {**HEIGHTS, **MOMENTS}.items()}
-    numbers = {name: getattr(findings.statistics, name) for name in HEIGHTS}
-    numbers |= {name: getattr(findings.moments, name) for name in MOMENTS}
+    numbers = named(findings.statistics, *HEIGHTS) | named(findings.moments, *MOMENTS)
     return {
         **header(KIND, 1, findings.raw.name),
         "version": __version__,
         "name": findings.raw.name,
-        "cutoff": request.cutoff,
-        "cutoff_given": request.cutoff_given,
-        "long_cutoff": request.long_cutoff,
+        **named(request, "cutoff", "cutoff_given", "long_cutoff"),
         "level": request.level or "none",
-        "outliers": request.outliers,
-        "fill": request.fill,
-        "method": request.method,
-        "area": request.area,
+        **named(request, "outliers", "fill", "method", "area"),
         "points": list(scan.heights.shape[::-1]),
         "pixel": list(scan.pixel),
         "size": list(scan.size),
@@ -66,8 +59,16 @@ def summarise(findings: Findings, remarks: tuple[str, ...]) -> dict[str, Any]:
         },
         "count": None if findings.summits is None else findings.summits.count,
         "prominence": None if findings.summits is None else findings.summits.threshold,
-        "heights": _height_fit(findings.fit),
-        "over_cutoffs": _over_cutoffs(findings.table),
+        "heights": {
+            "verdict": findings.fit.verdict,
+            "word": findings.fit.gaussian.word,
+            "fits": [plain(named(law, *_OF_FITS)) for law in findings.fit.fits],
+        },
+        # A row for each cut-off; null where there is none, the first law.
+        "over_cutoffs": [
+            {k: (v or None) if k == "cutoff" else plain(v) for k, v in row.items()}
+            for row in findings.table.rows()
+        ],
         "texture": plain(findings.texture()),
         "joint": joint_section.summary(findings),
         "validity": [plain(verdict._asdict()) for verdict in findings.verdicts],
@@ -80,26 +81,7 @@ def _quantity(value: float, error: float | None, unit: str) -> dict[str, Any]:
     return {"value": plain(value), "error": plain(error), "unit": unit}
 
 
-_OF_FITS = ("name", "shapes", "place", "scale", "mirrored", "share", "shift", "tail")
-
-
-def _height_fit(fit: HeightFit) -> dict[str, Any]:
-    return {
-        "verdict": fit.verdict,
-        "word": fit.gaussian.word,
-        "fits": [
-            {**{name: plain(getattr(law, name)) for name in _OF_FITS}, "word": law.word}
-            for law in fit.fits
-        ],
-    }
-
-
-def _over_cutoffs(table: CutoffTable) -> list[dict[str, float | None]]:
-    """A row for each cut-off; null where there is none, the first law."""
-    return [
-        {name: (value or None) if name == "cutoff" else plain(value) for name, value in row.items()}
-        for row in table.rows()
-    ]
+_OF_FITS = ("name", "shapes", "place", "scale", "mirrored", "share", "shift", "tail", "word")
 
 
 def disagreements(findings: Findings) -> list[str]:

@@ -57,7 +57,8 @@ def block(findings: Findings, folder: Path) -> str:
         law = request.heights or (
             "gaussian" if findings.laws is None else findings.laws.recommended
         )
-        lines.append(f'heights = "{law}"  # or {_other_laws(law)}')
+        others = ", ".join(f'"{name}"' for name in LAWS_OF_HEIGHTS if name != law)
+        lines.append(f'heights = "{law}"  # or {others}')
     area = request.area
     lines.append(
         '# area = "2 cm^2"  # apparent area of the joint: a profile has none, so put yours here'
@@ -160,24 +161,18 @@ def _scanned(request: Request, paths: tuple[Path, ...], folder: Path) -> dict[st
 
 def _conditioning(request: Request, profile: bool = False) -> dict[str, Any]:
     """Keys of what is done to a scan, where it is not usual."""
-    keys: dict[str, Any] = {}
-    if request.long_cutoff is not None:
-        keys["long_cutoff"] = _length(request.long_cutoff)
-        if request.filter != "gaussian":
-            keys["filter"] = request.filter
-    if request.crop is not None:
-        keys["crop"] = _read(request.crop)
-    if request.level != "plane":
-        keys["level"] = request.level or "none"
-    if request.outliers is not None:
-        keys["outliers"] = request.outliers
-    if request.fill:
-        keys["fill"] = True
-    if request.method != "watershed" and not profile:
-        keys["method"] = request.method
-    if request.prominence is not None and not profile:
-        keys["prominence"] = _length(request.prominence)
-    return keys
+    usual: dict[str, Any] = {
+        "long_cutoff": None,
+        "filter": "gaussian" if request.long_cutoff is not None else request.filter,
+        "crop": None,
+        "level": "plane",
+        "outliers": None,
+        "fill": False,
+        **({} if profile else {"method": "watershed", "prominence": None}),
+    }
+    keys = {key: value for key in usual if (value := getattr(request, key)) != usual[key]}
+    numbers = ("outliers",)
+    return {k: v if k in numbers else "none" if v is None else _read(v) for k, v in keys.items()}
 
 
 def _reading(request: Request) -> dict[str, Any]:
@@ -189,10 +184,6 @@ def _read(value: Any) -> Any:
     if isinstance(value, tuple):
         return _read(value[0]) if len(value) == 1 else [_read(item) for item in value]
     return _length(value) if isinstance(value, float) else value
-
-
-def _other_laws(law: str) -> str:
-    return ", ".join(f'"{name}"' for name in LAWS_OF_HEIGHTS if name != law)
 
 
 def _path(path: Path, folder: Path) -> str:

@@ -13,7 +13,6 @@ from microslip.report.files import plain
 from microslip.runs.structure_prediction import StructurePrediction, TightMode
 from microslip.structures.assembly import Assembly
 from microslip.structures.bolt_tightening import BoltForces, tension_band
-from microslip.study.structure import AMPLITUDES
 
 
 def names(prediction: StructurePrediction) -> str:
@@ -84,7 +83,7 @@ def assembly_numbers(assembly: Assembly | None) -> dict[str, Any] | None:
 
 def comparison(prediction: StructurePrediction) -> Section:
     """Frequency and damping of each mode, and of the mode that it is with all bolts tight."""
-    unit = AMPLITUDES[prediction.part.quantity].unit
+    unit = prediction.part.unit
     listed = (
         Column("amplitude", "Amplitude at the sensor", unit, 3, short="amplitude"),
         Column("slack_frequency", "Slack", "Hz", write=lambda f: f"{f:.5g}"),

@@ -11,7 +11,7 @@ import numpy as np
 
 from microslip._core.checks import Floats
 from microslip._core.netcdf import Variable
-from microslip._core.quantities import QUANTITIES
+from microslip._core.quantities import QUANTITIES, named
 from microslip._core.units import engineering
 from microslip.report import cells
 from microslip.report.document import (
@@ -48,7 +48,6 @@ from microslip.results.structure.pictures import (
 from microslip.runs.structure_prediction import Bands, Mode, StructurePrediction
 from microslip.structures import Convergence, ModalCurve, ModalIdentification, ModalTest
 from microslip.structures.modal_curve import Resonance
-from microslip.study.structure import AMPLITUDES
 
 _PATCH = ("x", "y", "area", "gap", "normal_load")
 FIGURES = ("modal_curves", "pressure_map", "slip_map", "loss_map", "mode_shapes")
@@ -60,9 +59,10 @@ def answer(prediction: StructurePrediction) -> str:
     mode, curve, last = prediction.modes[0], prediction.modes[0].curve, prediction.modes[0].last
     band = "" if mode.bands is None else f" (5–95 %: {_band(mode.bands, last)})"
     slack = f" with {names(prediction)} slack" if prediction.tight else ""
+    place = engineering(float(curve.amplitude[last]), prediction.part.unit, 3)
     return (
         f"Mode {mode.number}: {curve.linear_frequency:.5g} Hz fully stuck{slack}; at an amplitude "
-        f"of {engineering(float(curve.amplitude[last]), _unit(prediction), 3)} at the sensor "
+        f"of {place} at the sensor "
         f"{curve.frequency[last]:.5g} Hz, with a damping ratio in steady motion of "
         f"{cells.ratio(float(curve.damping_ratio[last]))}{band}. {_errors(prediction)}"
     )
@@ -86,7 +86,7 @@ def _errors(prediction: StructurePrediction) -> str:
 def number(prediction: StructurePrediction) -> Number:
     """The damping ratio at the largest amplitude, with its band."""
     mode, last = prediction.modes[0], prediction.modes[0].last
-    place = engineering(float(mode.curve.amplitude[last]), _unit(prediction), 3)
+    place = engineering(float(mode.curve.amplitude[last]), prediction.part.unit, 3)
     band = ""
     if mode.quick is not None:
         band = f"quasi-static: {cells.ratio(float(mode.quick.damping_ratio[last]))}"
@@ -96,11 +96,6 @@ def number(prediction: StructurePrediction) -> Number:
     return Number(f"steady damping ratio ζ of mode {mode.number} at {place}", value, band)
 
 
-def _unit(prediction: StructurePrediction) -> str:
-    """SI unit of the amplitudes."""
-    return AMPLITUDES[prediction.part.quantity].unit
-
-
 def _band(bands: Bands, place: int) -> str:
     return " to ".join(cells.ratio(bands.damping_ratio[end, place]) for end in (0, -1))
 
@@ -108,7 +103,7 @@ def _band(bands: Bands, place: int) -> str:
 def sections(prediction: StructurePrediction) -> tuple[Section, ...]:
     """The parts of a document that are about the structure, the first ones to read."""
     parts = [Section("Structure", (_model(prediction),))]
-    blocks: list[Block] = [_table(mode, _unit(prediction)) for mode in prediction.modes]
+    blocks: list[Block] = [_table(mode, prediction.part.unit) for mode in prediction.modes]
     ranking = [_ranking(mode) for mode in prediction.modes if mode.bands is not None]
     parts.append(Section("Frequency and damping", (*blocks, Note(_remark(prediction), small=True))))
     if prediction.tight:
@@ -276,15 +271,13 @@ def _mode_numbers(mode: Mode) -> dict[str, Any]:
     bands, curves = mode.bands, _curves(mode)
     result: dict[str, Any] = {
         "mode": mode.number,
-        "linear_frequency": mode.curve.linear_frequency,
-        "message": mode.curve.message,
+        **named(mode.curve, "linear_frequency", "message"),
         **{c.key: plain(curves[c.key]) for c in _COLUMNS[:5] if c.key in curves},
         "harmonic_error": plain(mode.curve.harmonic_error),
         "loss_share": plain(mode.loss()),
         "mac": plain(mode.curve.mac),
         "near_resonances": [
-            {"mode": r.mode + 1, "multiple": r.multiple, "distance": r.distance}
-            for r in mode.curve.near
+            {"mode": r.mode + 1, **named(r, "multiple", "distance")} for r in mode.curve.near
         ],
     }
     if mode.forced:
@@ -533,7 +526,7 @@ def labelled(prediction: StructurePrediction) -> tuple[dict[str, int], Labelled,
         AMPLITUDE: _named(
             (AMPLITUDE,),
             amplitude,
-            _unit(prediction),
+            prediction.part.unit,
             f"{prediction.part.quantity} amplitude at the sensor",
         ),
         "patch_x": _named((PATCH,), joint.patch_centres[:, 0], "m", "place along the lap"),

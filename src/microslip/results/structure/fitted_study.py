@@ -37,10 +37,8 @@ def fitted_text(study: StudyDescription, result: StructurePrediction, destinatio
     text = study.text_for(destination)
     tables = tomllib.loads(text)
     middle = at_middle(study)
-    part = middle.structure
-    assert part is not None  # as before
     body = study.surface.materials[0]
-    units = {"tension": (float(part.tension[0]), "N")}
+    units = {"tension": (float(middle.bolted.tension[0]), "N")}
     if "young_modulus" in found.values:
         units["young_modulus"] = (float(middle.material[body].young_modulus), "Pa")
     keys = {

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from microslip._core.checks import Floats
+from microslip._core.quantities import named
 from microslip._core.units import engineering, prefix
 from microslip.report.document import Column, Note, Section, Table
 from microslip.report.files import plain
@@ -16,7 +17,6 @@ from microslip.report.plot import Axis, Entry, Panel, Plot, stacked
 from microslip.results.structure.pictures import PALE
 from microslip.runs.structure_prediction import ForcedMode, StructurePrediction
 from microslip.structures.frequency_response import response_columns
-from microslip.study.structure import AMPLITUDES
 
 FIGURE = "forced_response"
 """Name of the figure."""
@@ -31,7 +31,7 @@ def columns(
 ) -> tuple[dict[str, dict[str, Floats]], dict[str, str]]:
     """Columns of the CSV files, and the units that depend on what the sensor measures."""
     responses = prediction.frequency_responses
-    unit = AMPLITUDES[prediction.part.quantity].unit
+    unit = prediction.part.unit
     units = dict.fromkeys(("amplitude", *_BAND), unit)
     if not responses:
         return {}, units
@@ -64,8 +64,7 @@ def numbers(forced: ForcedMode) -> dict[str, Any]:
     result: dict[str, Any] = {
         "force": forced.force,
         "peak": dict(zip(("amplitude", "frequency"), plain(forced.peak), strict=True)),
-        "largest_force": plain(forced.largest_force),
-        "frequency": plain(forced.frequency),
+        **plain(named(forced, "largest_force", "frequency")),
         "amplitude": plain(forced.response),
     }
     if forced.bands is not None and forced.peak_bands is not None:
@@ -80,7 +79,7 @@ def numbers(forced: ForcedMode) -> dict[str, Any]:
 
 def section(prediction: StructurePrediction) -> Section:
     """Peaks of the response to each force, with their bands."""
-    unit = AMPLITUDES[prediction.part.quantity].unit
+    unit = prediction.part.unit
     listed = [
         Column("mode", "Mode"),
         Column("force", "Force", "N", 3),
@@ -124,7 +123,7 @@ def section(prediction: StructurePrediction) -> Section:
 
 def plot(prediction: StructurePrediction) -> Plot:
     """Amplitude at the sensor against the frequency of the force, a panel a mode."""
-    si = AMPLITUDES[prediction.part.quantity].unit.replace("^2", "²")
+    si = prediction.part.unit.replace("^2", "²")
     panels, legend = [], []
     for mode in prediction.modes:
         highest = [forced.response for forced in mode.forced]

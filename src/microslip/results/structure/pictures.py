@@ -22,7 +22,6 @@ from microslip.report.plot import (
 from microslip.runs.structure_prediction import Mode, StructurePrediction
 from microslip.structures import ModalCurve, ModalTest
 from microslip.structures.periodic_motion import POWERS
-from microslip.study.structure import AMPLITUDES
 
 _LIGHT, _DARK = np.array([240.0, 244.0, 248.0]), np.array([0.0, 76.0, 130.0])
 _POSTERIOR = ("#b8b8b8", "#9dc6e2", "#eebd98", "#9cd3bd", "#e0b9cf", "#f0d689")  # of fitted curves
@@ -33,7 +32,7 @@ def curve_plot(prediction: StructurePrediction) -> Plot:
     """Frequency over its value at rest, and damping ratio, against amplitude."""
     unit, letter = prefix(float(prediction.modes[0].curve.amplitude[-1]))
     quantity = prediction.part.quantity
-    si = AMPLITUDES[quantity].unit.replace("^2", "²")
+    si = prediction.part.unit.replace("^2", "²")
 
     def sensed(test: ModalTest | ModalCurve) -> Floats:
         """Displacement amplitudes in the quantity and unit of the axis."""
@@ -153,7 +152,9 @@ def _maps(prediction: StructurePrediction, maps: list[tuple[str, Floats]], label
             cell=(row, row, 0, 0),
         )
         for (x0, x1, y0, y1), value in zip(boxes[here], values[here], strict=True):
-            panel.add(box(x0, x1, y0, y1, _color(value / largest)))
+            share = min(max(value / largest, 0.0), 1.0)
+            red, green, blue = np.rint(_LIGHT + share * (_DARK - _LIGHT)).astype(int)
+            panel.add(box(x0, x1, y0, y1, f"#{red:02x}{green:02x}{blue:02x}"))
         for x, y, diameter, number in prediction.part.holes:
             if number == contact:
                 circle = 500.0 * diameter * np.array([np.cos(turn), np.sin(turn)])
@@ -169,11 +170,6 @@ def _ramp() -> NDArray[np.uint8]:
     share = np.linspace(0.0, 1.0, 256)[None, :, None]
     ramp: NDArray[np.uint8] = np.rint(_LIGHT + share * (_DARK - _LIGHT)).astype(np.uint8)
     return ramp
-
-
-def _color(share: float) -> str:
-    red, green, blue = np.rint(_LIGHT + min(max(share, 0.0), 1.0) * (_DARK - _LIGHT)).astype(int)
-    return f"#{red:02x}{green:02x}{blue:02x}"
 
 
 def shape_plot(prediction: StructurePrediction) -> Plot:

@@ -311,11 +311,11 @@ def numbers(shaking: Shaking) -> dict[str, Any]:
     return result
 
 
-def labelled(shaking: Shaking) -> tuple[dict[str, int], dict[str, Variable]]:
+def labelled(shaking: Shaking | None) -> tuple[dict[str, int], dict[str, Variable]]:
     """Dimensions and variables."""
     dims: dict[str, int] = {}
     variables: dict[str, Variable] = {}
-    for name, part in columns(shaking).items():
+    for name, part in columns(shaking).items() if shaking is not None else ():
         dim = f"{name}_point"
         dims[dim] = next(iter(part.values())).size
         variables |= {

@@ -362,9 +362,9 @@ def test_no_doubts_and_no_limits_are_said_as_well() -> None:
 
 def test_many_loads_are_counted() -> None:
     loads = [f"{i} N" for i in range(1, 6)]
-    assert _listed(loads[:1], "loads") == "at 1 N"
-    assert _listed(loads[:3], "loads") == "at 1 N, 2 N and 3 N"
-    assert _listed(loads, "loads") == "at 5 loads, 1 N to 5 N"
+    assert _listed(loads[:1]) == "at 1 N"
+    assert _listed(loads[:3]) == "at 1 N, 2 N and 3 N"
+    assert _listed(loads) == "at 5 loads, 1 N to 5 N"
 
 
 # -- study --------------------------------------------------------------------------------------

@@ -134,11 +134,6 @@ class Parameter:
         return self.help or f"{self.heading}."
 
     @property
-    def attributes(self) -> dict[str, str]:
-        """Its attributes in netCDF as the CF conventions want them, "1" the unit of a ratio."""
-        return {"units": self.unit or "1", "long_name": self.meaning or self.heading}
-
-    @property
     def example_text(self) -> str:
         """Its example as a file or a command line has it, without quotes."""
         value = self.example

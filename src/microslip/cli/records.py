@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
+from microslip._core.quantities import named
 from microslip._core.units import VOLUME, with_one_unit
 from microslip._core.wording import plural
 from microslip.cli.options import ANY_PATH, Command, Decorator, offers, option, quantity
@@ -66,19 +67,15 @@ class Reading(NamedTuple):
         loads = self.normal_load
         record = Record.read(
             path,
-            displacement=self.displacement,
-            force=self.force,
+            **named(self, "displacement", "force", "sample_rate", "frequency", "limit"),
             normal_load=_or_none(loads[index if len(loads) > 1 else 0] if loads else None),
             time=_or_none(self.time),
-            sample_rate=self.sample_rate,
-            frequency=self.frequency,
             cycle_number=_or_none(self.cycle_number),
             sign=-1 if self.flip_sign else None,
             units=pairs("unit", self.units) or None,
             calibration=pairs("calibration", calibration_of(self.calibration)[0]) or None,
             zero=pairs("zero", self.zero) or None,
             rows=slice_of("--rows", self.rows),
-            limit=self.limit,
         )
         if self.cutoff is None and not self.drift:
             return record

@@ -58,19 +58,11 @@ def draw(plot: Plot, ax: Any = None, *, color: str | None = None, label: str = "
 
 def _newest(axes: Axes, panel: Panel) -> Artist:
     """The first line that a panel has added: the one that its name belongs to."""
-    curves = sum(isinstance(item, (shapes.Line, shapes.Marks, shapes.Rule)) for item in panel.items)
-    lines = axes.lines[-curves:]
-    kinds = [
-        item for item in panel.items if isinstance(item, (shapes.Line, shapes.Marks, shapes.Rule))
-    ]
-    return next(
-        (
-            line
-            for line, item in zip(lines, kinds, strict=False)
-            if isinstance(item, (shapes.Line, shapes.Marks))
-        ),
-        lines[0],
-    )
+    kinds = (shapes.Line, shapes.Marks, shapes.Rule)
+    curves = [item for item in panel.items if isinstance(item, kinds)]
+    lines = axes.lines[-len(curves) :]
+    pairs = zip(lines, curves, strict=False)
+    return next((line for line, item in pairs if not isinstance(item, shapes.Rule)), lines[0])
 
 
 def _recolour(panels: list[Panel], color: str) -> None:
@@ -124,13 +116,13 @@ def _scaled(item: Item, x: float, y: float) -> Item:
         return item
     if isinstance(item, (shapes.Line, shapes.Marks, shapes.Area, shapes.Stems)):
         return replace(item, x=item.x * x, y=item.y * y)
+    if isinstance(item, shapes.Words) and item.data:
+        return replace(item, x=item.x * x, y=item.y * y)
     if isinstance(item, shapes.Rule):
         return replace(item, value=item.value * (y if item.axis == "y" else x))
     if isinstance(item, shapes.Band):
         ratio = y if item.axis == "y" else x
         return replace(item, low=item.low * ratio, high=item.high * ratio)
-    if isinstance(item, shapes.Words) and item.data:
-        return replace(item, x=item.x * x, y=item.y * y)
     if isinstance(item, shapes.Pixels):
         return replace(
             item, left=item.left * x, right=item.right * x, bottom=item.bottom * y, top=item.top * y

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from microslip._core.checks import Floats
 from microslip._core.quantities import named
 from microslip._core.units import engineering, prefix
 from microslip._core.wording import shorten
@@ -86,11 +87,7 @@ def _section(test: ModalTest) -> Section:
         Column("modal_frequency", "Frequency", "Hz", write=lambda f: f"{f:.5g}"),
         Column("modal_damping_ratio", f"ζ, {MOTIONS[test.motion]}", "", write=cells.ratio),
     )
-    order = test.amplitude.argsort(kind="stable")
-    rows = tuple(
-        (float(test.amplitude[i]), float(test.frequency[i]), float(test.damping_ratio[i]))
-        for i in order
-    )
+    rows = tuple(map(tuple, _rows(test)[test.amplitude.argsort(kind="stable")].tolist()))
     name = shorten(test.name, 100)
     blocks: list[Block] = [Table(name, columns, rows, noun="amplitudes"), Items(test.notes)]
     if test.verdicts:
@@ -98,14 +95,13 @@ def _section(test: ModalTest) -> Section:
     return Section(name, tuple(blocks))
 
 
+def _rows(test: ModalTest) -> Floats:
+    return np.column_stack([test.amplitude, test.frequency, test.damping_ratio])
+
+
 def _csv(tests: Sequence[ModalTest]) -> str:
     """One line for each amplitude; the headers are those that a study reads."""
-    columns = ((test.amplitude, test.frequency, test.damping_ratio) for test in tests)
-    rows = (
-        (text_cell(test.name), *row)
-        for test, arrays in zip(tests, columns, strict=True)
-        for row in np.column_stack(arrays).tolist()
-    )
+    rows = ((text_cell(test.name), *row) for test in tests for row in _rows(test).tolist())
     return csv_text(("test", "amplitude [m]", "frequency [Hz]", "damping_ratio"), rows)
 
 

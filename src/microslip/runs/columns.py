@@ -202,12 +202,8 @@ class OscillatorCurve(Columns):
 
         def make(piece: slice) -> OscillatorCurve:
             a = amplitude[piece]
-            return cls(
-                amplitude=a.copy(),
-                frequency=np.asarray(oscillator.frequency(a)),
-                damping_ratio=np.asarray(oscillator.damping_ratio(a)),
-                interface_damping_ratio=np.asarray(oscillator.interface_damping_ratio(a)),
-            )
+            names = ("frequency", "damping_ratio", "interface_damping_ratio")
+            return cls(a.copy(), *(np.asarray(getattr(oscillator, name)(a)) for name in names))
 
         return cls._by_pieces(make, amplitude.size, progress)
 

@@ -269,7 +269,7 @@ class Search:
 
     def solve(self, level: float | None = None, progress: Progress | None = None) -> DesignPoint:
         """The design that changes the study least; begins from the study and from its ends."""
-        log_level, sign = self._wanted(level)
+        log_level, sign = self._ln_level(level)
         start = np.clip(self.start, *np.transpose(self.bounds))
         constraint = {
             "type": "ineq",
@@ -294,10 +294,10 @@ class Search:
         assert best is not None
         return self.at(best[1], math.exp(log_level))
 
-    def _wanted(self, level: float | None) -> tuple[float, float]:
+    def _ln_level(self, level: float | None) -> tuple[float, float]:
         """Ln of the level, the target's own unless given, and the sign of what lies beyond it."""
-        wanted = self.target.value if level is None else level
-        return math.log(wanted), 1.0 if self.target.at_least else -1.0
+        value = self.target.value if level is None else level
+        return math.log(value), 1.0 if self.target.at_least else -1.0
 
     def _least_change(
         self, begin: Floats, constraint: dict[str, Any], options: dict[str, Any] | None = None

@@ -86,7 +86,7 @@ class ModalSearch(AnySearch):
 
     def solve(self, level: float | None = None, progress: Progress | None = None) -> DesignPoint:
         """The design that changes the study least, by its slopes turn by turn."""
-        log_level, sign = self._wanted(level)
+        log_level, sign = self._ln_level(level)
         x: Floats = np.clip(self.start, *np.transpose(self.bounds))
         best = None
         for turn in range(_TURNS):

@@ -33,7 +33,7 @@ from microslip.study.build import blame, build_joints, check_loads
 from microslip.study.description import StudyDescription
 from microslip.study.draws import at_middle, is_uncertain
 from microslip.study.measured_face import MeasuredFace
-from microslip.study.schema import LoadVariation, OscillatorPart
+from microslip.study.schema import OscillatorPart
 
 DEFAULT_AMPLITUDES = (0.1, 0.3, 1.0, 10.0)
 DEFAULT_RANGE = (1e-3, 1e2)
@@ -151,12 +151,9 @@ def _computed(
         steps = partial(_part, progress, index, len(joints))
         row = _row(study, joint, amplitudes)
         rows.append(row)
-        if (variation := study.excitation.load_variation) is None:
-            loops.append(_loops(study, joint, row, steps(0.0, 0.1)))
-        else:
-            settled = _varying_loops(study, variation, joint, row, steps(0.0, 0.1))
-            loops.append(settled)
-            varying.append(VaryingCycles.of(settled, row))
+        loops.append(_loops(study, joint, row, steps(0.0, 0.1)))
+        if study.excitation.load_variation is not None:
+            varying.append(VaryingCycles.of(loops[-1], row))  # type: ignore[arg-type]
         with blame(study, "excitation.curve"):
             curves.append(AmplitudeCurve.of(joint, grid, steps(0.1, 0.7)))
         if study.oscillator is not None:
@@ -204,25 +201,16 @@ def _row(study: StudyDescription, joint: Interface, amplitudes: Floats) -> Ampli
 def _loops(
     study: StudyDescription, joint: Interface, row: AmplitudeCurve, progress: Progress
 ) -> tuple[Loop, ...]:
+    """Loops of one joint, of a load that varies its settled ones."""
     loops: list[Loop] = []
-    with blame(study, "excitation.amplitudes"):
-        for piece in blocks(row.amplitude.size, progress):
-            loops += [joint.loop(amplitude) for amplitude in row.amplitude[piece].tolist()]
-    return tuple(loops)
-
-
-def _varying_loops(
-    study: StudyDescription,
-    variation: LoadVariation,
-    joint: Interface,
-    row: AmplitudeCurve,
-    progress: Progress,
-) -> tuple[VaryingLoop, ...]:
-    loops: list[VaryingLoop] = []
-    with blame(study, "excitation.load_variation"):
-        for amplitude in row.amplitude.tolist():
-            loops.append(VaryingLoop.of(joint, amplitude, variation))
-            progress(len(loops) / row.amplitude.size)
+    variation = study.excitation.load_variation
+    key = "amplitudes" if variation is None else "load_variation"
+    with blame(study, f"excitation.{key}"):
+        for piece in blocks(row.amplitude.size, progress, *(() if variation is None else (1,))):
+            loops += [
+                joint.loop(a) if variation is None else VaryingLoop.of(joint, a, variation)
+                for a in row.amplitude[piece].tolist()
+            ]
     return tuple(loops)
 
 

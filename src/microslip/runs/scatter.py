@@ -82,10 +82,7 @@ def with_amplitudes(study: StudyDescription, amplitudes: Floats, grid: Floats) -
         changes["amplitudes"] = tuple(amplitudes.tolist())
     if excitation.curve is None:
         changes["curve"] = Curve.of(start=float(grid[0]), to=float(grid[-1]), points=grid.size)
-    changed = excitation.copy(**changes)
-    alone = {"excitation": changed, "structure": None}
-    copy: StudyDescription = study.copy(**alone)
-    return copy
+    return study.copy(excitation=excitation.copy(**changes), structure=None)
 
 
 _worker: tuple[Design, Compute]

@@ -109,12 +109,8 @@ class MeasuredFace(ReadScan):
         tell = progress or (lambda share: None)
         self._law = self.face.to_contact(
             pair,
-            hardness=self.hardness,
-            tightening_pressure=self.tightening_pressure,
             area=self.area,
-            direction=self.direction,
-            piece=self.piece,
-            coarser=self.coarser,
+            **named(self, "hardness", "tightening_pressure", "direction", "piece", "coarser"),
             own_tightening=self._patch is not None and self.tightening_pressure is not None,
             progress=lambda done, total: tell(done / total),
         )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+from microslip._core.quantities import named
 from microslip._core.units import AREA, FORCE, LENGTH, PRESSURE
 from microslip.friction.pressure import BOLTS, RINGS, Pressure
 from microslip.structures.bolt_tightening import BoltForces
@@ -183,13 +184,10 @@ class BoltPressure(TightenedBolts, PressurePart):
             washer=self.head or bolt.head,
             tension=self.preload,
             torque=None if self.torque is None else float(self.torque),
-            size=self.size,
-            grade=self.grade,
             thread=bolt.diameter,
             nut_factor=self.nut_factor if self.nut_factor is not None else default,
             pitch=bolt.pitch if ruled else None,
-            thread_friction=self.thread_friction,
-            bearing_friction=self.bearing_friction,
+            **named(self, "size", "grade", "thread_friction", "bearing_friction"),
         )
         thickness = float(sum(self.plates)) * (2.0 if len(self.plates) == 1 else 1.0)
         utilisation = None if self.grade is None else float(bolts.utilisation[0])
@@ -211,16 +209,8 @@ class BoltPressure(TightenedBolts, PressurePart):
 
     def spread(self, rings: int = RINGS) -> Pressure:
         """The distribution."""
-        return Pressure.bolt(
-            self.size,
-            self.plates,
-            count=self.count,
-            hole=self.hole,
-            head=self.head,
-            angle=self.angle,
-            edge=self.edge,
-            rings=rings,
-        )
+        sizes = named(self, "count", "hole", "head", "angle", "edge")
+        return Pressure.bolt(self.size, self.plates, rings=rings, **sizes)
 
 
 ANY_PRESSURE = Table(

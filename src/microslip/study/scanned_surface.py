@@ -113,11 +113,8 @@ class ReadScan(SurfaceTable):
     def conditioned(self) -> Scan:
         """The scan without outliers, form and long waves; short waves come later."""
         return self.read_scan.condition(
-            outliers=self.outliers,
-            level=self.level,  # type: ignore[arg-type]
             fill="interpolate" if self.fill else None,
-            long_cutoff=self.long_cutoff,
-            filter=self.filter,  # type: ignore[arg-type]
+            **named(self, "outliers", "level", "long_cutoff", "filter"),
         )
 
 

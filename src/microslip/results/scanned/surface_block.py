@@ -57,8 +57,8 @@ def block(findings: Findings, folder: Path) -> str:
         law = request.heights or (
             "gaussian" if findings.laws is None else findings.laws.recommended
         )
-        others = ", ".join(f'"{name}"' for name in LAWS_OF_HEIGHTS if name != law)
-        lines.append(f'heights = "{law}"  # or {others}')
+        laws = ", ".join(f'"{name}"' for name in LAWS_OF_HEIGHTS if name != law)
+        lines.append(f'heights = "{law}"  # or {laws}')
     area = request.area
     lines.append(
         '# area = "2 cm^2"  # apparent area of the joint: a profile has none, so put yours here'

@@ -537,27 +537,18 @@ def labelled(prediction: StructurePrediction) -> tuple[dict[str, int], Labelled,
         for name, values in table.items()
         if name not in ("mode", "amplitude")
     }
-    for name, by_patch, unit, meaning in (
-        ("patch_area", joint.patch_areas, "m^2", "area of a patch"),
-        ("patch_gap", joint.patch_gaps, "m", "gap of a patch where nothing presses"),
-        ("patch_normal_load", state.normal_loads, "N", "normal load of a patch after tightening"),
-    ):
-        variables[name] = _named((PATCH,), by_patch, unit, meaning)
     loss = np.stack([mode.loss() for mode in prediction.modes])
     slip = np.stack([mode.slip(joint) for mode in prediction.modes])
-    dims_of_patches = ("mode", PATCH)
-    variables["patch_loss_share"] = _named(
-        dims_of_patches,
-        loss,
-        "1",
-        "share of a patch in the loss of a cycle at the largest amplitude",
-    )
-    variables["patch_slip"] = _named(
-        dims_of_patches,
-        slip,
-        "m",
-        "relative tangential amplitude of a patch at the largest amplitude",
-    )
+    largest = "at the largest amplitude"
+    for name, values, unit, meaning in (
+        ("area", joint.patch_areas, "m^2", "area of a patch"),
+        ("gap", joint.patch_gaps, "m", "gap of a patch where nothing presses"),
+        ("normal_load", state.normal_loads, "N", "normal load of a patch after tightening"),
+        ("loss_share", loss, "1", f"share of a patch in the loss of a cycle {largest}"),
+        ("slip", slip, "m", f"relative tangential amplitude of a patch {largest}"),
+    ):
+        along = ("mode", PATCH)[2 - values.ndim :]
+        variables[f"patch_{name}"] = _named(along, values, unit, meaning)
     return dims, coords, variables
 
 

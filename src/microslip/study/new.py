@@ -81,7 +81,7 @@ def template(
     if tightened and (load := _TIGHTENED.get(law)):
         remark = "largest load it has carried: summits have yielded, by the hardness"
         numbers["tightened"] = f'tightening_load = "{load}"  # {remark}\n'
-    tail = parts["tail"].format(**numbers)
+    tail = parts["records" if kind == "record" else "tail"].format(**numbers)
     return _aligned(_head(name, hint, kind) + parts["metals"] + parts[law] + tail)
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from microslip._core.checks import Floats
 from microslip._core.parameters import JsonSchema
+from microslip._core.units import engineering
 from microslip._core.wording import did_you_mean, quoted, show
 from microslip.study.part import Part
 from microslip.study.readers import KeyedError, Place, Plain
@@ -38,6 +39,7 @@ class Spread(float):
     of: str | None = None
     """Key of the number that it follows, and by which factor."""
     factor: float = 1.0
+    unit: str = ""
 
     @classmethod
     def between(cls, low: float, high: float) -> Spread:
@@ -63,7 +65,7 @@ class Spread(float):
     def following(self, key: str, factor: float) -> Spread:
         """A number that is always so many times this one, which stands at a key."""
         value = type(self)(factor * float(self))
-        value.of, value.factor = key, factor
+        value.of, value.factor, value.unit = key, factor, self.unit
         return value
 
     def quantiles(self, shares: Floats) -> Floats:
@@ -96,15 +98,21 @@ class Spread(float):
         cv = float(self.cv or 0.0)
         return cv * float(self) if self.normal else math.sqrt(math.log1p(cv**2))
 
+    def _text(self, value: float | None) -> str:
+        if not self.unit or "^" in self.unit:  # prefixes would be of the power
+            return f"{value:g} {self.unit}".rstrip()
+        return engineering(value, self.unit, 6, trim=True)
+
     @property
     def written(self) -> str:
         """In words."""
         if self.values:
-            return f"one of {len(self.values)} values, {self.values[0]:g} to {self.values[-1]:g}"
+            low, high = map(self._text, (self.values[0], self.values[-1]))
+            return f"one of {len(self.values)} values, {low} to {high}"
         if self.cv is None:
-            return f"{self.low:g} to {self.high:g}"
+            return f"{self._text(self.low)} to {self._text(self.high)}"
         kind = "; normal, cut off at zero" if self.normal else ""
-        return f"{float(self):g} with a coefficient of variation of {self.cv:g}{kind}"
+        return f"{self._text(float(self))} with a coefficient of variation of {self.cv:g}{kind}"
 
 
 class Unsure(Plain):
@@ -126,7 +134,9 @@ class Unsure(Plain):
             return inner(raw_value)
         for form in _FORMS:
             if set(raw_value) == set(form):
-                return self._spread(raw_value, inner)
+                spread = self._spread(raw_value, inner)
+                spread.unit = self.declared.unit or ""
+                return spread
         odd = next((key for key in raw_value if key not in _MEANINGS), None)
         hint = did_you_mean(str(odd), _MEANINGS) if odd is not None else ""
         raise ValueError(

@@ -289,11 +289,12 @@ def _varying(
     if any(in_parts(size, settle)):
         raise tolerance_error(rtol)
     jacobian = np.zeros((size, 2, 2, basis.size, basis.size))
-    pick = np.ix_(range(size), columns, columns)
+    pick = np.ix_(range(size), columns, columns) if wide > basis.size else ...
     weights, scales = nodes.weights[:, None, None], nodes.scales[:, None, None]
-    jacobian[:, 0, 0] = by_force[:, :, :wide][pick] * (weights / nodes.slips[:, None, None])
-    jacobian[:, 0, 1] = by_force[:, :, wide:][pick] * weights
-    jacobian[:, 1, 1] = by_load[pick] * scales
+    slopes = weights / nodes.slips[:, None, None]
+    np.multiply(by_force[:, :, :wide][pick], slopes, out=jacobian[:, 0, 0])
+    np.multiply(by_force[:, :, wide:][pick], weights, out=jacobian[:, 0, 1])
+    np.multiply(by_load[pick], scales, out=jacobian[:, 1, 1])
     return force[:, columns] * weights[:, 0], load[:, columns] * scales[:, 0], jacobian
 
 

@@ -18,7 +18,8 @@
 
 #define SERIES 16 /* terms of what sticks */
 #define MOST_BANDS 128
-#define RULE 21
+/* Lengths times the highest harmonic that rules as a rule take to 1e-10. */
+static const double LENGTHS[RULES] = {0.45, 1.3, 3.0, 4.5, 6.3};
 
 enum { SLIP_BAND, STICK_BAND, PRESS_BAND }; /* the last along the straight path from rest */
 
@@ -35,7 +36,8 @@ typedef struct {
     Motion place, step, up, down; /* up: a, down: b */
     const Profile *p;
     double rest;
-    int n, depth, failed;
+    double scale;
+    int n, depth, failed, all; /* all: sums of a part */
     Band bands[MOST_BANDS];
     double root_place, root_step, *root_phi;
     double then; /* found last */
@@ -43,8 +45,8 @@ typedef struct {
     double side, front, now, value, load, here, fall, back;
     const double *early, *before; /* functions and A where the band was left */
     double *slope, *ahead;        /* by places, then by steps */
-    double *waves, *early_waves, *nothing, *w, *group, *row, *rates; /* scratch */
-    double cosines[RULE], sines[RULE], weights[RULE], misses[RULE];
+    double *waves, *early_waves, *nothing, *w, *row, *rates; /* scratch */
+    Node rules[RULES][MOST_HALF]; /* with places as of a cosine */
     double to_series[SERIES][SERIES], places[SERIES];
     double *sums; /* force, its slopes, load, products of F and functions */
     double force_miss, slope_miss;
@@ -70,7 +72,7 @@ static double bend_at(const Profile *p, double x)
 
 static double level_of(const Walk *w, double side, double t)
 {
-    return place_at(side > 0.0 ? &w->up : &w->down, t, NULL, NULL);
+    return place_at(side > 0.0 ? &w->up : &w->down, t, NULL);
 }
 
 /* Series of what stuck at a place from -1 to 1: T, and its derivatives where there is room. */
@@ -118,12 +120,13 @@ static double time_of(Walk *w, const Band *b, double side, double level)
     return w->then = find_time(side > 0.0 ? &w->up : &w->down, 0, level, 0, b->from, b->to, near);
 }
 
-/* T at a time while contact slips, and what its derivatives hang from. */
-static void slip_at(Walk *w, double t, double side, int both)
+/* T at a time, with the functions then in `waves`, while contact slips, and what its derivatives hang
+ * from. */
+static void slip_here(Walk *w, double t, double side, int both)
 {
     int k = w->depth - 1, n = w->n;
-    double *phi = w->waves, d = 0.0, place = 0.0, value = 0.0;
-    make_waves(t, 2 * w->place.H, phi);
+    const double *phi = w->waves;
+    double d = 0.0, place = 0.0, value = 0.0;
     for (int j = 0; j < n; j++) {
         d += w->step.c[j] * phi[j];
         place += w->place.c[j] * phi[j];
@@ -139,7 +142,7 @@ static void slip_at(Walk *w, double t, double side, int both)
                 held = w->root_place / w->root_step * d;
             } else {
                 double then = find_time(&w->step, 0, d, 0, b->from, b->to, 0.5 * (b->from + b->to));
-                held = place_at(&w->place, then, NULL, NULL);
+                held = place_at(&w->place, then, NULL);
             }
         }
         side = place >= held ? 1.0 : -1.0;
@@ -164,7 +167,7 @@ static void slip_at(Walk *w, double t, double side, int both)
         w->early = w->early_waves;
         w->before = w->ahead;
         value = recall(w, b, then, w->ahead, w->early_waves);
-        q = b->kind == STICK_BAND ? place_at(&w->step, then, NULL, NULL) : then * w->root_step;
+        q = b->kind == STICK_BAND ? place_at(&w->step, then, NULL) : then * w->root_step;
         q = fmax(q, d);
     }
     w->value = value + (q > d ? side * drop_at(w->p, w->rest + d, q - d) : 0.0);
@@ -174,6 +177,12 @@ static void slip_at(Walk *w, double t, double side, int both)
     w->side = side;
     w->front = q;
     w->now = d;
+}
+
+static void slip_at(Walk *w, double t, double side, int both)
+{
+    make_waves(t, 2 * w->place.H, w->waves);
+    slip_here(w, t, side, both);
 }
 
 /* dT of that answer, and what of it does not follow the step. */
@@ -189,11 +198,13 @@ static void derive_slip(Walk *w)
     }
 }
 
-/* Adds what places on one band have in common to the slopes J, and forgets it. */
-static void add_group(Walk *w, const Group *g, double *J)
+/* Adds what places on one band have in common to the slopes, and forgets it. */
+static void add_group(Walk *w, const Group *g, double *sums)
 {
     int n = w->n, wide = 4 * w->place.H + 1;
-    double *shares = w->group, *fronts = shares + n, *heres = fronts + wide;
+    double *J = sums + n, *falls = J + 2 * n * n + n, *shares = falls + wide;
+    double *fronts = shares + n, *heres = fronts + wide;
+    if (g->band == -2) return;
     for (int i = 0; i < n; i++) {
         double *row = J + 2 * n * i;
         for (int j = 0; j < n; j++) {
@@ -203,72 +214,95 @@ static void add_group(Walk *w, const Group *g, double *J)
                           g->side * (both - product(heres, i, j)) + g->back * early;
         }
     }
-    memset(w->group, 0, (size_t)(n + 2 * wide) * sizeof(double));
+    for (int k = 0; k < wide; k++) falls[k] += heres[k];
+    memset(shares, 0, (size_t)(n + 2 * wide) * sizeof(double));
 }
 
-/* Adds the integrals over a piece: of what stuck in `band`, or of a slip. */
+/* Adds the answer at one place to the sums of a part, and to what its rule of Gauss is off by. */
+static void add_place(Walk *w, const double *phi, double weight, double miss, int alone, double *off)
+{
+    int n = w->n, wide = 4 * w->place.H + 1;
+    double *force = w->w, *J = force + n, *load = J + 2 * n * n, *falls = load + n;
+    double *shares = falls + wide, *fronts = shares + n, *heres = fronts + wide;
+    double f = weight * w->value, g = weight * w->load, here = weight * w->here;
+    double front = weight * w->fall, f_miss = miss * w->value;
+    double k_miss = miss * (alone ? w->slope[0] : w->fall);
+    for (int k = 0; k < n; k++) {
+        force[k] += f * phi[k];
+        load[k] += g * phi[k];
+    }
+    if (alone) {
+        for (int k = 0; k < n; k++) {
+            double *restrict row = J + 2 * n * k, share = weight * phi[k];
+            const double *restrict slope = w->slope;
+            for (int j = 0; j < 2 * n; j++) row[j] += share * slope[j];
+        }
+        for (int k = 0; k < wide; k++) falls[k] += here * phi[k];
+    } else {
+        for (int k = 0; k < n; k++) shares[k] += weight * phi[k];
+        for (int k = 0; k < wide; k++) {
+            fronts[k] += front * phi[k];
+            heres[k] += here * phi[k];
+        }
+    }
+    /* The mean and the fastest functions tell how well it went. */
+    off[0] += f_miss;
+    off[1] += f_miss * phi[n - 2];
+    off[2] += f_miss * phi[n - 1];
+    off[3] += k_miss * phi[n - 2];
+    off[4] += k_miss * phi[n - 1];
+    off[5] += miss * (alone ? w->slope[n] : w->here) * phi[n - 1];
+}
+
+/* Adds the integrals over a piece: of what stuck in `band`, or of a slip. The rule is as large as
+ * the piece is long, in periods of the highest harmonic. */
 static void add_span(Walk *w, double low, double high, const Band *band, double side, int both)
 {
-    double begins[HALVINGS + 1], ends[HALVINGS + 1];
-    int left = 1, n = w->n, H = w->place.H, wide = 4 * H + 1, all = n + 2 * n * n + n + wide;
+    double begins[HALVINGS + 1], ends[HALVINGS + 1], cosines[MOST_HALF], sines[MOST_HALF];
+    double length = w->scale * (high - low);
+    int left = 0, n = w->n, H = w->place.H, all = w->all, rule = 0, whole = 1;
     long parts = 0;
+    Group group = {-2, 0.0, 0.0, NULL, NULL};
     if (!(high > low)) return;
-    begins[0] = low;
-    ends[0] = high;
-    while (left) {
+    if (length > LENGTHS[RULES - 1]) whole = (int)ceil(length / LENGTHS[RULES - 1]);
+    while (rule < RULES - 1 && length > whole * LENGTHS[rule]) rule++;
+    for (int piece = 0; left || piece < whole;) {
+        if (!left) {
+            begins[0] = low + (high - low) * piece / whole;
+            ends[left++] = ++piece < whole ? low + (high - low) * piece / whole : high;
+        }
         double from = begins[--left], to = ends[left], half = 0.5 * (to - from);
-        double centre = 0.5 * (from + to), off[6] = {0.0};
-        double *force = w->w, *J = force + n, *load = J + 2 * n * n, *falls = load + n;
-        double *shares = w->group, *fronts = shares + n, *heres = fronts + wide;
-        const double *phi = w->waves;
-        Group group = {-2, 0.0, 0.0, NULL, NULL};
+        double centre = 0.5 * (from + to), off[6] = {0.0}, co = cos(centre), si = sin(centre);
+        Group own = {-2, 0.0, 0.0, NULL, NULL};
+        double *phi = w->waves;
         memset(w->w, 0, (size_t)all * sizeof(double));
-        for (int i = 0; i < RULE; i++) {
-            double t = centre - half * w->cosines[i], stretch = half * w->sines[i];
-            double weight = stretch * w->weights[i], miss = stretch * w->misses[i];
-            int alone = 1;
+        for (int i = 0, middle = GAUSS_PLACES[rule]; i <= 2 * middle; i++) {
+            int k = i <= middle ? i : 2 * middle - i, alone = 1;
+            const Node *node = &w->rules[rule][k];
+            double reach = half * node->place;
+            if (i <= middle) {
+                cosines[k] = cos(reach);
+                sines[k] = -sin(reach);
+            }
+            double c = cosines[k], s = i < middle ? sines[k] : -sines[k];
+            double t = i < middle ? centre - reach : centre + reach;
+            raise_waves(co * c - si * s, si * c + co * s, 2 * H, phi);
             if (band) {
                 double d = 0.0, x = 2.0 * (t - band->from) / (band->to - band->from) - 1.0;
-                make_waves(t, 2 * H, w->waves);
-                for (int k = 0; k < n; k++) d += w->step.c[k] * phi[k];
+                for (int j = 0; j < n; j++) d += w->step.c[j] * phi[j];
                 w->load = load_at(w->p, w->rest + d, &w->here);
                 w->value = sum_series(w, band->series, x, w->slope);
             } else {
-                slip_at(w, t, side, both);
+                slip_here(w, t, side, both);
                 alone = w->band >= 0 && w->bands[w->band].kind != SLIP_BAND;
                 if (alone) derive_slip(w);
             }
-            double f = weight * w->value, here = weight * w->here, front = weight * w->fall;
-            if (!alone && (w->band != group.band || w->side != group.side)) {
-                if (group.band > -2) add_group(w, &group, J);
-                group = (Group){w->band, w->side, w->back, w->early, w->before};
+            if (!alone && (w->band != own.band || w->side != own.side)) {
+                add_group(w, &own, w->w);
+                own = (Group){w->band, w->side, w->back, w->early, w->before};
             }
-            for (int k = 0; k < n; k++) {
-                double share = weight * phi[k];
-                force[k] += f * phi[k];
-                load[k] += share * w->load;
-                if (!alone) {
-                    shares[k] += share;
-                    continue;
-                }
-                double *restrict row = J + 2 * n * k;
-                const double *restrict slope = w->slope;
-                for (int j = 0; j < 2 * n; j++) row[j] += share * slope[j];
-            }
-            for (int k = 0; k < wide; k++) falls[k] += here * phi[k];
-            for (int k = 0; k < wide && !alone; k++) {
-                fronts[k] += front * phi[k];
-                heres[k] += here * phi[k];
-            }
-            double slope = alone ? w->slope[0] : w->fall;
-            off[0] += miss * w->value;
-            off[1] += miss * w->value * phi[n - 2];
-            off[2] += miss * w->value * phi[n - 1];
-            off[3] += miss * slope * phi[n - 2];
-            off[4] += miss * slope * phi[n - 1];
-            off[5] += miss * (alone ? w->slope[n] : w->here) * phi[n - 1];
+            add_place(w, phi, half * node->weight, half * node->miss, alone, off);
         }
-        if (group.band > -2) add_group(w, &group, J);
         double worst = fmax(fmax(fabs(off[0]), fabs(off[1])), fabs(off[2]));
         double stiff = fmax(fmax(fabs(off[3]), fabs(off[4])), fabs(off[5]));
         int rough = worst > w->force_miss || stiff > w->slope_miss;
@@ -280,8 +314,13 @@ static void add_span(Walk *w, double low, double high, const Band *band, double 
             ends[left++] = centre;
             continue;
         }
+        if (own.band != group.band || own.side != group.side) {
+            add_group(w, &group, w->sums);
+            group = own;
+        }
         for (int i = 0; i < all; i++) w->sums[i] += w->w[i];
     }
+    add_group(w, &group, w->sums);
 }
 
 /* Series of T and dT from `low` on, by what they are there; whether they have converged. */
@@ -291,29 +330,40 @@ static int fit_stick(Walk *w, Band *b, double low, double high)
     double half = 0.5 * (high - low);
     double *all = w->w; /* rates of all columns at the places */
     for (int i = 0; i < SERIES; i++) {
-        double t = low + half * (1.0 + w->places[i]), speed;
-        double x = w->rest + place_at(&w->step, t, NULL, NULL), fall = fall_at(w->p, x);
-        place_at(&w->place, t, &speed, NULL);
-        double bend = bend_at(w->p, x) * speed, *row = all + (size_t)i * (2 * n + 1);
-        make_waves(t, H, w->waves);
+        double *row = all + (size_t)i * (2 * n + 1), x = w->rest, speed = 0.0;
+        const double *phi = w->waves, *p = w->place.c, *d = w->step.c;
+        make_waves(low + half * (1.0 + w->places[i]), H, w->waves);
+        for (int j = 0; j < n; j++) x += d[j] * phi[j];
+        for (int m = 1; m <= H; m++)
+            speed += m * (p[2 * m] * phi[2 * m - 1] - p[2 * m - 1] * phi[2 * m]);
+        double fall = fall_at(w->p, x), bend = bend_at(w->p, x) * speed;
         row[0] = fall * speed;
         row[1] = 0.0;
         for (int m = 1; m <= H; m++) {
-            row[2 * m] = -m * fall * w->waves[2 * m];
-            row[2 * m + 1] = m * fall * w->waves[2 * m - 1];
+            row[2 * m] = -m * fall * phi[2 * m];
+            row[2 * m + 1] = m * fall * phi[2 * m - 1];
         }
-        for (int j = 0; j < n; j++) row[1 + n + j] = bend * w->waves[j];
+        for (int j = 0; j < n; j++) row[1 + n + j] = bend * phi[j];
     }
     b->from = low;
     b->to = high;
     int width = 2 * n + 1;
+    for (int i = 0; i < SERIES / 2; i++) { /* even and odd parts, for even and odd terms */
+        double *restrict one = all + i * width, *restrict other = all + (SERIES - 1 - i) * width;
+        for (int j = 0; j < width; j++) {
+            double even = one[j] + other[j];
+            other[j] = one[j] - other[j];
+            one[j] = even;
+        }
+    }
     double *restrict sum = w->row;
     memset(sum, 0, (size_t)width * sizeof(double));
     for (int k = 0; k < SERIES; k++) {
         double *restrict rates = w->rates + k * width;
         memset(rates, 0, (size_t)width * sizeof(double));
-        for (int i = 0; i < SERIES; i++) {
-            const double *restrict at = all + i * width, share = half * w->to_series[k][i];
+        for (int i = 0; i < SERIES / 2; i++) {
+            const double *restrict at = all + (k % 2 ? SERIES - 1 - i : i) * width;
+            double share = half * w->to_series[k][i];
             for (int j = 0; j < width; j++) rates[j] += share * at[j];
         }
     }
@@ -355,7 +405,7 @@ static Band *push_band(Walk *w, int kind, double side, double end, double up, do
 /* What sticks from one time to another, in as many bands as its series need. */
 static void stick(Walk *w, double low, double high, int halvings)
 {
-    Band *b = push_band(w, STICK_BAND, 0.0, place_at(&w->step, low, NULL, NULL),
+    Band *b = push_band(w, STICK_BAND, 0.0, place_at(&w->step, low, NULL),
                         level_of(w, 1.0, low), level_of(w, -1.0, low));
     if (!fit_stick(w, b, low, high) && halvings && !w->failed) {
         w->depth--;
@@ -403,11 +453,14 @@ static double find_flip(Walk *w, double low, double high)
 /* Once around from the root; with sums, piece by piece between the bands that a front passes. */
 static void go_around(Walk *w, const double *times, int count, int sum)
 {
-    double marks[2 * MOST_BANDS + 2];
+    double marks[2 * MOST_BANDS + 2], a, b;
+    double a_end = level_of(w, 1.0, times[0]), b_end = level_of(w, -1.0, times[0]);
     for (int i = 0; i < count; i++) {
         double low = times[i], high = i + 1 < count ? times[i + 1] : times[0] + TURN;
-        double a = level_of(w, 1.0, low), b = level_of(w, -1.0, low);
-        double a_end = level_of(w, 1.0, high), b_end = level_of(w, -1.0, high);
+        a = a_end;
+        b = b_end;
+        a_end = level_of(w, 1.0, high);
+        b_end = level_of(w, -1.0, high);
         int rises = a_end > a, falls = b_end > b, n = 0;
         if (!rises && !falls) {
             int first = w->depth;
@@ -447,8 +500,8 @@ static void go_around(Walk *w, const double *times, int count, int sum)
 /* The straight path from rest to the root: whether it pressed new contact down sticking. */
 static int start_walk(Walk *w, double root)
 {
-    double p = place_at(&w->place, root, NULL, NULL);
-    double d = place_at(&w->step, root, NULL, NULL);
+    double p = place_at(&w->place, root, NULL);
+    double d = place_at(&w->step, root, NULL);
     w->depth = 0;
     w->root_place = p;
     w->root_step = d;
@@ -466,7 +519,7 @@ static int start_walk(Walk *w, double root)
 static void settle_varying(Walk *w, const double *grid, int points, double tolerance, double *times,
                            double *force, double *J, double *load, double *K)
 {
-    int n = w->n, H = w->place.H, count = 0, root = 0;
+    int n = w->n, count = 0, root = 0;
     Motion *turning[2] = {&w->up, &w->down};
     double most = -HUGE_VAL, least = HUGE_VAL, far = 0.0, root_place = 0.0, stiff, heavy;
     for (int s = 0; s < 2; s++) {
@@ -478,8 +531,8 @@ static void settle_varying(Walk *w, const double *grid, int points, double toler
         return;
     }
     for (int i = 0; i < count; i++) {
-        double p = place_at(&w->place, times[i], NULL, NULL);
-        double d = place_at(&w->step, times[i], NULL, NULL);
+        double p = place_at(&w->place, times[i], NULL);
+        double d = place_at(&w->step, times[i], NULL);
         times[i] = fmod(times[i], TURN);
         least = fmin(least, d);
         far = fmax(far, fabs(p));
@@ -512,8 +565,7 @@ static void settle_varying(Walk *w, const double *grid, int points, double toler
     stiff = fmax(stiff, 1e-16 * far); /* less is known roughly alone */
     w->force_miss = 0.1 * cbrt(tolerance * tolerance) * most;
     w->slope_miss = 0.1 * cbrt(1e4 * tolerance * tolerance) * stiff;
-    int all = n + 2 * n * n + n + 4 * H + 1;
-    memset(w->sums, 0, (size_t)all * sizeof(double));
+    memset(w->sums, 0, (size_t)w->all * sizeof(double));
     if (start_walk(w, first)) go_around(w, times, count, 0);
     go_around(w, times, count, 1);
     const double *sums = w->sums, *slopes = sums + n, *loads = slopes + 2 * n * n;
@@ -536,10 +588,10 @@ static int run_varying_harmonics(const Argument *a, Result *out)
         a[8].n < rows * size * size || a[9].n < rows)
         return TOO_SHORT;
     size_t n = (size_t)size, turns = 4 * (size_t)H + 8, wide = 4 * (size_t)H + 1;
-    size_t all = n + 2 * n * n + n + wide, room = SERIES * (2 * n + 1);
+    size_t all = 2 * n * n + 3 * n + 3 * wide, room = SERIES * (2 * n + 1);
     size_t band = 3 * n + (SERIES + 1) * (2 * n + 1);
     size_t doubles = (size_t)points * n + 4 * (2 * n + wide + 2 * turns) + 2 * turns + 9 * n +
-                     MOST_BANDS * band + 3 * wide + 2 * all + room + (SERIES + 3) * (2 * n + 1);
+                     MOST_BANDS * band + wide + 2 * all + room + (SERIES + 3) * (2 * n + 1);
     double *memory = calloc(doubles, sizeof(double)), *at = memory;
     Walk *w = malloc(sizeof(Walk));
     if (!memory || !w) {
@@ -574,20 +626,21 @@ static int run_varying_harmonics(const Argument *a, Result *out)
     w->waves = at += 2 * n;
     w->early_waves = at += wide;
     w->nothing = at += n;
-    w->group = at += 2 * n;
-    w->sums = at += n + 2 * wide;
+    w->sums = at += 2 * n;
     w->w = at += all;
     w->row = at += all + room;
     w->rates = at + 2 * n + 1;
     w->p = a[10].curve;
     w->n = (int)size;
-    for (int i = 0; i < RULE; i++) {
-        int k = i < 10 ? 10 - i : i - 10;
-        double angle = 0.25 * TURN * (1.0 + (i < 10 ? -KRONROD[k] : KRONROD[k]));
-        w->cosines[i] = cos(angle);
-        w->sines[i] = 0.25 * TURN * sin(angle);
-        w->weights[i] = KRONROD_WEIGHTS[k];
-        w->misses[i] = KRONROD_WEIGHTS[k] - (k % 2 ? GAUSS_WEIGHTS[k / 2] : 0.0);
+    w->all = (int)all;
+    w->scale = fmax(H, 1) * log(a[4].x) / log(1e-10);
+    for (int r = 0; r < RULES; r++) {
+        int middle = make_rule(r, w->rules[r]);
+        for (int i = 0; i <= middle; i++) {
+            Node *node = &w->rules[r][i];
+            double angle = 0.25 * TURN * node->place, stretch = 0.25 * TURN * cos(angle);
+            *node = (Node){sin(angle), stretch * node->weight, stretch * node->miss};
+        }
     }
     for (int k = 0; k < SERIES; k++) {
         w->places[k] = cos(0.25 * TURN * (2 * k + 1) / SERIES);

@@ -7,26 +7,87 @@
  * products of two functions of the basis follow from the coefficients of k up to 2H.
  */
 
-static const double KRONROD[11] = {
-    0.0, 0.148874338981631210884826001129720, 0.294392862701460198131126603103866,
-    0.433395394129247190799265943165784, 0.562757134668604683339000099272694,
-    0.679409568299024406234327365114874, 0.780817726586416897063717578345042,
-    0.865063366688984510732096688423493, 0.930157491355708226001207180059508,
-    0.973906528517171720077964012084452, 0.995657163025808080735527280689003,
+/* Rules of Gauss and Kronrod, QUADPACK's, each from its outermost place to its middle, and the
+ * weights of every other place in the rule of Gauss. */
+static const double PLACES[] = {
+    0.9914553711208126, 0.9491079123427585, 0.8648644233597691, 0.7415311855993945,
+    0.5860872354676911, 0.4058451513773972, 0.20778495500789848, 0.0, 0.9956571630258081,
+    0.9739065285171717, 0.9301574913557082, 0.8650633666889845, 0.7808177265864169,
+    0.6794095682990244, 0.5627571346686047, 0.4333953941292472, 0.2943928627014602,
+    0.14887433898163122, 0.0, 0.9980022986933971, 0.9879925180204854, 0.9677390756791391,
+    0.937273392400706, 0.8972645323440819, 0.8482065834104272, 0.790418501442466,
+    0.7244177313601701, 0.650996741297417, 0.5709721726085388, 0.4850818636402397,
+    0.3941513470775634, 0.29918000715316884, 0.20119409399743451, 0.1011420669187175, 0.0,
+    0.9988590315882777, 0.9931285991850949, 0.9815078774502503, 0.9639719272779138,
+    0.9408226338317548, 0.912234428251326, 0.878276811252282, 0.8391169718222188,
+    0.7950414288375512, 0.7463319064601508, 0.6932376563347514, 0.636053680726515,
+    0.5751404468197103, 0.5108670019508271, 0.4435931752387251, 0.37370608871541955,
+    0.301627868114913, 0.22778585114164507, 0.15260546524092267, 0.07652652113349734, 0.0,
+    0.9992621049926098, 0.9955569697904981, 0.9880357945340772, 0.9766639214595175,
+    0.9616149864258425, 0.9429745712289743, 0.9207471152817016, 0.8949919978782753,
+    0.8658470652932756, 0.833442628760834, 0.7978737979985001, 0.7592592630373576,
+    0.7177664068130843, 0.6735663684734684, 0.6268100990103174, 0.577662930241223,
+    0.5263252843347191, 0.473002731445715, 0.4178853821930377, 0.36117230580938786,
+    0.30308953893110785, 0.24386688372098844, 0.1837189394210489, 0.1228646926107104,
+    0.06154448300568508, 0.0,
 };
-static const double KRONROD_WEIGHTS[11] = {
-    0.149445554002916905664936468389821, 0.147739104901338491374841515972068,
-    0.142775938577060080797094273138717, 0.134709217311473325928054001771707,
-    0.123491976262065851077958109585166, 0.109387158802297641899210590325805,
-    0.093125454583697605535065465083366, 0.075039674810919952767043140916190,
-    0.054755896574351996031381300244580, 0.032558162307964727478818972459390,
-    0.011694638867371874278064396062192,
+static const double WEIGHTS[] = {
+    0.022935322010529224, 0.06309209262997856, 0.10479001032225019, 0.14065325971552592,
+    0.1690047266392679, 0.19035057806478542, 0.20443294007529889, 0.20948214108472782,
+    0.011694638867371874, 0.032558162307964725, 0.054755896574351995, 0.07503967481091996,
+    0.0931254545836976, 0.10938715880229764, 0.12349197626206584, 0.13470921731147334,
+    0.14277593857706009, 0.14773910490133849, 0.1494455540029169, 0.005377479872923349,
+    0.015007947329316122, 0.02546084732671532, 0.03534636079137585, 0.04458975132476488,
+    0.05348152469092809, 0.06200956780067064, 0.06985412131872826, 0.07684968075772038,
+    0.08308050282313302, 0.08856444305621176, 0.09312659817082532, 0.09664272698362368,
+    0.09917359872179196, 0.10076984552387559, 0.10133000701479154, 0.0030735837185205317,
+    0.008600269855642943, 0.014626169256971253, 0.020388373461266523, 0.02588213360495116,
+    0.0312873067770328, 0.036600169758200796, 0.041668873327973685, 0.04643482186749767,
+    0.05094457392372869, 0.05519510534828599, 0.05911140088063957, 0.06265323755478117,
+    0.06583459713361842, 0.06864867292852161, 0.07105442355344407, 0.07303069033278667,
+    0.07458287540049918, 0.07570449768455667, 0.07637786767208074, 0.07660071191799965,
+    0.001987383892330316, 0.005561932135356714, 0.009473973386174152, 0.013236229195571676,
+    0.0168478177091283, 0.020435371145882834, 0.024009945606953215, 0.02747531758785174,
+    0.030792300167387487, 0.034002130274329335, 0.03711627148341554, 0.04008382550403238,
+    0.04287284502017005, 0.04550291304992179, 0.04798253713883671, 0.05027767908071567,
+    0.05236288580640747, 0.05425112988854549, 0.055950811220412316, 0.057437116361567835,
+    0.058689680022394206, 0.05972034032417406, 0.06053945537604586, 0.061128509717053046,
+    0.061471189871425316, 0.061580818067832936,
 };
-static const double GAUSS_WEIGHTS[5] = { /* of every other place from the second on */
-    0.295524224714752870173815619188769, 0.269266719309996355091226921569469,
-    0.219086362515982043995534934228163, 0.149451349150580593145863396957697,
-    0.066671344308688137593568809892332,
+static const double GAUSS_WEIGHTS[] = {
+    0.1294849661688697, 0.27970539148927664, 0.3818300505051189, 0.4179591836734694,
+    0.06667134430868814, 0.1494513491505806, 0.21908636251598204, 0.26926671930999635,
+    0.29552422471475287, 0.03075324199611727, 0.07036604748810812, 0.10715922046717194,
+    0.13957067792615432, 0.16626920581699392, 0.1861610000155622, 0.19843148532711158,
+    0.2025782419255613, 0.017614007139152118, 0.04060142980038694, 0.06267204833410907,
+    0.08327674157670475, 0.10193011981724044, 0.11819453196151841, 0.13168863844917664,
+    0.14209610931838204, 0.14917298647260374, 0.15275338713072584, 0.011393798501026288,
+    0.026354986615032137, 0.040939156701306316, 0.054904695975835194, 0.06803833381235691,
+    0.08014070033500102, 0.09102826198296365, 0.10053594906705064, 0.10851962447426365,
+    0.11485825914571164, 0.11945576353578477, 0.12224244299031004, 0.12317605372671545,
 };
+#define RULES 5
+static const int GAUSS_PLACES[RULES] = {7, 10, 15, 20, 25};
+#define MOST_HALF 26 /* places of the largest from an end to its middle */
+
+/* A place of a rule, its weight, and that less its weight in the rule of Gauss. */
+typedef struct {
+    double place, weight, miss;
+} Node;
+
+/* The places of a rule from an end to the middle; returns which is the middle. */
+static int make_rule(int rule, Node *nodes)
+{
+    const double *place = PLACES, *weight = WEIGHTS, *gauss = GAUSS_WEIGHTS;
+    for (int r = 0; r < rule; r++) {
+        place += GAUSS_PLACES[r] + 1;
+        weight += GAUSS_PLACES[r] + 1;
+        gauss += (GAUSS_PLACES[r] + 1) / 2;
+    }
+    for (int i = 0; i <= GAUSS_PLACES[rule]; i++)
+        nodes[i] = (Node){place[i], weight[i], weight[i] - (i % 2 ? gauss[i / 2] : 0.0)};
+    return GAUSS_PLACES[rule];
+}
 #define TURN 6.283185307179586476925
 #define HALVINGS 48
 #define MOST_PARTS 65536 /* of a piece */
@@ -52,6 +113,8 @@ typedef struct {
     double *times, *x, *force, *by, *phi; /* at turning points; D and functions by row */
     int *open;
     double *piece, *sums, *k_sums, *spans; /* of a piece, and of the whole */
+    Node rule[MOST_HALF];
+    int middle;
 } Motion;
 
 /* [1, cos, sin, ...] up to n of an angle by its cosine and sine. */
@@ -73,39 +136,50 @@ static inline void make_waves(double t, int n, double *w)
     raise_waves(cos(t), sin(t), n, w);
 }
 
-static inline double place_at(const Motion *m, double t, double *speed, double *bend)
+/* The place, and its first three derivatives in time where asked for. */
+static inline double place_at(const Motion *m, double t, double *rates)
 {
-    double x = m->c[0], v = 0.0, a = 0.0;
+    double x = m->c[0], v = 0.0, a = 0.0, j = 0.0;
     make_waves(t, m->H, m->waves);
     for (int n = 1; n <= m->H; n++) {
         double co = m->waves[2 * n - 1], si = m->waves[2 * n];
         double even = m->c[2 * n - 1] * co + m->c[2 * n] * si;
+        double odd = n * (m->c[2 * n] * co - m->c[2 * n - 1] * si);
         x += even;
-        v += n * (m->c[2 * n] * co - m->c[2 * n - 1] * si);
+        v += odd;
         a -= (double)n * n * even;
+        j -= (double)n * n * odd;
     }
-    if (speed) *speed = v;
-    if (bend) *bend = a;
+    if (rates) {
+        rates[0] = v;
+        rates[1] = a;
+        rates[2] = j;
+    }
     return x;
 }
 
-/* Where the place is `wanted` between two times, from t on (order 0), or turns (order 1). */
+/* Where the place is `wanted` between two times, from t on (order 0), or turns (order 1): by steps
+ * of second order, that is of Cauchy's method, whose errors go down as cubes. */
 static double find_time(const Motion *m, int order, double wanted, int rising, double low,
                         double high, double t)
 {
-    double v, a;
+    double rates[3];
     for (int i = 0; i < 80; i++) {
-        double x = place_at(m, t, &v, &a);
-        double value = order == 0 ? x - wanted : v, slope = order == 0 ? v : a;
+        double x = place_at(m, t, rates), value = order ? rates[0] : x - wanted;
+        double slope = rates[order], bend = rates[order + 1], small = 4e-16 * fmax(fabs(t), 1.0);
         if (value == 0.0) break;
         if ((value > 0.0) == rising) high = t;
         else low = t;
-        double next = slope != 0.0 ? t - value / slope : low - 1.0;
+        double root = slope * slope - 2.0 * value * bend;
+        double by = root > 0.0 ? slope + copysign(sqrt(root), slope) : 2.0 * slope;
+        double next = by != 0.0 ? t - 2.0 * value / by : HUGE_VAL, move = fabs(next - t);
+        /* What is left of it: the slope there is the root's. */
+        double left = fabs(rates[2] * move * move * move), most = small * sqrt(fmax(root, 0.0));
+        if (root > 0.0 && (order ? move < 1e-7 : left <= most))
+            return fmin(fmax(next, low), high);
         if (!(next > low && next < high)) next = 0.5 * (low + high);
-        double move = fabs(next - t), small = 4e-16 * fmax(fabs(t), 1.0);
-        if (move <= small) break;
+        if (fabs(next - t) <= small) break;
         t = next;
-        if (order == 0 && fabs(a) * move * move <= small * fabs(v)) break; /* what is left of it */
     }
     return t;
 }
@@ -125,15 +199,15 @@ static void find_turns(Motion *m, const double *grid, int points)
             times[n++] = find_time(m, 1, 0.0, last < 0.0, t - step, t, t - 0.5 * step);
         } else if (before * last > 0.0 && fabs(last) < fabs(before) && fabs(last) <= fabs(v)) {
             /* Two of them may lie between the points: where the speed is least it has turned. */
-            double low = t - 2.0 * step, high = t, speed, bend, middle = t - step;
+            double low = t - 2.0 * step, high = t, rates[3], middle = t - step;
             for (int j = 0; j < 60; j++) {
                 middle = 0.5 * (low + high);
-                place_at(m, middle, &speed, &bend);
-                if (speed * last <= 0.0) break;
-                if (bend * last < 0.0) low = middle;
+                place_at(m, middle, rates);
+                if (rates[0] * last <= 0.0) break;
+                if (rates[1] * last < 0.0) low = middle;
                 else high = middle;
             }
-            if (speed * last < 0.0) {
+            if (rates[0] * last < 0.0) {
                 times[n++] = find_time(m, 1, 0.0, last < 0.0, t - 2.0 * step, middle, middle);
                 times[n++] = find_time(m, 1, 0.0, last > 0.0, middle, t, middle);
             }
@@ -141,7 +215,7 @@ static void find_turns(Motion *m, const double *grid, int points)
         before = last;
         last = v;
     }
-    for (int i = 0; i < n; i++) x[i] = place_at(m, times[i], NULL, NULL);
+    for (int i = 0; i < n; i++) x[i] = place_at(m, times[i], NULL);
     /* Only true ones: each differs from its neighbours, in the other direction. */
     for (int i = 0; n > 2 && i < n;) {
         double back = x[i] - x[(i + n - 1) % n], ahead = x[(i + 1) % n] - x[i];
@@ -184,23 +258,19 @@ static void integrate(Motion *m, const Line *l, double low, double high, int par
         double a = begins[--left], b = ends[left], half = 0.5 * (b - a), centre = 0.5 * (a + b);
         double *sum = m->sums, off[6] = {0.0};
         memset(sum, 0, (size_t)all * sizeof(double));
-        double *w = m->waves, co, si;
-        for (int k = 0; k <= 10; k++) {
-            double reach = half * KRONROD[k], weight = half * KRONROD_WEIGHTS[k], other = weight;
-            double cos_reach = cos(reach), sin_reach = sin(reach);
-            if (k == 0) {
-                co = cos(centre);
-                si = sin(centre);
-            }
-            if (k % 2) other -= half * GAUSS_WEIGHTS[k / 2];
-            for (int side = 0; side <= (k > 0); side++, sin_reach = -sin_reach) {
+        double *w = m->waves, co = cos(centre), si = sin(centre);
+        for (int k = 0; k <= m->middle; k++) {
+            const Node *node = &m->rule[k];
+            double reach = half * node->place, weight = half * node->weight;
+            double miss = half * node->miss, cos_reach = cos(reach), sin_reach = sin(reach);
+            for (int side = 0; side <= (k < m->middle); side++, sin_reach = -sin_reach) {
                 double x = m->c[0], slope;
                 raise_waves(co * cos_reach - si * sin_reach, si * cos_reach + co * sin_reach,
                             2 * m->H, w);
                 for (int n = 1; n < size; n++) x += m->c[n] * w[n];
                 double value = line_at(l, 0.5 * fabs(x - m->x[parent]), &slope);
                 double force = m->force[parent] + 2.0 * sign * value;
-                double f = weight * force, g = other * force, h = weight * slope, e = other * slope;
+                double f = weight * force, g = miss * force, h = weight * slope, e = miss * slope;
                 for (int n = 0; n < size; n++) sum[n] += f * w[n];
                 for (int n = 0; n < wide; n++) sum[size + n] += h * w[n];
                 /* The mean and the fastest functions tell how well it went. */
@@ -378,6 +448,7 @@ static int run_harmonics(const Argument *a, Result *out, const Profile *curve,
     m.k_sums = at += n + wide;
     m.spans = at + wide;
     make_speeds(grid, points, H, (int)size);
+    m.middle = make_rule(1, m.rule);
     for (Py_ssize_t i = 0; i < rows; i++) {
         Line line = {curve, table, rests ? rests[i] : 0.0};
         m.c = a[0].reals + i * size;

@@ -11,7 +11,9 @@ import numpy as np
 import pytest
 
 import microslip as ms
+from microslip.memory import Diagram
 from microslip.normal import NORMAL_LAWS
+from microslip.normal.slip_losses import SlipLosses
 
 AL = ms.Material(69e9, 0.33)
 SURFACE = ms.GreenwoodWilliamson(
@@ -135,6 +137,20 @@ def test_what_is_done_is_lost_once_settled() -> None:
         force, x_last = new, x
     # The trapezoidal rule's error is of second order: 1e-5.
     np.testing.assert_allclose(state.dissipated_energy - lost, work, rtol=2e-5)
+
+
+def test_long_and_short_runs_lose_alike() -> None:
+    """Long runs lose by integrals of N, short ones by quadrature; both by a quadrature of N''."""
+    joint = ms.Interface.examples()[0]
+    curve, rng = joint._coupling, np.random.default_rng(2)
+    moves = rng.normal(size=(2, 400)) * 10.0 ** rng.uniform(-5.0, 0.0, (2, 400))
+    x, d = 3e-7 * np.cumsum(moves, axis=1) / (1.0 + 0.1 * np.abs(np.cumsum(moves, axis=1)))
+    for steps in (d - d[0], np.zeros(400)):
+        lost = Diagram().losses(steps, curve.slip * x, curve)
+        wanted = SlipLosses(joint.surface, curve.origin).of(Diagram().runs(steps, x), x.size)
+        wanted *= curve.friction * curve.slip
+        np.testing.assert_allclose(lost, wanted, rtol=1e-11, atol=1e-10 * lost.mean())
+        assert abs(lost.sum() / wanted.sum() - 1.0) < 2e-13
 
 
 def test_try_changes_nothing_and_copies_are_independent() -> None:

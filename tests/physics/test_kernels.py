@@ -16,7 +16,6 @@ from scalar_kernels import Curve, coupled, drag, masing, table_at
 
 from microslip import kernels
 from microslip.kernels import compiled
-from microslip.kernels.profile import LOSS_RULES
 
 ROUNDING = 1e-14  # of the force limit
 
@@ -406,7 +405,7 @@ def test_losses_are_the_integrals_over_the_runs(seed):
     plain, n = Curve(*curve().arguments), 120
     d, x = np.minimum(d[:n], 4e-6), x[:n]
     loss, runs = np.empty(n), np.empty((9 * n, 8))
-    compiled.losses(d, x, loss, rows_of(n)[0], 0, 0.0, 0.0, LOSS_RULES, *curve().arguments)
+    compiled.losses(d, x, loss, rows_of(n)[0], 0, 0.0, 0.0, curve().loss_rules, *curve().arguments)
     count = compiled.slips(d, x, runs, rows_of(n)[0], 0, 0.0, 0.0)
     assert compiled.slips(d, x, runs[:0], rows_of(n)[0], 0, 0.0, 0.0) == count < len(runs)
     nodes, weights = np.polynomial.legendre.leggauss(10)
@@ -527,7 +526,7 @@ def test_what_a_curve_refuses_is_raised():
             kernel(0.0 * one, one, out, stack, values, 0, 0.0, 0.0, *last, *curves)
     with pytest.raises(TypeError):  # what slip loses is asked of panels alone
         compiled.losses(
-            one, one, out, stack, 0, 0.0, 0.0, LOSS_RULES, *kernels.curve_arguments(Wrong())
+            one, one, out, stack, 0, 0.0, 0.0, curve().loss_rules, *kernels.curve_arguments(Wrong())
         )
     with pytest.raises(TypeError, match="coupled_step"):
         compiled.coupled_step(0.0)
@@ -587,7 +586,7 @@ def test_short_buffers_are_refused():
         lambda: compiled.coupled(d, x, out, stack, values, -1, 0.0, 0.0, *a),
         lambda: compiled.coupled(d, x, out, stack, values, 0, 0.0, 0.0, *none),
         lambda: compiled.coupled_step(0.0, 0.0, stack, values, 5, 0.0, 0.0, *a),
-        lambda: compiled.losses(d, x, out, stack, 1, 0.0, 0.0, LOSS_RULES, *a),
+        lambda: compiled.losses(d, x, out, stack, 1, 0.0, 0.0, curve().loss_rules, *a),
         lambda: compiled.losses(d, x, out, stack, 0, 0.0, 0.0, np.empty(55), *a),
         lambda: compiled.hold(d, x, short, stack, values, 0, 0.0, 0.0, 0.0, *a),
         lambda: compiled.hold(d, x, out, stack, values, 1, 0.0, 0.0, 0.0, *a),

@@ -183,10 +183,22 @@ static int run_excesses(const Argument *a, Result *out)
 
 static inline double curve_integral(const double *c, double s)
 {
-    double q = s * s, even = c[12] / 13, odd = c[13] / 14;
-    for (int k = 10; k >= 0; k -= 2) even = even * q + c[k] / (k + 1);
-    for (int k = 11; k >= 1; k -= 2) odd = odd * q + c[k] / (k + 1);
+    double q = s * s, even = c[12] * (1.0 / 13), odd = c[13] * (1.0 / 14);
+    for (int k = 10; k >= 0; k -= 2) even = even * q + c[k] * (1.0 / (k + 1));
+    for (int k = 11; k >= 1; k -= 2) odd = odd * q + c[k] * (1.0 / (k + 1));
     return s * (odd * s + even);
+}
+
+/* The integral of N from there on, by those from the middle of each panel on; and N. */
+static inline double tail_at(const Profile *p, const double *tails, double x, double *load)
+{
+    double s;
+    Py_ssize_t panel = find_panel(p, (x - p->anchor) * p->inverse_width, &s);
+    *load = 0.0;
+    if (panel >= p->panels) return 0.0;
+    const double *c = panel_at(p, panel);
+    *load = curve_value(c, s);
+    return tails[panel] - 0.5 / p->inverse_width * curve_integral(c, s);
 }
 
 /* At small steps by quadrature of what is positive, further out by the integrals of N. */

@@ -109,9 +109,9 @@ static int run_field_commit(const Argument *a, Result *out)
 /* What a trial loses in every node, over mu kappa. */
 static int run_field_losses(const Argument *a, Result *out)
 {
-    enum { PLACE, STEP, REST, CODE, LAST_PLACE, LAST_STEP, BEGIN, DEPTH, RULES, ROWS, LOSS, CURVE };
+    enum { PLACE, STEP, REST, CODE, LAST_PLACE, LAST_STEP, BEGIN, DEPTH, RULE, ROWS, LOSS, CURVE };
     Py_ssize_t nodes = a[PLACE].n;
-    if (!all_have(a, STEP, DEPTH, nodes) || a[LOSS].n < nodes || a[RULES].n < RULES_LENGTH ||
+    if (!all_have(a, STEP, DEPTH, nodes) || a[LOSS].n < nodes || a[RULE].n < RULES_LENGTH + a[CURVE].curve->panels ||
         !rows_fit(&a[ROWS], NULL, &a[BEGIN], &a[DEPTH], nodes))
         return TOO_SHORT;
     for (Py_ssize_t i = 0; i < nodes; i++) {
@@ -120,8 +120,9 @@ static int run_field_losses(const Argument *a, Result *out)
                      0.0};
         Profile own = *a[CURVE].curve;
         own.anchor -= a[REST].reals[i];
+        Losses losses = {&own, a[RULE].reals, NAN, 0.0, 0.0};
         a[LOSS].reals[i] = a[CODE].integers[i] % 4
-                               ? step_loss(&own, a[RULES].reals, &g, a[STEP].reals[i],
+                               ? step_loss(&losses, &g, a[STEP].reals[i],
                                            a[PLACE].reals[i] - g.place, NULL)
                                : 0.0;
     }

@@ -27,8 +27,7 @@ _MAX_PANELS = 4096  # panels
 _KINKED_PANELS = (512, 1024, 2048, 4096)  # panels of a law with many small kinks
 _KINKED_TOLERANCE = 3e-12  # of N, beside that at rest
 _INVERSE_TOLERANCE = 1e-9  # decay lengths, for the inverse before a step of Newton's method
-LOSS_RULES = lock(np.concatenate([np.concatenate(gauss_legendre(count)) for _, count in RULES]))
-"""Nodes and weights for what slip loses, as the kernels take them."""
+_LOSS_RULES = np.concatenate([np.concatenate(gauss_legendre(count)) for _, count in RULES])
 
 
 class _Grid(NamedTuple):
@@ -139,6 +138,17 @@ class Profile(Locked):
     def arguments(self) -> tuple[Any, ...]:
         """The profile as every kernel takes it, after its other arguments."""
         return self.coefficients, self.anchor, self.inverse_width, self.first
+
+    @cached_property
+    def loss_rules(self) -> Floats:
+        """Nodes and weights for what slip loses, then the integrals of N past panels' middles."""
+        odd = self.coefficients * (-1.0) ** np.arange(kernels.PROFILE_TERMS)
+        left, right = (
+            0.5 / self.inverse_width * (c / np.arange(1.0, kernels.PROFILE_TERMS + 1.0)).sum(axis=1)
+            for c in (odd, self.coefficients)
+        )
+        after = np.cumsum((left + right)[::-1])[::-1] - left
+        return lock(np.concatenate((_LOSS_RULES, after)))
 
     def load(self, separation: Floats) -> Floats:
         """N at separations (one-dimensional)."""

@@ -23,7 +23,7 @@ import numpy as np
 from microslip import kernels
 from microslip._core.checks import Floats, whole_number
 from microslip.errors import InputError
-from microslip.kernels.profile import LOSS_RULES, Profile
+from microslip.kernels.profile import Profile
 from microslip.memory.saved import check_whole
 
 if TYPE_CHECKING:
@@ -233,7 +233,7 @@ class Diagram:
                 stack[: self.depth] = self.stack[: self.depth]
                 kernels.compiled.losses(
                     np.ascontiguousarray(separation), np.ascontiguousarray(places), lost, stack,
-                    *self._last, LOSS_RULES, *profile.arguments,
+                    *self._last, profile.loss_rules, *profile.arguments,
                 )  # fmt: skip
             return curve.friction * curve.slip * lost
 

@@ -12,7 +12,6 @@ from microslip import kernels
 from microslip._core.checks import Floats, beyond
 from microslip.errors import InputError
 from microslip.kernels import Integers
-from microslip.kernels.profile import LOSS_RULES
 from microslip.memory.diagram import DOUBTS, Diagram, bounded, bounding_profile
 from microslip.memory.nodes import Nodes
 from microslip.memory.resumable import Resumable, counted, one_at_a_time
@@ -80,8 +79,8 @@ class FieldState(Resumable):
         "_begin", "_depth", "_doubt", "_loss", "_marks", "_place", "_room", "_rows", "_step",
         "_value",
     )  # fmt: skip
-    # Places, steps if they vary, and what the kernel makes of them.
-    _trial: tuple[Floats, Floats | None, tuple[Any, ...]] | None
+    # Places, steps if they vary, how far the curve is asked for, and what the kernel makes of them.
+    _trial: tuple[Floats, Floats | None, tuple[float, float], tuple[Any, ...]] | None
     _doubt: Floats | None
 
     def __init__(self, nodes: Nodes, energies: bool, depth: int | None = None) -> None:
@@ -166,12 +165,13 @@ class FieldState(Resumable):
         code = np.empty(size, dtype=np.int64)
         load, fall, by_step = (np.empty(size) for _ in range(3))
         current = self._step if step is None else step
+        reach = nodes.reach(self._step, step)
         kernels.compiled.field_try(
             place, current, nodes.rests, self._place, self._step, self._value, self._rows,
             self._marks, self._begin, self._depth, front, density, value, code, by_place,
-            load, fall, by_step, *nodes.curve.arguments(*nodes.reach(self._step, step)),
+            load, fall, by_step, *nodes.curve.arguments(*reach),
         )  # fmt: skip
-        self._trial = place, step, (front, density, value, code)
+        self._trial = place, step, reach, (front, density, value, code)
         stiffness = by_place * (nodes.weights / nodes.slips)
         force = value * nodes.weights
         tangent = np.zeros((size, 2, 2))
@@ -182,17 +182,17 @@ class FieldState(Resumable):
         return FieldResponse(force, nodes.scales * load, tangent, pair)
 
     def _take(self, trial: Any) -> None:
-        place, step, (front, density, value, code) = trial
+        place, step, reach, (front, density, value, code) = trial
         current = self._step if step is None else step
         if self._loss is not None:
-            self._loss += self._losses(place, current, code)
+            self._loss += self._losses(place, current, code, reach)
         if self._doubt is not None:
             nodes, code = self._nodes, code.copy()
-            reach = max(float((nodes.rests + current).max()), 0.0)
+            farthest = max(float((nodes.rests + current).max()), 0.0)
             kernels.compiled.field_bound(
                 current, nodes.rests, front, code, self._begin, self._depth, self._limit,
                 self._doubt, self._rows, self._marks,
-                *bounding_profile(nodes.curve, reach).arguments,
+                *bounding_profile(nodes.curve, farthest).arguments,
             )  # fmt: skip
         self._make_room((code >> 2) + (front > current))
         kernels.compiled.field_commit(
@@ -326,14 +326,14 @@ class FieldState(Resumable):
         target = np.repeat(self._begin[nodes], depth) + place
         self._rows[target], self._marks[target] = before[0][source], before[1][source]
 
-    def _losses(self, place: Floats, step: Floats, code: Integers) -> Floats:
+    def _losses(self, place: Floats, step: Floats, code: Integers, reach: Any) -> Floats:
         """Energy dissipated in the trial, over mu kappa."""
-        nodes, lost = self._nodes, np.zeros(place.size)
-        profile = nodes.curve.profile(*nodes.reach(self._step, step))
+        nodes, lost = self._nodes, np.empty(place.size)
+        profile = nodes.curve.profile(*reach)
         if profile is not None:
             kernels.compiled.field_losses(
                 place, step, nodes.rests, code, self._place, self._step, self._begin, self._depth,
-                LOSS_RULES, self._rows, lost, *profile.arguments,
+                profile.loss_rules, self._rows, lost, *profile.arguments,
             )  # fmt: skip
             return lost
         runs = [np.zeros((8, 0))]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 
 import microslip as ms
@@ -64,33 +64,36 @@ def judged(found: Set, label: str) -> Tally:
     return tally
 
 
+def tallied(part: str, name: str, seed: int) -> Tally:
+    """One set of a part of the laboratory."""
+    make = PARTS[part][1]
+    return judged(make(name, seed), f"{name} {seed}")
+
+
+PARTS: dict[str, tuple[tuple[str, ...], Callable[[str, int], Set]]] = {
+    "ordinary": (KINDS, lambda kind, seed: a_set(seed, kind)),
+    "imperfect": (IMPERFECTIONS, an_imperfect_set),
+    "wrong": (tuple(WRONG), a_wrong_set),
+}
+"""The parts of the laboratory: the kinds of sets of each, and what makes one of a seed."""
+
+
+def together(jobs: Iterable[tuple[str, str, int]]) -> dict[str, Tally]:
+    """Tallies of sets, each of a part, a kind and a seed, by their kinds."""
+    tallies: dict[str, Tally] = {}
+    for part, name, seed in jobs:
+        tallies.setdefault(name, Tally()).add(tallied(part, name, seed))
+    return tallies
+
+
 def coverage(seeds: Iterable[int]) -> dict[str, Tally]:
     """Tallies of ordinary sets, by their kinds."""
-    tallies: dict[str, Tally] = {}
-    for seed in seeds:
-        found = a_set(seed)
-        tallies.setdefault(found.kind, Tally()).add(judged(found, f"{found.kind} {seed}"))
-    return tallies
+    return together(("ordinary", KINDS[seed % len(KINDS)], seed) for seed in seeds)
 
 
-def wrong(seeds: range, names: tuple[str, ...] = tuple(WRONG)) -> dict[str, Tally]:
+def wrong(seeds: range) -> dict[str, Tally]:
     """Tallies of sets with something wrong, by what that is."""
-    tallies: dict[str, Tally] = {}
-    for name in names:
-        for seed in seeds:
-            found = judged(a_wrong_set(name, seed), f"{name} {seed}")
-            tallies.setdefault(name, Tally()).add(found)
-    return tallies
-
-
-def imperfect(seeds: range, names: tuple[str, ...] = IMPERFECTIONS) -> dict[str, Tally]:
-    """Tallies of sets of good joints on imperfect rigs, by the imperfections."""
-    tallies: dict[str, Tally] = {}
-    for name in names:
-        for seed in seeds:
-            found = judged(an_imperfect_set(name, seed), f"{name} {seed}")
-            tallies.setdefault(name, Tally()).add(found)
-    return tallies
+    return together(("wrong", name, seed) for name in WRONG for seed in seeds)
 
 
 def table(tallies: dict[str, Tally]) -> list[str]:
@@ -115,4 +118,4 @@ def table(tallies: dict[str, Tally]) -> list[str]:
     return lines
 
 
-__all__ = ["IMPERFECTIONS", "KINDS", "Tally", "coverage", "imperfect", "table", "wrong"]
+__all__ = ["KINDS", "PARTS", "Tally", "coverage", "table", "tallied", "wrong"]

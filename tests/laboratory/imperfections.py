@@ -8,13 +8,12 @@ import numpy as np
 
 import microslip as ms
 
-from .physics import FINE, Floats, Joint, motion, respond, sampled
+from .physics import FINE, Floats, Joint, motion, places, responded, sampled
 from .sets import RATE, SUMMITS, Set
 
 CYCLES = 20
 LAG = 1.0 / 160.0
-"""Of a cycle, by which a delayed force is late: whole steps of the history, for chords between them
-cut the corners at reversals (by 0.01 % of the friction)."""
+"""Of a cycle, by which a delayed force is late."""
 
 
 @dataclass
@@ -140,11 +139,12 @@ def an_imperfect_set(kind: str, seed: int) -> Set:
         slid = float(np.interp(0.98 * full, backbone[1], backbone[0]))
         for reach in (0.4, 2.5):
             x = _way(kind, reach * slid, cycles)
-            force = respond(x, backbone, _limits(kind, rng, np.arange(x.size) / FINE))
+            limits = _limits(kind, rng, np.arange(x.size) / FINE)
+            at = places(x.size, samples)
             if kind.startswith("delay"):
-                at = np.arange(force.size)
-                force = np.interp(at - LAG * FINE, at, force)
-            parts = Signals(sampled(x, samples), sampled(force, samples), load, samples)
+                at = np.maximum(at - LAG * FINE, 0.0)
+            force = responded(x, backbone, at, limits)
+            parts = Signals(sampled(x, samples), force, load, samples)
             if kind.startswith("gain"):
                 parts.options["gain"] = gain
             size = float(np.abs(parts.x).max())

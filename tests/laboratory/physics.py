@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 FINE = 960
-"""Steps a cycle of the history; samples are taken of them by interpolation."""
+"""Steps a cycle of the history."""
 
 
 @dataclass(frozen=True)
@@ -110,7 +110,24 @@ def motion(cycles: int, amplitude: Floats | float, third: float = 0.0) -> Floats
     return along * (np.sin(angle) + third * np.sin(3.0 * angle))
 
 
+def places(size: int, samples: float, phase: float = 0.0) -> Floats:
+    """Where samples are taken of a fine history, so many a cycle, from a phase on."""
+    return np.arange(phase, size - 1, FINE / samples)
+
+
 def sampled(values: Floats, samples: float, phase: float = 0.0) -> Floats:
-    """Samples of a fine history, so many a cycle, from a phase on."""
-    place = np.arange(phase, values.size - 1, FINE / samples)
-    return np.interp(place, np.arange(values.size), values)
+    """Samples of a fine history."""
+    return np.interp(places(values.size, samples, phase), np.arange(values.size), values)
+
+
+def responded(
+    x: Floats, backbone: tuple[Floats, Floats], at: Floats, scale: Floats | None = None
+) -> Floats:
+    """The force at places of a fine history: sliders only have to stop there and at the turns."""
+    step = np.diff(x)
+    stops = np.union1d(at, np.flatnonzero(step[1:] * step[:-1] <= 0.0) + 1.0)
+    stops = stops[stops <= at[-1]]
+    grid = np.arange(x.size)
+    limits = None if scale is None else np.interp(stops, grid, scale)
+    force = respond(np.interp(stops, grid, x), backbone, limits)
+    return force[np.searchsorted(stops, at)]

@@ -8,7 +8,7 @@ import numpy as np
 
 import microslip as ms
 
-from .physics import Floats, Joint, motion, respond, sampled
+from .physics import Floats, Joint, motion, places, responded, sampled
 
 KINDS = (
     "plain",
@@ -101,9 +101,9 @@ def _record(
         scale = 1.0 - 0.35 * np.exp(-turn * cycles / 4.0)
     if kind == "moving":
         scale = 1.0 + float(rng.choice([-1.0, 1.0])) * float(rng.uniform(0.03, 0.4)) * (turn - 0.5)
-    force = respond(x, backbone, scale)
     phase = float(rng.uniform(0.0, 400.0))
-    x, force = sampled(x, samples, phase), sampled(force, samples, phase)
+    force = responded(x, backbone, places(x.size, samples, phase), scale)
+    x = sampled(x, samples, phase)
     if kind == "drifting":
         along = np.linspace(-0.5, 0.5, x.size)
         force = force + 0.05 * backbone[1][-1] * along

@@ -9,7 +9,6 @@ import re
 from collections import Counter
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from dataclasses import asdict
 from pathlib import Path
 
 import microslip
@@ -86,7 +85,7 @@ def _run(jobs: list[Job], processes: int) -> dict[Job, Tally]:
         for future in as_completed(waiting):
             job = waiting[future]
             done[job] = future.result()
-            print(json.dumps([code.hexdigest(), job, asdict(done[job])]), file=log, flush=True)
+            print(json.dumps([code.hexdigest(), job, vars(done[job])]), file=log, flush=True)
     return done
 
 

@@ -428,6 +428,19 @@ def test_a_person_s_way(bench: Bench, tmp_path: Path) -> None:
         page.mouse.move(box["x"] + 0.9 * box["width"], box["y"] + 20, steps=4)
         page.mouse.up()
         assert "Used:" in page.locator("form").inner_text()
+        # What is refused takes neither the pictures nor the open fields away.
+        page.locator("details.more summary").click()
+        page.locator('[name="zero"]').fill("force=2")
+        page.locator('[name="zero"]').press("Enter")
+        page.locator("#error", has_text="wanted a zero such as").wait_for(timeout=60_000)
+        assert page.locator("canvas").count() == 3
+        page.locator('[name="zero"]').fill("")
+        page.locator('[name="zero"]').press("Tab")
+        page.locator('[name="flip-sign"]').check()
+        page.locator("p.refused", has_text="--flip-sign").wait_for(timeout=60_000)
+        page.locator('[name="flip-sign"]').uncheck()
+        page.locator("p.refused").wait_for(state="detached", timeout=60_000)
+        wrong.clear()  # the browser notes that the workbench refused
         page.locator('[name="command"]').select_option("identify")
         assert page.inner_text("#run") == "Run identify"
         page.locator('[name="command"]').select_option("measure")

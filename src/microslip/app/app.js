@@ -50,16 +50,15 @@ async function take(files) {
 }
 
 async function look(uploads, what, options) {
-  const mine = { uploads, what, options, part: null, preview: null };
+  const before = picked && picked.uploads === uploads && picked.what === what ? picked.preview : null;
+  const mine = { uploads, what, options, part: null, preview: before }; // what is refused leaves it there
   picked = mine;
   sessionStorage.setItem("picked", JSON.stringify({ uploads, what, options }));
   drawForm();
-  await safely(async () => {
-    const preview = await ask(`/api/uploads/${uploads[0].id}/look`, "POST", { what, options: given(what, options) });
-    mine.preview = preview;
-  });
+  const found = await safely(() => ask(`/api/uploads/${uploads[0].id}/look`, "POST", { what, options: given(what, options) }));
+  if (found) mine.preview = found;
   if (picked === mine) drawForm(); // else another file was chosen meanwhile
-  return mine.preview !== null;
+  return found !== undefined;
 }
 
 // The forms are those of the commands: what an option is called, takes and means, they say.
@@ -105,6 +104,7 @@ function inputOf(field, options) {
 
 function drawForm() {
   const form = $("new");
+  const open = Boolean(form.querySelector(".more")?.open);
   form.hidden = !picked;
   form.replaceChildren();
   if (!picked) return;
@@ -126,7 +126,7 @@ function drawForm() {
     form.append(make("label", { class: "field" }, "What to do", input));
   }
   const keep = () => sessionStorage.setItem("picked", JSON.stringify({ uploads, what, options }));
-  const fields = fieldsOf(what, options), more = make("details", {}, make("summary", {}, "More options"));
+  const fields = fieldsOf(what, options), more = make("details", { class: "more", open }, make("summary", {}, "More options"));
   for (const field of fields) {
     const input = inputOf(field, options);
     input.addEventListener("change", () => {
@@ -292,6 +292,7 @@ function drawScan(form, preview) {
 function drawRecord(form, preview) {
   const unit = preview.has_time ? "s" : "samples", along = preview.has_time ? ["Time", "s"] : ["Samples", ""];
   form.append(make("p", { class: "small" }, `${preview.samples} samples, ${preview.cycles.length} cycles found`));
+  if (preview.refused) form.append(make("p", { class: "refused small" }, preview.refused));
   const said = make("figcaption", {}, `Displacement against time [${unit}], grey: where cycles begin. Draw over a span to use only that.`);
   const ondrag = (part) => {
     picked.part = part;

@@ -64,8 +64,8 @@ def save_scan(scan: Scan, part: Any, save: str) -> dict[str, Any]:
     return {"given": {"unit": ["m"], "pixel": [f"{dx!r} m", f"{dy!r} m"]}, "kept": shape}
 
 
-def record_view(record: Record) -> dict[str, Any]:
-    """Displacement and force over time and over each other, and where cycles begin."""
+def record_view(record: Record, say: Any = str) -> dict[str, Any]:
+    """Displacement and force over time and over each other, and where cycles begin, or why none."""
     from microslip.tribometer import measure
 
     time, has_time = _times(record)
@@ -85,7 +85,7 @@ def record_view(record: Record) -> dict[str, Any]:
         starts = measure(record).cycles["start"].astype(int)
         view["cycles"] = [float(time[min(start, time.size - 1)]) for start in starts[:400]]
     except InputError as error:
-        view["notes"].append(str(error))
+        view["refused"] = say(error)
     return view
 
 

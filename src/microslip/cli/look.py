@@ -30,7 +30,7 @@ def record(path: str, reading: Reading) -> None:
     from microslip.app.preview import record_view, save_record
 
     read, part = reading.read(path), _part()
-    _answer(record_view(read) if part is None else save_record(read, **part))
+    _answer(record_view(read, _said) if part is None else save_record(read, **part))
 
 
 @look.command()
@@ -67,15 +67,15 @@ def main() -> None:
     except click.ClickException as error:
         _answer({"error": error.format_message()})
     except InputError as error:
-        _answer({"error": error.said(spelling(_command()))})
+        _answer({"error": _said(error)})
     except (OSError, ValueError, TypeError, KeyError, MemoryError) as error:
         _answer({"error": f"{type(error).__name__}: {error}"[:500]})
 
 
-def _command() -> click.Context:
-    """The command that was asked for, which knows how arguments are written."""
+def _said(error: InputError) -> str:
+    """An error as the command that was asked for spells its arguments."""
     command = look.commands[sys.argv[1]]
-    return click.Context(command, info_name=command.name)
+    return error.said(spelling(click.Context(command, info_name=command.name)))
 
 
 if __name__ == "__main__":

@@ -92,7 +92,7 @@ def test_a_panel_softens_as_was_published() -> None:
     np.testing.assert_allclose(damping, [0.4616, 0.4834, 0.5420, 0.5580], rtol=0.005)
 
 
-def test_what_loops_did_not_tell_is_asked_back(tmp_path: Path) -> None:
+def test_what_loops_did_not_determine_is_flagged_as_a_likely_unit_error(tmp_path: Path) -> None:
     text = (FOLDER / "lay.toml").read_text("utf-8")
     text = text.replace("schema = 1", 'schema = 1\nnot_identified = ["surface.radius"]')
     study = ms.Study.from_toml(text)

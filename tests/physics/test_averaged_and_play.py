@@ -116,7 +116,7 @@ def test_what_averaged_loops_refuse() -> None:
 
 
 @pytest.mark.slow
-def test_play_is_told_and_taken_off() -> None:
+def test_play_is_reported_and_removed() -> None:
     """80 nm of play: a note names it; asked for, it is found, and the joint beside it."""
     moved = records(PLAY)
     blind = ms.identify(moved, held_back=0.0, intervals="curvature")

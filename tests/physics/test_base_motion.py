@@ -242,7 +242,7 @@ def test_dashpots_need_something_to_stand_on() -> None:
         np.testing.assert_allclose(seen[-1, :, 1], expected, rtol=1e-9)
 
 
-def test_what_lasts_on_a_base_is_told_of_every_point() -> None:
+def test_what_lasts_on_a_base_is_reported_of_every_point() -> None:
     """A softening spring, its fundamental alone: 246 points with one fold, held by base or sensor.
 
     A motion of square s lasts where the base's level rises with it and the mean is held: in closed

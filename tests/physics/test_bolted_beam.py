@@ -64,7 +64,7 @@ def test_its_modal_curve_is_solved_up_to_slip(friction: float) -> None:
     assert (curve.loss.min(axis=1) > -1e-3 * curve.loss.max(axis=1)).all()
 
 
-def test_harmonics_that_are_left_out_are_told() -> None:
+def test_harmonics_that_are_left_out_are_reported() -> None:
     """One step of Newton's method against the solution with ten harmonics."""
     amplitudes = [1e-6, 6e-5]
     odd, usual, many = (

@@ -234,7 +234,7 @@ def test_a_rectangular_pixel_is_a_stretched_face() -> None:
     assert loads[1] == pytest.approx(loads[0], rel=0.05)
 
 
-def test_the_ratio_of_stiffnesses_knows_shape_and_lay() -> None:
+def test_the_ratio_of_stiffnesses_includes_shape_and_lay() -> None:
     n = 320  # wide beside the contact: its images pull by a share a/n
     x = np.arange(n) - n / 2 + 0.5
     space = HalfSpace((n, n), mirrored=False)
@@ -259,7 +259,7 @@ def test_the_ratio_of_stiffnesses_knows_shape_and_lay() -> None:
     assert turned == pytest.approx(turn @ tensor @ turn.T, abs=0.01)
 
 
-def test_elliptic_summits_know_a_lay_while_contacts_are_few() -> None:
+def test_elliptic_summits_show_a_lay_while_contacts_are_few() -> None:
     """A face of 4:1, long enough for its waves: solved, and by the curvatures of its summits."""
     n, lay = 128, 4
     qx, qy = np.fft.rfftfreq(n * lay), np.fft.fftfreq(n)

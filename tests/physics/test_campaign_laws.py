@@ -16,7 +16,7 @@ from microslip.tribometer.wear import proportional, with_threshold
 
 @pytest.mark.parametrize("number", [3, 6, 12])
 @pytest.mark.parametrize("scatter", [0.0, 0.01, 0.05])
-def test_the_pooled_value_knows_specimens_and_cycles(number: int, scatter: float) -> None:
+def test_the_pooled_value_includes_specimens_and_cycles(number: int, scatter: float) -> None:
     """Specimens whose own errors differ by a factor of fifteen, from none to much scatter."""
     rng = np.random.default_rng([7, number])
     trials, held = 2000, 0

@@ -133,7 +133,7 @@ def of_many(count: int, law: str = "population") -> ms.Interface:
 
 @pytest.mark.parametrize("law", ["population", "rough"])
 @pytest.mark.parametrize("count", [5, 64, 65, 100, 300, 5000])
-def test_any_number_of_summits_loses_what_masing_says(count, law) -> None:
+def test_any_number_of_summits_dissipates_by_masings_rules(count, law) -> None:
     joint = of_many(count, law)
     a = reach_of(joint) * np.array([0.02, 0.3, 0.9])
     for x in a:

@@ -89,7 +89,7 @@ def test_delays_are_held_by_their_intervals() -> None:
 
 
 @pytest.mark.parametrize("wrong", [{"late": 1.2}, {"filtered": 1.2}, {"late": -1.2}])
-def test_a_late_force_is_told_with_its_remedy(wrong: dict[str, float]) -> None:
+def test_a_late_force_is_reported_with_its_remedy(wrong: dict[str, float]) -> None:
     """Two degrees: half of the energy of partial slip, more or less."""
     amplitude = 0.3 * SLIP
     bad = record(1, amplitude, **wrong)
@@ -127,7 +127,7 @@ def test_nothing_is_said_of_sound_records(amplitude: float) -> None:
 
 
 @pytest.mark.parametrize(("channel", "size"), [("force", 0.3 * LIMIT), ("displacement", 2e-7)])
-def test_a_drift_is_told_by_both_commands(channel: str, size: float) -> None:
+def test_a_drift_is_reported_by_both_commands(channel: str, size: float) -> None:
     bad = record(2, SLIP, **{channel: size})
     measured = ms.measure(bad)
     (note,) = [text for text in measured.notes if "drifts" in text]

@@ -230,7 +230,7 @@ def test_where_a_cycle_rests() -> None:
     assert np.abs(slopes).max() < 1e-12 * FIELD.tangential_stiffnesses.max()
 
 
-def test_a_cycle_loses_what_the_joint_says() -> None:
+def test_a_cycle_dissipates_the_energy_of_the_joint() -> None:
     """The sine coefficient of the force holds the loss: E = pi a F, and the error is of order 2."""
     a = 3e-7
     wanted = np.array([joint(FIELD, i).dissipated_energy(a) for i in range(NODES)])
@@ -284,7 +284,7 @@ def test_without_samples_the_jacobian_is_that_of_differences() -> None:
         assert off.max() < 2e-5  # of second order, and digits that differences lose
 
 
-def test_without_samples_a_cycle_loses_what_the_joint_says() -> None:
+def test_without_samples_a_cycle_dissipates_the_energy_of_the_joint() -> None:
     a = np.geomspace(1e-10, 1e-5, 9)
     for amplitude in a.tolist():
         force, _ = FIELD.harmonics([0.0, amplitude, 0.0], (0, 1))

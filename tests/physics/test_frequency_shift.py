@@ -34,7 +34,7 @@ def test_microslip_adds_the_damping_of_a_bent_backbone() -> None:
 
 
 @pytest.mark.parametrize("quartic", [6e23, -6e23])
-def test_geometry_is_told_apart(quartic: float) -> None:
+def test_geometry_is_distinguished(quartic: float) -> None:
     mass = ms.Structure([[2.0]], [[4.0 * JOINT.tangential_stiffness]])
     jointed = mass.attach(JOINT, directions=[1.0])
     whole = jointed.with_geometry([1.0], quartic=np.full((1,) * 4, quartic))

@@ -562,7 +562,7 @@ def test_laws_of_one_name_are_all_compared() -> None:
     assert least[both.best] == 0.0
 
 
-def test_a_robust_loss_bears_an_outlier() -> None:
+def test_a_robust_loss_tolerates_an_outlier() -> None:
     """A knock on the table in every cycle at one phase."""
     record = record_of(CELL, 8e-6, force=0.3)
     force = record.force.copy()

@@ -253,7 +253,7 @@ def test_intervals_of_a_delay_hold_it() -> None:
 # -- a rig that cannot be ------------------------------------------------------------------------
 
 
-def test_a_rig_a_little_too_soft_is_told_beside_the_misfit() -> None:
+def test_a_rig_a_little_too_soft_is_reported_beside_the_misfit() -> None:
     """There a fit comes out, which leaves much."""
     found = ms.identify(
         loops(JOINT, None, 6e-6, 1),

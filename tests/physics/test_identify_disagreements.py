@@ -72,7 +72,7 @@ WRONG: dict[str, dict[str, Any]] = {
 
 
 @pytest.mark.parametrize("name", WRONG)
-def test_a_contradiction_is_told(name: str) -> None:
+def test_a_contradiction_is_reported(name: str) -> None:
     """The datum is named with its deviations, and what it has spoilt is in doubt."""
     found = identified(**WRONG[name])
     names = [*WRONG[name].get("known", {})]
@@ -143,7 +143,7 @@ def test_a_law_that_does_not_suit_blames_no_rig() -> None:
         assert not any("one rig" in one.reason for one in found.parameters.values())
 
 
-def test_rigs_that_differ_are_told_with_their_spread() -> None:
+def test_rigs_that_differ_are_reported_with_their_spread() -> None:
     """Compliances of 1/500 and 1/300 m/GN: 50 % of their mean apart."""
     found = ms.identify(
         [record(2000.0, 1), record(2000.0, 2, rig=3e8)], held_back=0, summits=np.inf

@@ -166,7 +166,7 @@ def test_noise_of_a_load_counts() -> None:
     assert wider == pytest.approx(of_load / of_force, rel=0.05)
 
 
-def test_a_law_without_load_does_not_feel_it() -> None:
+def test_a_law_without_load_ignores_it() -> None:
     """A cell has its force limit from the force."""
     found = ms.identify(record(3, 0.05), "jenkins", held_back=0, intervals="curvature")
     assert not any("measured load" in text for text in found.notes)
@@ -198,7 +198,7 @@ def test_misses_are_as_large_as_said() -> None:
 
 
 @pytest.mark.parametrize("size", [20.0, 100.0])
-def test_a_drift_is_taken_off(size: float) -> None:
+def test_a_drift_is_removed(size: float) -> None:
     """A straight line over the record changes no number, and is said."""
     made = record(4)
     line = size * np.arange(len(made)) / len(made)
@@ -218,7 +218,7 @@ def test_a_drift_is_taken_off(size: float) -> None:
 
 
 @pytest.mark.parametrize("size", [1e-7, 2e-6])
-def test_a_drift_of_the_displacement_is_taken_off(size: float) -> None:
+def test_a_drift_of_the_displacement_is_removed(size: float) -> None:
     """As of a transducer that warms up."""
     made = record(4)
 

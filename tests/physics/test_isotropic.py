@@ -123,7 +123,7 @@ def test_the_tangent_is_that_of_the_step() -> None:
         state.commit()
 
 
-def test_energy_is_never_lost_to_less_than_nothing() -> None:
+def test_dissipated_energy_is_never_negative() -> None:
     """Work is what is stored and what is lost; each step loses something or nothing."""
     state = TWO.start(energies=True)
     work, last, force, lost = 0.0, np.zeros(2), np.zeros(2), 0.0

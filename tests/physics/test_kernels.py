@@ -163,7 +163,7 @@ def check_all(x, cuts):
 
 
 @pytest.mark.parametrize("name", RECORDS)
-def test_every_road_on_every_kind_of_record(name):
+def test_every_path_on_every_kind_of_record(name):
     record = RECORDS[name]
     rng = np.random.default_rng(len(name))
     cuts = np.sort(rng.integers(0, record.size, 12))
@@ -184,7 +184,7 @@ many = settings(max_examples=5 * settings.default.max_examples)
 
 @many
 @given(x=records(max_size=80), cuts=st.lists(st.integers(0, 80), max_size=8))
-def test_every_road_on_records_by_chance(x, cuts):
+def test_every_path_on_records_by_chance(x, cuts):
     check_all(x, sorted(min(c, x.size) for c in cuts))
 
 

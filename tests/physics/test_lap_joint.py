@@ -51,7 +51,7 @@ def test_a_solid_beam_bends_as_timoshenko_says(kind: str) -> None:
     assert (errors[0] > 0.0).all()
 
 
-def test_matrices_know_rigid_motion_and_mass() -> None:
+def test_matrices_have_rigid_motion_and_mass() -> None:
     elements = Elements(beam("hexahedron", (3, 2, 2), (0.3, 0.02, 0.03)))
     stiffness, mass = elements.matrices()
     rigid = elements.rigid_motion

@@ -194,7 +194,7 @@ def test_a_ramp_is_left_out_of_the_means() -> None:
     assert len(measured) >= 92
 
 
-def test_steps_are_told_apart_block_by_block() -> None:
+def test_steps_are_distinguished_block_by_block() -> None:
     levels = (0.5, 0.8, 1.2)
     amplitude = AMPLITUDE * np.repeat(levels, (20, 40, 25))
     measured = ms.measure(run_of(amplitude, np.full(amplitude.size, LIMIT)))

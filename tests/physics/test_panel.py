@@ -16,7 +16,7 @@ STEEL = ms.Material(206e9, 0.3)
 SIZES = Sizes(0.3, 0.1, 1.5e-3, 1.1e-3)
 
 
-def test_a_strip_s_forces_are_its_energy_s_slopes() -> None:
+def test_forces_of_a_strip_are_derivatives_of_its_energy() -> None:
     """Membrane and bending energy by quadrature of cubic and linear shapes, without matrices."""
     strip, count = Strip(SIZES, STEEL, count=6), 6
     h = SIZES.length / count
@@ -150,7 +150,7 @@ def as_its_mode(strip: Strip, mass: np.ndarray, stiffness: np.ndarray) -> np.nda
 
 
 @pytest.mark.slow
-def test_an_arch_let_go_swings_and_decays_as_its_modal_curve() -> None:
+def test_a_released_arch_decays_along_its_modal_curve() -> None:
     """All its von Karman elements in time, a joint at its end with memory, let go at 0.8 mm.
 
     Modes beside the first have 5 % of damping: what the start excites in them is gone at once.

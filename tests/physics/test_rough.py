@@ -161,7 +161,7 @@ def shaped(space: HalfSpace, heights: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize(
     ("kind", "kurtosis"), [("pointed", 4.7), ("peaks", 6.2), ("worn", 6.2), ("even", 2.1)]
 )
-def test_heights_that_are_not_gaussian_are_told_as_a_factor(kind: str, kurtosis: float) -> None:
+def test_heights_that_are_not_gaussian_are_reported_as_a_factor(kind: str, kurtosis: float) -> None:
     """Both factors together against boundary elements; the load's alone misses by up to 2.5."""
     from scipy.special import ndtri
 

@@ -300,7 +300,7 @@ def test_few_digits_are_no_outliers() -> None:
     assert np.flatnonzero(np.isnan(cleaned.heights)).tolist() == [1234]
 
 
-def test_steps_are_done_in_the_order_that_is_told() -> None:
+def test_steps_are_done_in_the_order_that_is_reported() -> None:
     tilted = form("plane", ROUGH.shape) + HOLED
     tilted[20, 20] = 1.0
     steps: dict[str, Any] = {"outliers": 8, "level": "plane", "fill": "interpolate"}

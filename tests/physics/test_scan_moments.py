@@ -518,7 +518,7 @@ def test_measured_surfaces_have_their_parameters(name: str) -> None:
 
 
 @NEEDS
-def test_a_scratch_is_told() -> None:
+def test_a_scratch_is_reported() -> None:
     scan = real("mnt-1.mnt")
     assert scan.statistics().kurtosis > 300.0
     words = {verdict.name: verdict.word for verdict in verdicts(scan)}

@@ -203,7 +203,7 @@ def test_a_lap_on_the_ground_is_a_clamp_with_springs() -> None:
 
 
 @pytest.mark.slow
-def test_a_slack_bolt_ties_nothing_and_keeps_its_mass() -> None:
+def test_a_slack_bolt_transmits_no_force_and_keeps_its_mass() -> None:
     bolts = ms.Bolts([-0.02, 0.02], **(BOLT | {"tension": [100.0, 200.0]}))
     two = beam(laps=[ms.Lap(0.0, 0.06, bolts)])
     parts = [

@@ -16,7 +16,7 @@ import microslip as ms
         ("viscous", "viscous", "a force proportional to velocity"),
     ],
 )
-def test_what_is_needed_is_told_and_mends_the_fit(kind: str, name: str, words: str) -> None:
+def test_what_is_needed_is_reported_and_mends_the_fit(kind: str, name: str, words: str) -> None:
     made = a_wrong_set(kind, 0)
     bare = ms.identify(made.records, held_back=0, summits=np.inf)
     assert any(words in note and f"nuisances=['{name}']" in note for note in bare.notes)

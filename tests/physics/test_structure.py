@@ -155,7 +155,7 @@ def test_a_motion_s_energies_add_up_and_its_error_is_of_second_order() -> None:
     assert exact.energy_error < 1e-10
 
 
-def test_what_joints_lose_is_told_apart_from_what_they_store() -> None:
+def test_what_joints_lose_is_distinguished_from_what_they_store() -> None:
     """Work in = kinetic + stored + dissipated; a spring's stored energy is T^2/(2 k), known."""
     stiffness = 1e8
     slider = ms.Structure(MASS, STIFFNESS).attach(ms.Jenkins(stiffness, 100.0), directions=BETWEEN)
@@ -297,7 +297,7 @@ def test_a_response_is_followed_around_turning_points() -> None:
     assert np.isnan(drawn.y[(turns[0] + turns[1]) // 2])
 
 
-def test_motions_in_time_stay_or_leave_as_is_told_of_every_point() -> None:
+def test_motions_in_time_stay_or_leave_as_is_reported_of_every_point() -> None:
     """A bouncing face with sliders beside it, over a fold: 208 points, pushed by 1 % both ways.
 
     Central differences of 192 steps a period, the law read from a table and the sliders as springs
@@ -414,7 +414,7 @@ def pulled_bar_loss(std: float, nodes: int) -> float:
     return float(loss / (2.0 / 3.0 * pull**3 / (stiffness * friction)))
 
 
-def test_a_pulled_bar_loses_what_coulomb_friction_takes_as_roughness_fades() -> None:
+def test_a_pulled_bar_tends_to_coulomb_friction_as_roughness_vanishes() -> None:
     """Extrapolated in the mesh, of first order in the roughness."""
 
     def miss(std: float) -> float:
@@ -445,7 +445,7 @@ def test_harmonic_tangents_are_the_differences_of_the_forces() -> None:
     assert np.abs((ahead - behind) / (2 * step) - tangent).max() < 1e-7 * np.abs(tangent).max()
 
 
-def test_a_large_structure_keeps_what_the_joints_feel(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_large_structure_keeps_the_motion_at_its_joints(monkeypatch: pytest.MonkeyPatch) -> None:
     """Forty modes and the static answers to the joint, against all modes; sparse as well."""
     from scipy import sparse
 
@@ -545,7 +545,7 @@ def test_joints_that_never_part_are_integrated_as_a_ring_down_is() -> None:
     assert abs(found - wanted).max() < 2e-3 * abs(wanted).max()
 
 
-def test_the_error_of_the_steps_is_told_where_faces_part() -> None:
+def test_the_error_of_the_steps_is_reported_where_faces_part() -> None:
     """A mass bouncing on its face, beside DOP853 and the normal law itself."""
     from scipy.integrate import solve_ivp
 

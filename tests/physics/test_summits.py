@@ -313,7 +313,7 @@ def test_real_scans(name: str, density: float, radius: float, std: float) -> Non
     assert other.density < 0.5 * density
 
 
-def test_cutoff_decides() -> None:
+def test_results_depend_on_the_cutoff() -> None:
     """Gaussians of 1, 2 and 4 pixels move McCool's radius from 276 to 783, 2627 and 12 854 um."""
     scan = real("plu-1.plu")
     # Half the amplitude at 2 pi/sqrt(2 ln 2) standard deviations.

@@ -206,7 +206,7 @@ def test_arrays_of_another_joint_are_refused_and_those_of_before_read() -> None:
         other.start(arrays)
 
 
-def test_a_turn_costs_the_same_whatever_is_open() -> None:
+def test_a_reversal_costs_the_same_for_any_number_of_open_ones() -> None:
     """It looks at the reversals that it closes, and at no others."""
     state = WORKED.start()
     count = 2000

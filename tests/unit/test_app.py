@@ -209,7 +209,7 @@ def test_a_study_names_no_file(key: str, text: str, tmp_path: Path) -> None:
         check_study(file)
 
 
-def test_a_study_is_no_bomb(tmp_path: Path) -> None:
+def test_a_study_cannot_exhaust_memory(tmp_path: Path) -> None:
     """A key of so many levels takes the square of them in time and memory: 24 GB."""
     file = tmp_path / "study.toml"
     file.write_text("a" + ".a" * 200_000 + " = 1")
@@ -408,7 +408,7 @@ def test_a_run_is_cancelled(bench: Bench) -> None:
 
 @pytest.mark.slow
 @pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed")
-def test_a_person_s_way(bench: Bench, tmp_path: Path) -> None:
+def test_a_session_in_a_browser(bench: Bench, tmp_path: Path) -> None:
     api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
     (tmp_path / "run.csv").write_bytes(record_text(tmp_path))
     with api.sync_playwright() as playwright:

@@ -131,7 +131,7 @@ WRONG = {
 
 
 @pytest.mark.parametrize("case", WRONG.values(), ids=WRONG)
-def test_wrong_input_is_told(
+def test_wrong_input_is_reported(
     case: tuple[list[str], str], folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     words, message = case

@@ -218,7 +218,7 @@ def test_known() -> None:
     assert found["derived"]["density"]["low"] < 1e8 < found["derived"]["density"]["high"]
 
 
-def test_rigs_that_differ_are_told_in_options(folder: Path) -> None:
+def test_rigs_that_differ_are_reported_in_options(folder: Path) -> None:
     """The status is in the study that is written; the remedy is an option."""
     rig = ms.VirtualTribometer(
         JOINT.at(normal_load=2000.0), rig_stiffness=2e8, noise=0.003, sample_rate=2560, seed=3
@@ -256,7 +256,7 @@ def test_what_was_given_and_the_loops_disagree(folder: Path) -> None:
     assert given["without"] == pytest.approx(RIG, rel=0.02)
 
 
-def test_a_turned_force_is_told_with_its_option() -> None:
+def test_a_turned_force_is_reported_with_its_option() -> None:
     record = ms.Record.read("heavy.csv")
     ms.Record(record.displacement, -record.force, normal_load=2000.0, sample_rate=2560).to_csv(
         "turned.csv"

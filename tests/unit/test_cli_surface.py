@@ -267,7 +267,7 @@ def test_a_direction_of_motion_makes_summits_elliptic(folder: Path, undrawn: Non
     assert ratios == pytest.approx([1.069, 1.157, 0.939, 0.884], abs=0.002)
 
 
-def test_missing_points_are_told_and_filled(folder: Path) -> None:
+def test_missing_points_are_reported_and_filled(folder: Path) -> None:
     heights = np.load("ground.npy")
     heights[np.random.default_rng(4).random(heights.shape) < 0.3] = np.nan
     np.save("holes.npy", heights)
@@ -436,7 +436,7 @@ def test_an_option_is_not_taken_from_the_last_of_two(
     assert message in fails("surface", "ground.npy", *AS_IS, *options)
 
 
-def test_a_number_for_nothing_measured_is_told(folder: Path) -> None:
+def test_a_number_for_nothing_measured_is_reported(folder: Path) -> None:
     heights = np.load("ground.npy")
     heights[10:12, 20:30] = -9999.0
     np.save("gaps.npy", heights)
@@ -486,7 +486,7 @@ def test_wrong_files_are_one_line(folder: Path) -> None:
     assert fails("surface", "cut.npy", *AS_IS).startswith("error: cut.npy: ")
 
 
-def test_the_reasons_of_a_scratch_are_told(folder: Path) -> None:
+def test_the_reasons_of_a_scratch_are_reported(folder: Path) -> None:
     """A scratch makes the variance, and few summits: the report says why estimates differ."""
     scan = random_surface((128, 128), 1e-6, m0=1e-16, m2=1e-6, m4=4e4, seed=2)
     heights = scan.heights.copy()

@@ -41,7 +41,7 @@ def test_heights_that_fall_exponentially_have_a_card_in_closed_form():
     assert np.interp(5e5, p[:-1], slopes[1:]) == pytest.approx(5e5 / scale, rel=0.1)
 
 
-def test_damping_that_is_told_is_that_of_loops():
+def test_damping_that_is_reported_is_that_of_loops():
     card = export.ContactCard.of(JOINT, amplitude=1e-7)
     assert card.layer.loss_factor == pytest.approx(
         JOINT.loop(1e-7, samples=4001).loss_factor, rel=1e-6

@@ -129,7 +129,7 @@ WRONG = {
 
 
 @pytest.mark.parametrize("case", WRONG.values(), ids=WRONG)
-def test_wrong_input_is_told(case: tuple[tuple[str, str], str]) -> None:
+def test_wrong_input_is_reported(case: tuple[tuple[str, str], str]) -> None:
     (target, vary), message = case
     with pytest.raises(ms.InputError) as caught:
         search(SURE, target, vary)

@@ -88,7 +88,7 @@ def test_parameters_have_units(item: Any) -> None:
 
 
 @folded("item", COMPUTING, whole=True)
-def test_the_source_is_told(item: Any) -> None:
+def test_the_source_is_reported(item: Any) -> None:
     """An equation of the chapter or a DOI, in the class or one of its own members."""
     text = item.__doc__ or ""
     for name, member, _ in members(item) if inspect.isclass(item) else ():

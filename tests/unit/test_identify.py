@@ -189,7 +189,7 @@ def test_levels() -> None:
     assert levels_of([100.0, 100.9, 200.0, None, 100.0]) == [0, 0, 1, 2, 0]
 
 
-def test_records_of_different_rigs_are_told() -> None:
+def test_records_of_different_rigs_are_reported() -> None:
     """Unless the rigs have labels."""
     records = [
         record(JOINT, 12e-6, rig_stiffness=2e8, noise=0.001),

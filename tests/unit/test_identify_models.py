@@ -197,7 +197,7 @@ def test_what_is_missing() -> None:
 
 
 @pytest.mark.parametrize("number", range(4))
-def test_bouc_wen_bears_a_doubled_top(number: int) -> None:
+def test_bouc_wen_accepts_a_repeated_peak(number: int) -> None:
     """Samples that repeat the top, or wiggle there by rounding, change nothing."""
     from microslip.identification.models.bouc_wen import BoucWenModel
 

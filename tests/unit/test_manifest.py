@@ -111,7 +111,7 @@ def test_identify_reads_it_and_fits_each_specimen(campaign: Path, tmp_path: Path
         assert stiffness["value"] == pytest.approx(stiffness_at(load), rel=0.02)
 
 
-def test_specimens_that_no_common_fit_answers_are_told_by_themselves() -> None:
+def test_specimens_that_no_common_fit_answers_are_reported_by_themselves() -> None:
     """Those whose own fit has not converged are listed, and say nothing of the others."""
     made = [cell_record(0.5, 400.0, 3e-5, seed, 0.0) for seed in (1, 2, 3)]
     records = [replace(record, normal_load=400.0) for record in made]

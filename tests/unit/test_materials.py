@@ -39,7 +39,7 @@ def test_shear_modulus() -> None:
         (2.5, 0.49, "2.5 GPa is meant"),
     ],
 )
-def test_a_modulus_that_reads_like_one_in_another_unit_is_asked_back(
+def test_a_modulus_that_reads_like_one_in_another_unit_is_flagged_as_a_likely_unit_error(
     modulus: float, ratio: float, said: str
 ) -> None:
     with pytest.warns(UserWarning, match=re.escape(said)) as caught:
@@ -52,7 +52,7 @@ def test_a_modulus_that_reads_like_one_in_another_unit_is_asked_back(
 @pytest.mark.parametrize(
     ("modulus", "ratio"), [(1.0, 0.3), (1e-40, 0.3), (5e3, 0.3), (5e4, 0.49), (1e7, 0.3)]
 )
-def test_gels_rubber_and_pure_numbers_are_not_asked_back(modulus: float, ratio: float) -> None:
+def test_gels_rubber_and_pure_numbers_are_not_flagged(modulus: float, ratio: float) -> None:
     assert ms.Material(modulus, ratio).young_modulus == modulus
 
 

@@ -162,7 +162,7 @@ def test_turned_around() -> None:
             ms.measure(early)
 
 
-def test_ends_of_a_column_that_hardly_moves_can_be_told_apart() -> None:
+def test_ends_of_a_column_that_hardly_moves_can_be_distinguished() -> None:
     assert _range(-0.110036, -0.109796, "m") == ("-110.036 mm", "-109.796 mm")
     assert _range(-2.0, 3.0, "N") == ("-2.00 N", "3.00 N")
     assert _range(5.0, 5.0, "N") == ("5.00 N", "5.00 N")
@@ -216,7 +216,7 @@ def spiked(channel: str, *spikes: tuple[int, float]) -> ms.Record:
     ],
 )
 @pytest.mark.parametrize("place", [1690, 1700, 1818, 2048])  # 2048 ends a cycle, begins another
-def test_a_spike_is_told_and_its_cycle_left_out(
+def test_a_spike_is_reported_and_its_cycle_left_out(
     channel: str, value: float, shown: str, place: int
 ) -> None:
     record = spiked(channel, (place, value))
@@ -461,7 +461,7 @@ def test_command_errors(folder: Path) -> None:
     assert not (folder / "out").exists()
 
 
-def test_the_headline_knows_how_likely_the_regimes_are() -> None:
+def test_the_headline_shows_how_likely_the_regimes_are() -> None:
     """Of thin loops in noise: Student's test, by SciPy, of the means against the thresholds."""
     shares: dict[str, int] = {}
     for seed in range(12):

@@ -68,7 +68,7 @@ def test_gains_of_sensors_are_in_all_intervals(tmp_path: Path) -> None:
             ms.measure(record_of(sine()), gain_errors=wrong)
 
 
-def test_a_delay_is_told_and_taken_off(tmp_path: Path) -> None:
+def test_a_delay_is_reported_and_removed(tmp_path: Path) -> None:
     x = 0.4 * sine()  # twice the way to slip: partial slip would be hidden
     late = record_of(x, lag=2.0)
     assert any("behind the displacement" in note for note in ms.measure(late).notes)
@@ -109,7 +109,7 @@ def test_one_averaged_loop_is_a_measurement(start: int, repeated: bool) -> None:
         ms.measure(ms.Record(x[:130], force[:130], LOAD))
 
 
-def test_sizes_beyond_all_rigs_and_wrong_signs_are_told() -> None:
+def test_sizes_beyond_all_rigs_and_wrong_signs_are_reported() -> None:
     record = record_of(sine())
     large = ms.measure(ms.Record(1e6 * record.displacement, record.force, LOAD))
     assert any("outside the range of any rig" in note for note in large.notes)

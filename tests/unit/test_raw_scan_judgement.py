@@ -44,7 +44,7 @@ def test_a_cutoff_does_not_hide_spikes() -> None:
     assert clean["share of m0 in 0.1 % of points"][1] == "ok"
 
 
-def test_noise_that_is_roughness_is_told_from_noise() -> None:
+def test_noise_that_is_roughness_is_distinguished_from_noise() -> None:
     """Fractal to the pixel, the differences grow with their distance; those of noise do not."""
     q = np.hypot(*np.meshgrid(np.fft.fftfreq(256), np.fft.fftfreq(256)))
     amplitude = np.where(q > 0.0, np.maximum(q, 0.03) ** -1.5, 0.0)
@@ -107,7 +107,7 @@ def test_columns_of_another_kind_are_refused(tmp_path: Path, head: str, says: st
         ms.Scan.read(tmp_path / "a.csv")
 
 
-def test_exact_zeros_and_odd_units_are_told(tmp_path: Path) -> None:
+def test_exact_zeros_and_odd_units_are_reported(tmp_path: Path) -> None:
     heights = 1e6 * GROUND.heights
     heights[::9, ::9] = 0.0
     np.save(tmp_path / "z.npy", heights)

@@ -477,7 +477,7 @@ def test_equations_are_well_formed_mathml(text: str) -> None:
                 assert (node.text or "").strip()
 
 
-def test_the_ratios_are_told_apart(text: str) -> None:
+def test_the_ratios_are_distinguished(text: str) -> None:
     found = Page(text)
     words = " ".join(found.words["p"].split())
     assert "Loss factor, which (19.30) calls the damping ratio ξ" in words

@@ -80,7 +80,7 @@ MEASURES = ["statistics", "moments", "spectrum", "height_distribution", "over_cu
 
 
 @pytest.mark.parametrize("method", MEASURES)
-def test_spikes_are_told_and_not_measured(method: str) -> None:
+def test_spikes_are_reported_and_not_measured(method: str) -> None:
     heights = HEIGHTS.copy()
     heights[3, 4], heights[20, 9] = 1e5, -1e5
     scan = ms.Scan(heights, 1e-6)

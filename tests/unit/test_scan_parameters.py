@@ -425,7 +425,7 @@ def test_summits_known_before_are_not_sought_again() -> None:
         np.testing.assert_array_equal(getattr(one, name), getattr(two, name))
 
 
-def test_steep_heights_are_told() -> None:
+def test_steep_heights_are_reported() -> None:
     """Such as heights in another unit than the one that was said."""
     scan = random_surface((96, 96), 1e-6, m0=1e-14, m2=1e-4, m4=4e6, seed=1)
     words = {v.name: v.word for v in verdicts(scan)}

@@ -126,7 +126,9 @@ def test_a_scan_without_a_choice_of_cutoffs_has_no_figure_of_it(tmp_path: Path) 
 
 
 @pytest.mark.parametrize("gaps", [True, False])
-def test_gaps_are_told_beside_the_spectrum(tmp_path: Path, ground: np.ndarray, gaps: bool) -> None:
+def test_gaps_are_reported_beside_the_spectrum(
+    tmp_path: Path, ground: np.ndarray, gaps: bool
+) -> None:
     heights = ground.copy()
     if gaps:
         heights[:9] = np.nan

@@ -194,7 +194,7 @@ def test_what_no_height_can_be_is_missing_where_that_is_said() -> None:
         (-30.0, "-30 µm", '("-4 µm", "4 µm")'),
     ],
 )
-def test_a_number_for_nothing_measured_is_told(sentinel: float, told: str, limits: str) -> None:
+def test_a_number_for_nothing_measured_is_reported(sentinel: float, told: str, limits: str) -> None:
     z = np.linspace(-2.5, 2.5, 400).reshape(20, 20)
     np.save("whole.npy", z)
     z[3:5, 4:6] = sentinel
@@ -226,7 +226,7 @@ def _notes_of(name: str) -> tuple[str, ...]:
     return ms.Scan.read(name, **UM).notes
 
 
-def test_spikes_are_told() -> None:
+def test_spikes_are_reported() -> None:
     z = np.random.default_rng(0).normal(size=(20, 20))
     z[3, 3] = 1e9
     np.save("a.npy", z)
@@ -802,7 +802,7 @@ def test_the_library_is_imported_for_instruments_only() -> None:
     subprocess.run([sys.executable, "-W", "error", "-c", code], check=True)
 
 
-def test_names_of_formats_are_told_apart() -> None:
+def test_names_of_formats_are_distinguished() -> None:
     names = [*ARRAY_FILES, *TEXTS]
     assert len(names) == len(set(names))
     assert {"plu", "mnt", "al3d", "nms", "x3p"} <= set(instruments.formats())

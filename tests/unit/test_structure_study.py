@@ -67,7 +67,7 @@ def drawn() -> ms.ReducedJoint:
     )  # fmt: skip
 
 
-def test_the_structure_is_told_first(result: ms.Result) -> None:
+def test_the_structure_is_reported_first(result: ms.Result) -> None:
     told = document(result)
     assert [s.title for s in told.sections][:4] == [
         "Structure", "Frequency and damping", "Contributions to the scatter", "Structure in figures",
@@ -171,7 +171,7 @@ def test_pictures_show_bands_and_the_test(result: ms.Result) -> None:
 
 
 @pytest.mark.slow
-def test_a_fit_tells_what_the_test_knows(folder: Path, tmp_path: Path) -> None:
+def test_a_fit_reports_what_the_test_determines(folder: Path, tmp_path: Path) -> None:
     near = TEST.replace("900", "984").replace("899", "983")
     (folder / "near.csv").write_text(near, encoding="utf-8")
     text = (
@@ -558,7 +558,7 @@ def test_the_drawing_and_the_surface_of_a_structure_scatter(folder: Path) -> Non
         ('mean = "5 kN"', 'mean = "50 kN"', "structure.bolts tension over the section of a shank: is it really 1.768 GPa?"),
     ],
 )  # fmt: skip
-def test_slips_of_units_are_asked_back(old: str, new: str, question: str, folder: Path) -> None:
+def test_slips_of_units_are_flagged(old: str, new: str, question: str, folder: Path) -> None:
     assert questions(ms.Study.from_toml(STUDY, folder=folder)) == []
     asked = questions(ms.Study.from_toml(STUDY.replace(old, new), folder=folder))
     assert any(text.startswith(question) for text in asked), asked

@@ -91,7 +91,7 @@ def test_hardness_without_an_area_is_refused() -> None:
         to_si("60 HRC", HARDNESS, "1.2 GPa")
 
 
-def test_odd_values_are_asked_back() -> None:
+def test_odd_values_are_flagged() -> None:
     assert preview(study()).remarks == ()
     odd = STUDY.replace('"69 GPa"', '"69 MPa"').replace(
         "friction_coefficient = 0.55", "friction_coefficient = 15"
@@ -102,7 +102,7 @@ def test_odd_values_are_asked_back() -> None:
     assert any("joint.friction_coefficient: is it really 15" in text for text in said)
 
 
-def test_sensitivities_are_told() -> None:
+def test_sensitivities_are_reported() -> None:
     found = preview(study())
     told = found.data["joints"][0]["sensitivities"]
     assert next(iter(told["tangential_stiffness"])) == "normal_load"

@@ -250,7 +250,7 @@ def test_a_surface_without_mccools_summits_has_verdicts() -> None:
     assert "alpha is at least 1.5" in told.meaning
 
 
-def test_sharp_summits_are_told() -> None:
+def test_sharp_summits_are_reported() -> None:
     """A radius of two pixels is no radius; so few summits are no statistics."""
     places = (np.stack(np.meshgrid(np.arange(3), np.arange(4)), -1).reshape(-1, 2) * 12 + 6) * 1e-6
     heights = np.linspace(1e-6, 2e-6, 12)

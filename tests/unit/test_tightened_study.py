@@ -114,7 +114,7 @@ def test_a_load_that_varies_above_the_tightening_tightens_anew(kind: str) -> Non
     assert result.varying[0].dissipated_energy[0] == pytest.approx(work, rel=2e-3)
 
 
-def test_a_rough_face_does_not_know_the_load_before() -> None:
+def test_a_rough_face_is_independent_of_the_load_before() -> None:
     """Each load is the first one, in whatever order they stand; and no record goes above it."""
     for loads in ('["500 N", "5 kN"]', '["5 kN", "500 N"]'):
         joints = ms.Study.from_toml(ROUGH_FACE.replace("LOADS", loads)).run().joints

@@ -31,7 +31,7 @@ def test_a_flood_of_keys_is_refused_at_once() -> None:
     assert time.process_time() - begin < 20.0  # without a limit on hints it is minutes
 
 
-def test_an_empty_study_is_told_how_to_begin(tmp_path: Path) -> None:
+def test_an_empty_study_is_reported_how_to_begin(tmp_path: Path) -> None:
     for text in ("", "\n\n", "# only a comment"):
         path = tmp_path / "joint.toml"
         path.write_text(text)
@@ -52,9 +52,7 @@ def refused(**changes: Any) -> str:
     return str(caught.value).removeprefix("study: ")
 
 
-def test_a_history_is_as_long_as_memory_bears(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_history_is_limited_by_memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "x.csv").write_text("x [um]\n" + 60 * "1\n-1\n")
     joint = {"friction_coefficient": 0.2, "normal_load": ["1 N", "2 N"]}
     excitation = {"history": {"file": str(tmp_path / "x.csv"), "column": "x"}}

@@ -35,7 +35,7 @@ def _shard(context: click.Context, param: click.Parameter, value: str | None) ->
 )
 @option(
     "--dask", "ADDRESS",
-    'Address of a Dask scheduler, or "local" for a cluster of so many workers here.',
+    'Address of a Dask scheduler, or "local" for a cluster of --workers here.',
     answers_for=("dask",),
 )  # fmt: skip
 @option("--shard", "I/N", "Only part I of N, such as of a Slurm array.", callback=_shard)

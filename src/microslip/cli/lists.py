@@ -31,9 +31,9 @@ _DOCUMENT = re.compile(r".*?(?::|, )(?:19|20)\d\d\b")
 @click.argument("name", required=False, shell_complete=complete_metal)
 @switch("--json", "Print them as JSON, in SI units.", "as_json")
 def materials(name: str | None, as_json: bool) -> None:
-    """List the metals that a study can name, or tell all of the metal NAME.
+    """List the metals that a study can name, or show all values of the metal NAME.
 
-    Each value has its document and year. Own values in a study win.
+    Each value has its document and year. Values given in a study take precedence.
     """
     from microslip.materials import metal, metals
 

@@ -93,7 +93,7 @@ def measure(
     file that cannot be measured is listed and left out. Columns and units that are not given are
     found, and shown. The files are only read.
 
-    A RECORD of a structure's mode is measured, too: a ring-down (time and what a sensor showed), a
+    A RECORD of a structure's mode is measured, too: a ring-down (time and a sensor's signal), a
     stepped sine (frequency, amplitude, phase) or a curve give frequency and damping over amplitude.
     """
     # Who names the column of a tangential force has a loop, whatever the others are called.

@@ -28,11 +28,11 @@ SHELLS = {
 _CLASSES = {"bash": BashComplete, "zsh": ZshComplete, "fish": FishComplete}
 
 
-@click.command(short_help="Print what makes a shell complete microslip.")
+@click.command(short_help="Print the completion script of a shell.")
 @click.argument("shell", type=OneOf(tuple(SHELLS)), metavar="SHELL")
 @click.pass_context
 def completion(context: click.Context, shell: str) -> None:
-    """Print what makes SHELL, which is bash, zsh or fish, complete commands, studies and metals.
+    """Print the completion of commands, studies and metals for SHELL: bash, zsh or fish.
 
     The last lines say where to put it.
     """

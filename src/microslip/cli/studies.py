@@ -59,7 +59,7 @@ def _with_figures(load: Callable[[tuple[str, ...]], Study], overrides: tuple[str
 def predict(study: Path, workers: int, output: Output, overrides: tuple[str, ...]) -> None:
     """Predict loops, energy and damping of the joint that STUDY (a TOML file) describes.
 
-    Prints tables, and writes a folder with a report, all numbers and figures, whole or not at all.
+    Prints tables and writes a folder with a report, all numbers and figures; none if a run fails.
     """
 
     def read() -> Study:
@@ -133,7 +133,7 @@ def predict_into(read: Callable[[], Study], folder: Path, output: Output, worker
 def check(study: Path, overrides: tuple[str, ...], as_json: bool) -> None:
     """Check STUDY: its quantities in SI units, the joint at rest, validity. Writes nothing.
 
-    Exit code 0 says that predict will run; doubtful assumptions are shown and are no error.
+    Exit code 0 means that predict will run; doubtful assumptions are reported, but are no error.
     """
     with stoppable(), progress("Checking") as report:
         from microslip.results.predicted.preview import next_step, preview
@@ -193,7 +193,7 @@ def _list_templates(context: click.Context, param: click.Parameter, value: bool)
 def new(name: Path, kind: str, law: str, process: str | None) -> None:
     """Write the study NAME.toml, commented; change it with any editor.
 
-    A file that is there is never touched.
+    Existing files are never changed.
     """
     from microslip.study.new import command_line, write
 

@@ -39,7 +39,6 @@ class CoupledCycle(Locked):
     stiffness: Floats
     """Tangent stiffnesses dT/d(displacement) [N/m] of a step that ends at the sample."""
     _cycles: NodeCycles
-    _rest_is_mean: bool
 
     def derivative(
         self,
@@ -73,8 +72,6 @@ class CoupledCycle(Locked):
         shape = shapes.pop()
         by = {k: v.reshape(1, size, -1) for k, v in rows.items()}
         move = by.get("displacement", np.zeros_like(next(iter(by.values()))))
-        if self._rest_is_mean:
-            move = move - move.mean(axis=1)
         rise = by.get("separation")
         if normal_load is not None:
             rise = _rise(by["normal_load"], self.normal_stiffness)
@@ -111,13 +108,12 @@ def coupled_cycle(
     """See :meth:`microslip.Interface.periodic`."""
     x, curve = record("displacement_cycle", displacement_cycle).reshape(-1), nodes.curve
     steps = steps_along(curve, x.size, normal_load, separation)
-    begin, is_mean = rest_of(rest, x)
-    cycles = NodeCycles(nodes, (x - begin)[None], steps[None])
+    cycles = NodeCycles(nodes, x[None], steps[None], rest_of(rest, x))
     force, _, stiffness = cycles.forces()
     load, fall = curve.load(steps)
     arrays = x.copy(), steps + curve.origin, force[0], load, fall, stiffness[0]
     x, d, t, n, k_n, k_t = map(lock, arrays)
-    return CoupledCycle(x, d, t, n, k_n, k_t, cycles, is_mean)
+    return CoupledCycle(x, d, t, n, k_n, k_t, cycles)
 
 
 class CoupledHarmonics(NamedTuple):
@@ -153,14 +149,13 @@ def coupled_harmonics(
     name = "normal_load" if separation is None else "separation"
     varying = coefficients_of(name, normal_load if separation is None else separation, basis)  # type: ignore[arg-type]
     varied = waves @ varying
-    begin, is_mean = rest_of(rest, x)
-    curve, by_step = nodes.curve, waves[None]
+    begin, curve, by_step = rest_of(rest, x), nodes.curve, waves[None]
     pair = (varied, None) if separation is None else (None, varied)
     steps = steps_along(curve, x.size, *pair)
     if separation is None:
         by_step = _rise(by_step, curve.load(steps)[1])
-    cycles = NodeCycles(nodes, (x - begin)[None], steps[None])
-    force, load, by_force, by_load = cycles.spectra(basis.moving(waves, is_mean), by_step, analysis)
+    cycles = NodeCycles(nodes, x[None], steps[None], begin)
+    force, load, by_force, by_load = cycles.spectra(waves[None], by_step, analysis)
     change = by_load[0] if separation is not None else np.eye(basis.size)
     jacobian = np.array([np.split(by_force[0], 2, axis=1), [np.zeros_like(change), change]])
     return CoupledHarmonics(force[0], load[0], jacobian)

@@ -41,7 +41,6 @@ class FieldCycle(Locked):
     stiffness: Floats
     """Tangent stiffnesses dT/d(displacement) of each sample's step [N/m], (nodes, samples)."""
     _cycles: NodeCycles
-    _rest_is_mean: bool
 
     def derivative(
         self, displacements: ArrayLike, separations: ArrayLike | None = None
@@ -64,8 +63,6 @@ class FieldCycle(Locked):
                     "separations must have the shape of displacements, got "
                     f"{np.shape(separations)} and {np.shape(displacements)}"
                 )
-        if self._rest_is_mean:
-            by_place = by_place - by_place.mean(axis=1, keepdims=True)
         return self._cycles.slopes(by_place, by_step)
 
     def _directions(self, name: str, value: ArrayLike) -> Floats:
@@ -134,9 +131,8 @@ class SettledField:
         more cycle follows. It does not matter with which sample a cycle begins.
         """
         nodes = self._nodes
-        x = _per_sample(nodes, "displacements", displacements)
-        begin, is_mean = rest_of(rest, x, nodes)
-        steps = None
+        x, steps = _per_sample(nodes, "displacements", displacements), None
+        begin = rest_of(rest, x, nodes)
         if separations is not None:
             steps = self._steps_from_rest(_per_sample(nodes, "separations", separations))
             if steps.shape != x.shape:
@@ -144,9 +140,9 @@ class SettledField:
                     "displacements and separations must have as many samples, got "
                     f"{x.shape[1]} and {steps.shape[1]}"
                 )
-        cycles = NodeCycles(nodes, x - begin[:, None], steps)
+        cycles = NodeCycles(nodes, x, steps, begin)
         force, load, stiffness = map(lock, cycles.forces())
-        return FieldCycle(force, load, stiffness, cycles, is_mean)
+        return FieldCycle(force, load, stiffness, cycles)
 
     def harmonics(
         self: FieldOfNodes,
@@ -219,10 +215,8 @@ class SettledField:
             resting = np.flatnonzero(np.isnan(force[:, 0]))
             if not resting.size:
                 return force, load, jacobian
-        cycles = NodeCycles(nodes, x - begin[:, None], steps)
-        force, load, by_force, by_load = cycles.spectra(
-            basis.moving(waves, is_mean), by_step, analysis
-        )
+        cycles = NodeCycles(nodes, x, steps, (begin, is_mean))
+        force, load, by_force, by_load = cycles.spectra(waves[None], by_step, analysis)
         if separations is None:
             return force, by_force
         jacobian = np.zeros((nodes.size, 2, 2, basis.size, basis.size))

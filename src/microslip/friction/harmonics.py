@@ -137,14 +137,6 @@ class Basis:
         dense[:, columns] = rows
         return dense, columns
 
-    def moving(self, functions: Floats, from_mean: bool) -> Floats:
-        """Derivatives of a displacement from its rest by the coefficients, for one node of many."""
-        if not (from_mean and self.has_mean):
-            return functions[None]
-        moving = functions.copy()
-        moving[:, 0] = 0.0  # its rest moves along
-        return moving[None]
-
 
 def tolerance_error(tolerance: float) -> InputError:
     """The error of a tolerance that a load curve's corners do not let be reached."""

@@ -12,6 +12,8 @@ DOI 10.1115/1.2833765, differentiated). What sticks hangs from the sample before
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from microslip import kernels
@@ -23,18 +25,24 @@ _NOTHING = np.zeros(0)
 
 
 class NodeCycles:
-    """Cycles of nodes by places and steps from rest, (nodes, samples); held without steps.
+    """Cycles of nodes by displacements and steps from rest, (nodes, samples); held without steps.
+
+    The nodes began at displacements ``rest``, as :func:`rest_of` has them: a mean moves along.
 
     Each node goes from rest in a straight line to the sample where step + |place| is largest, its
     root. All memory is gone there, unless the root lies within what that path pressed down
     sticking: then a second pass settles it.
     """
 
-    def __init__(self, nodes: Nodes, displacements: Floats, steps: Floats | None) -> None:
+    def __init__(
+        self, nodes: Nodes, displacements: Floats, steps: Floats | None, rest: tuple[Any, bool]
+    ) -> None:
+        begin, self._rest_is_mean = rest
         self.nodes, self.steps = nodes, steps
         # Beyond 1e200 slips there is no more to come, but numbers that overflow.
         with np.errstate(over="ignore"):
-            places = np.clip(displacements / nodes.slips[:, None], -1e200, 1e200)
+            moved = displacements - np.reshape(begin, (-1, 1))
+            places = np.clip(moved / nodes.slips[:, None], -1e200, 1e200)
         self.places = np.ascontiguousarray(places)
         self._reach = nodes.reach(steps)
 
@@ -102,6 +110,8 @@ class NodeCycles:
         self, by_place: Floats, by_step: Floats, analysis: Floats, spectrum: Floats,
         jacobian: Floats, load_spectrum: Floats, load_jacobian: Floats,
     ) -> None:  # fmt: skip
+        if self._rest_is_mean:
+            by_place = by_place - by_place.mean(axis=1, keepdims=True)
         kernels.compiled.field_slopes(
             self.places, self.steps, self.nodes.rests, self.places.shape[1],
             np.ascontiguousarray(by_place), by_place.shape[2],

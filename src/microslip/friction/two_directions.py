@@ -144,21 +144,38 @@ def _cycle(
 
 def _harmonics(
     bank: SliderBank,
-    coefficients: Floats,
-    functions: Floats,
-    analysis: Floats,
-    steps: Floats,
+    coefficients: ArrayLike,
+    harmonics: Any,
+    separations: ArrayLike | None,
+    samples: int,
     tolerance: Any,
-    by_step: Floats | None = None,
-) -> tuple[Floats, Floats, Floats]:
-    """Coefficients (nodes, 2, c), and their derivatives by both displacements and separations."""
-    places = bank.places(np.einsum("tc,nic->nti", functions, coefficients))
+    single: bool = False,
+) -> tuple[Floats, ...]:
+    """Coefficients of forces and loads, and the Jacobian: as the ``harmonics`` below give them."""
+    basis, size = Basis(harmonics), bank.size
+    functions, analysis = basis.sampled(samples)
+    count, values = basis.size, floats("coefficients", coefficients)
+    shape = (2, count) if single else (size, 2, count)
+    if values.shape != shape:
+        rows = ", a row for each direction" if single else ""
+        raise InputError(f"coefficients must have the shape {shape}{rows}, got {values.shape}")
+    places = bank.places(np.einsum("tc,nic->nti", functions, values.reshape(size, 2, count)))
+    steps, by_step = np.repeat(bank.rests[:, None], len(functions), axis=1), None
+    if separations is not None:
+        d = coefficients_of("separations", separations, basis, size) @ functions.T
+        steps, by_step = bank.steps_at(d), functions
     force, slopes, _ = _settle(bank, places, steps, tolerance, functions, by_step)
+    force = np.einsum("tc,nti->nic", analysis, force)
     spectrum = np.einsum("tc,ntrk->nrck", analysis, slopes)
-    count = functions.shape[1]
-    by_place = spectrum[..., : 2 * count].reshape(bank.size, 2, count, 2, count)
-    by_place = by_place.transpose(0, 1, 3, 2, 4)
-    return np.einsum("tc,nti->nic", analysis, force), by_place, spectrum[..., 2 * count :]
+    by_places = spectrum[..., : 2 * count].reshape(size, 2, count, 2, count)
+    by_places = by_places.transpose(0, 1, 3, 2, 4)
+    if separations is None:
+        return force, by_places
+    load, fall = bank.loads(steps)
+    jacobian = np.zeros((size, 3, 3, count, count))
+    jacobian[:, :2, :2], jacobian[:, :2, 2] = by_places, spectrum[..., 2 * count :]
+    jacobian[:, 2, 2] = np.einsum("tc,nt,tk->nck", analysis, fall, functions)
+    return force, load @ analysis, jacobian
 
 
 # -- at a held load -------------------------------------------------------------------------------
@@ -314,17 +331,8 @@ class IsotropicJoint(Locked):
             Derivatives [N/m] of coefficients of force i by those of displacement k: shape (2, 2,
             coefficients, coefficients), in the order i, k, row, column.
         """
-        basis = Basis(harmonics)
-        functions, analysis = basis.sampled(samples)
-        values = floats("coefficients", coefficients)
-        if values.shape != (2, basis.size):
-            raise InputError(
-                f"coefficients must have the shape (2, {basis.size}), a row for each direction, "
-                f"got {values.shape}"
-            )
-        steps = np.zeros((1, len(functions)))
-        force, jacobian, _ = _harmonics(
-            self._bank, values[None], functions, analysis, steps, tolerance
+        force, jacobian = _harmonics(
+            self._bank, coefficients, harmonics, None, samples, tolerance, single=True
         )
         return force[0], jacobian[0]
 
@@ -488,28 +496,7 @@ class IsotropicField(Locked):
             ``separations`` (nodes, 3, 3, ...), of (T1, T2, N) by both displacements and the
             separation.
         """
-        basis, bank = Basis(harmonics), self._bank
-        functions, analysis = basis.sampled(samples)
-        count, size = basis.size, bank.size
-        values = floats("coefficients", coefficients)
-        if values.shape != (size, 2, count):
-            raise InputError(
-                f"coefficients must have the shape ({size}, 2, {count}), got {values.shape}"
-            )
-        steps, by_step = np.repeat(bank.rests[:, None], len(functions), axis=1), None
-        if separations is not None:
-            d = coefficients_of("separations", separations, basis, size) @ functions.T
-            steps, by_step = bank.steps_at(d), functions
-        spectrum, by_places, turned = _harmonics(
-            bank, values, functions, analysis, steps, tolerance, by_step
-        )
-        if separations is None:
-            return spectrum, by_places
-        load, fall = bank.loads(steps)
-        jacobian = np.zeros((size, 3, 3, count, count))
-        jacobian[:, :2, :2], jacobian[:, :2, 2] = by_places, turned
-        jacobian[:, 2, 2] = np.einsum("tc,nt,tk->nck", analysis, fall, functions)
-        return spectrum, load @ analysis, jacobian
+        return _harmonics(self._bank, coefficients, harmonics, separations, samples, tolerance)
 
     def __repr__(self) -> str:
         return f"IsotropicField({self.field!r}, sliders={self._bank.tops.size})"

@@ -61,25 +61,6 @@ static int bind_diagram(Diagram *g, const Argument *a, int k, Py_ssize_t extra)
     return g->depth >= 0 && g->depth <= a[k].n / 3 - extra && g->depth <= a[k + 1].n - extra;
 }
 
-static int run_coupled(const Argument *a, Result *out)
-{
-    const double *ds = a[0].reals, *xs = a[1].reals;
-    const Profile *p = a[8].curve;
-    Py_ssize_t n = a[0].n;
-    Diagram g;
-    if (!all_have(a, 1, 2, n) || !bind_diagram(&g, a, 3, n)) return TOO_SHORT;
-    for (Py_ssize_t i = 0; i < n; i++) {
-        Step step;
-        probe(p, &g, ds[i], xs[i], &step);
-        push(&g, ds[i], xs[i], &step);
-        a[2].reals[i] = g.value;
-    }
-    out[0].n = g.depth;
-    out[1].x = g.separation;
-    out[2].x = g.place;
-    return FINE;
-}
-
 static int run_coupled_step(const Argument *a, Result *out)
 {
     const Profile *p = a[7].curve;
@@ -216,25 +197,34 @@ static double place_of(const Profile *p, const Diagram *g, double separation, do
     return sign * (solve_front(p, separation, sign * value, begin, 0) - separation);
 }
 
-/* Places that hold values T/mu along a record: the inverse of coupled. */
-static int run_hold(const Argument *a, Result *out)
+/* Values T/mu at places along a record, or, from a `value` on, the places that hold values. */
+static int run_along(const Argument *a, Result *out, const Profile *p, const double *value)
 {
-    const double *ds = a[0].reals, *values = a[1].reals;
-    const Profile *p = a[9].curve;
-    double *places = a[2].reals;
+    const double *ds = a[0].reals, *given = a[1].reals;
     Py_ssize_t n = a[0].n;
     Diagram g;
     if (!all_have(a, 1, 2, n) || !bind_diagram(&g, a, 3, n)) return TOO_SHORT;
-    g.value = a[8].x;
+    if (value) g.value = *value;
     for (Py_ssize_t i = 0; i < n; i++) {
         Step step;
-        places[i] = place_of(p, &g, ds[i], values[i]);
-        probe(p, &g, ds[i], places[i], &step);
-        push(&g, ds[i], places[i], &step);
+        double place = value ? place_of(p, &g, ds[i], given[i]) : given[i];
+        probe(p, &g, ds[i], place, &step);
+        push(&g, ds[i], place, &step);
+        a[2].reals[i] = value ? place : g.value;
     }
     out[0].n = g.depth;
     out[1].x = g.separation;
     out[2].x = g.place;
-    out[3].x = g.value;
+    if (value) out[3].x = g.value;
     return FINE;
+}
+
+static int run_coupled(const Argument *a, Result *out)
+{
+    return run_along(a, out, a[8].curve, NULL);
+}
+
+static int run_hold(const Argument *a, Result *out)
+{
+    return run_along(a, out, a[9].curve, &a[8].x);
 }

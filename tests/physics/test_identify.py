@@ -209,15 +209,14 @@ def problem_behind(
     """An identification, and its problem with the fitted coordinates of the best values."""
     kept: list[Any] = []
 
-    def profiled(problem: Problem, *given: Any) -> Any:
-        answer = original(problem, *given)
-        kept.extend((problem, answer.best.q))
-        return answer
+    class Kept(run.Profiled):
+        def __init__(self, *given: Any) -> None:
+            super().__init__(*given)
+            kept.append(self.best)
 
-    original = run.profiled
-    monkeypatch.setattr(run, "profiled", profiled)
+    monkeypatch.setattr(run, "Profiled", Kept)
     found = ms.identify(records, law, held_back=0, intervals="curvature", **options)
-    return found, kept[0], kept[1]
+    return found, kept[0].problem, kept[0].q
 
 
 def far_from(law: str) -> list[ms.Record]:

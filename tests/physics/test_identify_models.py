@@ -16,6 +16,7 @@ from own_laws import Hyperbola
 import microslip as ms
 from microslip._core.checks import Floats
 from microslip.identification.models import MODELS, BackboneModel, CycleModel, Model, model_of
+from microslip.identification.models.base import Materials
 from microslip.identification.models.surface_shape import Template
 from microslip.normal.base import aluminium
 
@@ -64,7 +65,7 @@ def test_branch_is_the_backbone_of_the_law_it_builds(
 ) -> None:
     u = places(model, values)
     for load in loads_of(model):
-        law = model.build(values, load, pair=PAIR)
+        law = model.build(values, load, Materials(PAIR))
         force, slope, by_values = model.branch(u, values, load)
         # Both have tables right to 1e-13 of the limit, and separations right to rounding.
         assert np.abs(force - law.backbone(u)).max() <= 1e-12 * law.force_limit
@@ -86,8 +87,8 @@ def test_examples_lie_within_their_bounds(model: Model, values: Mapping[str, flo
 @pytest.mark.parametrize(("model", "values"), example_params(BackboneModel))
 def test_radius_and_area_change_no_loop(model: Model, values: Mapping[str, float]) -> None:
     u = places(model, values)
-    first = model.build(values, 500.0, pair=PAIR)
-    second = model.build(values, 500.0, pair=PAIR, area=3e-5, radius=2e-4)
+    first = model.build(values, 500.0, Materials(PAIR))
+    second = model.build(values, 500.0, Materials(PAIR, area=3e-5, radius=2e-4))
     assert np.abs(first.backbone(u) - second.backbone(u)).max() <= 1e-12 * first.force_limit
 
 
@@ -314,7 +315,7 @@ def test_jenkins_is_homogeneous(k: float, limit: float, share: float) -> None:
 @pytest.mark.parametrize(("model", "values"), example_params())
 def test_derived_quantities_and_their_gradients(model: Model, values: Mapping[str, float]) -> None:
     loads = loads_of(model)[:1]
-    derived = model.derived(values, loads, PAIR, 2e-4)
+    derived = model.derived(values, loads, Materials(PAIR, 2e-4))
     assert derived or {"stiffness", "force_limit"} == set(values)
     for j, item in enumerate(derived):
         for i, name in enumerate(model.names):
@@ -322,12 +323,12 @@ def test_derived_quantities_and_their_gradients(model: Model, values: Mapping[st
             least = model.parameters[i].low + 3.0 * step
             if values[name] < least:  # differences need room on both sides
                 values = {**values, name: least}
-                item = model.derived(values, loads, PAIR, 2e-4)[j]
+                item = model.derived(values, loads, Materials(PAIR, 2e-4))[j]
 
             def at(
                 value: float, given: Mapping[str, float] = values, name: str = name, j: int = j
             ) -> float:
-                return model.derived({**given, name: value}, loads, PAIR, 2e-4)[j].value
+                return model.derived({**given, name: value}, loads, Materials(PAIR, 2e-4))[j].value
 
             found = sixth_order(at, values[name], step)
             error = 1e-9 * abs(item.gradient[i]) + 1e-14 * abs(item.value) / step

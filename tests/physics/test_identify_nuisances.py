@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 import microslip as ms
 from microslip.identification import fold
 from microslip.identification.coordinates import RIG, Coordinate, coordinate_of
+from microslip.identification.fit import Fit
 from microslip.identification.models import model_of
 from microslip.identification.nuisances import widened_by_loads
 from microslip.identification.problem import Problem
@@ -162,7 +163,7 @@ def test_noise_of_a_load_counts() -> None:
     assert not any("measured load" in text for text in told.notes)
     # What the note says is what the standard errors say.
     problem, q = problem_of([record(3, 0.05)])
-    wider = widened_by_loads(problem, q)["friction_coefficient"]
+    wider = widened_by_loads(Fit(problem, q))["friction_coefficient"]
     assert wider == pytest.approx(of_load / of_force, rel=0.05)
 
 

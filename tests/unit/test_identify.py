@@ -127,6 +127,18 @@ def test_a_fit_that_does_not_converge_is_refused(monkeypatch: pytest.MonkeyPatch
     assert isinstance(found.joint(even_if=("not converged",)), ms.Jenkins)
 
 
+def test_records_that_come_once_are_fitted_twice(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without its end by the summits of the surface a fit begins again without their number."""
+    from microslip.identification import fit
+
+    for limit in ("_MOST_STEPS", "_MOST_EVALUATIONS"):
+        monkeypatch.setattr(fit, limit, 1)
+    found = ms.identify(iter(three_loads()), JOINT, held_back=0, intervals="curvature")
+    assert found.status == "not converged"
+    assert "continuum" in {caveat.kind for caveat in found.caveats}
+    assert {number.verdict for number in found.parameters.values()} == {"in doubt"}
+
+
 def test_a_cell_behind_a_free_rig() -> None:
     """Two springs in series: neither is told, and the direction says how they trade."""
     found = ms.identify(record(), "jenkins", held_back=0)

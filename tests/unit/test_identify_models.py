@@ -13,6 +13,7 @@ from scipy import stats
 import microslip as ms
 from microslip.friction.surface_guesses import conventional_radius
 from microslip.identification.models import MODELS, BackboneModel, model_of, template_of
+from microslip.identification.models.base import Materials
 
 PAIR = ms.Interface.examples()[0].surface.pair
 NAMES = {
@@ -69,7 +70,7 @@ def test_guess_is_within_bounds_and_near(name: str) -> None:
     assert tuple(guess) == model.names
     assert model.within(guess) == guess
     assert all(type(value) is float for value in guess.values())
-    again = model.build(guess, 2000.0, pair=PAIR)
+    again = model.build(guess, 2000.0, Materials(PAIR))
     assert 0.5 < again.force_limit / law.force_limit < 2.0
     assert 0.5 < again.tangential_stiffness / law.tangential_stiffness < 2.0
 

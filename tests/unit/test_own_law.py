@@ -10,6 +10,7 @@ import microslip as ms
 from microslip._core.parameters import parameters_of
 from microslip.friction.base import BackboneLaw
 from microslip.identification.models import model_of
+from microslip.identification.models.base import Materials
 
 LAW = Hyperbola(stiffness=2e7, force_limit=300.0)
 REACH = LAW.force_limit / LAW.stiffness
@@ -96,7 +97,7 @@ def test_heights_of_ones_own_stand_on_surfaces_and_in_fits() -> None:
         "slip_scale": joint.slip_per_indentation * surface.heights.spread,
         "standardised_separation": joint.separation / surface.heights.spread,
     }
-    again = model.build(values, 500.0, pair=pair, area=2e-4, radius=1e-3)
+    again = model.build(values, 500.0, Materials(pair, 2e-4, 1e-3))
     assert again.surface.heights.highest == pytest.approx(2e-6, rel=1e-12)
     u = joint.force_limit / joint.tangential_stiffness * np.geomspace(1e-3, 30.0, 40)
     assert again.backbone(u) == pytest.approx(joint.backbone(u), rel=1e-9)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from microslip._core.checks import Floats, number, show
@@ -19,6 +19,8 @@ SUMMIT_DATA = (AREA, RADIUS, DENSITY)
 """Data that separate radius and density of summits, each a coordinate with its own error."""
 
 
+Function = Callable[[Floats], tuple[float, Floats]]
+"""A number and its derivatives by the free coordinates."""
 _GAIN_REACH = 12.0  # standard deviations to which it is searched
 
 
@@ -45,7 +47,6 @@ class Coordinate:
     """Value and standard deviation from elsewhere; of an inverse one, of the inverse."""
     scale: float = 1.0
     load: float | None = None
-    rig: str | None = None
     shape: bool = False
     """Whether it is a plain number that may be negative, such as a separation over sigma."""
 
@@ -79,20 +80,11 @@ class Coordinate:
         ends = self.inner(self.low), self.inner(self.high)
         return min(ends), max(ends)
 
-    def at(self, value: float) -> Coordinate:
-        """The same with another start, moved into its bounds."""
-        return replace(self, start=min(max(value, self.low), self.high))
 
-
-def coordinate_of(
-    parameter: Parameter, start: float, load: float | None = None, *, several: bool = False
-) -> Coordinate:
+def coordinate_of(parameter: Parameter, start: float, load: float | None = None) -> Coordinate:
     """The coordinate of a parameter of a law."""
-    name = parameter.name
-    if several:
-        name += f" at {load:.4g} N" if load is not None else " without load"
     return Coordinate(
-        name=name,
+        name=parameter.name,
         parameter=parameter.name,
         unit=parameter.unit,
         low=parameter.low,
@@ -100,7 +92,6 @@ def coordinate_of(
         kind="log" if parameter.is_log else "linear",
         start=min(max(start, parameter.low), parameter.high),
         load=load,
-        scale=1.0,
         shape=parameter.low < 0.0,
     )
 
@@ -135,10 +126,35 @@ def limits_of(key: str, limits: Any) -> tuple[float, float]:
     return low, high
 
 
-class Datum(NamedTuple):
-    """A measured value of something that follows from the coordinates."""
+@dataclass(frozen=True)
+class Quantity:
+    """A quantity that follows from the coordinates: its value, and derivatives by the free ones."""
 
+    name: str
+    unit: str
+    load: float | None
+    function: Function
+    parent: str | None = None
+    """The coordinate that it is at another load, whose verdict is its own."""
+    shape: bool = False
+    """Whether it is a plain number that may be negative, such as a separation over sigma."""
+
+
+class Datum(NamedTuple):
+    """A measured value of a coordinate, or of something that follows from them."""
+
+    name: str
+    unit: str
     value: float
     error: float
-    function: Callable[[Floats], tuple[float, Floats]]
-    """Value and derivatives by the fitted coordinates, at those of a fit."""
+    function: Function
+    coordinate: int | None = None
+    """The coordinate that has it as its prior."""
+    inverse: bool = False
+    """Whether its errors are those of its inverse."""
+
+    def residual(self, fitted: float) -> float:
+        """Fitted value less the given one, in standard deviations."""
+        if self.inverse:
+            return (1.0 - self.value / fitted) * self.value / self.error
+        return (fitted - self.value) / self.error

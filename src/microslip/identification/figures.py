@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from itertools import takewhile
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from microslip._core.units import engineering, prefix
+from microslip.identification.fit_quality import RecordFit
 from microslip.identification.labels import label, short_symbol
 from microslip.identification.verdicts import Fitted
 from microslip.report.document import Picture
@@ -64,30 +65,12 @@ def pictures(result: Any) -> tuple[Picture, ...]:
 # -- loops ----------------------------------------------------------------------------------------
 
 
-class Cycle(NamedTuple):
-    """Curves drawn of one record."""
-
-    load: float | None
-    x: Floats
-    """Displacement of a cycle [m]."""
-    force: Floats
-    """Measured force [N]."""
-    model: Floats
-    """Force of the model [N]."""
-    residual: Floats
-    """Measured minus model [N]."""
-    error: float
-    """Standard error of a measured force [N]."""
-
-
-def cycles_by_load(result: Any) -> list[tuple[str, list[Cycle]]]:
+def cycles_by_load(result: Any) -> list[tuple[str, list[RecordFit]]]:
     """Cycles by their load, lightest first: what a panel is called, and its cycles."""
-    by_load: dict[str, list[Cycle]] = {}
+    by_load: dict[str, list[RecordFit]] = {}
     for r in sorted(result.records, key=lambda r: r.normal_load or math.inf):
         name = "Load unknown" if r.normal_load is None else f"N = {engineering(r.normal_load, 'N')}"
-        error = float(np.median(r.error))
-        cycle = Cycle(r.normal_load, r.displacement, r.measured, r.model, r.residual, error)
-        by_load.setdefault(name, []).append(cycle)
+        by_load.setdefault(name, []).append(r)
     return list(by_load.items())
 
 
@@ -98,9 +81,11 @@ def loops(result: Any) -> Plot:
     panel_groups = [groups[i] for i in evenly(len(groups), MOST_PANELS)]
     columns = min(len(panel_groups), 3)
     rows = math.ceil(len(panel_groups) / columns)
-    x_unit, x_letter = length_prefix(max(float(np.abs(c.x - c.x.mean()).max()) for c in cycles))
-    f_unit, f_letter = prefix(max(float(np.abs(c.force).max()) for c in cycles))
-    largest_residual = max(float(np.abs(c.residual).max()) / (c.error or 1.0) for c in cycles)
+    x_unit, x_letter = length_prefix(
+        max(float(np.abs(c.displacement - c.displacement.mean()).max()) for c in cycles)
+    )
+    f_unit, f_letter = prefix(max(float(np.abs(c.measured).max()) for c in cycles))
+    largest_residual = max(float(np.abs(c.residual).max()) / _noise(c) for c in cycles)
     # Of what is left only the size counts: two marks about zero, of a round number.
     rounded = (m * 10.0**e for e in range(12) for m in (1.0, 2.0, 5.0))
     round_step = max(takewhile(lambda size: size <= max(0.7 * largest_residual, 2.0), rounded))
@@ -108,7 +93,7 @@ def loops(result: Any) -> Plot:
     panels = []
     for index, (name, group) in enumerate(panel_groups):
         row, column = 2 * (index // columns), index % columns
-        named = len(panel_groups) > 1 or group[0].load is not None
+        named = len(panel_groups) > 1 or group[0].normal_load is not None
         above = Panel(
             Axis(bare=True, unit=x_unit),
             Axis(
@@ -143,26 +128,26 @@ def loops(result: Any) -> Plot:
     )
 
 
-def _upper_end(group: Sequence[Cycle], unit: float) -> float:
+def _upper_end(group: Sequence[RecordFit], unit: float) -> float:
     """Upper end of the forces of a panel, with room for the names of its amplitudes."""
     low, high = (
-        float(end(np.concatenate([cycle.force for cycle in group]))) for end in (np.min, np.max)
+        float(end(np.concatenate([cycle.measured for cycle in group]))) for end in (np.min, np.max)
     )
-    sizes = np.sort([float(np.ptp(cycle.x)) for cycle in group])
+    sizes = np.sort([float(np.ptp(cycle.displacement)) for cycle in group])
     count = int(_levels(sizes)[-1]) + 1
     lines = math.ceil(count / 3) if 1 < count < len(COLORS) else 0
     return (high + (0.06 + 0.11 * lines) * (high - low)) / unit
 
 
 def _draw_pair(
-    above: Panel, below: Panel, group: Sequence[Cycle], x_unit: float, f_unit: float
+    above: Panel, below: Panel, group: Sequence[RecordFit], x_unit: float, f_unit: float
 ) -> None:
     """The loops of one load, and what is left of them; a colour for each amplitude."""
     below.add(Band(-2.0, 2.0, "y"))
     dot_count = max(MOST_DOTS // len(group), 40)
     hues = COLORS[1:]
-    ordered = sorted(group, key=lambda c: float(np.ptp(c.x)))
-    sizes = np.array([0.5 * float(np.ptp(cycle.x)) for cycle in ordered])
+    ordered = sorted(group, key=lambda c: float(np.ptp(c.displacement)))
+    sizes = np.array([0.5 * float(np.ptp(cycle.displacement)) for cycle in ordered])
     numbers = _levels(sizes)
     firsts = np.unique(numbers, return_index=True)[1]
     if 1 < firsts.size <= len(hues):
@@ -172,18 +157,24 @@ def _draw_pair(
     # Small loops are drawn over large ones, which would hide them.
     for cycle, number in reversed(list(zip(ordered, numbers.tolist(), strict=True))):
         hue = hues[number % len(hues)]
-        x = (cycle.x - 0.5 * (cycle.x.max() + cycle.x.min())) / x_unit
-        marks = _spaced_marks(x, cycle.force, MOST_MARKS)
-        above.marks(x[marks], cycle.force[marks] / f_unit, hue, size=3.0)
+        x, force = cycle.displacement, cycle.measured
+        x = (x - 0.5 * (x.max() + x.min())) / x_unit
+        marks = _spaced_marks(x, force, MOST_MARKS)
+        above.marks(x[marks], force[marks] / f_unit, hue, size=3.0)
         closed = np.append(np.arange(x.size), 0)
         above.line(x[closed], cycle.model[closed] / f_unit, INK, width=1.1)
         dots = np.array(evenly(x.size, dot_count))
-        residual = cycle.residual[dots] / (cycle.error or 1.0)
-        falling = np.gradient(cycle.x)[dots] < 0.0
+        residual = cycle.residual[dots] / _noise(cycle)
+        falling = np.gradient(cycle.displacement)[dots] < 0.0
         below.marks(x[dots][~falling], residual[~falling], hue, size=2.4)
         below.marks(x[dots][falling], residual[falling], hue, marker="^", size=2.4)
     above.cross()
     below.add(Rule(0.0, "y", "#888888", 0.6, ()))
+
+
+def _noise(cycle: RecordFit) -> float:
+    """Standard error of a measured force [N]."""
+    return float(np.median(cycle.error)) or 1.0
 
 
 def _levels(sizes: Floats) -> NDArray[np.int64]:

@@ -5,18 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip import kernels
-from microslip._core.checks import Floats
 from microslip._core.frozen import Locked, lock
 from microslip.identification.caveats import Caveat
-from microslip.identification.fit import Fit, score, settle_near
-from microslip.identification.models import BackboneModel
-from microslip.identification.nuisances import columns_of
-from microslip.identification.problem import Problem
+from microslip.identification.fit import Fit
 from microslip.tribometer.folding import Folded
 
 _CERTAIN = 1e-4
@@ -33,32 +29,61 @@ class RecordFit(Locked):
 
     folded: Folded
     """Measured: displacement as a series, force in bins of the phase."""
-    phase: NDArray[np.float64]
-    """Phases of the bins [rad]."""
-    displacement: NDArray[np.float64]
-    """Displacement [m] at the phases."""
-    measured: NDArray[np.float64]
-    """Mean force [N] of each bin."""
     model: NDArray[np.float64]
     """Force [N] of the law, its offset that of the record."""
-    residual: NDArray[np.float64]
-    """Measured minus model [N]."""
-    error: NDArray[np.float64]
-    """Standard deviation of the noise in each bin [N]."""
-    measured_energy: float
-    """Energy dissipated in the mean cycle [J]."""
-    model_energy: float
-    """Energy of the model [J]."""
-    energy_residual: float
-    """Measured minus model over measured energy [-]."""
-    energy_error: float
-    """Standard deviation of that by the noise [-]."""
     rig_stiffness: float | None
     """Stiffness of its rig [N/m]; None for a rigid one."""
     delay: float | None
     """Time [s] by which its force was taken to lag behind; None without a time base."""
     slip_share: float
     """Share of the force limit that the cycle reaches [-], by the fall of its stiffness."""
+
+    @property
+    def phase(self) -> NDArray[np.float64]:
+        """Phases of the bins [rad]."""
+        return self.folded.phase
+
+    @cached_property
+    def displacement(self) -> NDArray[np.float64]:
+        """Displacement [m] at the phases."""
+        return lock(self.folded.displacement(self.folded.phase))
+
+    @property
+    def measured(self) -> NDArray[np.float64]:
+        """Mean force [N] of each bin."""
+        return self.folded.force
+
+    @cached_property
+    def residual(self) -> NDArray[np.float64]:
+        """Measured minus model [N]."""
+        return lock(self.folded.force - self.model)
+
+    @cached_property
+    def error(self) -> NDArray[np.float64]:
+        """Standard deviation of the noise in each bin [N]."""
+        return lock(self.folded.force_noise / np.sqrt(self.folded.count))
+
+    @property
+    def measured_energy(self) -> float:
+        """Energy dissipated in the mean cycle [J]; white noise has no bias on it."""
+        return float(self.folded.force @ self.folded.way)
+
+    @property
+    def model_energy(self) -> float:
+        """Energy of the model [J]."""
+        return float(self.model @ self.folded.way)
+
+    @property
+    def energy_residual(self) -> float:
+        """Measured minus model over measured energy [-]."""
+        measured = self.measured_energy
+        return (measured - self.model_energy) / (abs(measured) or 1.0)
+
+    @property
+    def energy_error(self) -> float:
+        """Standard deviation of that by the noise [-]."""
+        noise = float(np.linalg.norm(self.error * self.folded.way))
+        return noise / (abs(self.measured_energy) or 1.0)
 
     @property
     def name(self) -> str:
@@ -71,41 +96,21 @@ class RecordFit(Locked):
         return self.folded.normal_load
 
 
-def record_fits(problem: Problem, q: Floats) -> tuple[RecordFit, ...]:
+def record_fits(best: Fit) -> tuple[RecordFit, ...]:
     """Each record beside the answer of the law."""
-    forces = problem.model_force(q)
-    shares = slip_shares(problem, q)
+    problem, q = best.problem, best.q
+    forces, shares = problem.model_force(q), slip_shares(best)
     fits = []
     for i, (folded, force) in enumerate(zip(problem.folded, forces, strict=True)):
-        error = folded.force_noise / np.sqrt(folded.count)
-        way = folded.way
-        # White noise has no bias on the area of a loop.
-        measured, answered = float(folded.force @ way), float(force @ way)
-        noise = float(np.linalg.norm(error * way))
-        size, rate = abs(measured) or 1.0, folded.frequency
-        fits.append(
-            RecordFit(
-                folded,
-                folded.phase,
-                lock(folded.displacement(folded.phase)),
-                folded.force,
-                lock(force),
-                lock(folded.force - force),
-                lock(error),
-                measured,
-                answered,
-                (measured - answered) / size,
-                noise / size,
-                problem.rig_of(i, q),
-                None if rate is None else problem.lags[i] / (2.0 * math.pi * rate),
-                shares[i],
-            )
-        )
+        rate, lag = folded.frequency, problem.lags[i]
+        delay = None if rate is None else lag / (2.0 * math.pi * rate)
+        fits.append(RecordFit(folded, lock(force), problem.rig_of(i, q), delay, shares[i]))
     return tuple(fits)
 
 
-def slip_shares(problem: Problem, q: Floats) -> list[float]:
+def slip_shares(best: Fit) -> list[float]:
     """Share of the force limit that each record reaches, by the fall of the joint's stiffness."""
+    problem, q = best.problem, best.q
     _, stiffness, _ = problem.respond(q)
     shares = [0.0] * len(problem.folded)
     for at, i in enumerate(problem.order):
@@ -128,15 +133,15 @@ def _held_back_rows(cycles: int, share: float) -> NDArray[np.bool_]:
     return np.asarray(rows)
 
 
-def held_back_error(problem: Problem, best: Fit, share: float) -> float | None:
+def held_back_error(best: Fit, share: float) -> float | None:
     """RMS error over noise with which a fit of the other cycles predicts those held back [-]."""
+    problem = best.problem
     fitted_rows = [~_held_back_rows(folded.cycles, share) for folded in problem.folded]
     parts = [folded.part(rows) for folded, rows in zip(problem.folded, fitted_rows, strict=True)]
-    beside = [columns_of(part, problem.effects) for part in parts]
-    held_problem = problem.like(folded=parts, beside=beside)
+    held_problem = problem.like(folded=parts)
     held_problem.take_weights(problem)
     held_problem.update(best.q)
-    fit = settle_near(held_problem, best.q)
+    fit = Fit(held_problem, best.q).settled_near()
     if fit is None:
         return None
     total, number = 0.0, 0
@@ -156,23 +161,23 @@ def held_back_error(problem: Problem, best: Fit, share: float) -> float | None:
     return math.sqrt(total / number) if number else None
 
 
-def rigs_differ(problem: Problem, best: Fit, freedom: int) -> Caveat | None:
+def rigs_differ(best: Fit) -> Caveat | None:
     """The caveat that records of one rig want compliances of their own; None where they do not.
 
     First a score test: by how much the sum of squares would fall, in the linear approximation, if
     each record had its own. Where that is certain and large, a fit in which each has: a law that
     does not fit the records wants rigs that differ, too, but they do not mend it.
     """
-    reduced = best.cost / max(freedom, 1)
-    stand_out = _wanted_compliances(problem, best, reduced)
+    problem = best.problem
+    stand_out = _wanted_compliances(best)
     if stand_out is None:
         return None
     label, members = stand_out
-    separate = _fit_with_own_rigs(problem, best)
+    separate = _fit_with_own_rigs(best)
     if separate is None:
         return None
     cost, compliances = separate
-    reduced_apart = cost / max(freedom - len(compliances) + len(set(problem.rigs)), 1)
+    reduced_apart = cost / max(problem.freedom - len(compliances) + len(set(problem.rigs)), 1)
     if reduced_apart > _EXPLAINED and cost > _MOST_OF * best.cost:
         return None
     member_compliances = np.array([compliances[i] for i in members])
@@ -186,8 +191,9 @@ def rigs_differ(problem: Problem, best: Fit, freedom: int) -> Caveat | None:
     return Caveat("one rig" if reduced_apart <= _EXPLAINED else "several rigs", data)
 
 
-def _fit_with_own_rigs(problem: Problem, best: Fit) -> tuple[float, dict[int, float]] | None:
+def _fit_with_own_rigs(best: Fit) -> tuple[float, dict[int, float]] | None:
     """Sum of squares and compliance [m/N] of each record where each has a rig of its own."""
+    problem = best.problem
     coordinates = list(problem.coordinates)
     rigs: list[int | None] = []
     q = list(best.q)
@@ -203,10 +209,10 @@ def _fit_with_own_rigs(problem: Problem, best: Fit) -> tuple[float, dict[int, fl
     separate = problem.like(coordinates=coordinates, rigs=rigs)
     separate.data = []
     separate.take_weights(problem)
-    fit = Fit(np.array(q), math.inf)
+    fit = Fit(separate, np.array(q))
     for _ in range(2):  # by the weights of one rig, then by their own
         separate.update(fit.q)
-        near = settle_near(separate, fit.q)
+        near = fit.settled_near()
         if near is None:
             return None
         fit = near
@@ -214,12 +220,11 @@ def _fit_with_own_rigs(problem: Problem, best: Fit) -> tuple[float, dict[int, fl
     return fit.cost, {i: 1.0 / outer[rig] for i, rig in enumerate(rigs) if rig is not None}
 
 
-def _wanted_compliances(
-    problem: Problem, best: Fit, reduced: float
-) -> tuple[str, list[int]] | None:
+def _wanted_compliances(best: Fit) -> tuple[str, list[int]] | None:
     """The record that stands out most and those of its rig, by the score test."""
     from scipy.special import chdtrc
 
+    problem = best.problem
     with_rig = [i for i, rig in enumerate(problem.rigs) if rig is not None]
     if len(with_rig) < 2:
         return None
@@ -233,13 +238,13 @@ def _wanted_compliances(
             owners += members[1:] if rig in free else members
     if not owners:
         return None
-    by = _by_compliance(problem, best.q) * problem.weight
+    by = problem.by_compliance(best.q) * problem.weight
     rows = np.zeros((len(owners), by.size))
     for row, owner in zip(rows, owners, strict=True):
         span = problem.bins[problem.order.index(owner)]
         row[span] = by[span]
-    found = score(problem, best.q, rows)
-    if chdtrc(len(owners), found.fall / max(reduced, 1.0)) > _CERTAIN:
+    found = best.score(rows)
+    if chdtrc(len(owners), found.fall / max(best.reduced, 1.0)) > _CERTAIN:
         return None
     change = np.zeros(len(problem.folded))
     change[owners] = found.sizes
@@ -261,21 +266,6 @@ def _wanted_compliances(
     if worst < _LARGE:
         return None
     return label, worst_members
-
-
-def _by_compliance(problem: Problem, q: Floats) -> Floats:
-    by = np.zeros_like(problem.half)
-    outer = problem.physical(q)
-    for number, group in enumerate(problem.groups):
-        if group.rig is None or not isinstance(problem.model, BackboneModel):
-            continue
-        values = problem.named(group.columns, outer)
-        compliance, gain = 1.0 / outer[group.rig], problem.gain_of(outer)
-        answer = problem.in_series(problem.model, number, group, values, compliance, gain)
-        by[group.places] = answer[3]
-    by *= problem.sign
-    kernels.compiled.accumulate(problem.parent, by, np.zeros(1))
-    return problem.to_bins(by)
 
 
 def misfit(records: Sequence[RecordFit], reduced: float) -> Caveat:

@@ -3,22 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
 import numpy as np
 
-from microslip._core.checks import Floats, show
-from microslip.errors import InputError
+from microslip._core.checks import Floats
 from microslip.identification.caveats import IDENTIFIED, NOT, Caveat
-from microslip.identification.fit import Fit, Score, covariance_of, score, settle_near
+from microslip.identification.effects import EFFECTS, columns_of
+from microslip.identification.fit import Fit, covariance_of
 from microslip.identification.intervals import Profiled
 from microslip.identification.models.base import BackboneModel
-from microslip.identification.options import NUISANCES
 from microslip.identification.problem import Problem
 from microslip.identification.rules import CAUSES_FROM, WRONG_FROM
 from microslip.identification.verdicts import Fitted
-from microslip.tribometer.folding import CLIPPED, Folded
+from microslip.tribometer.folding import CLIPPED
 
 _EXPLAINED, _SIGNIFICANT = 0.5, 1e-3
 """Share of the sum of squares that an effect or a delay has to explain, and not by chance."""
@@ -31,75 +30,6 @@ _NEARLY_ALL = 0.95
 _WIDEST, _SECTIONS, _GOLDEN, _BESIDE = 0.5, 12, 0.618, 0.005
 """Half the play is looked for up to so much of the smallest amplitude; steps, their ratio, and how
 far beside it, of that range, the sum of squares tells its error."""
-
-
-class Effect(NamedTuple):
-    """A force beside that of the law, of unknown size in each record."""
-
-    words: str
-    shape: Callable[[Folded], Floats]
-    """Its course over the bins of a record, of any size."""
-
-
-def _centred(values: Floats) -> Floats:
-    return np.asarray(values - 0.5 * (values.max() + values.min()))
-
-
-EFFECTS: Mapping[str, Effect] = {
-    "parallel": Effect("a spring beside the joint", lambda f: _centred(f.displacement(f.phase))),
-    "viscous": Effect("a force proportional to velocity", lambda f: f.displacement(f.phase, 1)),
-    "inertia": Effect("a mass behind the force sensor", lambda f: f.displacement(f.phase, 2)),
-    "tilt": Effect(
-        "friction that changes along the displacement, as of tilted faces (to first order)",
-        lambda f: np.asarray(_centred(f.force) * _centred(f.displacement(f.phase))),
-    ),
-}
-"""Forces that may be asked for, by name."""
-
-
-def checked_effects(names: Sequence[str] | None) -> tuple[str, ...]:
-    """The names of effects that were asked for."""
-    if names is None:
-        return ()
-    if isinstance(names, str) or not isinstance(names, Sequence):
-        raise InputError(f"`nuisances` must be a list of {', '.join(NUISANCES)}, got {show(names)}")
-    for name in names:
-        if name not in NUISANCES:
-            raise InputError(f"`nuisances` must be among {', '.join(NUISANCES)}, got {show(name)}")
-    return tuple(dict.fromkeys(names))
-
-
-def columns_of(folded: Folded, names: Sequence[str]) -> Floats:
-    """Courses of the effects in a record, a column each of the norm 1."""
-    columns = []
-    for name in names:
-        column = EFFECTS[name].shape(folded)
-        size = float(np.linalg.norm(column))
-        columns.append(column / (size or 1.0))
-    return np.array(columns).T.reshape(folded.phase.size, len(names))
-
-
-def explained_shares(problem: Problem, best: Fit) -> dict[str, tuple[float, float]]:
-    """Share of what is left that each effect would explain (score test), and its chance."""
-    from scipy.special import chdtrc
-
-    freedom = problem.residuals(best.q)[0].size - best.q.size
-    reduced = max(best.cost / max(freedom, 1), 1.0)
-    shares = {}
-    for name in EFFECTS:
-        if name in problem.effects:
-            continue
-        rows = np.zeros((len(problem.bins), problem.weight.size))
-        for at, span in enumerate(problem.bins):
-            rows[at, span] = columns_of(problem.folded[problem.order[at]], (name,))[:, 0]
-        found = score(problem, best.q, rows * problem.weight)
-        chance = float(chdtrc(max(found.distinct, 1), found.fall / reduced))
-        shares[name] = _share(found, best), chance
-    return shares
-
-
-def _share(found: Score, best: Fit) -> float:
-    return min(found.fall / best.cost, 1.0) if best.cost > 0.0 else 0.0
 
 
 def after_play(problem: Problem, play: float) -> Problem:
@@ -122,13 +52,14 @@ class Play(NamedTuple):
     """Share of what the law leaves without play that it explains."""
 
 
-def play_of(problem: Problem, best: Fit) -> Play:
+def play_of(best: Fit) -> Play:
     """The play of all records, by a golden section in which all is fitted again."""
+    problem = best.problem
     if not isinstance(problem.model, BackboneModel):
         return Play(0.0, 0.0, 0.0)
 
     def cost_with(play: float) -> float:
-        fit = settle_near(after_play(problem, play), best.q, np.arange(best.q.size))
+        fit = Fit(after_play(problem, play), best.q).settled_near(np.arange(best.q.size))
         return math.inf if fit is None else fit.cost
 
     low, high = 0.0, _WIDEST * min(folded.amplitude for folded in problem.folded)
@@ -151,39 +82,52 @@ def play_of(problem: Problem, best: Fit) -> Play:
     return Play(play, error, 1.0 - cost / best.cost)
 
 
-def causes(problem: Problem, best: Fit, freedom: int) -> Iterator[Caveat]:
+def causes(best: Fit) -> Iterator[Caveat]:
     """Likely causes of most of the misfit: play, a force beside the law, or a delay."""
-    if not best.finite or best.cost < CAUSES_FROM * freedom:
+    from scipy.special import chdtrc
+
+    problem = best.problem
+    if not best.finite or best.cost < CAUSES_FROM * problem.freedom:
         return
-    shares = explained_shares(problem, best)
-    largest = max((share for share, _ in shares.values()), default=0.0)
+    scores = {}
+    for name in EFFECTS:
+        if name not in problem.effects:
+            rows = np.zeros((len(problem.bins), problem.weight.size))
+            for at, span in enumerate(problem.bins):
+                rows[at, span] = columns_of(problem.folded[problem.order[at]], (name,))[:, 0]
+            scores[name] = best.score(rows * problem.weight)
+    largest = max((found.share for found in scores.values()), default=0.0)
     beside = None
     if not any(folded.play for folded in problem.folded):
-        play = play_of(problem, best)
+        play = play_of(best)
         if play.explained > max(largest, _NEARLY_ALL):
             beside = Caveat("play explains", {"play": 2.0 * play.value, "share": play.explained})
     if beside is None:
         # Of a sine displacement and acceleration are one: the first of what is as good.
-        name = next((key for key, (share, _) in shares.items() if share >= 0.97 * largest), "")
-        if name and shares[name][0] >= _EXPLAINED and shares[name][1] <= _SIGNIFICANT:
-            data = {"effect": EFFECTS[name].words, "name": name, "share": shares[name][0]}
-            beside = Caveat("effect explains", data)
+        name = next((key for key, found in scores.items() if found.share >= 0.97 * largest), "")
+        if name and (found := scores[name]).share >= _EXPLAINED:
+            freedom = problem.residuals(best.q)[0].size - best.q.size
+            fall = found.fall / max(best.cost / max(freedom, 1), 1.0)
+            if chdtrc(max(found.distinct, 1), fall) <= _SIGNIFICANT:
+                data = {"effect": EFFECTS[name].words, "name": name, "share": found.share}
+                beside = Caveat("effect explains", data)
     if beside is not None:
         yield beside
     # A force that is cut off, or that another one stands beside, is no late one.
     is_other = beside is not None or any(f.doubt == CLIPPED for f in problem.folded)
     if any(problem.lags) or not is_other:
-        yield from _late(problem, best, freedom)
+        yield from _late(best)
 
 
 # -- delays ---------------------------------------------------------------------------------------
 
 
-def delays_of(problem: Problem, answer: Profiled) -> dict[str, Fitted]:
+def delays_of(answer: Profiled) -> dict[str, Fitted]:
     """Delay of the force of each record [s], of one without a time base [rad], where it is free."""
-    if not problem.free_delay or not answer.best.finite:
+    problem = answer.best.problem
+    if not problem.free_delay:
         return {}
-    errors = _errors(problem, answer.best.q) * math.sqrt(float(answer.widen.max(initial=1.0)))
+    errors = _errors(answer.best) * math.sqrt(answer.widest)
     reach = math.sqrt(answer.threshold)
     delays = {}
     several = len(problem.folded) > 1
@@ -207,15 +151,14 @@ def delays_of(problem: Problem, answer: Profiled) -> dict[str, Fitted]:
     return {problem.folded[i].name: delays[i] for i in sorted(delays)}
 
 
-def _errors(problem: Problem, q: Floats) -> Floats:
+def _errors(best: Fit) -> Floats:
     """Standard errors of the phases of all records, in the order of the problem [rad]."""
+    problem, q = best.problem, best.q
     _, by = problem.residuals(q)
     inverse = covariance_of(by.T @ by)
     rows = np.asarray((problem.to_bins(problem.respond(q)[2])) * problem.weight)
     count = problem.weight.size
-    moves = inverse @ by.T  # of the coordinates, by whitened residuals
-    for span, metric in zip(problem.bins, problem.metrics, strict=True):
-        moves[:, span] = metric.apply(moves[:, span])
+    moves = problem.in_metrics(inverse @ by.T)  # of the coordinates, by whitened residuals
     variance = np.zeros(len(problem.order))
     for at, own_span in enumerate(problem.bins):
         flat = np.stack((problem.weight[own_span], problem.late(at))).T
@@ -230,8 +173,9 @@ def _errors(problem: Problem, q: Floats) -> Floats:
     return np.sqrt(variance)
 
 
-def _late(problem: Problem, best: Fit, freedom: int) -> Iterator[Caveat]:
+def _late(best: Fit) -> Iterator[Caveat]:
     """The caveat that a delay would explain the misfit (score test), or is wrong."""
+    problem = best.problem
     if problem.free_delay:
         return
     frequencies = [record.frequency for record in problem.folded]
@@ -240,8 +184,8 @@ def _late(problem: Problem, best: Fit, freedom: int) -> Iterator[Caveat]:
     for at, span in enumerate(problem.bins):
         rate = 2.0 * math.pi * (frequencies[problem.order[at]] or 0.0) if timed else 1.0
         row[0, span] = rate * problem.late(at)
-    found = score(problem, best.q, row)
-    if found.distinct and _share(found, best) >= _EXPLAINED:
+    found = best.score(row)
+    if found.distinct and found.share >= _EXPLAINED:
         lag = -float(found.sizes[0])
         yield Caveat(
             "delay explains",
@@ -250,52 +194,53 @@ def _late(problem: Problem, best: Fit, freedom: int) -> Iterator[Caveat]:
                 "delay": abs(lag),
                 "unit": "s" if timed else "rad",
                 "way": "behind" if lag > 0.0 else "ahead of",
-                "share": _share(found, best),
+                "share": found.share,
             },
         )
-    elif any(problem.lags) and best.cost > WRONG_FROM * freedom:
+    elif any(problem.lags) and best.cost > WRONG_FROM * problem.freedom:
         yield Caveat("wrong delay")
 
 
 # -- noise ----------------------------------------------------------------------------------------
 
 
-def noise_remarks(problem: Problem, best: Fit, freedom: int, loss: str) -> Iterator[Caveat]:
+def noise_remarks(best: Fit, loss: str) -> Iterator[Caveat]:
     """Remarks on the noise of the loads, and on a misfit too small to be noise."""
-    wider = widened_by_loads(problem, best.q)
+    wider = widened_by_loads(best)
     if wider and max(wider.values()) > _NOTICED:
         name = max(wider, key=lambda key: wider[key])
         yield Caveat("noisy load", {"name": name, "times": wider[name]})
     # A robust loss gives less weight to noise, too; steps of a converter are the most they can be.
-    has_steps = any(folded.stepped.size for folded in problem.folded)
-    if loss == "linear" and not has_steps and is_less_than_noise(problem, best.cost, freedom):
-        yield Caveat("too smooth", {"reduced": best.cost / freedom})
+    has_steps = any(folded.stepped.size for folded in best.problem.folded)
+    if loss == "linear" and not has_steps and _is_less_than_noise(best):
+        yield Caveat("too smooth", {"reduced": best.reduced})
 
 
-def widened_by_loads(problem: Problem, q: Floats) -> Mapping[str, float]:
+def widened_by_loads(best: Fit) -> Mapping[str, float]:
     """Factors by which the noise of the loads widens each interval, in linear approximation."""
+    problem, q = best.problem, best.q
     uncertain = [problem.has_load_error(i) for i in problem.order]
     if not any(uncertain) or not problem.nuisance_effects:
         return {}
-    by_all = problem.residuals(q)[1]
-    metrics = list(problem.metrics)
-    problem.metrics = [
+    certain = problem.copy()
+    certain.metrics = [
         problem.metric_of(at, loads=False) if is_uncertain else metric
-        for at, (is_uncertain, metric) in enumerate(zip(uncertain, metrics, strict=True))
+        for at, (is_uncertain, metric) in enumerate(zip(uncertain, problem.metrics, strict=True))
     ]
-    problem._last = None
-    by_rest = problem.residuals(q)[1]
-    problem.metrics = metrics
-    problem._last = None
-    with_loads, without = (np.diag(covariance_of(by.T @ by)) for by in (by_all, by_rest))
-    names = [problem.coordinates[int(j)].name for j in problem.free]
+    certain._last = None
+    informations = (Fit(p, q).information for p in (problem, certain))
+    with_loads, without = (np.diag(covariance_of(information)) for information in informations)
+    problem.evaluations = certain.evaluations
+    names = [coordinate.name for coordinate in problem.free_coordinates]
     return dict(zip(names, np.sqrt(with_loads / without).tolist(), strict=True))
 
 
-def is_less_than_noise(problem: Problem, cost: float, freedom: int) -> bool:
+def _is_less_than_noise(best: Fit) -> bool:
     """Whether the misfit is significantly less than the scatter of cycles (Fisher's F)."""
     from scipy.special import fdtr
 
-    noise_freedom = sum(record.freedom for record in problem.folded)
-    quiet = [record.force_noise < _QUIET * float(np.ptp(record.force)) for record in problem.folded]
-    return not all(quiet) and bool(fdtr(freedom, noise_freedom, cost / freedom) < _RARE)
+    records = best.problem.folded
+    noise_freedom = sum(record.freedom for record in records)
+    quiet = [record.force_noise < _QUIET * float(np.ptp(record.force)) for record in records]
+    chance = fdtr(best.problem.freedom, noise_freedom, best.reduced)
+    return not all(quiet) and bool(chance < _RARE)

@@ -8,11 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from microslip._core.checks import exact, members, number, positive, show
+from microslip._core.checks import Floats, exact, members, number, positive, show
 from microslip._core.wording import did_you_mean
 from microslip.errors import UNSAID, InputError, in_python
 from microslip.identification.coordinates import (
-    AREA,
     RIG,
     Coordinate,
     coordinate_of,
@@ -21,6 +20,7 @@ from microslip.identification.coordinates import (
 )
 from microslip.identification.load_levels import labels_of, levels_of
 from microslip.identification.models.base import Model
+from microslip.identification.problem import Problem
 from microslip.loops import Loop
 from microslip.tribometer.folding import Folded
 from microslip.tribometer.record import Record
@@ -48,16 +48,6 @@ def record_list(records: Any) -> list[Record]:
     expected = "a Record or a list of them; write Record(displacement, force) or Record.read(path)"
     return members(
         "records", [records] if isinstance(records, Record) else records, Record, expected
-    )
-
-
-def checked_area(contact: Coordinate | None, area: float | None) -> None:
-    """A real contact area is part of the apparent one."""
-    if contact is None or contact.parameter != AREA or area is None or contact.start <= area:
-        return
-    raise InputError(
-        f"`contact_area` must not be above the apparent area, {exact(area)} m^2, got "
-        f"{exact(contact.start)} m^2"
     )
 
 
@@ -145,11 +135,11 @@ def coordinates_for(
                 continue
             of_level = [loads[i] for i in range(len(folded)) if levels[i] == level]
             load = None if of_level[0] is None else float(np.mean([x for x in of_level if x]))
-            coordinate = coordinate_of(
-                parameter, 1.0, load if splits or not several else None, several=splits
-            )
-            if splits and load is not None:
-                coordinate = replace(coordinate, name=f"{parameter.name} at {labels[level]} N")
+            own_load = load if splits or not several else None
+            coordinate = coordinate_of(parameter, 1.0, own_load)
+            if splits:
+                place = "without load" if load is None else f"at {labels[level]} N"
+                coordinate = replace(coordinate, name=f"{parameter.name} {place}")
             elif parameter.name in model.at_reference:
                 coordinate = replace(coordinate, load=getattr(model, "reference_load", load))
             places[parameter.name, level if splits else -1] = len(coordinates)
@@ -205,16 +195,18 @@ def split_model(model: Model, coordinates: Sequence[Coordinate]) -> Model:
 # -- where to begin -------------------------------------------------------------------------------
 
 
-def starts_for(
-    model: Model,
-    coordinates: Sequence[Coordinate],
-    columns: Sequence[tuple[int, ...]],
-    rigs: Sequence[int | None],
-    folded: Sequence[Folded],
-    loops: Sequence[Loop],
-    start_values: Mapping[str, float],
-) -> Iterator[list[float]]:
-    """Physical values to start from, guessed with a share of the compliance as the rig's."""
+def starts_for(problem: Problem, start_values: Mapping[str, float]) -> Iterator[Floats]:
+    """Coordinates to start from, guessed with a share of the compliance as the rig's."""
+    for values in _starts(problem, start_values):
+        inside = (
+            c.inner(min(max(value, c.low), c.high))
+            for c, value in zip(problem.coordinates, values, strict=True)
+        )
+        yield np.array(list(inside))[problem.free]
+
+
+def _starts(problem: Problem, start_values: Mapping[str, float]) -> Iterator[list[float]]:
+    model, coordinates, columns = problem.model, problem.coordinates, problem.columns
     free = {i: c for i, c in enumerate(coordinates) if not c.fixed}
     free_rigs = {i: c for i, c in free.items() if c.parameter == RIG}
     for share in _SHARES if free_rigs else (0.0,):
@@ -228,9 +220,9 @@ def starts_for(
                 if coordinate.parameter in model.start:
                     value = model.start[coordinate.parameter]
                     instance_start[i] = start_values.get(coordinate.name, value)
-            yield _bounded(coordinates, instance_start)
+            yield instance_start
         try:
-            guessed = _guessed(model, columns, rigs, folded, loops, values)
+            guessed = _guessed(problem, values)
         except InputError:
             guessed = {
                 i: start_values[coordinate.name]
@@ -241,7 +233,7 @@ def starts_for(
                 continue
         for i in guessed.keys() & free.keys():
             values[i] = start_values.get(coordinates[i].name, guessed[i])
-        yield _bounded(coordinates, values)
+        yield values
         if model.start is not None and {"friction_coefficient", "slip_scale"} <= model.start.keys():
             # The instance with the friction of the loops, on which its slip depends as well.
             for i, coordinate in free.items():
@@ -250,34 +242,21 @@ def starts_for(
                     values[i] = instance_start[i] * friction / model.start["friction_coefficient"]
                 elif coordinate.parameter not in (RIG, "friction_coefficient"):
                     values[i] = instance_start[i]
-            yield _bounded(coordinates, values)
+            yield values
 
 
-def _bounded(coordinates: Sequence[Coordinate], values: Sequence[float]) -> list[float]:
-    return [
-        min(max(value, coordinate.low), coordinate.high)
-        for coordinate, value in zip(coordinates, values, strict=True)
-    ]
-
-
-def _guessed(
-    model: Model,
-    columns: Sequence[tuple[int, ...]],
-    rigs: Sequence[int | None],
-    folded: Sequence[Folded],
-    loops: Sequence[Loop],
-    values: Sequence[float],
-) -> dict[int, float]:
+def _guessed(problem: Problem, values: Sequence[float]) -> dict[int, float]:
     """Guesses of the law for the loops without what the rigs do."""
     guesses: dict[int, float] = {}
     bare = []
-    for loop, rig in zip(loops, rigs, strict=True):
+    for record, rig in zip(problem.folded, problem.rigs, strict=True):
+        loop = record.loop
         compliance = 0.0 if rig is None else 1.0 / values[rig]
         middle = loop.force - 0.5 * (loop.force.max() + loop.force.min())
         bare.append(Loop(loop.displacement - compliance * middle, middle))
-    for group in dict.fromkeys(columns):
-        members = [i for i, column in enumerate(columns) if column == group]
-        guess = model.guess([bare[i] for i in members], [folded[i].normal_load for i in members])
-        for name, place in zip(model.names, group, strict=True):
+    for group in dict.fromkeys(problem.columns):
+        members = [i for i, column in enumerate(problem.columns) if column == group]
+        guess = problem.model.guess([bare[i] for i in members], [problem.loads[i] for i in members])
+        for name, place in zip(problem.model.names, group, strict=True):
             guesses.setdefault(place, guess[name])
     return guesses

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from microslip._core.checks import Floats
 from microslip.identification.caveats import Caveat
-from microslip.identification.fit import Fit, covariance_of, settle_near
+from microslip.identification.coordinates import Datum, Function
+from microslip.identification.fit import Fit, covariance_of
 from microslip.identification.labels import number_text
 from microslip.identification.problem import Problem
-from microslip.identification.profiles import cycle_ratio, information
-from microslip.identification.quantities import Function, Quantity, of_coordinate
+from microslip.identification.profiles import cycle_ratio
+from microslip.identification.quantities import of_coordinate
 
 DISAGREE = 3.0
 """Standard deviations beyond which a given value and the loops disagree."""
@@ -65,28 +66,6 @@ class GivenDatum:
         return Caveat("datum", data | disagreement)
 
 
-class _Source(NamedTuple):
-    """One datum of a problem."""
-
-    name: str
-    unit: str
-    value: float
-    error: float
-    function: Function
-    inverse: bool
-    """Whether its errors are those of its inverse."""
-    coordinate: int | None
-    """The coordinate that has it as its prior."""
-    place: int | None
-    """Where it stands among the data."""
-
-    def residual(self, fitted: float) -> float:
-        """Fitted value less the given one, in standard deviations."""
-        if self.inverse:
-            return (1.0 - self.value / fitted) * self.value / self.error
-        return (fitted - self.value) / self.error
-
-
 class _Refit(NamedTuple):
     """The fit without some of the data."""
 
@@ -121,23 +100,20 @@ class Contradicted(NamedTuple):
         return False
 
 
-def compare_data(
-    problem: Problem, best: Fit, freedom: int, names: Sequence[str], quantities: Iterable[Quantity]
-) -> tuple[tuple[GivenDatum, ...], Contradicted | None]:
+def compare_data(best: Fit) -> tuple[tuple[GivenDatum, ...], Contradicted | None]:
     """Each datum beside what the loops say, and those that they contradict.
 
-    ``names`` are those of the problem's data. Each is left out once, and the rest fitted again:
-    the sum of squares falls by the square of the deviations that part it from the rest (Cook and
-    Weisberg 1982, Residuals and Influence in Regression), here without taking it for straight.
+    Each is left out once, and the rest fitted again: the sum of squares falls by the square of the
+    deviations that part it from the rest (Cook and Weisberg 1982, Residuals and Influence in
+    Regression), here without taking it for straight.
     """
     from scipy.special import chdtrc
 
-    sources = _sources(problem, names, {quantity.name: quantity.unit for quantity in quantities})
-    if not sources:
-        return (), None
+    problem = best.problem
+    every = [*_priors(problem), *problem.data]
     data, wrong = [], []
-    for datum in sources:
-        refit = _fit_without(problem, best, freedom, [datum])
+    for datum in every:
+        refit = _fit_without(best, [datum])
         value = datum.function(best.q)[0]
         residual = datum.residual(value)
         disagreement = math.copysign(math.sqrt(refit.fall), residual)
@@ -146,11 +122,11 @@ def compare_data(
         data.append(GivenDatum(*datum[:4], value, residual, alone, disagreement, agrees))
         if not agrees:
             wrong.append((datum, refit))
-    if not wrong and len(sources) > 1:
+    if not wrong and len(every) > 1:
         # Two data that are wrong in the same way support each other.
-        refit = _fit_without(problem, best, freedom, sources)
-        if chdtrc(len(sources), refit.fall) < _RARE:
-            wrong = [(source, refit) for source in sources]
+        refit = _fit_without(best, every)
+        if chdtrc(len(every), refit.fall) < _RARE:
+            wrong = [(datum, refit) for datum in every]
             data = [replace(datum, agrees=False) for datum in data]
     if not wrong:
         return tuple(data), None
@@ -162,47 +138,35 @@ def compare_data(
         Caveat("contradiction", {"data": contradictions}),
         tuple(datum.name for datum, _ in wrong),
         best.q,
-        covariance_of(information(problem, best.q)) * max(refit.noise for _, refit in wrong),
+        covariance_of(best.information) * max(refit.noise for _, refit in wrong),
         tuple((refit.q, datum.function) for datum, refit in wrong),
     )
     return tuple(data), contradicted
 
 
-def _sources(problem: Problem, names: Sequence[str], units: dict[str, str]) -> list[_Source]:
-    sources = []
-    for j in map(int, problem.free):
-        c = problem.coordinates[j]
-        if c.prior is None:
-            continue
-        value, error = c.prior
-        inverse = c.kind == "inverse"
-        if inverse:  # a compliance of what was given as a stiffness
-            value, error = (float(f"{x:.14g}") for x in (1.0 / value, error / value**2))
-        function = of_coordinate(problem, j)
-        sources.append(_Source(c.name, c.unit, value, error, function, inverse, j, None))
-    units = {**units, **{coordinate.name: coordinate.unit for coordinate in problem.coordinates}}
-    for place, (name, datum) in enumerate(zip(names, problem.data, strict=True)):
-        sources.append(
-            _Source(name, units[name], datum.value, datum.error, datum.function, False, None, place)
-        )
-    return sources
+def _priors(problem: Problem) -> Iterator[Datum]:
+    """Data that are priors of coordinates."""
+    for j, c in zip(problem.row, problem.free_coordinates, strict=True):
+        if c.prior is not None:
+            value, error = c.prior
+            inverse = c.kind == "inverse"
+            if inverse:  # a compliance of what was given as a stiffness
+                value, error = (float(f"{x:.14g}") for x in (1.0 / value, error / value**2))
+            yield Datum(c.name, c.unit, value, error, of_coordinate(problem, j), j, inverse)
 
 
-def _fit_without(problem: Problem, best: Fit, freedom: int, left_out: Sequence[_Source]) -> _Refit:
+def _fit_without(best: Fit, left_out: Sequence[Datum]) -> _Refit:
     """The fit near the best one, by the same weights, without some data."""
-    remaining = problem.copy()
-    out = {source.coordinate for source in left_out}
-    remaining.coordinates = tuple(
-        replace(coordinate, prior=None) if j in out else coordinate
-        for j, coordinate in enumerate(problem.coordinates)
+    problem = best.problem
+    remaining = problem.with_coordinates(
+        {datum.coordinate: {"prior": None} for datum in left_out if datum.coordinate is not None}
     )
-    places = {source.place for source in left_out}
     remaining._last = None
-    remaining.data = [datum for place, datum in enumerate(problem.data) if place not in places]
-    fit = settle_near(remaining, best.q)
+    remaining.data = [datum for datum in problem.data if datum not in left_out]
+    fit = Fit(remaining, best.q).settled_near()
     if fit is None:
         return _Refit(best.q, 0.0, 1.0)
-    reduced = fit.cost / max(freedom - len(left_out), 1)
-    noise = max(reduced, float(cycle_ratio(remaining, fit.q).max(initial=1.0)), 1.0)
+    reduced = fit.cost / max(remaining.freedom, 1)
+    noise = max(reduced, float(cycle_ratio(fit).max(initial=1.0)), 1.0)
     problem.evaluations = remaining.evaluations
     return _Refit(fit.q, max(best.cost - fit.cost, 0.0) / noise, noise)

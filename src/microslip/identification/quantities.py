@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from microslip._core.checks import Floats, number, positive, show
+from microslip._core.checks import Floats, exact, number, positive, show
 from microslip._core.wording import did_you_mean
 from microslip.errors import InputError
 from microslip.identification.coordinates import (
@@ -19,11 +18,12 @@ from microslip.identification.coordinates import (
     SUMMIT_DATA,
     Coordinate,
     Datum,
+    Function,
+    Quantity,
 )
 from microslip.identification.load_levels import groups_of, labels_of, levels_of
-from microslip.identification.models.base import Derived, Model
+from microslip.identification.models.base import Derived, Materials, Model
 from microslip.identification.problem import Problem
-from microslip.materials import MaterialPair
 from microslip.normal import GreenwoodWilliamson
 
 _STEP = 1e-5
@@ -31,42 +31,21 @@ _NEED_MORE = ("std", "density_root_radius", "radius", "density", "summit_count",
 _GIVE_PAIR = "; give `pair=...`, and the apparent area with it"
 
 
-Function = Callable[[Floats], tuple[float, Floats]]
-"""A number and its derivatives by the free coordinates."""
-
-
-@dataclass(frozen=True)
-class Quantity:
-    """A quantity that follows from the coordinates: its value, and derivatives by the free ones."""
-
-    name: str
-    unit: str
-    load: float | None
-    function: Function
-    parent: str | None = None
-    """The coordinate that it is at another load, whose verdict is its own."""
-    shape: bool = False
-    """Whether it is a plain number that may be negative, such as a separation over sigma."""
-
-
-def quantities_of(
-    problem: Problem, pair: MaterialPair | None, area: float | None
-) -> list[Quantity]:
+def quantities_of(problem: Problem) -> list[Quantity]:
     """Quantities derived from the law, for each load where they depend on it."""
     model, quantities = problem.model, []
-    free = [problem.coordinates[int(j)] for j in problem.free]
-    start = np.array([coordinate.inner(coordinate.start) for coordinate in free])
+    start = np.array([c.inner(c.start) for c in problem.free_coordinates])
     names = set(model.names)
     groups = list(dict.fromkeys(problem.columns))
-    record_loads = [record.normal_load for record in problem.folded]
-    levels = levels_of(record_loads)
+    levels = levels_of(problem.loads)
     labels = labels_of(problem.folded, levels)
-    level = dict(zip(record_loads, levels, strict=True))
+    level = dict(zip(problem.loads, levels, strict=True))
     for group in groups:
         members = [i for i, column in enumerate(problem.columns) if column == group]
-        loads = _distinct([problem.folded[i].normal_load for i in members])
+        loads = _distinct([problem.loads[i] for i in members])
         several = len(groups) > 1 or len(loads) > 1
-        for quantity in model.derived(problem.values_of(members[0], start), loads, pair, area):
+        values = problem.values_of(members[0], start)
+        for quantity in model.derived(values, loads, problem.materials):
             load = quantity.load
             if load is None and len(groups) > 1:
                 load = loads[0]
@@ -78,8 +57,7 @@ def quantities_of(
             if several and load is not None:
                 name = f"{quantity.name} at {labels[level[load]]} N"
             at = loads[:1] if quantity.load is None else [quantity.load]
-            answer = _Answer(problem, members[0], at, pair, area)
-            function = answer.of(quantity.name, group)
+            function = _Derivation(problem, members[0], at).of(quantity.name)
             shape = quantity.name in model.at_reference and quantity.unit == ""
             quantities.append(Quantity(name, quantity.unit, load, function, parent, shape))
     return quantities
@@ -91,40 +69,33 @@ def _distinct(loads: Sequence[float | None]) -> list[float | None]:
     return [*([None] if None in loads else []), *(group[0] for group in groups)]
 
 
-class _Answer:
+class _Derivation:
     """Derived quantities of a law at one load, kept for the last coordinates."""
 
-    def __init__(self, problem: Problem, record: int, loads: Any, pair: Any, area: Any) -> None:
+    def __init__(self, problem: Problem, record: int, loads: Sequence[float | None]) -> None:
         self._problem, self._record, self._loads = problem, record, loads
-        self._materials = (pair, area)
         self._last: tuple[bytes, dict[str, Derived]] | None = None
 
-    def _at(self, q: Floats) -> dict[str, Derived]:
-        key = q.tobytes()
-        if self._last is None or self._last[0] != key:
-            values = self._problem.values_of(self._record, q)
-            derived = self._problem.model.derived(values, self._loads, *self._materials)
-            self._last = key, {quantity.name: quantity for quantity in derived}
-        return self._last[1]
-
-    def of(self, name: str, group: tuple[int, ...]) -> Function:
+    def of(self, name: str) -> Function:
         """One of the quantities as a function of the coordinates."""
+        problem, group = self._problem, self._problem.columns[self._record]
 
         def function(q: Floats) -> tuple[float, Floats]:
-            quantity = self._at(q)[name]
-            return quantity.value, _chained(self._problem, q, group, quantity.gradient)
+            quantity, inner, by = self._at(q)[name], problem.full(q), np.zeros(q.size)
+            for j, slope in zip(group, quantity.gradient, strict=True):
+                if j in problem.row:
+                    by[problem.row[j]] += slope * problem.coordinates[j].slope(float(inner[j]))
+            return quantity.value, by
 
         return function
 
-
-def _chained(problem: Problem, q: Floats, group: tuple[int, ...], gradient: Floats) -> Floats:
-    """Derivatives by the free coordinates from those by a law's parameters."""
-    inner, row = problem.full(q), {int(j): r for r, j in enumerate(problem.free)}
-    by = np.zeros(q.size)
-    for j, slope in zip(group, gradient, strict=True):
-        if j in row:
-            by[row[j]] += slope * problem.coordinates[j].slope(float(inner[j]))
-    return by
+    def _at(self, q: Floats) -> dict[str, Derived]:
+        key, problem = q.tobytes(), self._problem
+        if self._last is None or self._last[0] != key:
+            values = problem.values_of(self._record, q)
+            derived = problem.model.derived(values, self._loads, problem.materials)
+            self._last = key, {quantity.name: quantity for quantity in derived}
+        return self._last[1]
 
 
 def _differences(function: Callable[[Floats], float], q: Floats) -> Floats:
@@ -147,7 +118,7 @@ def _measured(name: str, unit: str, value: float, error: float, load: float | No
 
 
 def summit_prior(
-    contact_area: Any, data: Any, model: Model, pair: MaterialPair | None
+    contact_area: Any, data: Any, model: Model, materials: Materials
 ) -> tuple[Coordinate | None, Any]:
     """The coordinate that tells radius and density apart: an area or one of both; other data."""
     if contact_area is not None:
@@ -161,8 +132,13 @@ def summit_prior(
         value = positive(AREA, value, "m^2", 2e-5)
         error = positive(f"uncertainty of {AREA}", error, "m^2", 1e-6)
         load = positive(f"normal load of {AREA}", load, "N", 2000.0)
+        if materials.area is not None and value > materials.area:
+            raise InputError(
+                f"`contact_area` must not be above the apparent area, {exact(materials.area)} m^2, "
+                f"got {exact(value)} m^2"
+            )
         return _measured(AREA, "m^2", value, error, load), data
-    if isinstance(data, Mapping) and pair is not None and _has_summits(model):
+    if isinstance(data, Mapping) and materials.pair is not None and _has_summits(model):
         for name, unit, example in ((RADIUS, "m", 1e-3), (DENSITY, "m^-2", 1e8)):
             if name in data:
                 value, error = _datum(name, data[name])
@@ -177,16 +153,15 @@ def _has_summits(model: Model) -> bool:
     return template is not None and isinstance(template.law, GreenwoodWilliamson)
 
 
-def summits_of(
-    problem: Problem, pair: MaterialPair | None, area: float | None, load: float | None
-) -> list[Quantity]:
+def summits_of(problem: Problem, load: float | None) -> list[Quantity]:
     """Radius, density and contact area by density * sqrt(radius) and one that is given."""
+    materials, area = problem.materials, problem.materials.area
     if not _has_summits(problem.model):
         raise InputError(
             '`contact_area` needs `law="interface"` with a distribution of summit heights: '
             "other laws do not know their contacts"
         )
-    if pair is None:
+    if materials.pair is None:
         raise InputError(
             "`contact_area` needs `pair=...`, the two materials: what a load presses flat "
             "depends on the modulus"
@@ -201,11 +176,11 @@ def summits_of(
     if load is None:
         load = problem.model.reference_load  # type: ignore[attr-defined]
     assert load is not None
-    record_loads = [record.normal_load or load for record in problem.folded]
-    near = min(range(len(record_loads)), key=lambda i: abs(math.log(record_loads[i] / load)))
+    loads = [known or load for known in problem.loads]
+    near = min(range(len(loads)), key=lambda i: abs(math.log(loads[i] / load)))
 
     def all_of(q: Floats) -> dict[str, float]:
-        joint = problem.model.build(problem.values_of(near, q), load, pair=pair, area=area)
+        joint = problem.model.build(problem.values_of(near, q), load, materials)
         measured, surface = problem.physical(q)[index], joint.surface
         radius, count = surface.radius, surface.density * surface.area
         # The area goes with count * radius, the loops with count * sqrt(radius).
@@ -244,7 +219,7 @@ def summits_of(
 # -- data from elsewhere --------------------------------------------------------------------------
 
 
-def known_data(problem: Problem, quantities: list[Quantity], data_options: Any) -> list[Datum]:
+def known_data(problem: Problem, data_options: Any) -> list[Datum]:
     """Data on parameters or on what follows from them, as (value, standard deviation)."""
     if data_options is None:
         return []
@@ -252,8 +227,8 @@ def known_data(problem: Problem, quantities: list[Quantity], data_options: Any) 
         raise InputError(
             f"`known` must be a dict such as {{'std': (5e-7, 5e-8)}}, got {show(data_options)}"
         )
-    by_name = {quantity.name: quantity for quantity in quantities}
-    free = {problem.coordinates[int(j)].name: int(j) for j in problem.free}
+    by_name = {quantity.name: quantity for quantity in problem.quantities}
+    free = {problem.coordinates[j].name: j for j in problem.row}
     data = []
     for name, raw_datum in data_options.items():
         if name not in by_name and name not in free:
@@ -264,8 +239,14 @@ def known_data(problem: Problem, quantities: list[Quantity], data_options: Any) 
                 f"{', '.join(names)}{hint}" + (_GIVE_PAIR if name in _NEED_MORE else "")
             )
         value, error = _datum(name, raw_datum)
-        function = by_name[name].function if name in by_name else of_coordinate(problem, free[name])
-        data.append(Datum(value, error, function))
+        if name in by_name:
+            unit, function = by_name[name].unit, by_name[name].function
+        else:
+            unit, function = (
+                problem.coordinates[free[name]].unit,
+                of_coordinate(problem, free[name]),
+            )
+        data.append(Datum(name, unit, value, error, function))
     return data
 
 
@@ -284,7 +265,7 @@ def _datum(name: str, raw_datum: Any) -> tuple[float, float]:
 
 def of_coordinate(problem: Problem, j: int) -> Function:
     """A free coordinate as a number that follows from all."""
-    coordinate, row = problem.coordinates[j], int(np.flatnonzero(problem.free == j)[0])
+    coordinate, row = problem.coordinates[j], problem.row[j]
 
     def function(q: Floats) -> tuple[float, Floats]:
         value, by = coordinate.outer(float(q[row])), np.zeros(q.size)

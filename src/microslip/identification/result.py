@@ -20,10 +20,9 @@ from microslip.identification.caveats import FIXED, HAS_VALUE, NOT, Call, Caveat
 from microslip.identification.fit_quality import RecordFit
 from microslip.identification.labels import AT_A_LOAD, number_text
 from microslip.identification.load_levels import labels_of, levels_of
-from microslip.identification.models.base import Model
+from microslip.identification.models.base import Materials, Model
 from microslip.identification.prior_data import GivenDatum
 from microslip.identification.verdicts import Direction, Fitted, interval_text
-from microslip.materials import MaterialPair
 from microslip.report.files import plain
 from microslip.report.plot import Plot
 from microslip.report.plottable import Plottable
@@ -94,8 +93,7 @@ class Identification(Locked, Plottable):
     caveats: tuple[Caveat, ...]
     """Caveats of the fit as a whole, as data for its message and its notes."""
     _model: Model
-    _pair: MaterialPair | None
-    _area: float | None
+    _materials: Materials
     delays: Mapping[str, Fitted] = field(default_factory=lambda: MappingProxyType({}))
     """Time [s] by which the force of each record lags behind, by the names of the records, where it
     was free; of a record without a time base the phase [rad]."""
@@ -173,11 +171,10 @@ class Identification(Locked, Plottable):
         model, values, at = self._values(load)
         if load is not None and not self._model.scales_with_load:
             self._check_measured(load)
-        return model.build(values, at, pair=self._pair, area=self._area, radius=self._radius())
-
-    def _radius(self) -> float | None:
         fitted = self.derived.get("radius") or self.parameters.get("radius")
-        return None if fitted is None or not math.isfinite(fitted.value) else fitted.value
+        is_known = fitted is not None and math.isfinite(fitted.value)
+        radius = fitted.value if fitted is not None and is_known else None
+        return model.build(values, at, self._materials._replace(radius=radius))
 
     def _check_accepted(self, even_if: tuple[str, ...]) -> None:
         accepted = (even_if,) if isinstance(even_if, str) else tuple(even_if)
@@ -231,7 +228,7 @@ class Identification(Locked, Plottable):
                 f"a study describes an interface, and this is a fit of {self.law!r}; "
                 "identify with law='interface' and pair=..."
             )
-        return study_of(joint, loads, amplitudes_of(self.records), self._area is not None)
+        return study_of(joint, loads, amplitudes_of(self.records), self._materials.area is not None)
 
     # -- as values and as text --------------------------------------------------------------------
 

@@ -12,7 +12,6 @@ import numpy as np
 from microslip._core.checks import Floats, positive, show
 from microslip._core.wording import did_you_mean, plural
 from microslip.errors import InputError
-from microslip.identification.caveats import Caveat
 from microslip.identification.coordinates import RIG, Coordinate, limits_of, option_mapping
 from microslip.identification.models.base import BackboneModel
 from microslip.loops import Loop
@@ -161,29 +160,6 @@ def rig_coordinates(
         if limits is not None:
             low, high = limits_of(RIG, limits)
             positive(f"lowest {RIG}", low, "N/m")
-        coordinate = Coordinate(
-            name, RIG, "N/m", low, high, "inverse", 1.1 * scale, scale=scale, rig=label
-        )
+        coordinate = Coordinate(name, RIG, "N/m", low, high, "inverse", 1.1 * scale, scale=scale)
         coordinates.append(rig_coordinate(coordinate, own_stiffness))
     return coordinates, [place.get(label) for label in labels]
-
-
-def rig_contradiction(
-    coordinates: Sequence[Coordinate],
-    rigs: Sequence[int | None],
-    loops: Sequence[Loop],
-    times: float = 1.0,
-) -> Caveat | None:
-    """The caveat that loops are ``times`` stiffer than the rig given for them."""
-    for j, coordinate in enumerate(coordinates):
-        if coordinate.parameter != RIG or not (
-            coordinate.fixed or (coordinate.prior is not None and times == 1.0)
-        ):
-            continue
-        rig_loops = [loop for loop, rig in zip(loops, rigs, strict=True) if rig == j]
-        # Over half of the force noise counts little, and the rig gives way by all of it.
-        stiffest = max((stiffness_after_reversal(loop, 0.5) for loop in rig_loops), default=0.0)
-        if stiffest > times * coordinate.start:
-            data = {"stiffness": stiffest, "rig": coordinate.name, "given": coordinate.start}
-            return Caveat("soft rig", data)
-    return None

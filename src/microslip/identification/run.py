@@ -11,22 +11,24 @@ import numpy as np
 
 from microslip._core.checks import exact, number, positive, show
 from microslip.errors import InputError
-from microslip.identification import fit_quality, parameter_choice
+from microslip.identification import parameter_choice
 from microslip.identification.caveats import Caveat
-from microslip.identification.conclusions import result_of
+from microslip.identification.conclusions import Conclusions
 from microslip.identification.coordinates import gain_coordinate
+from microslip.identification.effects import checked_effects
 from microslip.identification.fit import Fit, solve
-from microslip.identification.intervals import Progress, profiled
+from microslip.identification.fit_quality import held_back_error
+from microslip.identification.intervals import Profiled, Progress
 from microslip.identification.models import model_of
-from microslip.identification.models.base import BackboneModel, CycleModel, Model
+from microslip.identification.models.base import BackboneModel, CycleModel, Materials, Model
 from microslip.identification.models.interface import InterfaceModel
-from microslip.identification.nuisances import PLAY, checked_effects, columns_of, play_of
+from microslip.identification.nuisances import PLAY, play_of
 from microslip.identification.options import LOSSES
 from microslip.identification.other_laws import spread_over_laws
 from microslip.identification.problem import Problem
 from microslip.identification.quantities import known_data, quantities_of, summit_prior, summits_of
 from microslip.identification.result import Identification
-from microslip.identification.rigs import FAR_SOFTER, is_rigid, rig_contradiction, rig_coordinates
+from microslip.identification.rigs import FAR_SOFTER, is_rigid, rig_coordinates
 from microslip.materials import MaterialPair
 from microslip.normal import GreenwoodWilliamson
 from microslip.numerics.threads import single_threaded
@@ -184,8 +186,7 @@ def identify(
     options = {"heights": heights, "surface": surface}
     model = model_of(law, **{key: value for key, value in options.items() if value is not None})
     parameter_choice.checked_loads(model, folded)
-    pair = _pair_of(pair, model, surface)
-    area = _area_of(area, model, surface)
+    materials = _materials_of(pair, area, model, surface)
     loops = [record.loop for record in folded]
     model = model.prepared(loops, [record.normal_load for record in folded])
     notes: list[Caveat] = []
@@ -205,73 +206,54 @@ def identify(
     stiffnesses, rig_of = rig_coordinates(rig_stiffness, rigs, loops, bounds)
     places = [None if rig is None else len(coordinates) + rig for rig in rig_of]
     coordinates = [*coordinates, *stiffnesses]
-    if soft := rig_contradiction(coordinates, places, loops, FAR_SOFTER):
-        raise InputError(soft.words())
-    count_of_summits = _checked_summits(summits, model, known, area, notes)
-    summit_coordinate, known = summit_prior(contact_area, known, model, pair)
-    parameter_choice.checked_area(summit_coordinate, area)
+    count_of_summits = _checked_summits(summits, model, known, materials.area, notes)
+    summit_coordinate, known = summit_prior(contact_area, known, model, materials)
     if summit_coordinate is not None:
         coordinates.append(summit_coordinate)
-    free_delay, lags = _checked_delay(delay, folded)
     gains = checked_gains(gain_errors)
     if isinstance(model, BackboneModel) and gains.get("displacement"):
         coordinates.append(gain_coordinate(gains["displacement"]))
-    effect_names = checked_effects(nuisances)
-    effects = tuple(name for name in effect_names if name != PLAY)
+    effects = checked_effects(nuisances)
     problem = Problem(
-        folded,
-        model,
-        coordinates,
-        columns,
-        places,
-        free_delay=free_delay,
-        lags=lags,
+        *(folded, model, coordinates, columns, places),
+        free_delay=delay == "free",
+        lags=_checked_lags(delay, folded),
         summits=count_of_summits,
         gains=gains,
-        effects=effects,
-        beside=[columns_of(record, effects) for record in folded] if effects else None,
+        effects=tuple(name for name in effects if name != PLAY),
+        materials=materials,
     )
-    starts = parameter_choice.starts_for(
-        model, coordinates, columns, places, folded, loops, start_values
-    )
-    quantities = quantities_of(problem, pair, area)
+    if soft := problem.soft_rig(FAR_SOFTER):
+        raise InputError(soft.words())
+    problem.quantities = quantities_of(problem)
     if summit_coordinate is not None:
-        quantities += summits_of(problem, pair, area, summit_coordinate.load)
-    problem.data = known_data(problem, quantities, known)
-    count = sum(record.phase.size for record in folded) + problem.extra_count
-    freedom = count - problem.flat - problem.free.size
-    if freedom < 1:
+        problem.quantities += summits_of(problem, summit_coordinate.load)
+    problem.data = known_data(problem, known)
+    if problem.freedom < 1:
         raise InputError(
-            f"{problem.free.size} parameters are too many for {count} forces; fix or share some"
+            f"{problem.free.size} parameters are too many for {problem.count} forces; fix or share "
+            "some"
         )
-    inner = (
-        np.array([coordinates[int(j)].inner(values[int(j)]) for j in problem.free])
-        for values in starts
-    )
-    best = solve(problem, inner, freedom=freedom, loss=loss)
+    best = solve(problem, parameter_choice.starts_for(problem, start_values), loss)
     if best is None:
-        soft = rig_contradiction(coordinates, places, loops)
-        if soft is not None:
+        if soft := problem.soft_rig():
             raise InputError(soft.words())
         raise InputError(
             "no first guess comes out of these records; give `start=...` for "
             f"{', '.join(model.names)}"
         )
-    if free_delay:
-        problem, best = _fit_with_delays(problem, best, loss, freedom)
-    if PLAY in effect_names:
-        problem, best, of_play = _fit_with_play(problem, best, loss, freedom)
+    if problem.free_delay:
+        best = _with_delays(best, loss)
+    if PLAY in effects:
+        best, of_play = _with_play(best, loss)
         notes.append(of_play)
     report(0.5)
-    answer = profiled(problem, best, level, freedom, lambda s: report(0.5 + 0.4 * s), intervals)
+    answer = Profiled(best, level, lambda share: report(0.5 + 0.4 * share), intervals)
     predicted = None
     if held_share and answer.best.finite:
-        predicted = fit_quality.held_back_error(problem, answer.best, held_share)
+        predicted = held_back_error(answer.best, held_share)
     report(1.0)
-    result = result_of(
-        *(problem, answer, quantities, level, freedom, count, predicted, pair, area, notes),
-        *(list(known or ()), loss),
-    )
+    result = Conclusions(answer, loss).result(notes, predicted)
     if not result.converged and any(note.kind == "summits taken" for note in notes):
         # A missing number of summits does not stop the fit; its numbers are then apparent.
         return identify(**stated | {"records": folded, "summits": UNKNOWN})
@@ -337,18 +319,14 @@ def _checked_direction(folded: Folded) -> Folded:
     return folded
 
 
-def _pair_of(pair: Any, model: Model, surface: Any) -> MaterialPair | None:
-    if pair is None:
-        pair = model.pair or getattr(surface, "pair", None)
+def _materials_of(pair: Any, area: Any, model: Model, surface: Any) -> Materials:
+    """Those given, else those of the joint, else those of the surface."""
+    area = None if area is None else positive("area", area, "m^2", 2e-4)
+    pair, area, _ = model.completed(Materials(pair, area))
+    pair, area = pair or getattr(surface, "pair", None), area or getattr(surface, "area", None)
     if pair is not None and not isinstance(pair, MaterialPair):
         raise InputError(f"`pair` must be a MaterialPair of two materials, got {show(pair)}")
-    return pair
-
-
-def _area_of(area: Any, model: Model, surface: Any) -> float | None:
-    if area is not None:
-        return positive("area", area, "m^2", 2e-4)
-    return model.area or getattr(surface, "area", None)
+    return Materials(pair, area)
 
 
 def _checked_summits(
@@ -387,11 +365,11 @@ def _checked_summits(
     return positive("summits", found, "", 2e4)
 
 
-def _checked_delay(delay: Any, folded: Sequence[Folded]) -> tuple[bool, list[float]]:
-    free = isinstance(delay, str)
-    if free and delay != "free":
+def _checked_lags(delay: Any, folded: Sequence[Folded]) -> list[float]:
+    """Phases [rad] by which forces lag behind; 0 to begin with where they are free."""
+    if isinstance(delay, str) and delay != "free":
         raise InputError(f"`delay` must be a time [s] or 'free', got {show(delay)}")
-    lag = 0.0 if free else number("delay", delay, "s")
+    lag = 0.0 if isinstance(delay, str) else number("delay", delay, "s")
     if lag != 0.0 and any(record.frequency is None for record in folded):
         raise InputError('delay needs records with time or sample_rate; or write `delay="free"`')
     for folded_record in folded:
@@ -400,41 +378,37 @@ def _checked_delay(delay: Any, folded: Sequence[Folded]) -> tuple[bool, list[flo
                 f"`delay` must be within half a period, {0.5 / folded_record.frequency:.4g} s at "
                 f"{folded_record.frequency:.4g} Hz, got {lag:g} s"
             )
-    return free, [2.0 * math.pi * (record.frequency or 0.0) * lag for record in folded]
+    return [2.0 * math.pi * (record.frequency or 0.0) * lag for record in folded]
 
 
-def _fit_with_play(
-    problem: Problem, best: Fit, loss: str, freedom: int
-) -> tuple[Problem, Fit, Caveat]:
+def _with_play(best: Fit, loss: str) -> tuple[Fit, Caveat]:
     """The fit with the play of the rig taken off, and what to say of it."""
     error = 0.0
     for _ in range(2):  # by the weights of the fit without play, then by its own
-        play = play_of(problem, best)
+        play = play_of(best)
         if play.explained <= 0.0:
             break
         error = play.error
-        folded = [replace(f, play=play.value, play_error=error) for f in problem.folded]
-        problem_with_play = problem.like(folded=folded)
-        solution = solve(problem_with_play, [best.q], freedom=freedom, loss=loss)
+        folded = [replace(f, play=play.value, play_error=error) for f in best.problem.folded]
+        solution = solve(best.problem.like(folded=folded), [best.q], loss)
         if solution is None or not solution.finite:
             break
-        problem, best = problem_with_play, solution
-    value = problem.folded[0].play
+        best = solution
+    value = best.problem.folded[0].play
     if value <= 2.0 * error or value == 0.0:
-        return problem, best, Caveat("no play")
-    return problem, best, Caveat("play", {"play": 2.0 * value, "error": 2.0 * error})
+        return best, Caveat("no play")
+    return best, Caveat("play", {"play": 2.0 * value, "error": 2.0 * error})
 
 
-def _fit_with_delays(problem: Problem, best: Fit, loss: str, freedom: int) -> tuple[Problem, Fit]:
+def _with_delays(best: Fit, loss: str) -> Fit:
     """The fit with each force as late as it wants to be; the rest of it is a linear nuisance."""
     for _ in range(_MOST_DELAYS):
-        lags = problem.lags_at(best.q)
-        moved = max(abs(a - b) for a, b in zip(lags, problem.lags, strict=True))
+        lags = best.problem.lags_at(best.q)
+        moved = max(abs(a - b) for a, b in zip(lags, best.problem.lags, strict=True))
         if moved < _IN_TIME or not moved < _LATEST:
             break
-        problem_in_time = problem.like(lags=lags)
-        solution = solve(problem_in_time, [best.q], freedom=freedom, loss=loss)
+        solution = solve(best.problem.like(lags=lags), [best.q], loss)
         if solution is None or not solution.finite:
             break
-        problem, best = problem_in_time, solution
-    return problem, best
+        best = solution
+    return best

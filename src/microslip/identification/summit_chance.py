@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
 from microslip._core.checks import Floats
-from microslip.identification.fit import Fit, bounds_of, covariance_of, settle_near
+from microslip.identification.fit import Fit, covariance_of
 from microslip.identification.problem import Problem
-from microslip.identification.profiles import Interval
+from microslip.identification.profiles import End, Interval, with_value
 
 SEPARATION = "standardised_separation"
 _STEP, _MOST_STEPS = 0.3, 24
@@ -34,9 +33,7 @@ class _Place(NamedTuple):
     """Variance of the coordinates at a given separation."""
 
 
-def over_separations(
-    problem: Problem, best: Fit, intervals: Sequence[Interval], rises: Floats
-) -> list[Interval]:
+def over_separations(best: Fit, intervals: Sequence[Interval], rises: Floats) -> list[Interval]:
     """The intervals, widened by those at other separations that are as likely.
 
     How many summits are in contact follows from the separation, and from that how much chance does:
@@ -44,11 +41,12 @@ def over_separations(
     each separation the rest is fitted by its own weights; its likelihood, with the determinant of
     its covariance, says what rise is left. Of laws with one free separation.
     """
-    rows = [i for i, j in enumerate(problem.free) if problem.coordinates[j].parameter == SEPARATION]
+    problem = best.problem
+    rows = [i for i, c in enumerate(problem.free_coordinates) if c.parameter == SEPARATION]
     if problem.summits is None or len(rows) != 1:
         return list(intervals)
     row = rows[0]
-    low, high = (float(bound[row]) for bound in bounds_of(problem))
+    low, high = (float(bound[row]) for bound in problem.bounds)
     trial = problem.copy()
     first = _fit_at(trial, best.q, row, float(best.q[row]))
     if first is None:
@@ -75,14 +73,14 @@ def over_separations(
             if remaining < 0.0:
                 continue
             half = math.sqrt(remaining * place.variance[i])
-            ends = [float(place.q[i]) + way * half for way in (-1.0, 1.0)]
+            low, high = (float(place.q[i]) + way * half for way in (-1.0, 1.0))
             # A profile of the best weights ends before.
-            if ends[0] < interval.low:
-                moved = with_value(place.q, i, ends[0])
-                interval = replace(interval, low=ends[0], at_low=moved, points=())
-            if ends[1] > interval.high:
-                moved = with_value(place.q, i, ends[1])
-                interval = replace(interval, high=ends[1], at_high=moved, points=())
+            if low < interval.low.value:
+                moved = End(low, interval.low.is_open, with_value(place.q, i, low))
+                interval = Interval(moved, interval.high)
+            if high > interval.high.value:
+                moved = End(high, interval.high.is_open, with_value(place.q, i, high))
+                interval = Interval(interval.low, moved)
             widened[i] = interval
     return _clipped(problem, widened)
 
@@ -100,12 +98,12 @@ def _fit_at(problem: Problem, q: Floats, row: int, separation: float) -> _Place 
     """The fit with one separation given; None where the law has no answer there."""
     conditional = np.delete(np.arange(q.size), row)
     q = with_value(q, row, separation)
-    fit = Fit(q, math.inf)
+    fit = Fit(problem, q)
     with np.errstate(all="ignore"):
         try:
             for _ in range(_ROUNDS):
                 problem.update(fit.q)
-                near = settle_near(problem, fit.q, conditional)
+                near = fit.settled_near(conditional)
                 if near is None:
                     return None
                 fit = near
@@ -120,25 +118,14 @@ def _fit_at(problem: Problem, q: Floats, row: int, separation: float) -> _Place 
     return _Place(separation, q, height, variance) if math.isfinite(height) else None
 
 
-def with_value(q: Floats, i: int, value: float) -> Floats:
-    """The coordinates, one of them with another value."""
-    moved = q.copy()
-    moved[i] = value
-    return moved
-
-
 def _clipped(problem: Problem, intervals: Sequence[Interval]) -> list[Interval]:
     """No end beyond what is searched; one that is there is open."""
-    low, high = bounds_of(problem)
-    return [
-        replace(
-            interval,
-            low=max(interval.low, float(low[i])),
-            high=min(interval.high, float(high[i])),
-            low_open=interval.low_open or interval.low <= low[i],
-            high_open=interval.high_open or interval.high >= high[i],
-            at_low=np.clip(interval.at_low, low, high),
-            at_high=np.clip(interval.at_high, low, high),
-        )
-        for i, interval in enumerate(intervals)
-    ]
+    bounds = problem.bounds
+    clipped = []
+    for i, (low, high, points) in enumerate(intervals):
+        (first, last), places = (float(bound[i]) for bound in bounds), (low.place, high.place)
+        at_low, at_high = (np.clip(place, *bounds) for place in places)
+        below = End(max(low.value, first), low.is_open or low.value <= first, at_low)
+        above = End(min(high.value, last), high.is_open or high.value >= last, at_high)
+        clipped.append(Interval(below, above, points))
+    return clipped

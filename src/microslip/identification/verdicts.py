@@ -188,10 +188,7 @@ def judge(
     profile: tuple[tuple[float, float], ...] = (),
 ) -> Fitted:
     """Verdict of an interval on a number; the bound of the search is no end."""
-    ends = (
-        (coordinate.outer(interval.low), interval.low_open),
-        (coordinate.outer(interval.high), interval.high_open),
-    )
+    ends = ((coordinate.outer(end.value), end.is_open) for end in interval[:2])
     (low, low_open), (high, high_open) = sorted(ends, key=lambda end: end[0])
     searched = (low, high) if math.isfinite(low) and math.isfinite(high) else (None, None)
     if low_open:

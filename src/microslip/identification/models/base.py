@@ -12,6 +12,24 @@ from microslip._core.checks import Floats
 from microslip._core.parameters import Parameter
 from microslip.materials import MaterialPair
 
+Values = Mapping[str, float]
+"""Values of the parameters of a law, by their names."""
+Loads = Sequence[float | None]
+"""Normal loads [N], None where none is known."""
+
+
+class Materials(NamedTuple):
+    """What loops do not tell of a surface."""
+
+    pair: MaterialPair | None = None
+    area: float | None = None
+    """Apparent area [m^2]."""
+    radius: float | None = None
+    """Radius of the summits [m]."""
+
+
+UNKNOWN = Materials()
+
 
 class Derived(NamedTuple):
     """A quantity that follows from the parameters, with its derivatives by them."""
@@ -59,25 +77,21 @@ class Model(ABC):
         return tuple(parameter.name for parameter in self.parameters)
 
     @property
-    def start(self) -> Mapping[str, float] | None:
+    def start(self) -> Values | None:
         """Values of the instance that the model was made of; None for one made of a name."""
         return None
 
-    @property
-    def pair(self) -> MaterialPair | None:
-        """Materials of the instance it was made of, where it has a surface."""
-        return getattr(self._surface, "pair", None)
-
-    @property
-    def area(self) -> float | None:
-        """Apparent area [m^2] of the instance it was made of, where it has one."""
-        return getattr(self._surface, "area", None)
+    def completed(self, given: Materials) -> Materials:
+        """What was given, else what the instance that it was made of has."""
+        surface = self._surface
+        own_values = {name: getattr(surface, name, None) for name in Materials._fields}
+        return Materials(**{name: getattr(given, name) or own_values[name] for name in own_values})
 
     @property
     def _surface(self) -> Any:
         return getattr(getattr(self, "law", None), "surface", None)
 
-    def prepared(self, loops: Sequence[Any], loads: Sequence[float | None]) -> Model:
+    def prepared(self, loops: Sequence[Any], loads: Loads) -> Model:
         """The model with what it has to know of the data; most are ready as they are."""
         return self
 
@@ -86,7 +100,7 @@ class Model(ABC):
         return self
 
     @abstractmethod
-    def guess(self, loops: Sequence[Any], loads: Sequence[float | None]) -> dict[str, float]:
+    def guess(self, loops: Sequence[Any], loads: Loads) -> dict[str, float]:
         """Values to start from: physical, and within the bounds.
 
         ``loops`` have ``displacement`` [m] and ``force`` [N], one or many cycles each; ``loads``
@@ -94,35 +108,23 @@ class Model(ABC):
         """
 
     @abstractmethod
-    def build(
-        self,
-        values: Mapping[str, float],
-        load: float | None = None,
-        *,
-        pair: MaterialPair | None = None,
-        area: float | None = None,
-        radius: float | None = None,
-    ) -> Any:
+    def build(self, values: Values, load: float | None = None, given: Materials = UNKNOWN) -> Any:
         """The law that has these values, as users know it."""
 
     def derived(
-        self,
-        values: Mapping[str, float],
-        loads: Sequence[float | None],
-        pair: MaterialPair | None = None,
-        area: float | None = None,
+        self, values: Values, loads: Loads, given: Materials = UNKNOWN
     ) -> tuple[Derived, ...]:
         """Derived quantities, for each of the different loads where they depend on it."""
         return ()
 
-    def within(self, values: Mapping[str, float]) -> dict[str, float]:
+    def within(self, values: Values) -> dict[str, float]:
         """The values, those outside their bounds brought to them."""
         return {p.name: min(max(float(values[p.name]), p.low), p.high) for p in self.parameters}
 
     @classmethod
-    @abstractmethod
     def of(cls, law: Any) -> Model:
         """The model of an instance of its law, which gives the values to start from."""
+        return cls(law)  # type: ignore[call-arg]
 
     @classmethod
     def create(cls, **options: Any) -> Model:
@@ -130,7 +132,7 @@ class Model(ABC):
         return cls(**options)
 
     @classmethod
-    def examples(cls) -> tuple[tuple[Model, Mapping[str, float]], ...]:
+    def examples(cls) -> tuple[tuple[Model, Values], ...]:
         """Prepared models with values, for the shared tests."""
         return ()
 
@@ -139,15 +141,15 @@ class BackboneModel(Model):
     """A law given by its first loading curve, from which Masing's rules make every cycle."""
 
     @abstractmethod
-    def branch(self, u: Floats, values: Mapping[str, float], load: float | None) -> Branch:
+    def branch(self, u: Floats, values: Values, load: float | None) -> Branch:
         """First loading curve at u >= 0 [m], one-dimensional, and all its derivatives."""
 
     def by_summits(
         self,
         u: Floats,
-        values: Mapping[str, float],
+        values: Values,
         load: float | None,
-        loads: Sequence[float | None],
+        loads: Loads,
     ) -> Floats:
         """Change of :meth:`curve` by one summit: a row for each height.
 
@@ -156,9 +158,7 @@ class BackboneModel(Model):
         """
         return np.zeros((0, u.size))
 
-    def curve(
-        self, u: Floats, values: Mapping[str, float], load: float | None
-    ) -> tuple[Floats, Floats]:
+    def curve(self, u: Floats, values: Values, load: float | None) -> tuple[Floats, Floats]:
         """First loading curve and its slope at u >= 0 [m]: :meth:`branch` without the rest."""
         return self.branch(u, values, load)[:2]
 
@@ -167,9 +167,9 @@ class CycleModel(Model):
     """A law without Masing's rules, which answers a whole settled cycle."""
 
     @abstractmethod
-    def cycle(self, x: Floats, values: Mapping[str, float]) -> Branch:
+    def cycle(self, x: Floats, values: Values) -> Branch:
         """Forces of the settled cycle of a period x [m], its first sample not repeated."""
 
     @abstractmethod
-    def moved(self, x: Floats, values: Mapping[str, float], moves: Floats) -> Floats:
+    def moved(self, x: Floats, values: Values, moves: Floats) -> Floats:
         """Change of the forces of :meth:`cycle` by moves (rows) of its displacement x."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -12,7 +12,16 @@ from microslip._core.checks import Floats
 from microslip._core.parameters import Parameter, parameters_of
 from microslip.errors import InputError
 from microslip.friction.bouc_wen import BoucWen
-from microslip.identification.models.base import Branch, CycleModel, Derived, Model
+from microslip.identification.models.base import (
+    UNKNOWN,
+    Branch,
+    CycleModel,
+    Derived,
+    Loads,
+    Materials,
+    Model,
+    Values,
+)
 from microslip.numerics.quadrature import gauss_legendre
 
 _NODES, _WEIGHTS = gauss_legendre(16)
@@ -45,7 +54,7 @@ class BoucWenModel(CycleModel):
         return tuple(replace(metadata[name], search=searched.get(name)) for name in names)
 
     @property
-    def start(self) -> Mapping[str, float] | None:
+    def start(self) -> Values | None:
         """Values of the instance it was made of, with A = 1 and beta + gamma = 1."""
         law = self.law
         if law is None:
@@ -61,13 +70,13 @@ class BoucWenModel(CycleModel):
             "beta": law.beta / (law.beta + law.gamma),
         }
 
-    def guess(self, loops: Sequence[Any], loads: Sequence[float | None]) -> dict[str, float]:
+    def guess(self, loops: Sequence[Any], loads: Loads) -> dict[str, float]:
         """Those of :meth:`BoucWen.guess`."""
         values = BoucWenModel(BoucWen.guess(loops)).start
         assert values is not None
         return self.within(values)
 
-    def cycle(self, x: Floats, values: Mapping[str, float]) -> Branch:
+    def cycle(self, x: Floats, values: Values) -> Branch:
         """Forces of the settled cycle, their slope along the motion, and their derivatives."""
         k, limit, alpha, _, _ = (values[name] for name in self.names)
         path, memory, rate, memory_by = self._period(x, values, np.zeros((0, x.size)))
@@ -79,14 +88,14 @@ class BoucWenModel(CycleModel):
         by[3:] = unit * memory_by[2:]
         return alpha * k * path + unit * memory, k * (alpha + (1.0 - alpha) * rate), by
 
-    def moved(self, x: Floats, values: Mapping[str, float], moves: Floats) -> Floats:
+    def moved(self, x: Floats, values: Values, moves: Floats) -> Floats:
         """Change of the forces by moves (rows) of the displacement, memory of the way included."""
         k, limit, alpha, _, _ = (values[name] for name in self.names)
         _, _, _, memory_by = self._period(x, values, moves)
         return np.asarray(alpha * k * moves + (1.0 - alpha) * limit * memory_by[4:])
 
     def _period(
-        self, x: Floats, values: Mapping[str, float], moves: Floats
+        self, x: Floats, values: Values, moves: Floats
     ) -> tuple[Floats, Floats, Floats, Floats]:
         """Settled cycle: x, w, f(y), and w by k, F_y, n, beta and by the moves (rows) of x."""
         k, limit, _, n, beta = (values[name] for name in self.names)
@@ -144,18 +153,14 @@ class BoucWenModel(CycleModel):
         return path, memory, rate, memory_by
 
     def build(
-        self, values: Mapping[str, float], load: float | None = None, **materials: Any
+        self, values: Values, load: float | None = None, given: Materials = UNKNOWN
     ) -> BoucWen:
         """The model itself; the load does not enter."""
         k, limit, alpha, n, beta = (values[name] for name in self.names)
         return BoucWen(k, limit, alpha, 1.0, beta, 1.0 - beta, n)
 
     def derived(
-        self,
-        values: Mapping[str, float],
-        loads: Sequence[float | None],
-        *materials: Any,
-        **options: Any,
+        self, values: Values, loads: Loads, given: Materials = UNKNOWN
     ) -> tuple[Derived, ...]:
         """The limit (1 - alpha) F_y of the hysteretic force."""
         limit, alpha = values["yield_force"], values["alpha"]
@@ -163,12 +168,7 @@ class BoucWenModel(CycleModel):
         return (Derived("force_limit", "N", (1.0 - alpha) * limit, by, None),)
 
     @classmethod
-    def of(cls, law: BoucWen) -> BoucWenModel:
-        """The model of an instance."""
-        return cls(law)
-
-    @classmethod
-    def examples(cls) -> tuple[tuple[Model, Mapping[str, float]], ...]:
+    def examples(cls) -> tuple[tuple[Model, Values], ...]:
         """Smooth and sharp ones, some with stiffness left, some that unload along a curve."""
         laws = (
             BoucWen(5e7, 100.0),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -16,10 +16,18 @@ from microslip.errors import InputError
 from microslip.friction.guesses import loads_of
 from microslip.friction.interface import Interface
 from microslip.friction.surface_guesses import CONVENTIONAL_AREA, Shape, interface_values
-from microslip.identification.models.base import BackboneModel, Branch, Derived, Model
+from microslip.identification.models.base import (
+    UNKNOWN,
+    BackboneModel,
+    Branch,
+    Derived,
+    Loads,
+    Materials,
+    Model,
+    Values,
+)
 from microslip.identification.models.sphere import FRICTION, mean_load
 from microslip.identification.models.surface_shape import Template, template_of
-from microslip.materials import MaterialPair
 from microslip.normal import GreenwoodWilliamson, MeasuredContact
 
 _HEIGHTS, _TALLEST = 192, 8.0
@@ -67,7 +75,7 @@ class InterfaceModel(BackboneModel):
         )
 
     @property
-    def start(self) -> Mapping[str, float] | None:
+    def start(self) -> Values | None:
         """Values of the instance it was made of, its separation taken to the reference load."""
         if self.law is None:
             return None
@@ -82,7 +90,7 @@ class InterfaceModel(BackboneModel):
             "standardised_separation": separation,
         }
 
-    def prepared(self, loops: Sequence[Any], loads: Sequence[float | None]) -> InterfaceModel:
+    def prepared(self, loops: Sequence[Any], loads: Loads) -> InterfaceModel:
         """With the geometric mean of the loads, unless a reference was given by itself."""
         checked_loads = loads_of(loads, len(loops))
         if self.reference_load is not None and self.law is None:
@@ -94,7 +102,7 @@ class InterfaceModel(BackboneModel):
         separation_loads = tuple(loads) if set(names) & set(self.at_reference) else ()
         return replace(self, own_loads=separation_loads)
 
-    def guess(self, loops: Sequence[Any], loads: Sequence[float | None]) -> dict[str, float]:
+    def guess(self, loops: Sequence[Any], loads: Loads) -> dict[str, float]:
         """Those of :meth:`Interface.guess`, at the reference load."""
         checked_loads = loads_of(loads, len(loops))
         if self.own_loads:
@@ -127,7 +135,7 @@ class InterfaceModel(BackboneModel):
             return stated, 1.0
         return load, load / reference
 
-    def branch(self, u: Floats, values: Mapping[str, float], load: float | None) -> Branch:
+    def branch(self, u: Floats, values: Values, load: float | None) -> Branch:
         """First loading curve and derivatives, exact from x towards 0 to deep in gross slip."""
         load, ratio = self._ratio(load)
         mu, scale, h = (values[name] for name in self.names)
@@ -147,9 +155,9 @@ class InterfaceModel(BackboneModel):
     def by_summits(
         self,
         u: Floats,
-        values: Mapping[str, float],
+        values: Values,
         load: float | None,
-        loads: Sequence[float | None],
+        loads: Loads,
     ) -> Floats:
         """Counts at each height scatter as Poisson has it; the separation gives way to each.
 
@@ -178,25 +186,16 @@ class InterfaceModel(BackboneModel):
     # -- what follows ----------------------------------------------------------------------------
 
     def build(
-        self,
-        values: Mapping[str, float],
-        load: float | None = None,
-        *,
-        pair: MaterialPair | None = None,
-        area: float | None = None,
-        radius: float | None = None,
+        self, values: Values, load: float | None = None, given: Materials = UNKNOWN
     ) -> Interface:
         """The joint on a pair; radius and area, which loops do not know, by convention."""
-        pair = pair or self.pair
+        pair, area, radius = self.completed(given)
         if pair is None:
             raise InputError(
                 "`pair` must be given, the two materials: loops determine kappa s alone, and "
                 "kappa = mu E*/4G* depends on them"
             )
-        if radius is None:
-            radius = getattr(self._surface, "radius", None)
         radius = None if radius is None else positive("radius", radius, "m")
-        area = area or self.area
         area = CONVENTIONAL_AREA if area is None else positive("area", area, "m^2")
         load, ratio = self._ratio(load)
         mu, scale, h = (values[name] for name in self.names)
@@ -206,14 +205,10 @@ class InterfaceModel(BackboneModel):
         return Interface(surface, mu, normal_load=load)
 
     def derived(
-        self,
-        values: Mapping[str, float],
-        loads: Sequence[float | None],
-        pair: MaterialPair | None = None,
-        area: float | None = None,
+        self, values: Values, loads: Loads, given: Materials = UNKNOWN
     ) -> tuple[Derived, ...]:
         """Force limit, stiffness, separation of each load; what pair and area add."""
-        pair, area = pair or self.pair, area or self.area
+        pair, area, _ = self.completed(given)
         mu, scale, h = (values[name] for name in self.names)
         template = self.template
         rate = template.rate(h)
@@ -272,7 +267,7 @@ class InterfaceModel(BackboneModel):
         return cls(template_of(heights if surface is None else surface), reference_load)
 
     @classmethod
-    def examples(cls) -> tuple[tuple[Model, Mapping[str, float]], ...]:
+    def examples(cls) -> tuple[tuple[Model, Values], ...]:
         """Gaussian and other heights, given summits and a table."""
         from scipy import stats
 
@@ -282,7 +277,7 @@ class InterfaceModel(BackboneModel):
             (stats.weibull_min(2.2, scale=1e-6), (1.0, 3.0)),
             (Interface.examples()[0].surface, (2.2,)),
         )
-        examples: list[tuple[Model, Mapping[str, float]]] = []
+        examples: list[tuple[Model, Values]] = []
         for shape, separations in shapes:
             template = template_of(shape)
             for h in separations:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -15,7 +15,16 @@ from microslip._core.parameters import Parameter
 from microslip.errors import InputError
 from microslip.friction.guesses import cell_stiffnesses, yield_grid
 from microslip.friction.iwan import Iwan
-from microslip.identification.models.base import BackboneModel, Branch, Derived, Model
+from microslip.identification.models.base import (
+    UNKNOWN,
+    BackboneModel,
+    Branch,
+    Derived,
+    Loads,
+    Materials,
+    Model,
+    Values,
+)
 
 MOST_CELLS = 64
 _NO_STIFFNESS = 1e-12  # of the largest stiffness: a cell that is none
@@ -64,7 +73,7 @@ class IwanModel(Locked, BackboneModel):
         )
 
     @property
-    def start(self) -> Mapping[str, float] | None:
+    def start(self) -> Values | None:
         """Stiffnesses of the instance it was made of."""
         if self.law is None:
             return None
@@ -78,28 +87,26 @@ class IwanModel(Locked, BackboneModel):
             )
         return self.yields
 
-    def prepared(self, loops: Sequence[Any], loads: Sequence[float | None]) -> IwanModel:
+    def prepared(self, loops: Sequence[Any], loads: Loads) -> IwanModel:
         """With a geometric grid from the smallest step that the loops resolve to the largest."""
         if self.yields is not None:
             return self
         return replace(self, yields=yield_grid(loops, self.cells))
 
-    def guess(self, loops: Sequence[Any], loads: Sequence[float | None]) -> dict[str, float]:
+    def guess(self, loops: Sequence[Any], loads: Loads) -> dict[str, float]:
         """Stiffnesses by non-negative least squares over the branches of the loops."""
         model = self.prepared(loops, loads)
         return self.within(
             dict(zip(model.names, cell_stiffnesses(loops, model._grid).tolist(), strict=True))
         )
 
-    def branch(self, u: Floats, values: Mapping[str, float], load: float | None) -> Branch:
+    def branch(self, u: Floats, values: Values, load: float | None) -> Branch:
         """At a yield displacement the derivative is that beyond it."""
         k = np.array([values[name] for name in self.names])
         by_values = np.minimum(u, self._grid[:, None])
         return k @ by_values, self._pieces(u, k)[1], by_values
 
-    def curve(
-        self, u: Floats, values: Mapping[str, float], load: float | None
-    ) -> tuple[Floats, Floats]:
+    def curve(self, u: Floats, values: Values, load: float | None) -> tuple[Floats, Floats]:
         """Piece by piece: what has yielded is a constant, what has not a spring."""
         return self._pieces(u, np.array([values[name] for name in self.names]))
 
@@ -110,9 +117,7 @@ class IwanModel(Locked, BackboneModel):
         slope = stuck[piece]
         return gone[piece] + slope * u, slope
 
-    def build(
-        self, values: Mapping[str, float], load: float | None = None, **materials: Any
-    ) -> Iwan:
+    def build(self, values: Values, load: float | None = None, given: Materials = UNKNOWN) -> Iwan:
         """The cells that have any stiffness."""
         k = np.array([values[name] for name in self.names])
         real = k > _NO_STIFFNESS * max(float(k.max()), 0.0)
@@ -121,11 +126,7 @@ class IwanModel(Locked, BackboneModel):
         return Iwan(k[real], k[real] * self._grid[real])
 
     def derived(
-        self,
-        values: Mapping[str, float],
-        loads: Sequence[float | None],
-        *materials: Any,
-        **options: Any,
+        self, values: Values, loads: Loads, given: Materials = UNKNOWN
     ) -> tuple[Derived, ...]:
         """Stiffness at rest and force limit, sums over the cells."""
         k = np.array([values[name] for name in self.names])
@@ -145,7 +146,7 @@ class IwanModel(Locked, BackboneModel):
         return cls(law.cell_count, law._cells.yields, law)
 
     @classmethod
-    def examples(cls) -> tuple[tuple[Model, Mapping[str, float]], ...]:
+    def examples(cls) -> tuple[tuple[Model, Values], ...]:
         """Those of the law that are few."""
         models = [cls.of(law) for law in Iwan.examples() if law.cell_count <= MOST_CELLS]
         return tuple((model, model.start or {}) for model in models)

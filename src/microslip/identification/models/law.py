@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Any
@@ -13,7 +13,16 @@ import numpy as np
 from microslip._core.checks import Floats
 from microslip._core.parameters import Parameter, key_of, parameters_of, values_of
 from microslip.friction.base import BackboneLaw
-from microslip.identification.models.base import BackboneModel, Branch, Derived, Model
+from microslip.identification.models.base import (
+    UNKNOWN,
+    BackboneModel,
+    Branch,
+    Derived,
+    Loads,
+    Materials,
+    Model,
+    Values,
+)
 
 _STEP = 2.0**-8
 """Step of a difference, of the value or of what is searched: the error of sixth order is then next
@@ -43,15 +52,15 @@ class LawModel(BackboneModel):
         return parameters_of(self.kind)
 
     @property
-    def start(self) -> Mapping[str, float] | None:
+    def start(self) -> Values | None:
         """Values of the instance it was made of."""
         return None if self.law is None else values_of(self.law)
 
-    def guess(self, loops: Sequence[Any], loads: Sequence[float | None]) -> dict[str, float]:
+    def guess(self, loops: Sequence[Any], loads: Loads) -> dict[str, float]:
         """Those of the law's own guess."""
         return self.within(values_of(self.kind.guess(loops)))
 
-    def branch(self, u: Floats, values: Mapping[str, float], load: float | None) -> Branch:
+    def branch(self, u: Floats, values: Values, load: float | None) -> Branch:
         """Backbone, slope and derivatives by the parameters."""
         law = self.build(values)
         by_values = law._parameter_derivatives(u)
@@ -59,25 +68,19 @@ class LawModel(BackboneModel):
             by_values = self._differences(lambda law_at: law_at._backbone(u), values, u.size)
         return law._backbone(u), law._slope(u), by_values
 
-    def curve(
-        self, u: Floats, values: Mapping[str, float], load: float | None
-    ) -> tuple[Floats, Floats]:
+    def curve(self, u: Floats, values: Values, load: float | None) -> tuple[Floats, Floats]:
         """Backbone and slope alone."""
         law = self.build(values)
         return law._backbone(u), law._slope(u)
 
     def build(
-        self, values: Mapping[str, float], load: float | None = None, **materials: Any
+        self, values: Values, load: float | None = None, given: Materials = UNKNOWN
     ) -> BackboneLaw:
         """The law itself; the load does not enter."""
         return self.kind(**{name: values[name] for name in self.names})
 
     def derived(
-        self,
-        values: Mapping[str, float],
-        loads: Sequence[float | None],
-        *materials: Any,
-        **options: Any,
+        self, values: Values, loads: Loads, given: Materials = UNKNOWN
     ) -> tuple[Derived, ...]:
         """Derived quantities of the law; its limit and its stiffness in any case."""
         units = dict(self.kind._quantities)
@@ -97,7 +100,7 @@ class LawModel(BackboneModel):
         return tuple(quantities)
 
     def _differences(
-        self, function: Callable[[BackboneLaw], Floats], values: Mapping[str, float], size: int
+        self, function: Callable[[BackboneLaw], Floats], values: Values, size: int
     ) -> Floats:
         """Derivatives by the parameters (parameters, places)."""
         rows = np.empty((len(self.parameters), size))
@@ -121,7 +124,7 @@ class LawModel(BackboneModel):
         """The model of an instance."""
         return cls(type(law), law)
 
-    def examples(self) -> tuple[tuple[Model, Mapping[str, float]], ...]:  # type: ignore[override]
+    def examples(self) -> tuple[tuple[Model, Values], ...]:  # type: ignore[override]
         """The examples of the law."""
         return tuple((LawModel(self.kind, law), values_of(law)) for law in self.kind.examples())
 

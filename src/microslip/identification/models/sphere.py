@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -14,7 +14,16 @@ from microslip._core.parameters import Parameter, parameters_of
 from microslip.errors import InputError
 from microslip.friction.guesses import loads_of
 from microslip.friction.interface import Interface
-from microslip.identification.models.base import BackboneModel, Branch, Derived, Model
+from microslip.identification.models.base import (
+    UNKNOWN,
+    BackboneModel,
+    Branch,
+    Derived,
+    Loads,
+    Materials,
+    Model,
+    Values,
+)
 from microslip.materials import MaterialPair
 from microslip.normal import SphereOnFlat
 from microslip.normal.base import aluminium
@@ -59,7 +68,7 @@ class SphereModel(BackboneModel):
         return (FRICTION, limit)
 
     @property
-    def start(self) -> Mapping[str, float] | None:
+    def start(self) -> Values | None:
         """Values of the instance it was made of, taken to the reference load."""
         if self.law is None:
             return None
@@ -70,14 +79,14 @@ class SphereModel(BackboneModel):
             "slip_limit": limit * ratio ** (2.0 / 3.0),
         }
 
-    def prepared(self, loops: Sequence[Any], loads: Sequence[float | None]) -> SphereModel:
+    def prepared(self, loops: Sequence[Any], loads: Loads) -> SphereModel:
         """With the geometric mean of the loads as reference."""
         return replace(self, reference_load=mean_load(loads_of(loads, len(loops))))
 
     def _reference(self, load: float) -> float:
         return load if self.reference_load is None else self.reference_load
 
-    def guess(self, loops: Sequence[Any], loads: Sequence[float | None]) -> dict[str, float]:
+    def guess(self, loops: Sequence[Any], loads: Loads) -> dict[str, float]:
         """From the largest force, and from the stiffness after a reversal, 3/2 mu N/u_L."""
         checked_loads = loads_of(loads, len(loops))
         friction = _limit_of(loops, checked_loads)
@@ -94,7 +103,7 @@ class SphereModel(BackboneModel):
             {"friction_coefficient": friction, "slip_limit": float(np.median(limits))}
         )
 
-    def branch(self, u: Floats, values: Mapping[str, float], load: float | None) -> Branch:
+    def branch(self, u: Floats, values: Values, load: float | None) -> Branch:
         """First loading and derivatives, in closed form."""
         assert load is not None
         limit = values["slip_limit"] * (load / self._reference(load)) ** (2.0 / 3.0)
@@ -108,16 +117,10 @@ class SphereModel(BackboneModel):
         return force * share, slope, by
 
     def build(
-        self,
-        values: Mapping[str, float],
-        load: float | None = None,
-        *,
-        pair: MaterialPair | None = None,
-        area: float | None = None,
-        radius: float | None = None,
+        self, values: Values, load: float | None = None, given: Materials = UNKNOWN
     ) -> Interface:
         """The joint on a pair of materials, of the radius that the slip limit says."""
-        pair = pair or self.pair
+        pair = self.completed(given).pair
         if pair is None:
             raise InputError("`pair` must be given: loops determine the slip limit alone")
         load = load or self.reference_load
@@ -126,21 +129,16 @@ class SphereModel(BackboneModel):
         return Interface(surface, values["friction_coefficient"], normal_load=load)
 
     @staticmethod
-    def _radius(values: Mapping[str, float], pair: MaterialPair, load: float) -> float:
+    def _radius(values: Values, pair: MaterialPair, load: float) -> float:
         deep = values["slip_limit"] / (values["friction_coefficient"] * pair.stiffness_ratio)
         return float((0.75 * load / (pair.composite_modulus * deep**1.5)) ** 2)
 
     def derived(
-        self,
-        values: Mapping[str, float],
-        loads: Sequence[float | None],
-        pair: MaterialPair | None = None,
-        area: float | None = None,
+        self, values: Values, loads: Loads, given: Materials = UNKNOWN
     ) -> tuple[Derived, ...]:
         """Force limit and stiffness at each load; with the materials the radius."""
         mu, limit = (values[name] for name in self.names)
-        pair = pair or self.pair
-        quantities = []
+        pair, quantities = self.completed(given).pair, []
         for load in sorted({load for load in loads if load is not None}):
             load_limit = limit * (load / self._reference(load)) ** (2.0 / 3.0)
             stiff = 1.5 * mu * load / load_limit
@@ -159,7 +157,7 @@ class SphereModel(BackboneModel):
         return cls(law.normal_load, law)
 
     @classmethod
-    def examples(cls) -> tuple[tuple[Model, Mapping[str, float]], ...]:
+    def examples(cls) -> tuple[tuple[Model, Values], ...]:
         """A ball at one load."""
         law = Interface(SphereOnFlat(aluminium(), radius=5e-3), 0.6, normal_load=500.0)
         model = cls.of(law)
@@ -184,29 +182,25 @@ class GivenSurfaceModel(BackboneModel):
     def _surface(self) -> Any:
         return self.surface
 
-    def guess(self, loops: Sequence[Any], loads: Sequence[float | None]) -> dict[str, float]:
+    def guess(self, loops: Sequence[Any], loads: Loads) -> dict[str, float]:
         """From the largest force."""
         return self.within({"friction_coefficient": _limit_of(loops, loads_of(loads, len(loops)))})
 
-    def branch(self, u: Floats, values: Mapping[str, float], load: float | None) -> Branch:
+    def branch(self, u: Floats, values: Values, load: float | None) -> Branch:
         """That of the interface; by mu at a fixed displacement it is T0/mu - (u/mu) T0'."""
         law = self.build(values, load)
         force, slope = np.asarray(law.backbone(u)), np.asarray(law.backbone_stiffness(u))
         return force, slope, ((force - u * slope) / values["friction_coefficient"])[None]
 
     def build(
-        self, values: Mapping[str, float], load: float | None = None, **materials: Any
+        self, values: Values, load: float | None = None, given: Materials = UNKNOWN
     ) -> Interface:
         """The joint on the surface."""
         assert load is not None
         return Interface(self.surface, values["friction_coefficient"], normal_load=load)
 
     def derived(
-        self,
-        values: Mapping[str, float],
-        loads: Sequence[float | None],
-        *materials: Any,
-        **options: Any,
+        self, values: Values, loads: Loads, given: Materials = UNKNOWN
     ) -> tuple[Derived, ...]:
         """Force limit at each load."""
         mu = values["friction_coefficient"]
@@ -214,8 +208,3 @@ class GivenSurfaceModel(BackboneModel):
             Derived("force_limit", "N", mu * load, np.array([load]), load)
             for load in sorted({load for load in loads if load is not None})
         )
-
-    @classmethod
-    def of(cls, law: Any) -> GivenSurfaceModel:
-        """The model of a joint whose surface is known."""
-        return cls(law.surface)

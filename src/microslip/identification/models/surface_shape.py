@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -73,14 +74,6 @@ class Template:
     law: NormalLaw
     unit: float
     norm: float
-    _tables: dict[float, tuple[Table, Table, Table] | None] = field(
-        default_factory=dict, repr=False
-    )
-
-    _separations: dict[tuple[float, float], float] = field(default_factory=dict, repr=False)
-
-    def __getstate__(self) -> dict[str, Any]:
-        return {**self.__dict__, "_tables": {}, "_separations": {}}
 
     # -- the shape -------------------------------------------------------------------------------
 
@@ -93,19 +86,11 @@ class Template:
         load = self.law._derivative_at(z * self.unit, 0)
         return -self.law._derivative_at(z * self.unit, 1) * self.unit / load
 
+    @lru_cache(maxsize=_MOST_CACHED)  # noqa: B019  # a branch asks several times at the same values
     def separation(self, z: float, ratio: float) -> float:
         """The separation at which n is ``ratio`` times as large as at z."""
         if ratio == 1.0:
             return z
-        # A branch is asked for several times at the same values, of every load.
-        cached = self._separations.get((z, ratio))
-        if cached is None:
-            if len(self._separations) >= _MOST_CACHED:
-                self._separations.clear()
-            cached = self._separations[z, ratio] = self._separation(z, ratio)
-        return cached
-
-    def _separation(self, z: float, ratio: float) -> float:
         target = math.log(ratio) + math.log(self.load(z))
         here = z
         # log n is concave for most laws: Newton's steps then come from the right, without bounds.
@@ -127,7 +112,7 @@ class Template:
 
     def shares(self, z: float, x: Floats) -> Shares:
         """Shares at steps x >= 0 from z."""
-        tables = self._tables_at(z)
+        tables = self._tables(z)
         if tables is None:
             return Shares(*self._exact(z, x))
         value, by_step, by_separation = (table.value(x) for table in tables)
@@ -150,16 +135,8 @@ class Template:
             result[near] = rate * value[near] - lost
         return value, by_step, result
 
-    def _tables_at(self, z: float) -> tuple[Table, Table, Table] | None:
-        if z in self._tables:
-            return self._tables[z]
-        tables = self._sampled(z)
-        for old in list(self._tables)[: 1 - _MOST_CACHED]:
-            self._tables.pop(old, None)
-        self._tables[z] = tables
-        return tables
-
-    def _sampled(self, z: float) -> tuple[Table, Table, Table] | None:
+    @lru_cache(maxsize=_MOST_CACHED)  # noqa: B019
+    def _tables(self, z: float) -> tuple[Table, Table, Table] | None:
         """The three shares as tables; None where the law is not smooth."""
         reach = self.law._table_reach(z * self.unit)
         if reach is None:

@@ -8,6 +8,7 @@ freedom of row and column, COORDINATE with numbers of equations, and of a substr
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
@@ -40,24 +41,26 @@ def load_abaqus(file: Path) -> dict[str, Any]:
     for kind, path in files.items():
         content = parsed("Abaqus matrix file", path, read_abaqus, bytes_a_second=_BYTES_A_SECOND)
         found |= {kind or name: matrix for name, matrix in content.items()}
-    every = sorted({tuple(place) for part in found.values() for place in part["places"].tolist()})
-    number = {place: k for k, place in enumerate(every)}
-    matrices = {kind: _placed(part, number) for kind, part in found.items()}
+    parts = {kind: (part["places"].tolist(), part["matrix"]) for kind, part in found.items()}
+    matrices = over_all_places(parts)
     if "stiffness" not in matrices:
         return matrices
     free = np.flatnonzero(matrices["stiffness"].diagonal() < _FIXED)
     return {kind: matrix[free][:, free] for kind, matrix in matrices.items()}
 
 
-def _placed(part: dict[str, Any], number: dict[tuple[int, ...], int]) -> Any:
-    """A matrix over all places."""
+def over_all_places(parts: Mapping[str, tuple[list[list[int]], Any]]) -> dict[str, Any]:
+    """Entries of matrices, by node and degree of freedom of their rows, over all of these."""
     from scipy.sparse import coo_matrix
 
-    at = np.array([number[tuple(place)] for place in part["places"].tolist()])
-    entries = part["matrix"]
-    return coo_matrix(
-        (entries.data, (at[entries.row], at[entries.col])), shape=(len(number),) * 2
-    ).tocsc()
+    every = sorted({tuple(place) for places, _ in parts.values() for place in places})
+    number = {place: k for k, place in enumerate(every)}
+    result = {}
+    for kind, (places, entries) in parts.items():
+        at = np.array([number[tuple(place)] for place in places])
+        index = (at[entries.row], at[entries.col])
+        result[kind] = coo_matrix((entries.data, index), shape=(len(every),) * 2).tocsc()
+    return result
 
 
 # ------------------------------------------------------------------ what runs in the child

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,8 +13,7 @@ from numpy.typing import ArrayLike
 from microslip._core.checks import Floats, number, show, whole_number
 from microslip._core.frozen import LockedArrays
 from microslip.errors import InputError
-from microslip.structures.assembled_faces import AssembledFaces
-from microslip.structures.joint_groups import Attachment
+from microslip.structures.joint_groups import Attachment, FieldAttachment
 from microslip.structures.preload import Preload
 
 if TYPE_CHECKING:
@@ -93,7 +93,8 @@ def assemble(
                 pull = following
             pull[place] += stiff * faces.displacement[place]
     vector = faces.state
-    attachment = AssembledFaces(field, joint.directions, nodes, vector.to_arrays())
+    resumed = partial(nodes.start, arrays=vector.to_arrays())
+    attachment = FieldAttachment(field, joint.directions, assembled=resumed)
     attachments: tuple[Attachment, ...] = (attachment,)
     if geometry is not None:  # whose cases are of what is tight
         attachments = (attachment, replace(geometry, rest=faces.displacement))

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
-from typing import Any, Literal, NamedTuple, get_args
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from microslip._core.checks import Floats, floats, show
 from microslip._core.wording import quoted
 from microslip.errors import InputError
+from microslip.structures.at_rest import AtRest
 from microslip.structures.geometry import GeometryAttachment
 from microslip.structures.joint_groups import Attachment
 from microslip.structures.matrices import dense, factorised, is_sparse
@@ -27,18 +28,6 @@ from microslip.structures.static import static_state
 
 Frame = Literal["base", "ground"]
 _ROUNDING = 1e-8  # of the sides of a joint: motion that is none
-
-
-class AtRest(NamedTuple):
-    """Interface of a structure at rest, see :class:`microslip.Preload`."""
-
-    mass: Any
-    stiffness: Any
-    damping: Any
-    attachments: tuple[Attachment, ...]
-    static_force: Floats
-    model: ModalModel
-    """Modal model of the structure as held by its own stiffness."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,9 +44,8 @@ class BaseMotion:
     """C carried, where dashpots feel the base's motion (n, inputs) [kg/s]."""
     strains: bool
     """Whether supports move against another, and so strain the structure or move its joints."""
-    mass: Any
-    stiffness: Any
-    damping: Any
+    rest: AtRest
+    """The structure at rest, whose model is that of its own stiffness."""
 
     @property
     def push(self) -> Floats:
@@ -133,9 +121,7 @@ def _under_the_structure(
     if rest.damping is not None:
         drag = _drag_of_mass(rest, carried, frame)
     inertia = np.asarray(rest.mass @ carried)
-    return BaseMotion(
-        rest.model, carried, inertia, drag, False, rest.mass, rest.stiffness, rest.damping
-    )
+    return BaseMotion(rest.model, carried, inertia, drag, False, rest)
 
 
 def _drag_of_mass(rest: AtRest, carried: Floats, frame: Frame | None) -> Floats | None:
@@ -222,11 +208,8 @@ def _at_supports(
                 'whose dashpots stand on something: write damping_frame="base" or '
                 'damping_frame="ground"'
             )
-    return BaseMotion(
-        model, carried, np.asarray(rest.mass @ carried), drag,
-        not _is_rigid(rest, carried),
-        rest.mass, rest.stiffness, rest.damping,
-    )  # fmt: skip
+    inertia = np.asarray(rest.mass @ carried)
+    return BaseMotion(model, carried, inertia, drag, not _is_rigid(rest, carried), rest)
 
 
 def _is_rigid(rest: AtRest, carried: Floats) -> bool:

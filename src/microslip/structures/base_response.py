@@ -9,7 +9,7 @@ from typing import Any, Literal, NoReturn, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from microslip._core.checks import Floats, floats, positive, show
+from microslip._core.checks import Floats, positive, show
 from microslip._core.wording import quoted
 from microslip.errors import InputError
 from microslip.structures.balance import Balance
@@ -18,6 +18,7 @@ from microslip.structures.forced import (
     ForcedResponse,
     checked_frequencies,
     coefficients,
+    complex_amplitudes,
     line_of,
 )
 from microslip.structures.forced_path import Control, Drive, Excitation, Followed, follow
@@ -59,9 +60,7 @@ class BaseResponse(ForcedResponse):
 
     def _from_ground(self, at: ArrayLike) -> NDArray[np.complex128]:
         """The fundamental at a sensor as seen from the ground [m]."""
-        sensor = vector("at", at, self._shapes.shape[0])
-        relative = self._relative(sensor[:, None])[:, 0, self.harmonics.index(1)]
-        return np.asarray(relative + self._base_motion @ (sensor @ self._carried))
+        return np.asarray(self._fundamental(at) + self._base_motion @ self._carried_at(at))
 
     def absolute_amplitude(self, at: ArrayLike) -> Floats:
         """As :meth:`amplitude`, seen from the ground [m]: of an accelerometer over omega^2.
@@ -106,7 +105,12 @@ def base_response(
     if control not in get_args(ControlOf):
         raise InputError(f"control must be {quoted(get_args(ControlOf))}, got {show(control)}")
     model, inputs = base.model, base.carried.shape[1]
-    given = _accelerations(acceleration, inputs)
+    given = np.atleast_1d(complex_amplitudes("acceleration", acceleration))
+    if given.shape != (inputs,) or not given.any():
+        raise InputError(
+            f"acceleration must be one amplitude [m/s^2] for each of the {inputs} inputs, not all "
+            f"zero, got shape {given.shape}"
+        )
     targets = checked_frequencies(frequencies)
     basis = harmonic_basis(harmonics, samples)
     forces = {0: coefficients(base.push @ given, basis)}
@@ -121,11 +125,7 @@ def base_response(
         )
     joints = model.joints(line)
     if base.strains:
-        by_column = [
-            np.tensordot(group.directions, base.carried, axes=(0, 0)).reshape(-1, inputs)
-            for group in joints.groups
-        ]
-        motions[2] = coefficients(-np.concatenate(by_column) @ given, basis)
+        motions[2] = coefficients(-joints.carried(base.carried) @ given, basis)
     rigid = model.free.T @ (base.inertia @ given)
     excitation = Excitation(forces, motions, rigid)
     controlled = None
@@ -135,23 +135,6 @@ def base_response(
         raise InputError('at and level belong to control="response"; the base has `acceleration`')
     drive = Drive(Balance(model, joints, basis), excitation, controlled)
     return _response(base, given, drive, follow(drive, targets))
-
-
-def _accelerations(acceleration: Any, inputs: int) -> NDArray[np.complex128]:
-    """One complex amplitude for each input."""
-    try:
-        array = np.asarray(acceleration)
-        parts = np.stack([array.real, array.imag])
-    except Exception:  # an object's own conversion may raise anything; said below
-        parts = floats("acceleration", acceleration)
-    real = floats("acceleration", parts)
-    array = np.atleast_1d(real[0] + 1j * real[1])
-    if array.shape != (inputs,) or not array.any():
-        raise InputError(
-            f"acceleration must be one amplitude [m/s^2] for each of the {inputs} inputs, not all "
-            f"zero, got shape {array.shape}"
-        )
-    return array
 
 
 def _control(
@@ -201,10 +184,10 @@ def _response(
     if base.drag is not None:
         force += work(base.drag, 1)
     if base.strains:
-        force += work(np.asarray(base.stiffness @ base.carried), 0)
-        if base.damping is not None and base.drag is None:
-            force += work(np.asarray(base.damping @ base.carried), 1, absolute=False)
-        sides = [np.tensordot(g.directions, base.carried, axes=(0, 0)) for g in joints.groups]
+        force += work(np.asarray(base.rest.stiffness @ base.carried), 0)
+        if base.rest.damping is not None and base.drag is None:
+            force += work(np.asarray(base.rest.damping @ base.carried), 1, absolute=False)
+        sides = joints.split(joints.carried(base.carried))
         for i, solved in enumerate(followed.path):
             q, omega, level = solved.point
             motion = Excitation.at(drive.excitation.motions, omega)[0]

@@ -11,14 +11,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from microslip._core.checks import Floats, floats, positive
-from microslip._core.frozen import LockedArrays
 from microslip.errors import InputError
 from microslip.report.plot import Plot
 from microslip.report.plottable import PlottableAtSensor
+from microslip.structures.answer import ModalAnswer
 from microslip.structures.balance import Balance
 from microslip.structures.forced_path import Drive, Excitation, follow
 from microslip.structures.frequency_response import FrequencyResponse
-from microslip.structures.matrices import vector
 from microslip.structures.modal_model import ModalModel
 from microslip.structures.periodic_motion import (
     HarmonicBasis,
@@ -29,7 +28,7 @@ from microslip.structures.periodic_motion import (
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ForcedResponse(LockedArrays, PlottableAtSensor):
+class ForcedResponse(ModalAnswer, PlottableAtSensor):
     """Periodic motions along a range of frequencies; made by ``structure.forced_response(...)``.
 
     By harmonic balance with arc length (Keller's continuation), as in Krack and Gross
@@ -66,14 +65,13 @@ class ForcedResponse(LockedArrays, PlottableAtSensor):
         """
         return np.asarray(self._shapes @ self._coordinates)
 
-    def _relative(self, columns: Floats) -> NDArray[np.complex128]:
-        """Amplitudes along columns (n, k) of each harmonic, (points, k, harmonics) [m]."""
-        return np.asarray((columns.T @ self._shapes) @ self._coordinates)
+    def _fundamental(self, at: ArrayLike) -> NDArray[np.complex128]:
+        """Amplitudes of the fundamental harmonic at a sensor (points,) [m]."""
+        return np.asarray(self._coordinates[:, :, self.harmonics.index(1)] @ self._at(at))
 
-    @property
-    def status(self) -> str:
-        """``solved``, or ``stopped`` before the last frequency."""
-        return "solved" if self.message.startswith("solved") else "stopped"
+    def _sizes(self, columns: Floats) -> Floats:
+        relative = (columns.T @ self._shapes) @ self._coordinates
+        return np.asarray(np.abs(relative).sum(axis=2))
 
     @property
     def turning_points(self) -> NDArray[np.int64]:
@@ -94,9 +92,7 @@ class ForcedResponse(LockedArrays, PlottableAtSensor):
         ndarray
             Amplitudes [m], one a point.
         """
-        sensor = vector("at", at, self._shapes.shape[0])
-        first = self.harmonics.index(1)
-        return np.asarray(np.abs(self._relative(sensor[:, None])[:, 0, first]))
+        return np.asarray(np.abs(self._fundamental(at)))
 
     def frequency_response(
         self, at: ArrayLike, force: float, *, quantity: Quantity = "displacement"
@@ -120,7 +116,7 @@ class ForcedResponse(LockedArrays, PlottableAtSensor):
         FrequencyResponse
             Frequencies [Hz] and complex values; ``save`` writes CSV and UFF 58.
         """
-        sensor = vector("at", at, self._shapes.shape[0])
+        motion = self._fundamental(at)
         amplitude, power = positive("force", force), power_of(quantity)
         if np.count_nonzero(self.stable) < 2:
             raise InputError(f"a frequency response needs two stable points; {self.message}")
@@ -129,8 +125,7 @@ class ForcedResponse(LockedArrays, PlottableAtSensor):
         ahead = np.append(True, furthest[1:] > furthest[:-1])
         swept = np.flatnonzero(ahead & self.stable)[:: int(way)]
         frequency = self.frequency[swept]
-        motion = self._relative(sensor[:, None])[swept, 0, self.harmonics.index(1)]
-        value = motion * (2j * math.pi * frequency) ** power / amplitude
+        value = np.asarray(motion[swept] * (2j * math.pi * frequency) ** power / amplitude, complex)
         return FrequencyResponse(frequency, value, quantity, amplitude)
 
     def _figure(self, at: ArrayLike | None) -> Plot:
@@ -162,26 +157,31 @@ def forced_response(
     samples: int,
 ) -> ForcedResponse:
     """See :meth:`microslip.Preload.forced_response`."""
-    size = model.shapes.shape[0]
-    try:
-        push = np.asarray(force)
-    except Exception:  # an object's own conversion may raise anything; said below
-        push = np.zeros(0)
-    real = floats("force", np.stack([push.real, push.imag]) if np.iscomplexobj(push) else force)
-    if not np.iscomplexobj(push):
-        real = np.stack([real, np.zeros_like(real)])
-    if real.shape != (2, size):
-        raise InputError(f"force must have the shape ({size},), got {real.shape[1:]}")
+    push, size = complex_amplitudes("force", force), model.shapes.shape[0]
+    if push.shape != (size,):
+        raise InputError(f"force must have the shape ({size},), got {push.shape}")
     targets = checked_frequencies(frequencies)
     basis = harmonic_basis(harmonics, samples)
-    forces = coefficients(model.shapes.T @ (real[0] + 1j * real[1]), basis)
+    forces = coefficients(model.shapes.T @ push, basis)
     line = line_of(model, forces, targets)
     if not np.any(line):
         raise InputError("force must push some elastic mode, not only move the structure")
-    rigid = -model.free.T @ (real[0] + 1j * real[1])
-    excitation = Excitation({0: forces}, {}, rigid)
+    excitation = Excitation({0: forces}, {}, -model.free.T @ push)
     drive = Drive(Balance(model, model.joints(line), basis), excitation)
     return ForcedResponse(**follow(drive, targets).fields(drive))
+
+
+def complex_amplitudes(name: str, value: Any) -> NDArray[np.complex128]:
+    """Amplitudes of any phase, or an error."""
+    try:
+        array = np.asarray(value)
+        parts = np.stack([array.real, array.imag]) if np.iscomplexobj(array) else value
+    except Exception:  # an object's own conversion may raise anything; said below
+        parts = value
+    numbers = floats(name, parts)
+    if parts is value:
+        return numbers.astype(complex)
+    return np.asarray(numbers[0] + 1j * numbers[1])
 
 
 def coefficients(amplitudes: NDArray[Any], basis: HarmonicBasis) -> Floats:

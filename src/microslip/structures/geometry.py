@@ -99,6 +99,7 @@ class GeometryGroup:
         self.directions = columns[:, :, None]
         self._loaded, stiffness = springs.at(static)
         self.stuck = stiffness[:, None]
+        self.lost = np.zeros(static.size)
 
     def harmonic_forces(self, coefficients: Floats, basis: HarmonicBasis) -> HarmonicForces:
         """By samples, as many as make the cubes exact."""
@@ -115,21 +116,13 @@ class GeometryGroup:
         jacobian = np.einsum("ks,fs,ls->fkl", weights, slope, waves)
         return HarmonicForces(result[:, None], jacobian[:, None, :, None, :])
 
-    def start(self) -> GeometryStates:
-        """Springs have no memory."""
-        return GeometryStates(self._springs, self.static, self._loaded)
-
-
-class GeometryStates:
-    """As LawStates."""
-
-    def __init__(self, springs: Springs, static: Floats, loaded: Floats) -> None:
-        self._springs, self._static, self._loaded = springs, static, loaded
-        self.lost = np.zeros(static.size)
+    def start(self) -> GeometryGroup:
+        """Springs have no memory: they are their own state, as LawStates is of laws."""
+        return self
 
     def try_(self, displacement: Floats) -> tuple[Floats, Floats]:
         """Forces (forms, 1) and tangents (forms, 1, 1)."""
-        force, slope = self._springs.at(self._static + displacement[:, 0])
+        force, slope = self._springs.at(self.static + displacement[:, 0])
         return (force - self._loaded)[:, None], slope[:, None, None]
 
     def commit(self) -> None:

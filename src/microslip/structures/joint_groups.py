@@ -10,7 +10,7 @@ the static state.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import KW_ONLY, dataclass
 from typing import Any
 
@@ -19,7 +19,8 @@ import numpy as np
 from microslip._core.checks import Floats
 from microslip.errors import InputError
 from microslip.friction import BackboneLaw, JointField
-from microslip.structures.geometry import GeometryAttachment, GeometryGroup, GeometryStates
+from microslip.memory.vector_state import VectorState
+from microslip.structures.geometry import GeometryAttachment, GeometryGroup
 from microslip.structures.periodic_motion import HarmonicBasis, HarmonicForces
 
 # -- a law along directions ------------------------------------------------------------------------
@@ -134,6 +135,8 @@ class FieldAttachment:
     """Lengths that motions of nodes are divided by, where their laws differ by a length alone."""
     pressed: Floats | None = None
     """Apparent areas of the nodes [m^2], where those of the field stand for their laws."""
+    assembled: Callable[[], VectorState] | None = None
+    """Makes the state in two directions in which the bolts' tightening left the nodes."""
 
     def loads(self, motion: Floats) -> Floats:
         """Normal loads of the nodes [N] at a motion by column."""
@@ -191,7 +194,7 @@ class FieldAttachment:
     def group(self, motion: Floats, line: Floats) -> FieldGroup:
         """The nodes, each along its own line."""
         field = self.field.at(separations=self.separations(motion))
-        return FieldGroup(field, self.directions, line.reshape(-1, 3)[:, :2])
+        return FieldGroup(field, self.directions, line.reshape(-1, 3)[:, :2], self.assembled)
 
 
 class FieldGroup:
@@ -204,7 +207,14 @@ class FieldGroup:
     do.
     """
 
-    def __init__(self, field: JointField, directions: Floats, line: Floats) -> None:
+    def __init__(
+        self,
+        field: JointField,
+        directions: Floats,
+        line: Floats,
+        assembled: Callable[[], VectorState] | None,
+    ) -> None:
+        self._assembled = assembled
         self.along = _unit(line)
         self.across = np.stack([-self.along[:, 1], self.along[:, 0]], axis=1)
         ways = (self.along, self.across)
@@ -214,47 +224,41 @@ class FieldGroup:
         self.field = field.along(self.along)
         self._across_stiffness = self.stuck[:, 1]
 
-    def assembled(self, displacement: Floats, answer: Any) -> tuple[Floats, Floats]:
-        """Forces and tangents by coordinate, from tangential and normal ones."""
-        forces = np.stack(
-            [
-                answer.force,
-                self._across_stiffness * displacement[:, 1],
-                self.field.normal_loads - answer.load,
-            ],
-            axis=1,
-        )
-        tangents, tangent = np.zeros((len(forces), 3, 3)), answer.tangent
-        tangents[:, 0, 0], tangents[:, 0, 2] = tangent[:, 0, 0], tangent[:, 0, 1]
-        tangents[:, 1, 1] = self._across_stiffness
-        tangents[:, 2, 0], tangents[:, 2, 2] = -tangent[:, 1, 0], -tangent[:, 1, 1]
-        return forces, tangents
+    def by_coordinate(
+        self, motion: Floats, force: Floats, load: Floats, tangent: Floats
+    ) -> HarmonicForces:
+        """Forces beyond those at rest, from tangential and normal ones by (nodes, size).
+
+        ``motion`` is (nodes, 3, size), ``tangent`` (nodes, 2, 2, size, size).
+        """
+        across, size = self._across_stiffness[:, None], force.shape[1]
+        forces = np.stack([force, across * motion[:, 1], -load], axis=1)
+        forces[:, 2, 0] += self.field.normal_loads
+        jacobian, k = np.zeros((len(force), 3, size, 3, size)), np.arange(size)
+        jacobian[:, 0, :, 0], jacobian[:, 0, :, 2] = tangent[:, 0, 0], tangent[:, 0, 1]
+        jacobian[:, 1, k, 1, k] = across
+        jacobian[:, 2, :, 0], jacobian[:, 2, :, 2] = -tangent[:, 1, 0], -tangent[:, 1, 1]
+        return HarmonicForces(forces, jacobian)
 
     def harmonic_forces(self, coefficients: Floats, basis: HarmonicBasis) -> HarmonicForces:
         """The settled cycle of a periodic motion."""
         separations = coefficients[:, 2].copy()
         separations[:, 0] += self.field.separations
-        tangential, normal, tangent = self.field.harmonics(
+        cycle = self.field.harmonics(
             coefficients[:, 0],
             list(basis.harmonics),
             separations=separations,
             samples=basis.samples,
         )
-        nodes, size = len(self._across_stiffness), basis.size
-        force = np.empty((nodes, 3, size))
-        force[:, 0], force[:, 2] = tangential, -normal
-        force[:, 1] = self._across_stiffness[:, None] * coefficients[:, 1]
-        force[:, 2, 0] += self.field.normal_loads
-        jacobian = np.zeros((nodes, 3, size, 3, size))
-        index = np.arange(size)
-        jacobian[:, 0, :, 0], jacobian[:, 0, :, 2] = tangent[:, 0, 0], tangent[:, 0, 1]
-        jacobian[:, 1, index, 1, index] = self._across_stiffness[:, None]
-        jacobian[:, 2, :, 0], jacobian[:, 2, :, 2] = -tangent[:, 1, 0], -tangent[:, 1, 1]
-        return HarmonicForces(force, jacobian)
+        return self.by_coordinate(coefficients, *cycle)
 
     def start(self) -> FieldState:
-        """A state at rest."""
+        """A state at rest: a settled cycle has forgotten how the bolts were tightened."""
         return FieldState(self)
+
+    def resumed(self) -> FieldState | AssembledState:
+        """The state that the tightening left, or one at rest."""
+        return AssembledState(self, self._assembled()) if self._assembled else FieldState(self)
 
 
 class FieldState:
@@ -268,7 +272,9 @@ class FieldState:
         """Forces and tangents of a trial."""
         separation = self._group.field.separations + displacement[:, 2]
         answer = self._state.try_(displacement[:, 0], separations=separation)
-        return self._group.assembled(displacement, answer)
+        numbers = (displacement, answer.force, answer.load, answer.tangent[..., None])
+        force, jacobian = self._group.by_coordinate(*(values[..., None] for values in numbers))
+        return force[..., 0], jacobian[:, :, 0, :, 0]
 
     def commit(self) -> None:
         """Make the last trial the state."""
@@ -277,6 +283,38 @@ class FieldState:
     @property
     def lost(self) -> Floats:
         """Energies lost so far [J]."""
+        return np.asarray(self._state.dissipated_energy)
+
+
+class AssembledState:
+    """The nodes in two directions, in the coordinates of their group; else as FieldState."""
+
+    def __init__(self, group: FieldGroup, state: VectorState) -> None:
+        self._field, self._state = group.field, state
+        self._origin, self._held = state.displacement, state.force
+        self._turn = np.stack([group.along, group.across], axis=1)
+
+    def try_(self, displacement: Floats) -> tuple[Floats, Floats]:
+        """Forces and tangents of a trial."""
+        moved = np.einsum("nij,ni->nj", self._turn, displacement[:, :2])
+        separation = self._field.separations + displacement[:, 2]
+        answer = self._state.try_(self._origin + moved, separations=separation)
+        turn = np.zeros((len(separation), 3, 3))
+        turn[:, :2, :2], turn[:, 2, 2] = self._turn, 1.0
+        forces = np.column_stack(
+            [answer.force - self._held, self._field.normal_loads - answer.load]
+        )
+        tangent = answer.tangent * np.array([1.0, 1.0, -1.0])[:, None]
+        forces = np.einsum("nij,nj->ni", turn, forces)
+        return forces, np.einsum("nij,njk,nlk->nil", turn, tangent, turn)
+
+    def commit(self) -> None:
+        """Make the last trial the state."""
+        self._state.commit()
+
+    @property
+    def lost(self) -> Floats:
+        """Energies lost so far [J], those of the assembly included."""
         return np.asarray(self._state.dissipated_energy)
 
 
@@ -298,7 +336,7 @@ def _unit(line: Floats) -> Floats:
 
 Attachment = LawAttachment | FieldAttachment | GeometryAttachment
 JointGroup = LawGroup | FieldGroup | GeometryGroup
-JointState = LawStates | FieldState | GeometryStates
+JointState = LawStates | FieldState | AssembledState | GeometryGroup
 
 
 def all_columns(attachments: Sequence[Attachment], size: int) -> Floats:

@@ -20,7 +20,7 @@ from microslip.readers.child import parsed
 from microslip.readers.files import decoded, reading, refuse_beyond
 from microslip.readers.numpy_files import archived
 from microslip.readers.scipy_files import market_matrix, whole_variables
-from microslip.structures.abaqus_files import load_abaqus
+from microslip.structures.abaqus_files import load_abaqus, over_all_places
 
 _ASYMMETRY = 1e-8  # of the largest entry: what files with eight digits leave
 LARGEST_DENSE = 4000
@@ -357,18 +357,14 @@ def read_nastran(path: Path) -> dict[str, Any]:
 
 def _aligned(file: Path, matrices: dict[str, Any]) -> dict[str, Any]:
     """Matrices over all degrees of freedom that one of them has: by grid, then by component."""
+    from scipy.sparse import coo_matrix
+
     placed = {kind: matrix for kind, matrix in matrices.items() if isinstance(matrix, Placed)}
     for kind, matrix in placed.items():
         if matrix.rows != matrix.columns or {len(place) for place in matrix.rows} != {2}:
             raise InputError(f"{file.name}: the {kind} matrix must be square, form 1 or 6 of DMIG")
-    every = sorted({tuple(place) for matrix in placed.values() for place in matrix.rows})
-    number = {place: k for k, place in enumerate(every)}
-    dense: dict[str, Any] = {}
-    for kind, matrix in placed.items():
-        at = [number[tuple(place)] for place in matrix.rows]
-        dense[kind] = np.zeros((len(every), len(every)), dtype=matrix.values.dtype)
-        dense[kind][np.ix_(at, at)] = matrix.values
-    return matrices | dense
+    parts = {kind: (matrix.rows, coo_matrix(matrix.values)) for kind, matrix in placed.items()}
+    return matrices | {kind: part.toarray() for kind, part in over_all_places(parts).items()}
 
 
 def _folder(folder: Path, limit: int) -> dict[str, Any]:

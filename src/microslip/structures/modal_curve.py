@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from microslip._core.checks import Floats, floats, whole_number
-from microslip._core.frozen import LockedArrays
 from microslip.errors import InputError
 from microslip.report.plot import Plot
 from microslip.report.plottable import Plottable
+from microslip.structures.answer import Answer
 from microslip.structures.balance import Balance
 from microslip.structures.modal_model import ModalJoints, ModalModel
 from microslip.structures.nonlinear_mode import ModeEquations, follow
@@ -39,7 +39,7 @@ class Resonance(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ModalCurve(LockedArrays, Plottable):
+class ModalCurve(Answer, Plottable):
     """A nonlinear mode along amplitudes; made by ``structure.modes(...)``.
 
     Amplitudes that the solver did not reach hold NaN; ``message`` says where and why.
@@ -86,6 +86,9 @@ class ModalCurve(LockedArrays, Plottable):
         from microslip.structures.figures import modal_figure
 
         return modal_figure(self)
+
+    def _sizes(self, columns: Floats) -> Floats:
+        return np.abs(self.shape.real @ columns) * self.modal_amplitude[:, None]
 
     @property
     def status(self) -> str:

@@ -81,6 +81,12 @@ class ModalJoints:
         ends = np.cumsum([0] + [g.stuck.size for g in self.groups])
         return [slice(int(a), int(b)) for a, b in pairwise(ends)]
 
+    def carried(self, motion: Floats) -> Floats:
+        """Motions of the joints (coordinates, inputs) with one of all degrees of freedom."""
+        sides = [np.tensordot(group.directions, motion, axes=(0, 0)) for group in self.groups]
+        inputs = motion.shape[1]
+        return np.concatenate([np.zeros((0, inputs)), *(s.reshape(-1, inputs) for s in sides)])
+
     def split(self, values: Floats) -> list[Floats]:
         """Values by coordinate, (coordinates, ...), as (joints, coordinates, ...) of each group."""
         return [

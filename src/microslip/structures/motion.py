@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, exact, floats, number, record
-from microslip._core.frozen import LockedArrays
 from microslip.errors import InputError
 from microslip.report.plot import Plot
 from microslip.report.plottable import PlottableAtSensor
+from microslip.structures.answer import Answer
 from microslip.structures.exact_steps import ExactSteps, are_exact
 from microslip.structures.matrices import vector
 from microslip.structures.modal_model import ModalModel
@@ -24,7 +24,7 @@ _RADIUS = 0.9  # spectral radius unless given
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Motion(LockedArrays, PlottableAtSensor):
+class Motion(Answer, PlottableAtSensor):
     """A motion in time; made by ``structure.integrate(...)``. Displacements count from rest.
 
     By exact modes where joints never part, else by the generalised-alpha method, see
@@ -109,10 +109,8 @@ class Motion(LockedArrays, PlottableAtSensor):
         gap = float(np.abs(self.work - np.sum(parts, axis=0)).max())
         return gap / largest if largest else 0.0
 
-    @property
-    def status(self) -> str:
-        """``solved``, or ``stopped`` before the last time."""
-        return "solved" if self.message.startswith("solved") else "stopped"
+    def _sizes(self, columns: Floats) -> Floats:
+        return np.abs(self.displacement @ columns)
 
     def _figure(self, at: int | None) -> Plot:
         from microslip.structures.figures import motion_figure

@@ -1,17 +1,18 @@
 """The linear system of a nonlinear mode, brought down to the joints that do not stick.
 
 Beside sticking joints the modes of a structure do not know of each other: their dynamic compliance
-is diagonal. What is left to solve for are the forces of the joints that slip or open, the
-coefficients of modes near resonance, and the borders.
+is diagonal. What is left to solve for are the forces of the joints that slip or open, those of
+modes near resonance, and the borders.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from microslip._core.checks import Floats
 from microslip.structures.balance import Balance
@@ -43,21 +44,6 @@ class ModeResidual(NamedTuple):
     by_omega: float
 
 
-class Bordered(NamedTuple):
-    """A x + (joints) x + columns y = right, rows x + corner y = below."""
-
-    columns: Floats
-    """(modes, size, borders)."""
-    rows: Floats
-    """(borders, modes, size)."""
-    corner: Floats
-    """(borders, borders)."""
-    right: Floats
-    """(modes, size)."""
-    below: Floats
-    """(borders,)."""
-
-
 class _Loose(NamedTuple):
     """Joints of a group that do not stick, in the coordinates in which they do not."""
 
@@ -67,113 +53,68 @@ class _Loose(NamedTuple):
     """Beyond sticking, (joints, coordinates * size, coordinates * size)."""
 
 
-def solve(
-    balance: Balance,
-    answers: list[HarmonicForces],
-    omega: float,
-    damping: float,
-    system: Bordered,
-) -> tuple[Floats, Floats] | None:
-    """The coefficients (modes, size) and the borders; None where there is no answer.
+class _Compliance:
+    """Coefficients that forces on the modes make, of a cosine and a sine together as c - i s."""
 
-    For a structure without a damping matrix, which would couple its modes.
-    """
-    modes, size = balance.shape
-    orders, squares = balance.basis.orders, balance.model.squares
-    stiff = squares[:, None] - (orders * omega) ** 2
-    drag = np.broadcast_to(damping * omega * orders, stiff.shape)
-    scale = np.maximum(squares, omega**2)[:, None]
-    weight = stiff**2 + drag**2
-    resonant = weight < (_NEAR * scale) ** 2
-    inverse = np.where(resonant, 0.0, 1.0 / np.where(resonant, 1.0, weight))
-    soft, lag = stiff * inverse, drag * inverse
+    def __init__(
+        self,
+        balance: Balance,
+        omega: float,
+        damping: float,
+        near: float = _NEAR,
+        coupled: bool = True,
+    ) -> None:
+        squares, viscous = balance.model.squares, balance.model.damping
+        at = omega * np.array(balance.basis.harmonics, dtype=float)[:, None]
+        drag = damping if viscous is None else damping + np.diag(viscous)
+        stiff, scale = squares - at**2, np.maximum(squares, omega**2)
+        # A mode near resonance is stiffened, and a joint of its own takes that back.
+        added = np.where(stiff**2 + (at * drag) ** 2 < (near * scale) ** 2, scale, 0.0)
+        self.resonant = np.flatnonzero(added.any(axis=0))
+        self.added = np.repeat(added, 2, axis=0)[1:].T
+        diagonal = stiff + added + 1j * at * drag
+        if viscous is None or not coupled:
+            self._inverse: NDArray[Any] = 1.0 / diagonal
+        else:
+            full = 1j * at[:, :, None] * (viscous - np.diag(np.diag(viscous)))
+            index = np.arange(squares.size)
+            full[:, index, index] += diagonal
+            self._inverse = np.linalg.inv(full)
 
-    def comply(force: Floats) -> Floats:
-        """Coefficients that forces make, without the ones that are solved for."""
-        shape = soft.shape + (1,) * (force.ndim - 2)
-        result, factor = soft.reshape(shape) * force, lag.reshape(shape)
-        result[:, 1::2] -= factor[:, 1::2] * force[:, 2::2]
-        result[:, 2::2] += factor[:, 2::2] * force[:, 1::2]
-        return np.asarray(result)
+    def _times(self, inverse: NDArray[Any], force: NDArray[Any]) -> NDArray[Any]:
+        """Of forces (modes, harmonics, ...)."""
+        if inverse.ndim == 2:
+            return np.asarray(inverse.T.reshape(force.shape[:2] + (1,) * (force.ndim - 2)) * force)
+        return np.asarray(np.einsum("hmn,nh...->mh...", inverse, force))
 
-    loose = [part for part in _loose(balance, answers) if part.tangent.size]
-    flat = np.concatenate([np.zeros((modes, 0)), *(part.directions for part in loose)], axis=1)
-    count = flat.shape[1]
-    # Compliance of the loose coordinates, (count, size, count, size): harmonics do not mix in it.
-    compliance = np.zeros((count, size, count, size))
-    for k in range(size):
-        compliance[:, k, :, k] = flat.T @ (soft[:, k, None] * flat)
-    for k in range(1, size, 2):
-        crossed = flat.T @ (lag[:, k, None] * flat)
-        compliance[:, k, :, k + 1] -= crossed
-        compliance[:, k + 1, :, k] += crossed
-    retained = np.argwhere(resonant)
-    borders = system.below.size
-    extra = retained.shape[0] + borders
-    # What the other unknowns do to the loose coordinates: retained coefficients and borders.
-    moved = np.zeros((count, size, extra))
-    for place, (mode, k) in enumerate(retained):
-        moved[:, k, place] = flat[mode]
-    by_border = comply(system.columns)
-    moved[:, :, retained.shape[0] :] = -np.tensordot(flat, by_border, axes=(0, 0))
-    response = comply(system.right)
-    start = np.tensordot(flat, response, axes=(0, 0))
-    total = count * size
-    matrix = np.zeros((total + extra, total + extra))
-    right = np.zeros(total + extra)
-    first = 0
-    for part in loose:
-        joints, width = part.tangent.shape[:2]
-        coordinates = joints * width // size
-        rows = slice(first * size, (first + coordinates) * size)
-        here = slice(first, first + coordinates)
-        shaped = compliance[here].reshape(joints, width, total)
-        matrix[rows, :total] = (part.tangent @ shaped).reshape(-1, total)
-        shaped = moved[here].reshape(joints, width, extra)
-        matrix[rows, total:] = -(part.tangent @ shaped).reshape(-1, extra)
-        right[rows] = (part.tangent @ start[here].reshape(joints, width, 1)).ravel()
-        first += coordinates
-    matrix[np.arange(total), np.arange(total)] += 1.0
-    # The equations of the coefficients that are retained.
-    for place, (mode, k) in enumerate(retained):
-        row = total + place
-        matrix[row].reshape(-1)[k:total:size] = flat[mode]
-        matrix[row, total + retained.shape[0] :] = system.columns[mode, k]
-        matrix[row, row] += stiff[mode, k]
-        right[row] = system.right[mode, k]
-        if k:
-            partner_index = k + 1 if k % 2 else k - 1
-            sign = 1.0 if k % 2 else -1.0
-            partner = np.flatnonzero((retained[:, 0] == mode) & (retained[:, 1] == partner_index))
-            matrix[row, total + int(partner[0])] += sign * drag[mode, k]
-    # The borders, with the coefficients expressed by forces.
-    for border in range(borders):
-        row, weights = total + retained.shape[0] + border, system.rows[border]
-        turned = _transposed(soft, lag, weights)
-        matrix[row, :total] = -(flat.T @ turned).ravel()
-        for place, (mode, k) in enumerate(retained):
-            matrix[row, total + place] = weights[mode, k]
-        matrix[row, total + retained.shape[0] :] = system.corner[border] - np.tensordot(
-            turned, system.columns, axes=([0, 1], [0, 1])
-        )
-        right[row] = system.below[border] - float(np.sum(turned * system.right))
-    unknowns = _balanced_solve(matrix, right)
-    if unknowns is None:
-        return None
-    pull, outer = unknowns[:total].reshape(count, size), unknowns[total:]
-    y = outer[retained.shape[0] :]
-    x = comply(system.right - flat @ pull - system.columns @ y)
-    for place, (mode, k) in enumerate(retained):
-        x[mode, k] = outer[place]
-    return x, y
+    def on(self, force: Floats, transposed: bool = False) -> Floats:
+        """Coefficients of forces (modes, size, ...)."""
+        turning = force[:, ::2].astype(complex)
+        turning[:, 1:] = force[:, 1::2] - 1j * force[:, 2::2]
+        turning = self._times(self._inverse.conj() if transposed else self._inverse, turning)
+        result = np.empty(force.shape)
+        result[:, 0] = turning[:, 0].real
+        result[:, 1::2], result[:, 2::2] = turning[:, 1:].real, -turning[:, 1:].imag
+        return result
+
+    def between(self, flat: Floats) -> Floats:
+        """Of joint coordinates, (count, size, count, size): harmonics do not mix in it."""
+        count, harmonics = flat.shape[1], self._inverse.shape[0]
+        result = np.zeros((count, 2 * harmonics - 1, count, 2 * harmonics - 1))
+        for h, inverse in enumerate(self._inverse):
+            k = max(2 * h - 1, 0)
+            result[:, k, :, k] = _between(flat, inverse.real)
+            if h:
+                result[:, k + 1, :, k + 1] = result[:, k, :, k]
+                crossed = _between(flat, inverse.imag)
+                result[:, k, :, k + 1] += crossed
+                result[:, k + 1, :, k] -= crossed
+        return result
 
 
-def _transposed(soft: Floats, lag: Floats, weights: Floats) -> Floats:
-    """The transposed compliance on weights of coefficients."""
-    result = soft * weights
-    result[:, 1::2] += lag[:, 2::2] * weights[:, 2::2]
-    result[:, 2::2] -= lag[:, 1::2] * weights[:, 1::2]
-    return np.asarray(result)
+def _between(flat: Floats, inverse: Floats) -> Floats:
+    part = np.ascontiguousarray(inverse)
+    return np.asarray(flat.T @ (part[:, None] * flat if part.ndim == 1 else part @ flat))
 
 
 def _balanced_solve(matrix: Floats, right: Floats) -> Floats | None:
@@ -238,46 +179,47 @@ class ModeStep:
         return np.append(forces, [self.current.border[0], self.current.border[1] / unit])
 
     def eliminate(self) -> Floats | None:
-        """By Gauss's elimination, of the joints that do not stick alone where that will do."""
+        """By Gauss's elimination, of the joints that do not stick and of the borders alone."""
         modes, size = self.balance.shape
-        if self.balance.model.damping is None:
-            return self._by_joints()
-        count = modes * size
-        matrix = np.zeros((count + 2, count + 2))
-        inner = self.balance.linear_matrix(self.point.omega, self._damping)
-        inner += self.balance.tangent_matrix(self.current.answers)
-        q = self.point.coefficients
-        unit = float(np.abs(q).max())
-        scale = self._scale
-        matrix[:count, :count] = (inner / scale[:, :, None, None]).reshape(count, count) * unit
-        omega = self.point.omega
-        matrix[:count, -2] = (self.columns[..., 0] / scale).reshape(-1) * omega
-        matrix[:count, -1] = (self.columns[..., 1] / scale).reshape(-1)
-        matrix[:count] /= unit
-        matrix[-2, :count] = self.current.by_q.reshape(-1) * unit
-        matrix[-2, -2] = self.current.by_omega * omega
-        matrix[-1, self.index * size + 2] = 1.0
-        try:
-            step = np.linalg.solve(matrix, self._right(unit))
-        except np.linalg.LinAlgError:
-            return None
-        step[:count] *= unit
-        step[-2] *= omega
-        return step
-
-    def _by_joints(self) -> Floats | None:
-        phase = np.zeros(self.balance.shape)
+        compliance = _Compliance(self.balance, self.point.omega, self._damping)
+        loose = [part for part in _loose(self.balance, self.current.answers) if part.tangent.size]
+        if compliance.resonant.size:
+            relief = -compliance.added[compliance.resonant][:, :, None] * np.eye(size)
+            loose.append(_Loose(np.eye(modes)[:, compliance.resonant], relief))
+        flat = np.concatenate([np.zeros((modes, 0)), *(part.directions for part in loose)], axis=1)
+        between, forces = compliance.between(flat), self.current.forces
+        # What the borders and the forces on the modes do to the loose coordinates.
+        moved = np.tensordot(flat, compliance.on(self.columns), axes=(0, 0))
+        start = np.tensordot(flat, compliance.on(forces), axes=(0, 0))
+        total = flat.shape[1] * size
+        matrix, right = np.zeros((total + 2, total + 2)), np.zeros(total + 2)
+        first = 0
+        for part in loose:
+            joints, width = part.tangent.shape[:2]
+            here = slice(first, first + joints * width // size)
+            rows = slice(here.start * size, here.stop * size)
+            shaped = between[here].reshape(joints, width, total)
+            matrix[rows, :total] = (part.tangent @ shaped).reshape(-1, total)
+            shaped = moved[here].reshape(joints, width, 2)
+            matrix[rows, total:] = (part.tangent @ shaped).reshape(-1, 2)
+            right[rows] = (part.tangent @ start[here].reshape(joints, width, 1)).ravel()
+            first = here.stop
+        matrix[np.arange(total), np.arange(total)] += 1.0
+        # Amplitude and phase, with the coefficients expressed by forces.
+        phase = np.zeros((modes, size))
         phase[self.index, 2] = 1.0
-        system = Bordered(
-            self.columns,
-            np.stack([self.current.by_q, phase]),
-            np.array([[self.current.by_omega, 0.0], [0.0, 0.0]]),
-            self.current.forces,
-            self.current.border,
-        )
-        answers = self.current.answers
-        step = solve(self.balance, answers, self.point.omega, self._damping, system)
-        return None if step is None else np.append(step[0].reshape(-1), step[1])
+        by_omega = (self.current.by_omega, 0.0)
+        for row, weights in enumerate((self.current.by_q, phase)):
+            turned = compliance.on(weights, transposed=True)
+            matrix[total + row, :total] = -(flat.T @ turned).ravel()
+            matrix[total + row, total:] = (by_omega[row], 0.0) - np.tensordot(turned, self.columns)
+            right[total + row] = self.current.border[row] - np.sum(turned * forces)
+        unknowns = _balanced_solve(matrix, right)
+        if unknowns is None:
+            return None
+        pull, borders = unknowns[:total].reshape(-1, size), unknowns[total:]
+        coefficients = compliance.on(forces - flat @ pull - self.columns @ borders)
+        return np.append(coefficients.reshape(-1), borders)
 
     def iterate(self) -> Floats | None:
         """By GMRES, preconditioned with the structure whose joints stick."""
@@ -314,14 +256,7 @@ class ModeStep:
         modes, size = self.balance.shape
         count, i = modes * size, self.index
         omega, scale = self.point.omega, self._scale
-        orders = self.balance.basis.orders
-        square = (self.balance.model.squares[:, None] - (orders * omega) ** 2) / scale
-        damping: Floats | float = self._damping
-        if self.balance.model.damping is not None:
-            damping = damping + self.balance.model.damping.diagonal()[:, None]
-        rate = np.broadcast_to(orders * omega * damping / scale, square.shape)
-        weight = 1.0 / np.maximum(square**2 + rate**2, 1e-8)
-        cosine, sine = np.arange(1, size, 2), np.arange(2, size, 2)
+        sticking = _Compliance(self.balance, omega, self._damping, near=1e-4, coupled=False)
         core = np.zeros((4, 4))
         for column in range(2):
             change = np.zeros((modes, size))
@@ -337,12 +272,7 @@ class ModeStep:
         inverse = np.linalg.pinv(core)
 
         def solve(y: Floats) -> Floats:
-            forces = y[:count].reshape(modes, size) * unit
-            x = np.empty_like(forces)
-            x[:, 0] = forces[:, 0] / square[:, 0]
-            a, b, w = square[:, cosine], rate[:, cosine], weight[:, cosine]
-            x[:, cosine] = w * (a * forces[:, cosine] - b * forces[:, sine])
-            x[:, sine] = w * (b * forces[:, cosine] + a * forces[:, sine])
+            x = sticking.on(y[:count].reshape(modes, size) * (unit * scale))
             # Scaled as the unknowns are: motion by its unit, frequency by itself.
             four = inverse @ np.array([y[i * size + 1], y[i * size + 2], y[-2], y[-1]])
             x[i, 1:3] = four[:2] * unit

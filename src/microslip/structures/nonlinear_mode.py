@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -125,7 +125,41 @@ class ModeEquations:
 
 _SMALLEST = 1e-6  # of the first amplitude: where a mode of sticking joints is to be found
 _FINEST = 0.01  # shortest step in the logarithm of the amplitude
-# -- harmonic balance from amplitude to amplitude ------------------------------------------
+# -- from amplitude to amplitude -------------------------------------------------------------------
+
+_Found = TypeVar("_Found")
+Track = list[tuple[float, _Found]]
+"""Amplitudes that were reached, rising, the last three, and what was found there."""
+
+
+def climb(
+    amplitudes: Floats,
+    track: Track[_Found],
+    attempt: Callable[[Track[_Found], float], _Found | None],
+    finest: float,
+) -> list[_Found | None]:
+    """Results at rising amplitudes, each from those before; steps in between where it needs them.
+
+    ``track`` is where it begins; None from where steps in the logarithm would be too short.
+    """
+    results: list[_Found | None] = [None] * amplitudes.size
+    for place in np.argsort(amplitudes, kind="stable"):
+        target, stride = float(amplitudes[place]), math.inf
+        while target != track[-1][0]:
+            gap = math.log(target / track[-1][0])
+            ahead = min(stride, gap)
+            at = target if ahead == gap else track[-1][0] * math.exp(ahead)
+            found = attempt(track, at)
+            if found is None:
+                stride = 0.5 * ahead
+                if stride < finest:
+                    return results
+            else:
+                track.append((at, found))
+                del track[:-3]
+                stride = 1.5 * ahead
+        results[place] = track[-1][1]
+    return results
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,50 +175,28 @@ class Continuation:
 
 
 def follow(equations: ModeEquations, amplitudes: Floats) -> Continuation:
-    """Solve at rising amplitudes, each from the ones before; steps in between where it needs them.
+    """Solve the balance of harmonics at amplitudes.
 
     The predictor goes on straight in the logarithm of the amplitude: what grows in proportion to
     it, as all does for sticking joints, is predicted exactly.
     """
-    order = np.argsort(amplitudes, kind="stable")
-    solutions: list[Solution | None] = [None] * amplitudes.size
-    iterations, steps, before = 0, 0, -1
-    track: list[tuple[float, ModePoint]] = []
-    for place in order:
-        target = float(amplitudes[place])
-        if track and target == track[-1][0]:  # asked for twice
-            solution = solutions[before]
-        elif not track:
-            solution, spent, trials = _first_solution(equations, target)
-            iterations, steps = iterations + spent, steps + trials
-        else:
-            solution = None
-            stride = math.log(target / track[-1][0])
-            while True:
-                gap = math.log(target / track[-1][0])
-                ahead = min(stride, gap)
-                at = target if ahead == gap else track[-1][0] * math.exp(ahead)
-                guess = _prediction(track, at)
-                candidate = equations.solve(guess, at)
-                iterations, steps = iterations + candidate.iterations, steps + 1
-                if candidate.converged and _same_mode(candidate.point, guess):
-                    track.append((at, candidate.point))
-                    if at == target:
-                        solution = candidate
-                        break
-                    stride = 1.5 * ahead
-                else:
-                    stride = 0.5 * ahead
-                    if stride < _FINEST:
-                        break
-        if solution is None:
-            stopped = track[-1][0] if track else target
-            return Continuation(solutions, iterations, steps, stopped)
-        solutions[place], before = solution, place
-        if not track or track[-1][0] != target:
-            track.append((target, solution.point))
-        del track[:-3]
-    return Continuation(solutions, iterations, steps, None)
+    lowest = float(amplitudes.min())
+    first, iterations, steps = _first_solution(equations, lowest)
+    if first is None:
+        return Continuation([None] * amplitudes.size, iterations, steps, lowest)
+
+    def attempt(track: Track[Solution], at: float) -> Solution | None:
+        nonlocal iterations, steps
+        guess = _prediction([(a, solution.point) for a, solution in track], at)
+        candidate = equations.solve(guess, at)
+        iterations, steps = iterations + candidate.iterations, steps + 1
+        same = candidate.converged and _same_mode(candidate.point, guess)
+        return candidate if same else None
+
+    track = [(lowest, first)]
+    solutions = climb(amplitudes, track, attempt, _FINEST)
+    stopped = track[-1][0] if None in solutions else None
+    return Continuation(solutions, iterations, steps, stopped)
 
 
 def _first_solution(equations: ModeEquations, target: float) -> tuple[Solution | None, int, int]:

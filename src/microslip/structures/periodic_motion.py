@@ -130,10 +130,6 @@ class AmplitudeMeasure:
         by_q[:, 1:3] = 2.0 * factor * self.sensor[:, None] * signal
         return value, by_q, 2.0 * self.power * value / omega
 
-    def of(self, q: Floats, omega: float) -> float:
-        """The amplitude."""
-        return math.sqrt(self.square(q, omega)[0])
-
     def factor(self, shape: Floats, omega: float) -> float:
         """Amplitude of a motion along a shape of modal amplitude 1."""
         if self.sensor is None:

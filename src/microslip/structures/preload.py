@@ -3,28 +3,28 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
-from typing import Any, Literal, NamedTuple, get_args
+from typing import Any, Literal, NamedTuple, TypeVar, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, exact, number, show, whole_number
-from microslip._core.frozen import lock
 from microslip._core.wording import quoted
 from microslip.errors import InputError
 from microslip.numerics.threads import single_threaded
-from microslip.structures.base_motion import AtRest, BaseMotion, Frame, base_motion
+from microslip.structures.answer import Answer
+from microslip.structures.at_rest import AtRest
+from microslip.structures.base_motion import BaseMotion, Frame, base_motion
 from microslip.structures.base_response import BaseResponse, ControlOf, base_response
 from microslip.structures.forced import ForcedResponse, forced_response
 from microslip.structures.geometry import HARMONICS as GEOMETRY_HARMONICS
 from microslip.structures.geometry import GeometryAttachment
-from microslip.structures.joint_groups import Attachment, FieldAttachment
+from microslip.structures.joint_groups import FieldAttachment
 from microslip.structures.matrices import linear_modes
 from microslip.structures.modal_curve import ModalCurve, ModeSolver
-from microslip.structures.modal_model import ModalModel, modal_model, stuck_stiffness
+from microslip.structures.modal_model import ModalModel, stuck_stiffness
 from microslip.structures.motion import Motion, integrate
 from microslip.structures.periodic_motion import (
     HARMONICS,
@@ -41,6 +41,7 @@ from microslip.structures.random_vibration import (
 )
 from microslip.structures.shock import ShockResponse, shock
 
+_Answer = TypeVar("_Answer", bound=Answer)
 Method = Literal["harmonic-balance", "quasi-static"]
 
 
@@ -57,65 +58,10 @@ _MOST_MODES = 100_000
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Preload:
+class Preload(AtRest):
     """A structure at rest; made by :meth:`microslip.Structure.preload`."""
 
-    mass: Any
-    stiffness: Any
-    damping: Any
-    attachments: tuple[Attachment, ...]
-    static_force: Floats
-    """Forces [N] that were given."""
-    displacement: Floats
-    """Static displacements (n,) [m]."""
-    equilibrium_error: float
-    """Largest unbalanced force over the largest force [-]."""
-    iterations: int
-    """Steps of Newton's method."""
-
-    # -- the static state -------------------------------------------------------------------------
-
-    @property
-    def message(self) -> str:
-        """Result in a sentence."""
-        return (
-            f"at rest after {self.iterations} steps, {self.equilibrium_error:.1e} of the largest "
-            "force unbalanced"
-        )
-
-    @cached_property
-    def _motions(self) -> list[Floats]:
-        return [a.columns.T @ self.displacement for a in self.attachments]
-
-    def _by_node(self, measure: Any) -> Floats:
-        parts = [
-            measure(a, u)
-            for a, u in zip(self.attachments, self._motions, strict=True)
-            if isinstance(a, FieldAttachment)
-        ]
-        return lock(np.concatenate([*parts, np.zeros(0)]))
-
-    @cached_property
-    def gaps(self) -> Floats:
-        """Separations of the nodes of all fields at rest [m], measured as their surface's are."""
-        return self._by_node(lambda a, u: a.separations(u))
-
-    @cached_property
-    def normal_loads(self) -> Floats:
-        """Normal loads of the nodes of all fields [N]."""
-        return self._by_node(lambda a, u: a.loads(u))
-
-    @cached_property
-    def pressures(self) -> Floats:
-        """Mean pressures of the nodes of all fields [Pa]."""
-        return lock(self.normal_loads / self._by_node(lambda a, _: a.areas))
-
     # -- linear motion about it -------------------------------------------------------------------
-
-    @cached_property
-    def model(self) -> ModalModel:
-        """The structure in the modes it has while all joints stick."""
-        return modal_model(self.mass, self.stiffness, self.damping, self.attachments, self._motions)
 
     @property
     def _elastic(self) -> ModalModel:
@@ -216,10 +162,8 @@ class Preload:
         measure = amplitude_measure(at, quantity, model.shapes, index)
 
         solver = ModeSolver(model, index, a, measure, basis, base)
-        curve = solver.balanced() if method == "harmonic-balance" else solver.quasi_static()
-        moved = curve.modal_amplitude[:, None]
-        self._check_reach(lambda columns: np.abs(curve.shape.real @ columns) * moved)
-        return curve
+        balanced = method == "harmonic-balance"
+        return self._within_reach(solver.balanced() if balanced else solver.quasi_static())
 
     def _orders(self, harmonics: Sequence[int] | None) -> Sequence[int]:
         """Harmonics that were asked for, or those that the joints and the geometry need."""
@@ -231,13 +175,14 @@ class Preload:
     def _bends(self) -> list[GeometryAttachment]:
         return [a for a in self.attachments if isinstance(a, GeometryAttachment)]
 
-    def _check_reach(self, sizes: Callable[[Floats], Floats]) -> None:
-        """Refuse motions beyond what a geometry was told by; ``sizes`` are those along columns."""
+    def _within_reach(self, answer: _Answer) -> _Answer:
+        """The motion, or an error where it goes beyond what a geometry was told by."""
         for geometry in self._bends:
             columns = geometry.coordinates
             before = 0.0 if geometry.rest is None else geometry.rest
             geometry.check_reach(np.abs(columns.T @ (self.displacement - before)))
-            geometry.check_reach(sizes(columns))
+            geometry.check_reach(answer._sizes(columns))
+        return answer
 
     @single_threaded
     def forced_response(
@@ -274,8 +219,7 @@ class Preload:
         """
         orders = self._orders(harmonics)
         response = forced_response(self._elastic, force, frequencies, orders, samples)
-        self._check_reach(lambda columns: np.abs(response._relative(columns)).sum(axis=2))
-        return response
+        return self._within_reach(response)
 
     # -- on a moving base -------------------------------------------------------------------------
 
@@ -286,10 +230,7 @@ class Preload:
         damping_frame: Frame | None,
         joints_on_base: bool,
     ) -> BaseMotion:
-        rest = AtRest(
-            self.mass, self.stiffness, self.damping, self.attachments, self.static_force, self.model
-        )
-        return base_motion(rest, directions, supports, damping_frame, joints_on_base)
+        return base_motion(self, directions, supports, damping_frame, joints_on_base)
 
     @single_threaded
     def base_response(
@@ -353,19 +294,12 @@ class Preload:
         joint is carried along by it. At the peak of a mode |shape^T M R| a = 2 zeta omega^2 q.
         """
         base = self._base(directions, supports, damping_frame, joints_on_base)
-        response = base_response(
-            base,
-            acceleration,
-            frequencies,
-            control,
-            at,
-            level,
-            quantity,
-            self._orders(harmonics),
-            samples,
+        orders = self._orders(harmonics)
+        return self._within_reach(
+            base_response(
+                base, acceleration, frequencies, control, at, level, quantity, orders, samples
+            )
         )
-        self._check_reach(lambda columns: np.abs(response._relative(columns)).sum(axis=2))
-        return response
 
     @single_threaded
     def random_response(
@@ -434,10 +368,8 @@ class Preload:
             measure = amplitude_measure(None, "displacement", base.model.shapes, index)
             return ModeSolver(base.model, index, amplitudes, measure, basis, share).balanced()
 
-        response = by_modes(base, psd, whole_number("modes", modes, 1, _MOST_MODES), curve)
-        # Rayleigh amplitudes beyond three deviations are one in ninety.
-        self._check_reach(lambda columns: 3.0 * response._deviations(columns))
-        return response
+        count = whole_number("modes", modes, 1, _MOST_MODES)
+        return self._within_reach(by_modes(base, psd, count, curve))
 
     @single_threaded
     def shock(
@@ -477,9 +409,7 @@ class Preload:
         displacements to some 1e-3, of accelerations to 2 % where faces part, else to 1e-3.
         """
         base = self._base(directions, supports, damping_frame, joints_on_base)
-        response = shock(base, pulse, duration, base_damping(damping_ratio))
-        self._check_reach(response._sizes)
-        return response
+        return self._within_reach(shock(base, pulse, duration, base_damping(damping_ratio)))
 
     # -- motion in time ---------------------------------------------------------------------------
 
@@ -529,8 +459,7 @@ class Preload:
             self.model, self.mass, self.stiffness, force, time, displacement, velocity,
             spectral_radius,
         )  # fmt: skip
-        self._check_reach(lambda columns: np.abs(motion.displacement @ columns))
-        return motion
+        return self._within_reach(motion)
 
     def __repr__(self) -> str:
         return f"Preload({self.static_force.size} degrees of freedom, {self.message})"

@@ -19,6 +19,7 @@ import numpy as np
 
 from microslip._core.checks import Floats
 from microslip.structures.modal_model import ModalJoints, ModalModel
+from microslip.structures.nonlinear_mode import Track, climb
 from microslip.structures.periodic_motion import AmplitudeMeasure
 
 _ITERATIONS = 30
@@ -28,8 +29,7 @@ _STEPS = 6, 24
 
 32 move the loss of a bolted beam by 1e-5 to 1 %, the more the stronger its contacts open.
 """
-_TRIALS = 40
-_FINEST = 1.001  # least factor from one amplitude to the next
+_FINEST = 1e-3  # shortest step in the logarithm of the amplitude
 _SMALLEST = 1e-6  # of an amplitude: where a mode of sticking joints is to be found
 
 
@@ -68,37 +68,20 @@ class QuasiStatic:
 
     def curve(self, amplitudes: Floats) -> list[QuasiStaticPoint | None]:
         """One point for each amplitude; None from where the branch is lost."""
-        result: list[QuasiStaticPoint | None] = [None] * amplitudes.size
         shape = np.zeros(self.model.size)
         shape[self.index] = 1.0
         square = float(self.model.squares[self.index])
         unit = self.measure.factor(shape, math.sqrt(square))
         smallest = _SMALLEST * float(amplitudes.min())
-        last = QuasiStaticPoint(smallest, square, shape * (smallest / unit), np.zeros(0))
-        for place in np.argsort(amplitudes, kind="stable"):
-            point = self._up_to(last, float(amplitudes[place]))
-            if point is None:
-                break
-            result[place] = last = point
-        return result
+        begin = QuasiStaticPoint(smallest, square, shape * (smallest / unit), np.zeros(0))
 
-    def _up_to(self, start: QuasiStaticPoint, amplitude: float) -> QuasiStaticPoint | None:
-        """The cycle at an amplitude, from a smaller one, by others between where it must be."""
-        here, target = start, amplitude
-        for _ in range(_TRIALS):
+        def attempt(track: Track[QuasiStaticPoint], amplitude: float) -> QuasiStaticPoint | None:
             for steps in _STEPS:
                 with suppress(_BranchLost):
-                    point = self._cycle(here, target, steps)
-                    break
-            else:
-                target = math.sqrt(here.amplitude * target)
-                if target < _FINEST * here.amplitude:
-                    break
-                continue
-            if target == amplitude:
-                return point
-            here, target = point, amplitude
-        return None
+                    return self._cycle(track[-1][1], amplitude, steps)
+            return None
+
+        return climb(amplitudes, [(smallest, begin)], attempt, _FINEST)
 
     def _cycle(self, guess: QuasiStaticPoint, amplitude: float, steps: int) -> QuasiStaticPoint:
         """Up from rest, then twice to the other side and back."""

@@ -8,22 +8,21 @@ fields of contact the modal curve is averaged in the same way, mode by mode.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import partial
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from microslip._core.checks import Floats, positive, record
-from microslip._core.frozen import LockedArrays
 from microslip._core.verdicts import Rule, Verdict
 from microslip.errors import InputError
+from microslip.structures.answer import ModalAnswer
 from microslip.structures.base_motion import BaseMotion
 from microslip.structures.decay import averaged_stiffness
 from microslip.structures.joint_groups import LawGroup
-from microslip.structures.matrices import vector
 from microslip.structures.modal_curve import ModalCurve
 from microslip.structures.periodic_motion import Quantity, power_of
 from microslip.structures.spectral_response import LinearStructure, Spectrum, Variances
@@ -73,7 +72,7 @@ MODAL_SOFTENING = replace(
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class RandomResponse(LockedArrays):
+class RandomResponse(ModalAnswer):
     """Stationary motion in noise; made by ``structure.random_response(...)``.
 
     By statistical linearisation over Rayleigh amplitudes (Caughey 1960, DOI 10.1115/1.3644075).
@@ -105,30 +104,21 @@ class RandomResponse(LockedArrays):
     """Modal coordinates (frequencies, modes) for a unit of acceleration."""
     _spectrum: Spectrum
 
-    @property
-    def status(self) -> str:
-        """``solved`` or ``stopped``."""
-        return "solved" if self.message.startswith("solved") else "stopped"
-
-    def _deviations(self, columns: Floats) -> Floats:
-        """Standard deviations of displacements along columns (n, k) [m]."""
+    def _sizes(self, columns: Floats) -> Floats:
+        """Three deviations: Rayleigh amplitudes beyond are one in ninety."""
         modal = columns.T @ self._shapes
         squares = np.einsum("km,mn,kn->k", modal, self._variances.displacement, modal)
-        return np.asarray(np.sqrt(squares))
+        return np.asarray(3.0 * np.sqrt(squares))
 
     def _reading(self, at: ArrayLike, quantity: Quantity) -> tuple[float, float]:
         """Variances of a sensor's signal and of its rate."""
         power = power_of(quantity)
-        sensor = vector("at", at, self._shapes.shape[0])
-        modal = self._shapes.T @ sensor
+        modal = self._at(at)
         if power == 2:
-            modal = np.append(modal, float(sensor @ self._carried))
-        chain = tuple(self._variances[:4])
-        pair = {0: (0, 1), 2: (2, 3)}.get(power)
-        if pair is None:
-            relative = chain[2][: modal.size, : modal.size]
-            return float(modal @ chain[1] @ modal), float(modal @ relative @ modal)
-        return tuple(float(modal @ chain[i] @ modal) for i in pair)  # type: ignore[return-value]
+            modal = np.append(modal, self._carried_at(at))
+        n, pair = modal.size, self._variances[power : power + 2]  # accelerations with the base's
+        signal, rate = (float(modal @ part[:n, :n] @ modal) for part in pair)
+        return signal, rate
 
     def standard_deviation(self, at: ArrayLike, quantity: Quantity = "displacement") -> float:
         """Standard deviation at a sensor.
@@ -167,12 +157,12 @@ class RandomResponse(LockedArrays):
         ndarray
             One-sided levels, of the quantity's unit squared over Hz; zero outside the noise.
         """
-        power, sensor = power_of(quantity), vector("at", at, self._shapes.shape[0])
+        power, modal = power_of(quantity), self._at(at)
         f = np.atleast_1d(record("frequencies", frequencies))
         omega = 2.0 * math.pi * np.array([positive("frequencies", x, "Hz", 100.0) for x in f])
-        signal = (self._answer(omega) @ (self._shapes.T @ sensor)) * (1j * omega) ** power
+        signal = (self._answer(omega) @ modal) * (1j * omega) ** power
         if power == 2:
-            signal = signal + float(sensor @ self._carried)
+            signal = signal + self._carried_at(at)
         return np.asarray(np.abs(signal) ** 2 * self._spectrum.at(f))
 
     def peak(self, at: ArrayLike, duration: float, quantity: Quantity = "displacement") -> float:
@@ -212,53 +202,29 @@ def mean_over_amplitudes(values: Floats) -> Floats:
     return np.asarray(values @ _W)
 
 
-@dataclass(frozen=True, eq=False)
-class _Linearised:
-    """Laws along directions as springs with dashpots."""
-
-    groups: list[LawGroup]
-
-    @cached_property
-    def rest(self) -> Floats:
-        """Stiffness of sticking joints (coordinates,)."""
-        return np.concatenate([np.zeros(0), *(group.stuck.ravel() for group in self.groups)])
-
-    def at(self, deviation: Floats, rate: Floats) -> tuple[Floats, Floats, Floats]:
-        """Stiffness and dashpot beyond sticking, and the energy lost a cycle (coordinates,)."""
-        softer, dashpots, energies = np.zeros((3, deviation.size))
-        place = 0
-        for group in self.groups:
-            for _ in range(group.static.size):
-                sigma = float(deviation[place])
-                if sigma > 0.0 and rate[place] > 0.0:
-                    a = sigma * AMPLITUDES
-                    stiffness = averaged_stiffness(group.law, a)
-                    energy = float(mean_over_amplitudes(np.asarray(group.law.dissipated_energy(a))))
-                    square = 2.0 * sigma**2
-                    mean = float(mean_over_amplitudes(a**2 * stiffness)) / square
-                    softer[place] = mean - group.law.tangential_stiffness
-                    # An amplitude's cycle in the time that its motion takes.
-                    dashpots[place] = energy / (math.pi * square) * sigma / rate[place]
-                    energies[place] = energy
-                place += 1
-        return softer, dashpots, energies
+def _linearised(
+    groups: Sequence[LawGroup], deviation: Floats, rate: Floats
+) -> tuple[Floats, Floats, Floats]:
+    """Stiffness and dashpot beyond sticking, and the energy lost a cycle (coordinates,)."""
+    softer, dashpots, energies = np.zeros((3, deviation.size))
+    laws = [group.law for group in groups for _ in range(group.static.size)]
+    for place, law in enumerate(laws):
+        sigma = float(deviation[place])
+        if sigma > 0.0 and rate[place] > 0.0:
+            a = sigma * AMPLITUDES
+            energies[place] = mean_over_amplitudes(np.asarray(law.dissipated_energy(a)))
+            square = 2.0 * sigma**2
+            mean = float(mean_over_amplitudes(a**2 * averaged_stiffness(law, a))) / square
+            softer[place] = mean - law.tangential_stiffness
+            # An amplitude's cycle in the time that its motion takes.
+            dashpots[place] = energies[place] / (math.pi * square) * sigma / rate[place]
+    return softer, dashpots, energies
 
 
-def linear_structure(
+def _linear(
     base: BaseMotion, spectrum: Spectrum, directions: Floats, carried: Floats
 ) -> LinearStructure:
-    """The structure with sticking joints."""
-    model = base.model
-    damping = np.zeros((model.size, model.size)) if model.damping is None else model.damping
-    viscous = base.viscous_push
-    return LinearStructure(
-        model.squares, damping, directions, base.push[:, 0],
-        np.zeros(model.size) if viscous is None else viscous[:, 0], carried, spectrum,
-    )  # fmt: skip
-
-
-def checked_base(base: BaseMotion, spectrum: Spectrum) -> None:
-    """Refuse what has no stationary answer."""
+    """The structure with sticking joints, or an error where it has no stationary answer."""
     if base.carried.shape[1] != 1:
         raise InputError(
             f"directions must be one motion of the base, got {base.carried.shape[1]} inputs"
@@ -274,45 +240,53 @@ def checked_base(base: BaseMotion, spectrum: Spectrum) -> None:
         raise InputError(
             "directions must be a motion that strains the structure: no mode is pushed"
         )
+    model, viscous = base.model, base.viscous_push
+    damping = np.zeros((model.size, model.size)) if model.damping is None else model.damping
+    return LinearStructure(
+        model.squares, damping, directions, base.push[:, 0],
+        np.zeros(model.size) if viscous is None else viscous[:, 0], carried, spectrum,
+    )  # fmt: skip
+
+
+def _fixed_point(advance: Callable[[float], float], enough: float, what: str) -> tuple[int, str]:
+    """Rounds that take a share of their change, to where it is small; how many, and the outcome."""
+    change = math.inf
+    for rounds in range(1, _ROUNDS + 1):
+        change = advance(1.0 if rounds < 5 else 0.7)
+        if change < enough:
+            return rounds, f"solved in {rounds} rounds"
+    return rounds, f"stopped after {rounds} rounds: the {what} still changes by {change:.1e}"
 
 
 def by_joints(base: BaseMotion, psd: object) -> RandomResponse:
     """Each joint linearised by itself; exact for what the modes do to each other."""
     spectrum = Spectrum.of(psd)
-    checked_base(base, spectrum)
     joints = base.model.joints(base.push[:, 0] / base.model.squares)
     groups = [group for group in joints.groups if isinstance(group, LawGroup)]
     if len(groups) < len(joints.groups):
         raise InputError('method must be "modes" for fields of contact and for a geometry')
-    laws = _Linearised(groups)
-    carried = np.zeros(laws.rest.size)
-    if base.strains:
-        sides = [np.tensordot(g.directions, base.carried, axes=(0, 0)) for g in groups]
-        carried = np.concatenate([np.zeros(0), *(side.ravel() for side in sides)])
-    linear = linear_structure(base, spectrum, joints.flat, carried)
-    softer, dashpots, energies = np.zeros((3, laws.rest.size))
+    carried = joints.carried(base.carried)[:, 0] if base.strains else np.zeros(joints.stuck.size)
+    linear = _linear(base, spectrum, joints.flat, carried)
+    softer, dashpots, energies = np.zeros((3, joints.stuck.size))
     variances = linear.variances(softer, dashpots)
-    rounds, change = 0, math.inf
-    for rounds in range(1, _ROUNDS + 1):
-        deviation, rate = np.sqrt(variances.joints), np.sqrt(variances.joint_rates)
-        new, slowing, energies = laws.at(deviation, rate)
-        share = 1.0 if rounds < 5 else 0.7
+
+    def advance(share: float) -> float:
+        nonlocal softer, dashpots, energies, variances
+        before = np.sqrt(variances.joints)
+        new, slowing, energies = _linearised(groups, before, np.sqrt(variances.joint_rates))
         softer, dashpots = (
             old + share * (aim - old) for old, aim in ((softer, new), (dashpots, slowing))
         )
-        before, variances = deviation, linear.variances(softer, dashpots)
+        variances = linear.variances(softer, dashpots)
         moved = np.abs(np.sqrt(variances.joints) - before)
-        change = float((moved / np.where(before > 0.0, before, 1.0)).max(initial=0.0))
-        if change < _ENOUGH:
-            break
-    message = f"solved in {rounds} rounds"
-    if not change < _ENOUGH:
-        message = f"stopped after {rounds} rounds: the joints' motion still changes by {change:.1e}"
+        return float((moved / np.where(before > 0.0, before, 1.0)).max(initial=0.0))
+
+    rounds, message = _fixed_point(advance, _ENOUGH, "joints' motion")
     deviation, rate = np.sqrt(variances.joints), np.sqrt(variances.joint_rates)
     turns = np.where(deviation > 0.0, rate / np.where(deviation > 0.0, deviation, 1.0), 0.0)
     power = energies * turns / (2.0 * math.pi)
     poles = linear.poles(softer, dashpots)
-    lost = float((-softer / laws.rest).max(initial=0.0)) if laws.rest.size else None
+    lost = float((-softer / joints.stuck).max(initial=0.0)) if joints.stuck.size else None
     # A joint with a negligible loss is not judged by the number of modes that move it.
     losing = power > 0.01 * power.max(initial=0.0)
     aside = float(variances.outside[losing].max()) if losing.any() else None
@@ -336,14 +310,11 @@ def by_modes(
     At its modal amplitude a mode answers with the frequency and damping of its curve, of which the
     means weighted with the square of the amplitude count.
     """
-    spectrum = Spectrum.of(psd)
-    checked_base(base, spectrum)
-    model = base.model
+    model, spectrum, idle = base.model, Spectrum.of(psd), np.zeros(0)
+    linear = _linear(base, spectrum, np.zeros((model.size, 0)), idle)
     count = model.joints(base.push[:, 0] / model.squares).stuck.size
-    none, idle = np.zeros((model.size, 0)), np.zeros(0)
     if base.strains:
         raise InputError("supports that move against another need joints of laws along directions")
-    linear = linear_structure(base, spectrum, none, idle)
     damping = linear.damping.copy()
     if not damping.any():
         # Of the curves' own smallest amplitudes, so that the first round has a resonance.
@@ -355,8 +326,10 @@ def by_modes(
     curves: dict[int, ModalCurve] = {}
     loss = np.zeros(0)
     squares, shapes, push = model.squares.copy(), model.shapes.copy(), linear.push.copy()
-    rounds, change, lost = 0, math.inf, ""
-    for rounds in range(1, _ROUNDS + 1):
+    lost, current = "", linear
+
+    def advance(share: float) -> float:
+        nonlocal squares, damping, loss, lost, current, variances
         deviation = np.sqrt(np.diag(variances.displacement))
         damping, shifted, power = linear.damping.copy(), model.squares.copy(), []
         for j in chosen.tolist():
@@ -385,19 +358,15 @@ def by_modes(
             by_shape = along(known.shape[good].real) * (a**2)[:, None]
             shapes[:, j] = mean_over_amplitudes(by_shape.T) / square
         loss = np.sum(power, axis=0)
-        step = 1.0 if rounds < 5 else 0.7
-        squares = squares + step * (shifted - squares)
-        before = deviation
+        squares = squares + share * (shifted - squares)
         push[chosen] = -shapes[:, chosen].T @ base.inertia[:, 0]
         current = replace(linear, squares=squares, damping=damping, push=push)
         variances = current.variances(idle, idle)
         after = np.sqrt(np.diag(variances.displacement)[chosen])
-        change = float(np.abs(after / before[chosen] - 1.0).max())
-        if change < 10.0 * _ENOUGH:
-            break
-    message = f"solved in {rounds} rounds{lost}"
-    if not change < 10.0 * _ENOUGH:
-        message = f"stopped after {rounds} rounds: the motion still changes by {change:.1e}{lost}"
+        return float(np.abs(after / deviation[chosen] - 1.0).max())
+
+    rounds, message = _fixed_point(advance, 10.0 * _ENOUGH, "motion")
+    message += lost
     omega = np.sqrt(squares[chosen])
     rates = np.diag(variances.velocity)[chosen]
     softening = float((1.0 - squares[chosen] / model.squares[chosen]).max())

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, floats, positive
-from microslip._core.frozen import LockedArrays, assign, lock
+from microslip._core.frozen import assign, lock
 from microslip.errors import InputError
+from microslip.structures.answer import ModalAnswer
 from microslip.structures.base_motion import BaseMotion
-from microslip.structures.matrices import vector
 from microslip.structures.motion import march
 from microslip.structures.periodic_motion import Quantity, power_of
 
@@ -76,7 +76,7 @@ class Pulse:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ShockResponse(LockedArrays):
+class ShockResponse(ModalAnswer):
     """Motion under a pulse of the base; made by ``structure.shock(...)``.
 
     Displacements and velocities count from the base, accelerations from the ground at rest. By
@@ -92,11 +92,6 @@ class ShockResponse(LockedArrays):
     _modal: tuple[Floats, Floats, Floats]
     _shapes: Floats
     _carried: Floats
-
-    @property
-    def status(self) -> str:
-        """``solved``, or ``stopped`` before the last time."""
-        return "solved" if self.message.startswith("solved") else "stopped"
 
     def history(self, at: ArrayLike, quantity: Quantity = "displacement") -> Floats:
         """The motion at a sensor.
@@ -114,16 +109,10 @@ class ShockResponse(LockedArrays):
             One value a time.
         """
         power = power_of(quantity)
-        sensor = vector("at", at, self._shapes.shape[0])
-        motion = np.asarray(self._modal[power] @ (self._shapes.T @ sensor))
-        return (
-            motion + float(sensor @ self._carried) * self.base_acceleration
-            if power == 2
-            else motion
-        )
+        motion = np.asarray(self._modal[power] @ self._at(at))
+        return motion + self._carried_at(at) * self.base_acceleration if power == 2 else motion
 
     def _sizes(self, columns: Floats) -> Floats:
-        """Sizes of displacements along columns (n, k), (times, k) [m]."""
         return np.abs(self._modal[0] @ (self._shapes.T @ columns))
 
     def peak(self, at: ArrayLike, quantity: Quantity = "displacement") -> float:

@@ -6,8 +6,8 @@ import math
 import os
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property
-from typing import Any
+from functools import cached_property, wraps
+from typing import Any, Concatenate, ParamSpec, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,8 +19,6 @@ from microslip.errors import InputError
 from microslip.friction import BackboneLaw, JointField
 from microslip.numerics.threads import single_threaded
 from microslip.readers.files import POINTS
-from microslip.structures.base_response import BaseResponse
-from microslip.structures.forced import ForcedResponse
 from microslip.structures.geometry import geometry
 from microslip.structures.joint_groups import (
     Attachment,
@@ -40,12 +38,23 @@ from microslip.structures.matrices import (
     save_matrices,
     symmetric_matrix,
 )
-from microslip.structures.modal_curve import ModalCurve
-from microslip.structures.motion import Motion
-from microslip.structures.preload import LinearModes, Preload
-from microslip.structures.random_vibration import RandomResponse
-from microslip.structures.shock import ShockResponse
+from microslip.structures.preload import Preload
 from microslip.structures.static import static_state
+
+_P = ParamSpec("_P")
+_Result = TypeVar("_Result")
+
+
+def _of_rest(
+    method: Callable[Concatenate[Preload, _P], _Result],
+) -> Callable[Concatenate[Structure, _P], _Result]:
+    """A method of the state of rest without static forces, as one of the structure."""
+
+    @wraps(method)
+    def of_structure(structure: Structure, /, *args: _P.args, **options: _P.kwargs) -> _Result:
+        return method(structure._undeformed, *args, **options)
+
+    return of_structure
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -298,53 +307,13 @@ class Structure:
 
     # -- motion about the state of rest without static forces -------------------------------------
 
-    def linear_modes(self, count: int = 10, *, joints: str = "stuck") -> LinearModes:
-        """Modes of small motion, see :meth:`microslip.structures.Preload.linear_modes`."""
-        return self._undeformed.linear_modes(count, joints=joints)
-
-    def modes(self, index: int, amplitudes: ArrayLike, **options: Any) -> ModalCurve:
-        """Frequency [Hz] and damping of a mode against its amplitude, one-dimensional.
-
-        Arguments and result are those of :meth:`microslip.Preload.modes`.
-        """
-        return self._undeformed.modes(index, amplitudes, **options)
-
-    def forced_response(
-        self, force: ArrayLike, frequencies: ArrayLike, **options: Any
-    ) -> ForcedResponse:
-        """Periodic motions under a harmonic force [N] of shape (n,), along frequencies [Hz].
-
-        Arguments and result are those of :meth:`microslip.Preload.forced_response`.
-        """
-        return self._undeformed.forced_response(force, frequencies, **options)
-
-    def base_response(self, **options: Any) -> BaseResponse:
-        """Periodic motions on a moving base, along frequencies [Hz].
-
-        Arguments and result are those of :meth:`microslip.Preload.base_response`.
-        """
-        return self._undeformed.base_response(**options)
-
-    def random_response(self, psd: Any, **options: Any) -> RandomResponse:
-        """Stationary motion on a base that moves at random, its levels in (m/s^2)^2/Hz.
-
-        Arguments and result are those of :meth:`microslip.Preload.random_response`.
-        """
-        return self._undeformed.random_response(psd, **options)
-
-    def shock(self, pulse: Any, **options: Any) -> ShockResponse:
-        """The motion under a pulse of the base, its acceleration in m/s^2.
-
-        Arguments and result are those of :meth:`microslip.Preload.shock`.
-        """
-        return self._undeformed.shock(pulse, **options)
-
-    def integrate(self, force: Any, time: ArrayLike, **options: Any) -> Motion:
-        """The motion in time [s], one-dimensional, under forces [N].
-
-        Arguments and result are those of :meth:`microslip.Preload.integrate`.
-        """
-        return self._undeformed.integrate(force, time, **options)
+    linear_modes = _of_rest(Preload.linear_modes)
+    modes = _of_rest(Preload.modes)
+    forced_response = _of_rest(Preload.forced_response)
+    base_response = _of_rest(Preload.base_response)
+    random_response = _of_rest(Preload.random_response)
+    shock = _of_rest(Preload.shock)
+    integrate = _of_rest(Preload.integrate)
 
 
 # -- how far matrices can be those of a structure --------------------------------------------------

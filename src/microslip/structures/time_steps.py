@@ -9,8 +9,7 @@ import numpy as np
 
 from microslip._core.checks import Floats
 from microslip.errors import InputError
-from microslip.structures.assembled_faces import AssembledGroup, AssembledState
-from microslip.structures.joint_groups import JointState
+from microslip.structures.joint_groups import FieldGroup, JointState
 from microslip.structures.modal_model import ModalJoints, ModalModel
 
 _ITERATIONS = 30
@@ -56,8 +55,8 @@ class TimeSteps:
         self._weights = 1.0 / diagonal
         self._pull = (1.0 - c.force) * self._solve(self._directions)
         self._flexibility = self._directions.T @ self._pull
-        self._states: list[JointState | AssembledState] = [
-            group.resumed() if isinstance(group, AssembledGroup) else group.start()
+        self._states: list[JointState] = [
+            group.resumed() if isinstance(group, FieldGroup) else group.start()
             for group in joints.groups
         ]
         self._identity = np.eye(joints.stuck.size)

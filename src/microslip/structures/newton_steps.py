@@ -1,8 +1,8 @@
 """The linear system of a nonlinear mode, brought down to the joints that do not stick.
 
 Beside sticking joints the modes of a structure do not know of each other: their dynamic compliance
-is diagonal. What is left to solve for are the forces of the joints that slip or open, those of
-modes near resonance, and the borders.
+is diagonal. What is left to solve for are the forces of the joints that slip or open, the
+coefficients near resonance, and the borders.
 """
 
 from __future__ import annotations
@@ -68,9 +68,8 @@ class _Compliance:
         at = omega * np.array(balance.basis.harmonics, dtype=float)[:, None]
         drag = damping if viscous is None else damping + np.diag(viscous)
         stiff, scale = squares - at**2, np.maximum(squares, omega**2)
-        # A mode near resonance is stiffened, and a joint of its own takes that back.
+        # What is near resonance is stiffened; an unknown of its own takes that back.
         added = np.where(stiff**2 + (at * drag) ** 2 < (near * scale) ** 2, scale, 0.0)
-        self.resonant = np.flatnonzero(added.any(axis=0))
         self.added = np.repeat(added, 2, axis=0)[1:].T
         diagonal = stiff + added + 1j * at * drag
         if viscous is None or not coupled:
@@ -97,19 +96,16 @@ class _Compliance:
         result[:, 1::2], result[:, 2::2] = turning[:, 1:].real, -turning[:, 1:].imag
         return result
 
-    def between(self, flat: Floats) -> Floats:
-        """Of joint coordinates, (count, size, count, size): harmonics do not mix in it."""
-        count, harmonics = flat.shape[1], self._inverse.shape[0]
-        result = np.zeros((count, 2 * harmonics - 1, count, 2 * harmonics - 1))
+    def between(self, flat: Floats, result: Floats) -> None:
+        """Of joint coordinates, (count * size, count * size): harmonics do not mix in it."""
+        size = 2 * self._inverse.shape[0] - 1
         for h, inverse in enumerate(self._inverse):
             k = max(2 * h - 1, 0)
-            result[:, k, :, k] = _between(flat, inverse.real)
+            result[k::size, k::size] = straight = _between(flat, inverse.real)
             if h:
-                result[:, k + 1, :, k + 1] = result[:, k, :, k]
-                crossed = _between(flat, inverse.imag)
-                result[:, k, :, k + 1] += crossed
-                result[:, k + 1, :, k] -= crossed
-        return result
+                result[k + 1 :: size, k + 1 :: size] = straight
+                result[k::size, k + 1 :: size] = crossed = _between(flat, inverse.imag)
+                result[k + 1 :: size, k::size] = -crossed
 
 
 def _between(flat: Floats, inverse: Floats) -> Floats:
@@ -183,43 +179,44 @@ class ModeStep:
         modes, size = self.balance.shape
         compliance = _Compliance(self.balance, self.point.omega, self._damping)
         loose = [part for part in _loose(self.balance, self.current.answers) if part.tangent.size]
-        if compliance.resonant.size:
-            relief = -compliance.added[compliance.resonant][:, :, None] * np.eye(size)
-            loose.append(_Loose(np.eye(modes)[:, compliance.resonant], relief))
         flat = np.concatenate([np.zeros((modes, 0)), *(part.directions for part in loose)], axis=1)
-        between, forces = compliance.between(flat), self.current.forces
+        forces = self.current.forces
+        # Borders: amplitude and phase, then each coefficient near resonance, which is itself.
+        places = np.argwhere(compliance.added)
+        count, total = 2 + len(places), flat.shape[1] * size
+        matrix, right = np.zeros((total + count, total + count)), np.zeros(total + count)
+        compliance.between(flat, matrix[:total, :total])
+        columns, weights = np.zeros((2, modes, size, count))
+        columns[..., :2] = self.columns
+        weights[..., 0], weights[self.index, 2, 1] = self.current.by_q, 1.0
+        for border, (mode, k) in enumerate(places, start=2):
+            columns[mode, k, border], weights[mode, k, border] = -compliance.added[mode, k], 1.0
+        corner = np.diag([0.0, 0.0] + [-1.0] * len(places))
+        corner[0, 0] = self.current.by_omega
         # What the borders and the forces on the modes do to the loose coordinates.
-        moved = np.tensordot(flat, compliance.on(self.columns), axes=(0, 0))
+        moved = np.tensordot(flat, compliance.on(columns), axes=(0, 0))
         start = np.tensordot(flat, compliance.on(forces), axes=(0, 0))
-        total = flat.shape[1] * size
-        matrix, right = np.zeros((total + 2, total + 2)), np.zeros(total + 2)
-        first = 0
-        for part in loose:
-            joints, width = part.tangent.shape[:2]
-            here = slice(first, first + joints * width // size)
-            rows = slice(here.start * size, here.stop * size)
-            shaped = between[here].reshape(joints, width, total)
-            matrix[rows, :total] = (part.tangent @ shaped).reshape(-1, total)
-            shaped = moved[here].reshape(joints, width, 2)
-            matrix[rows, total:] = (part.tangent @ shaped).reshape(-1, 2)
-            right[rows] = (part.tangent @ start[here].reshape(joints, width, 1)).ravel()
-            first = here.stop
+        matrix[:total, total:] = moved.reshape(total, count)
+        right[:total] = start.reshape(-1)
+        blocks = [block for part in loose for block in part.tangent]
+        ends = np.cumsum([0, *map(len, blocks)])
+        for block, rows in zip(blocks, map(slice, ends[:-1], ends[1:]), strict=True):
+            matrix[rows], right[rows] = block @ matrix[rows], block @ right[rows]
         matrix[np.arange(total), np.arange(total)] += 1.0
-        # Amplitude and phase, with the coefficients expressed by forces.
-        phase = np.zeros((modes, size))
-        phase[self.index, 2] = 1.0
-        by_omega = (self.current.by_omega, 0.0)
-        for row, weights in enumerate((self.current.by_q, phase)):
-            turned = compliance.on(weights, transposed=True)
-            matrix[total + row, :total] = -(flat.T @ turned).ravel()
-            matrix[total + row, total:] = (by_omega[row], 0.0) - np.tensordot(turned, self.columns)
-            right[total + row] = self.current.border[row] - np.sum(turned * forces)
+        # The borders' equations, with the coefficients expressed by forces.
+        turned = compliance.on(weights, transposed=True)
+        by_pull = np.tensordot(turned, flat, axes=(0, 0))
+        matrix[total:, :total] = -by_pull.transpose(1, 2, 0).reshape(count, total)
+        turned = turned.reshape(-1, count).T
+        matrix[total:, total:] = corner - turned @ columns.reshape(-1, count)
+        right[total : total + 2] = self.current.border
+        right[total:] -= turned @ forces.reshape(-1)
         unknowns = _balanced_solve(matrix, right)
         if unknowns is None:
             return None
         pull, borders = unknowns[:total].reshape(-1, size), unknowns[total:]
-        coefficients = compliance.on(forces - flat @ pull - self.columns @ borders)
-        return np.append(coefficients.reshape(-1), borders)
+        coefficients = compliance.on(forces - flat @ pull - columns @ borders)
+        return np.append(coefficients.reshape(-1), borders[:2])
 
     def iterate(self) -> Floats | None:
         """By GMRES, preconditioned with the structure whose joints stick."""

@@ -190,8 +190,8 @@ def follow(equations: ModeEquations, amplitudes: Floats) -> Continuation:
         guess = _prediction([(a, solution.point) for a, solution in track], at)
         candidate = equations.solve(guess, at)
         iterations, steps = iterations + candidate.iterations, steps + 1
-        same = candidate.converged and _same_mode(candidate.point, guess)
-        return candidate if same else None
+        near = candidate.converged and _same_mode(candidate.point, guess)
+        return candidate if near else None
 
     track = [(lowest, first)]
     solutions = climb(amplitudes, track, attempt, _FINEST)

@@ -191,6 +191,7 @@ def late(record: ms.Record, samples: int) -> ms.Record:
     )
 
 
+@pytest.mark.slow
 def test_a_delay_that_would_explain_a_misfit_is_named() -> None:
     """And fitted it comes out, with all others right."""
     rate, samples = 25600.0, 8

@@ -132,6 +132,7 @@ def test_data_that_agree_raise_no_alarm() -> None:
 # -- rigs and laws --------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_a_law_that_does_not_suit_blames_no_rig() -> None:
     """Both records are of one rig; with rigs of their own the law would answer no better."""
     for law, options in (("segalman", {}), ("jenkins", {"shared": ["stiffness"]}), ("jenkins", {})):

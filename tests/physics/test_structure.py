@@ -505,6 +505,7 @@ def test_steps_by_the_joints_that_slip_are_those_of_the_whole() -> None:
     assert quick.damping == pytest.approx(slow.damping, rel=1e-10)
 
 
+@pytest.mark.slow
 def test_joints_that_never_part_are_integrated_as_a_ring_down_is() -> None:
     """An oscillator beside its own integrator, and a forced chain beside DOP853."""
     from scipy.integrate import solve_ivp
@@ -545,6 +546,7 @@ def test_joints_that_never_part_are_integrated_as_a_ring_down_is() -> None:
     assert abs(found - wanted).max() < 2e-3 * abs(wanted).max()
 
 
+@pytest.mark.slow
 def test_the_error_of_the_steps_is_reported_where_faces_part() -> None:
     """A mass bouncing on its face, beside DOP853 and the normal law itself."""
     from scipy.integrate import solve_ivp

@@ -218,6 +218,7 @@ def test_known() -> None:
     assert found["derived"]["density"]["low"] < 1e8 < found["derived"]["density"]["high"]
 
 
+@pytest.mark.slow
 def test_rigs_that_differ_are_reported_in_options(folder: Path) -> None:
     """The status is in the study that is written; the remedy is an option."""
     rig = ms.VirtualTribometer(
@@ -234,6 +235,7 @@ def test_rigs_that_differ_are_reported_in_options(folder: Path) -> None:
         assert "rigs=" not in said
 
 
+@pytest.mark.slow
 def test_what_was_given_and_the_loops_disagree(folder: Path) -> None:
     """It is in the summary, on the terminal and on the page, with its deviations."""
     words = ("identify", "light.csv", "heavy.csv", "--rig-stiffness", "400±1 N/um", "-o", "out")

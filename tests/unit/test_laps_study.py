@@ -22,6 +22,7 @@ def study() -> str:
     return EXAMPLE.read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_slack_stands_beside_tight_as_the_library_has_both(study: str) -> None:
     """What `microslip predict --set structure.bolts.slack=3` does."""
     asked = ms.Study.from_toml(study, overrides=(*COARSE, "structure.bolts.slack=3"))
@@ -55,6 +56,7 @@ def test_slack_stands_beside_tight_as_the_library_has_both(study: str) -> None:
     assert part.sensing == ((0.13, 0.0, -0.003), "z")
 
 
+@pytest.mark.slow
 def test_bolts_in_turn_are_those_of_the_library(study: str) -> None:
     order = ("structure.bolts.slack=1", "structure.bolts.order=[4, 2, 3]")
     asked = ms.Study.from_toml(study, overrides=(*COARSE, *order))

@@ -392,7 +392,10 @@ def test_real_record(folder: Path) -> None:
     assert "To determine it:" in page
     assert "the best fit of a law does not prove the law" in page
     for text in (page, outcome.stdout.replace("\n", " ")):
-        assert "found as a mean over cycles that move, so of no state of the joint" in text
+        assert (
+            "found as a mean over drifting cycles, so it describes no single state of the joint"
+            in text
+        )
         assert "The stiffness of the rig over the laws: " in text
 
 

@@ -12,13 +12,7 @@ from scipy.stats import norm
 
 import microslip as ms
 from microslip.errors import InputError
-from microslip.scans.mean_surfaces import (
-    regression_mean,
-    robust_mean,
-    spline_mean,
-    transmission_of_regression,
-    transmission_of_spline,
-)
+from microslip.scans.mean_surfaces import _Regression, robust_mean, spline_mean
 
 STEP = 1e-6
 X = STEP * np.arange(8000)
@@ -139,20 +133,26 @@ def test_ten_point_height_of_hills_of_known_heights() -> None:
 
 @pytest.mark.parametrize("wave", [50e-6, 100e-6, 200e-6])
 def test_filters_transmit_what_their_standards_say(wave: float) -> None:
-    line = np.sin(2.0 * math.pi * X / wave)
+    """(1 + t) exp(-t) of a regression of second order, 1/(1 + (c/w)^4) of a smoothing spline."""
+    cutoff, line = 100e-6, np.sin(2.0 * math.pi * X / wave)
     inside = slice(1000, -1000)
-    for mean, wanted in (
-        (regression_mean, transmission_of_regression),
-        (spline_mean, transmission_of_spline),
+    regression = _Regression((1, X.size), (STEP, STEP), cutoff)
+
+    def of_regression(wave: float) -> float:
+        t = 1.6783469900166605 * (cutoff / wave) ** 2
+        return (1.0 + t) * math.exp(-t)
+
+    for through, wanted in (
+        (regression(line[None], np.ones((1, X.size)))[0], of_regression),
+        (spline_mean(line, (STEP,), cutoff), lambda wave: 1.0 / (1.0 + (cutoff / wave) ** 4)),
     ):
-        through = mean(line, (STEP,), 100e-6)
         share = float((through * line)[inside].sum() / (line * line)[inside].sum())
-        assert share == pytest.approx(float(wanted(wave, 100e-6)), abs=2e-4)
-        assert float(wanted(100e-6, 100e-6)) == pytest.approx(0.5, abs=1e-12)
+        assert share == pytest.approx(wanted(wave), abs=2e-4)
+        assert wanted(cutoff) == pytest.approx(0.5, abs=1e-12)
     # The weights of the robust filter follow a wave a little.
-    robust = robust_mean(line, (STEP,), 100e-6)
+    robust = robust_mean(line, (STEP,), cutoff)
     share = float((robust * line)[inside].sum() / (line * line)[inside].sum())
-    assert share == pytest.approx(float(transmission_of_regression(wave, 100e-6)), abs=0.03)
+    assert share == pytest.approx(of_regression(wave), abs=0.03)
 
 
 def test_scratches_do_not_pull_the_robust_mean_nor_do_ends() -> None:

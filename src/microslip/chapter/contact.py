@@ -206,22 +206,16 @@ def _contact_area(plate: Plate) -> Drawing:
     rows = []
     for index, (axes, (title, fields)) in enumerate(zip(body.subplots(1, 3), states, strict=True)):
         for zone in fields.zones:
-            look = {"linewidth": 0.0, "edgecolor": "none", **_look(zone, 1)}
-            axes.add_patch(
-                Wedge(
-                    (0.0, 0.0),
-                    zone.outer / a,
-                    0.0,
-                    360.0,
-                    width=(zone.outer - zone.inner) / a,
-                    **look,
-                )
-            )
-            axes.add_patch(
-                Wedge(
-                    (0.0, 0.0), zone.outer / a, 0.0, 360.0, fill=False, linewidth=0.9, edgecolor=INK
-                )
-            )
+            ring: dict[str, Any] = {
+                "width": (zone.outer - zone.inner) / a,
+                "linewidth": 0.0,
+                "edgecolor": "none",
+            }
+            for look in (
+                ring | _look(zone, 1),
+                {"fill": False, "linewidth": 0.9, "edgecolor": INK},
+            ):
+                axes.add_patch(Wedge((0.0, 0.0), zone.outer / a, 0.0, 360.0, **look))
             slips = float(zone.kind == "slip")
             rows.append((index, zone.inner, zone.outer, zone.direction, slips))
         axes.set_aspect("equal")

@@ -48,6 +48,12 @@ def _ground(axes: Axes, x: float, y: float, width: float, below: bool = True) ->
     axes.plot([x, x + width], [y, y], color=INK, linewidth=1.2)
 
 
+def _rigid(axes: Axes, x: float, y: float, width: float, height: float) -> None:
+    """The rigid plane, behind all else."""
+    look = {"linewidth": 0.0, "hatch": "///", "edgecolor": LIGHT, "zorder": 0.5}
+    _box(axes, x, y, width, height, "none", **look)
+
+
 def _interface(axes: Axes, start: tuple[float, float], end: tuple[float, float]) -> None:
     """Line along which two bodies meet and slip."""
     axes.plot(
@@ -194,18 +200,7 @@ def _rough_surface(plate: Plate) -> Drawing:
     outline = np.column_stack((np.r_[grid[0], grid, grid[-1]], np.r_[0.15, pressed, 0.15]))
     axes.add_patch(Polygon(outline, closed=True, facecolor=METAL, edgecolor="none"))
     axes.plot(grid, pressed, color=INK, linewidth=1.1)
-    _box(
-        axes,
-        0.3,
-        plane,
-        11.4,
-        0.85,
-        "none",
-        linewidth=0.0,
-        hatch="///",
-        edgecolor=LIGHT,
-        zorder=0.5,
-    )
+    _rigid(axes, 0.3, plane, 11.4, 0.85)
     axes.plot([0.3, 11.7], [plane, plane], color=INK, linewidth=1.3, zorder=2.5)
     axes.plot([0.3, 11.7], [mean, mean], color=BLUE, linestyle=DASHES, linewidth=1.1)
     words(axes, "rigid plane", 1.5, plane + 0.5)
@@ -247,9 +242,7 @@ def _single_asperity(plate: Plate) -> Drawing:
     axes.plot(x[above], y[above], color=GREY, linestyle=DASHES, linewidth=1.0, zorder=5)
     # Hertz: the contact is narrower than the cut through the undeformed sphere by the root of two.
     half = math.sqrt(radius * depth)
-    _box(
-        axes, 0.6, plane, 8.4, 0.75, "none", linewidth=0.0, hatch="///", edgecolor=LIGHT, zorder=0.5
-    )
+    _rigid(axes, 0.6, plane, 8.4, 0.75)
     axes.plot([0.6, 9.0], [plane, plane], color=INK, linewidth=1.3)
     _interface(axes, (center - half, plane), (center + half, plane))
     bottom = plane + depth - radius

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -169,13 +169,5 @@ def _share(name: str, x: Floats, shapes: Floats) -> Floats:
 
 def _in_metres(fit: Fit, numbers: Statistics) -> Fit:
     sign = -1.0 if fit.mirrored else 1.0
-    return Fit(
-        fit.name,
-        fit.shapes,
-        sign * numbers.mean + numbers.rms * fit.place,
-        numbers.rms * fit.scale,
-        fit.mirrored,
-        fit.share,
-        fit.shift,
-        fit.tail,
-    )
+    place = sign * numbers.mean + numbers.rms * fit.place
+    return replace(fit, place=place, scale=numbers.rms * fit.scale)

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -27,7 +28,7 @@ from microslip.scans.height_laws import HeightLaws
 from microslip.scans.height_map import HeightMap
 from microslip.scans.joint_over_cutoffs import JointOverCutoffs, joint_over_cutoffs
 from microslip.scans.measured_surface import MeasuredSurface
-from microslip.scans.moments import Moments
+from microslip.scans.moments import BY_MOMENTS, Moments
 from microslip.scans.options import DRAWING, READING
 from microslip.scans.patch_scatter import standard_errors
 from microslip.scans.point_by_point import PointByPoint, point_by_point
@@ -46,6 +47,7 @@ ESTIMATES = {
     "neighbours": "eight neighbours",
 }
 """Estimates of summits in words."""
+_COUNTED: tuple[Literal["counted", "neighbours"], ...] = ("counted", "neighbours")
 
 
 def single_value(values: Any) -> Any:
@@ -264,13 +266,9 @@ def analyse(request: Request, progress: Progress | None = None) -> Findings:
     statistics, moments = scan.statistics(), scan.moments()
     report(0.3)
     estimates: dict[str, SummitStatistics | None] = {}
-    makers: dict[str, Callable[[], SummitStatistics]] = {
-        "mccool": moments.mccool,
-        "nayak": lambda: moments.nayak_summits().statistics(),
-    }
+    makers = {name: partial(made_of, moments) for name, made_of in BY_MOMENTS.items()}
     if summits is not None:
-        makers["counted"] = lambda: summits.statistics("counted")
-        makers["neighbours"] = lambda: summits.statistics("neighbours")
+        makers |= {name: partial(summits.statistics, name) for name in _COUNTED}
     for name, make in makers.items():
         try:
             estimates[name] = make()

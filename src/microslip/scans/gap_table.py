@@ -147,7 +147,7 @@ def _arrays(file: Path, names: list[str]) -> dict[str, Floats]:
     if (size := file.stat().st_size) > MOST_BYTES:
         raise ValueError(f"must be of at most {MOST_BYTES} bytes, got {size}")
     suffix = file.suffix.lower()
-    read = {".mat": _mat, ".npz": _npz, ".csv": _text, ".txt": _text}.get(suffix)
+    read = {".mat": _named, ".npz": _named, ".csv": _text, ".txt": _text}.get(suffix)
     if read is None:
         raise ValueError(f"wanted a .mat, .npz, .csv or .txt file, got {show(suffix)}")
     result = {}
@@ -161,14 +161,9 @@ def _arrays(file: Path, names: list[str]) -> dict[str, Floats]:
     return result
 
 
-def _mat(file: Path, names: list[str]) -> dict[str, Any]:
-    content = whole_variables(file)
-    _check(names, content)
-    return {name: content[name] for name in names}
-
-
-def _npz(file: Path, names: list[str]) -> dict[str, Any]:
-    content = archived(file)
+def _named(file: Path, names: list[str]) -> dict[str, Any]:
+    """Arrays of an archive, MATLAB's or NumPy's."""
+    content = (whole_variables if file.suffix.lower() == ".mat" else archived)(file)
     _check(names, content)
     return {name: content[name] for name in names}
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -38,8 +38,22 @@ class LawAtLoad:
     """At rest [N/m]."""
     loss_factor: float | None
     """At the amplitude, if one was given [-]."""
-    above: float
+    above: float = 0.0
     """Share of the load above the highest measured summit [-]."""
+
+    @classmethod
+    def of(cls, joint: Interface, amplitude: float | None, area: float, above: float = 0.0) -> Self:
+        """Numbers of a joint on an apparent area [m^2]; summits are counted where there are any."""
+        surface: Any = joint.surface
+        summits = hasattr(surface, "summit_count")
+        return cls(
+            joint.separation,
+            float(surface.contact_count(joint.separation)) if summits else None,
+            float(surface.contact_area(joint.separation)) / area,
+            joint.tangential_stiffness,
+            None if amplitude is None else float(joint.loss_factor(amplitude)),
+            above,
+        )
 
 
 @dataclass(frozen=True)
@@ -93,14 +107,7 @@ def height_laws(
         above = 0.0
         if isinstance(surface, MeasuredSurface):
             above = surface.load_share_above(highest, joint.separation)
-        laws[name] = LawAtLoad(
-            joint.separation,
-            float(surface.contact_count(joint.separation)),
-            float(surface.contact_area(joint.separation)) / float(surface.area),
-            joint.tangential_stiffness,
-            None if amplitude is None else float(joint.loss_factor(amplitude)),
-            above,
-        )
+        laws[name] = LawAtLoad.of(joint, amplitude, float(surface.area), above)
     separation = laws["population"].separation
     touching = int(np.count_nonzero(heights > separation))
     scatter = _scatter(heights - separation, radii)

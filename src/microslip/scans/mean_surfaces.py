@@ -30,17 +30,6 @@ _STEPS = 1000
 """Of the conjugate gradients: what is left of the forces, and how many steps they may take."""
 
 
-def transmission_of_regression(wavelength: Floats | float, cutoff: float) -> Floats:
-    """Share of the amplitude that a Gaussian regression of second order leaves in its mean line."""
-    t = 1.6783469900166605 * (cutoff / np.asarray(wavelength, dtype=float)) ** 2
-    return np.asarray((1.0 + t) * np.exp(-t))
-
-
-def transmission_of_spline(wavelength: Floats | float, cutoff: float) -> Floats:
-    """The same of a smoothing cubic spline, where both are of many pixels: 1/(1 + (c/w)^4)."""
-    return np.asarray(1.0 / (1.0 + (cutoff / np.asarray(wavelength, dtype=float)) ** 4))
-
-
 def robust_mean(heights: Floats, pixel: tuple[float, ...], cutoff: float) -> Floats:
     """Robust Gaussian regression of second order: scratches and pits do not pull it.
 
@@ -64,15 +53,6 @@ def robust_mean(heights: Floats, pixel: tuple[float, ...], cutoff: float) -> Flo
             break
         share = np.minimum(residuals / scale, 1.0)
         mean = regression(values, np.where(there, (1.0 - share * share) ** 2, 0.0))
-    return mean.reshape(heights.shape)
-
-
-def regression_mean(heights: Floats, pixel: tuple[float, ...], cutoff: float) -> Floats:
-    """The same without the weights: linear, and half of a wave at the cut-off passes."""
-    grid = np.atleast_2d(heights)
-    there = ~np.isnan(grid)
-    regression = _Regression(grid.shape, (pixel[0], pixel[-1]), cutoff)
-    mean = regression(np.where(there, grid, 0.0), there.astype(float))
     return mean.reshape(heights.shape)
 
 

@@ -17,7 +17,7 @@ noise half as large without its curvatures.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -148,6 +148,13 @@ class Moments:
         Nayak (1971), DOI 10.1115/1.3451608; another alpha is an InputError.
         """
         return NayakSummits(self.m0, self.m2, self.m4)
+
+
+BY_MOMENTS: Mapping[str, Callable[[Moments], SummitStatistics]] = {
+    "mccool": Moments.mccool,
+    "nayak": lambda moments: moments.nayak_summits().statistics(),
+}
+"""Estimates of summits that moments give, by name."""
 
 
 def moments_of(heights: Floats, pixel: tuple[float, ...]) -> Moments:

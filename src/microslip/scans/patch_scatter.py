@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from contextlib import suppress
 from typing import NamedTuple
 
 import numpy as np
 
 from microslip.errors import InputError
 from microslip.scans.height_map import HeightMap
+from microslip.scans.moments import BY_MOMENTS
 from microslip.scans.patches import cut, long_wave_error
-from microslip.scans.summit_statistics import SummitStatistics
 from microslip.scans.summits import Summits
 
 
@@ -86,16 +86,10 @@ def _of_patch(patch: HeightMap) -> dict[str, float]:
         return row
     row |= {name: getattr(statistics, name) for name in HEIGHTS}
     row |= {name: getattr(moments, name) for name in MOMENTS}
-    makers: dict[str, Callable[[], SummitStatistics]] = {
-        "mccool": moments.mccool,
-        "nayak": lambda: moments.nayak_summits().statistics(),
-    }
-    for estimate, make in makers.items():
-        try:
-            part = make()
-        except InputError:
-            continue
-        row |= {f"{estimate}.{name}": getattr(part, name) for name in SUMMITS}
+    for estimate, made_of in BY_MOMENTS.items():
+        with suppress(InputError):
+            part = made_of(moments)
+            row |= {f"{estimate}.{name}": getattr(part, name) for name in SUMMITS}
     return row
 
 

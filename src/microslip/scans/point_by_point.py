@@ -90,14 +90,7 @@ def point_by_point(
             progress=lambda done, total: report(done / total),
         )  # fmt: skip
         joint = Interface(law, friction_coefficient, normal_load=normal_load)
-        found = LawAtLoad(
-            joint.separation,
-            None,
-            float(law.contact_area(joint.separation)) / law.area,
-            joint.tangential_stiffness,
-            None if amplitude is None else float(joint.loss_factor(amplitude)),
-            0.0,
-        )
+        found = LawAtLoad.of(joint, amplitude, law.area)
     except InputError as error:
         return PointByPoint(None, None, pressure, piece, error.text)
     return PointByPoint(joint, found, pressure, piece)

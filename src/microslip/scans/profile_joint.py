@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any
 
 import numpy as np
 
@@ -114,7 +113,7 @@ def profile_joint(
         name: Interface(surface, friction_coefficient, normal_load=normal_load)
         for name, surface in surfaces.items()
     }
-    laws = {name: _at_load(joint, area, amplitude) for name, joint in joints.items()}
+    laws = {name: LawAtLoad.of(joint, amplitude, area) for name, joint in joints.items()}
     logs: list[float] = []
     with suppress(InputError):  # too short for pieces
         for piece in cut(profile, _PIECES):
@@ -123,17 +122,4 @@ def profile_joint(
     scatter = float(np.std(logs, ddof=1)) / math.sqrt(_PIECES) if len(logs) == _PIECES else None
     return ProfileJoint(
         normal_load, area, MappingProxyType(laws), rough, scatter, joints["rough"].validity
-    )
-
-
-def _at_load(joint: Interface, area: float, amplitude: float | None) -> LawAtLoad:
-    surface: Any = joint.surface
-    summits = hasattr(surface, "density")
-    return LawAtLoad(
-        joint.separation,
-        float(surface.contact_count(joint.separation)) if summits else None,
-        float(surface.contact_area(joint.separation)) / area,
-        joint.tangential_stiffness,
-        None if amplitude is None else float(joint.loss_factor(amplitude)),
-        0.0,
     )

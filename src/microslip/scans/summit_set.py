@@ -24,7 +24,7 @@ from microslip.scans.checks import area_of
 from microslip.scans.height_laws import HeightLaws, height_laws
 from microslip.scans.height_map import HeightMap
 from microslip.scans.measured_surface import Heights, MeasuredSurface
-from microslip.scans.moments import lost_to_pixel
+from microslip.scans.moments import BY_MOMENTS, lost_to_pixel
 from microslip.scans.options import ESTIMATES, LAWS_OF_HEIGHTS
 from microslip.scans.scan_rules import LOST_TO_PIXEL, judged, radius_in_pixels
 from microslip.scans.summit_statistics import SummitStatistics
@@ -73,14 +73,8 @@ class Summits(Locked, Plottable):
         rows = {len(v) for v in (self.positions, self.radii, self.curvatures, self.prominences)}
         if count == 0 or rows != {count}:
             raise InputError(f"`summits` must be one or more, each with all it has, got {count}")
-        for value in (
-            self.positions,
-            self.heights,
-            self.radii,
-            self.curvatures,
-            self.prominences,
-        ):
-            lock(value)
+        for name in ("positions", "heights", "radii", "curvatures", "prominences"):
+            lock(getattr(self, name))
 
     def __repr__(self) -> str:
         cut = "none" if self.cutoff is None else engineering(self.cutoff, "m", trim=True)
@@ -152,10 +146,8 @@ class Summits(Locked, Plottable):
             )
         if estimate == "neighbours":
             return self.neighbours
-        if estimate == "mccool":
-            return self.scan.moments().mccool()
-        if estimate == "nayak":
-            return self.scan.moments().nayak_summits().statistics()
+        if isinstance(estimate, str) and estimate in BY_MOMENTS:
+            return BY_MOMENTS[estimate](self.scan.moments())
         raise InputError(
             f"`estimate` must be one of {quoted(ESTIMATES[:-1])}, got {show(estimate)}"
         )

@@ -143,3 +143,16 @@ def test_a_tightened_joint_was_tightened_under_the_same_pressure() -> None:
     assert lighter.laws[0].surface is joint.laws[0].surface
     np.testing.assert_array_equal(lighter.backbone(PLACES), fresh.backbone(PLACES))
     assert (lighter.normal_load, lighter.separation) == (900.0, fresh.separation)
+
+
+def test_an_even_pressure_is_judged_as_an_interface_is() -> None:
+    """Of unlike metals too, whose coupling is a matter of the pair."""
+    pair = ms.MaterialPair(ms.Material(210e9, 0.3), ms.Material(70e9, 0.45))
+    surface = ms.GreenwoodWilliamson(pair, ms.Gaussian(5e-7), radius=1e-3, density=1e8, area=1e-4)
+    pressure = ms.Pressure.patches(np.full(4, 0.25e-4), np.full(4, 1e7))
+    spread = ms.PressedJoint(surface, 0.5, pressure, 1000.0).validity
+    even = ms.Interface(surface, 0.5, normal_load=1000.0).validity
+    assert "Dundurs' constant of the pair" in [verdict.name for verdict in spread]
+    assert [(v.name, v.word) for v in spread] == [(v.name, v.word) for v in even]
+    values = [[v.value for v in of if v.value is not None] for of in (spread, even)]
+    np.testing.assert_allclose(*values, rtol=1e-9)

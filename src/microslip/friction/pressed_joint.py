@@ -19,7 +19,7 @@ from microslip.friction.base import BackboneLaw
 from microslip.friction.interface import Interface
 from microslip.friction.parallel import Parallel
 from microslip.friction.pressure import Pressure
-from microslip.friction.validity import RULES, Verdict
+from microslip.friction.validity import Verdict, validity
 from microslip.materials import MaterialPair
 from microslip.normal import NormalLaw
 
@@ -174,10 +174,7 @@ class PressedJoint(Parallel):
     def validity(self) -> tuple[Verdict, ...]:
         """Verdicts where the pressure is largest; contacts are those of the whole joint."""
         worst = self._joints[int(np.argmax(self.pressures))]
-        values = worst.surface._assumptions(worst.separation)
-        if "contacts" in values:
-            values["contacts"] = self.contact_count
-        return tuple(rule.judge(values[rule.name]) for rule in RULES if rule.name in values)
+        return validity(worst, contacts=self.contact_count)
 
     def __repr__(self) -> str:
         return (

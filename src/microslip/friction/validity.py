@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Protocol
 
 from microslip._core.verdicts import WORDS, Rule, Verdict, Word
@@ -248,9 +248,9 @@ class _Joint(Protocol):
     def separation(self) -> float: ...
 
 
-def validity(joint: _Joint) -> tuple[Verdict, ...]:
-    """Verdicts on an interface at its load, in the order of the rules."""
-    return _verdicts(joint.surface, joint.separation)
+def validity(joint: _Joint, **known: float | None) -> tuple[Verdict, ...]:
+    """Verdicts on an interface at its load, in the order of the rules; some values are known."""
+    return _verdicts(joint.surface, joint.separation, known)
 
 
 def worst_validity(
@@ -282,9 +282,12 @@ def _doubt(verdict: Verdict) -> tuple[int, float]:
     return WORDS.index(verdict.word), -past if verdict.word == "ok" else past
 
 
-def _verdicts(surface: NormalLaw, separation: float | None) -> tuple[Verdict, ...]:
+def _verdicts(
+    surface: NormalLaw, separation: float | None, known: Mapping[str, float | None] | None = None
+) -> tuple[Verdict, ...]:
     """Verdicts on a surface at a separation; None is one at which nothing touches."""
     values = surface._assumptions(separation)
+    values |= {name: value for name, value in (known or {}).items() if name in values}
     beta = abs(surface.pair.dundurs_beta)
     if beta > 0.0:  # of equal bodies there is nothing to judge
         values["Dundurs' constant of the pair"] = beta

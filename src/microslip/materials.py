@@ -28,8 +28,8 @@ class Material:
     poisson_ratio : float
         Poisson's ratio [-], in (-1, 0.5].
     hardness : float, optional
-        Indentation hardness H [Pa]. It enters no result; with it the validity verdicts of an
-        interface hold the plasticity index.
+        Indentation hardness H [Pa], for the plasticity index among the validity verdicts and for
+        surfaces that yield (tightened summits, rough and measured faces).
 
     Warns
     -----

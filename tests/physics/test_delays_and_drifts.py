@@ -132,7 +132,7 @@ def test_a_drift_is_reported_by_both_commands(channel: str, size: float) -> None
     measured = ms.measure(bad)
     (note,) = [text for text in measured.notes if "drifts" in text]
     assert note.startswith(f"the {channel} drifts by")
-    assert "`drift=True` takes it off" in note
+    assert "`drift=True` removes it" in note
     fit = ms.identify(bad, "sphere", rig_stiffness="rigid", held_back=0.0, intervals="curvature")
     assert any(f"the {channel} drifts by" in text for text in fit.notes)
     mended = ms.measure(condition(bad, drift=True))

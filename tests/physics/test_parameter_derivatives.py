@@ -159,7 +159,7 @@ def test_batches_are_their_rows() -> None:
         (joint(), ("force", 1e-7), "at must be a row of numbers for force"),
         (joint(), ("loss_factor", 0.0), "at must be amplitudes above zero"),
         (joint(), ("backbone", np.nan), "at must be finite"),
-        (ms.Coulomb(1.0), ("backbone", 1e-7), "Coulomb does not know its derivatives"),
+        (ms.Coulomb(1.0), ("backbone", 1e-7), "Coulomb has no derivatives"),
     ],
 )  # fmt: skip
 def test_what_cannot_be_is_refused(law: Any, given: tuple[Any, ...], says: str) -> None:

@@ -232,7 +232,7 @@ def test_a_study_that_names_a_file_is_not_run(tmp_path: Path, bench: Bench) -> N
         ({"kind": "rm", "uploads": ["x"]}, "kind must be one of"),
         ({"kind": [], "uploads": ["x"]}, "kind must be one of"),
         ({"kind": "look record", "uploads": ["x"]}, "kind must be one of"),
-        ({"kind": "measure", "uploads": ["x"]}, "an upload is not there"),
+        ({"kind": "measure", "uploads": ["x"]}, "an upload is no longer available"),
         ({"kind": "measure", "uploads": []}, "uploads must be a list"),
         ([], "must hold a table"),
     ],

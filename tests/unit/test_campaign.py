@@ -115,7 +115,7 @@ def test_a_cut_last_line_and_lone_gaps_cost_no_file(tmp_path: Path) -> None:
     record = ms.Record.read(path, sample_rate=100.0)
     assert len(record) == 400
     assert record.displacement[100] == pytest.approx(1e-6 * math.sin(10.0), abs=1e-8)
-    assert any("straight lines stand in the place of 1 row" in note for note in record.notes)
+    assert any("interpolated linearly: 1 row without numbers" in note for note in record.notes)
     path.write_text("displacement [m],force [N]\n1e-6,2\n1e-7\n2e-6,3\n")
     with pytest.raises(ms.InputError, match="line 3: wanted 2 cells"):
         ms.Record.read(path, sample_rate=100.0)

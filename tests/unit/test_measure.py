@@ -299,7 +299,7 @@ def test_low_pass_keeps_the_area() -> None:
     noisy = virtual(noise=0.01)
     calm = condition(noisy, cutoff=400.0)
     assert np.std(np.diff(calm.displacement, 3)) < 0.05 * np.std(np.diff(noisy.displacement, 3))
-    assert calm.notes == ("low-pass at 400 Hz, forth and back",)
+    assert calm.notes == ("low-pass at 400 Hz, forward and backward",)
 
 
 def test_uneven_time() -> None:
@@ -308,7 +308,7 @@ def test_uneven_time() -> None:
     x, force = (np.interp(uneven, time, v) for v in (RECORD.displacement, RECORD.force))
     even = condition(ms.Record(x, force, 2000.0, time=uneven))
     assert even.sample_rate == pytest.approx(5120.0, rel=1e-3)
-    assert even.notes[0].endswith("of their mean, were evened")
+    assert even.notes[0].endswith("of their mean, were resampled evenly")
     np.testing.assert_allclose(even.displacement, RECORD.displacement, rtol=0, atol=2e-8)
 
 

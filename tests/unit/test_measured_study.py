@@ -109,7 +109,7 @@ def test_pieces_drawn_anew_are_a_range_of_their_own(study) -> None:
     sure = "friction_coefficient = { mean = 0.3, cv = 0.01 }"
     result = study(("friction_coefficient = 0.3", sure), ("[excitation]", table + "[excitation]"))
     design = result.run().summary["uncertainty"]
-    assert design["inputs"]["surface.scan"] == "4 pieces, drawn anew together"
+    assert design["inputs"]["surface.scan"] == "4 pieces, resampled together"
 
 
 def test_a_structure_splits_form_and_roughness_at_its_patches(study) -> None:
@@ -140,7 +140,9 @@ tension = "200 N"
         assert law.numbers.own_tightening
         description = study((load, ""), (alone, bolted.replace("[4, 1]", "[100, 100]")))
     assert "the scan is no larger. From there to the side of a patch, 3.96 mm" in notes["whole"][1]
-    assert "are form: structure.form has them" in notes["small"][1]
+    assert (
+        "are form, and are in the model only if structure.form includes them" in notes["small"][1]
+    )
     assert surface.face.long_cutoff == pytest.approx(79.3e-6, rel=0.01)
     result = study((load, ""), (alone, bolted)).run().structure
     assert result.state.pressures.max() > 0.0

@@ -256,7 +256,7 @@ def test_time_may_be_left_out(put: Any) -> None:
     assert 'not read: "Time [s]".' in record.notes
     record = ms.Record.read(path, time=False)
     assert (record.time, record.sample_rate) == (None, None)
-    assert "time: none; the record says nothing of frequencies." in record.notes
+    assert "time: none; frequencies are not known." in record.notes
 
 
 def test_rows(put: Any) -> None:

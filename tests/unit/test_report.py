@@ -352,7 +352,7 @@ def test_no_doubts_and_no_limits_are_said_as_well() -> None:
     light = (LOADS, '"500 N"')
     assert "✓ All assumptions of the model hold." in page(hard, light).words["strong"]
     unjudged = page(light)
-    assert "? What was judged holds, but not all was:" in unjudged.words["strong"]
+    assert "? All that could be judged holds; not judged:" in unjudged.words["strong"]
     assert "plasticity index not known (ok up to 0.6): not judged" in unjudged.words["li"]
     table = (SURFACE, SURFACES["table"])
     unknown = page(table, (LOADS, '"500 N"'))

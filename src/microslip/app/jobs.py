@@ -189,7 +189,7 @@ class Workspace:
 
     def _upload(self, number: Any) -> Upload:
         if not isinstance(number, str) or number not in self.uploads:
-            raise InputError("an upload is not there any more; send the file again")
+            raise InputError("an upload is no longer available; upload the file again")
         return self.uploads[number]
 
     def _options(self, kind: str, options: Any) -> tuple[list[str], list[Upload]]:
@@ -360,11 +360,11 @@ async def preview(arguments: list[str], folder: Path, question: Any) -> dict[str
         answer, _ = await asyncio.wait_for(process.communicate(text), 120.0)
     except TimeoutError:
         process.kill()
-        raise InputError("looking into the file took over two minutes") from None
+        raise InputError("reading the file took over two minutes") from None
     try:
         content: dict[str, Any] = json.loads(answer)
     except ValueError:
-        raise InputError("the file could not be looked into") from None
+        raise InputError("the file could not be read") from None
     if "error" in content:
         raise InputError(content["error"])
     return content

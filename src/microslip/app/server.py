@@ -77,7 +77,7 @@ class Guard:
         if headers.get("sec-fetch-site", "none") not in ("same-origin", "none"):
             return 403, "another site"
         if not self._is_entry(scope) and not self._knows(headers.get("cookie", "")):
-            return 401, "no token: open the address that the command has printed"
+            return 401, "no token: open the address that the command printed"
         if unsafe:
             length = headers.get("content-length", "")
             if not length.isascii() or not length.isdecimal():
@@ -182,7 +182,7 @@ def build(workspace: Workspace, token: str, port: int) -> App:
                     if (room := room - len(chunk)) < 0:
                         raise InputError(
                             f"all uploads together must be of at most {LARGEST_UPLOADS:.0e} "
-                            "bytes; begin the workbench anew for more files"
+                            "bytes; restart the workbench for more files"
                         )
                     file.write(chunk)
         except (ClientDisconnect, InputError) as error:
@@ -234,7 +234,7 @@ def build(workspace: Workspace, token: str, port: int) -> App:
         run = run_of(request)
         text = None if run is None else run.study()
         if text is None:
-            return refusal(KeyError("no study comes of this"), 404)
+            return refusal(KeyError("this result makes no study"), 404)
         return put_study(text)
 
     async def result(request: Request) -> Response:

@@ -333,7 +333,7 @@ def cycles(joint: Interface, amplitude: float, ripple: float, phase: float) -> C
 @as_plate(
     "coupled-phase",
     "energy",
-    "What a cycle costs while the normal load varies, too",
+    "Energy of a cycle under a varying normal load",
     "Out of phase more energy is dissipated, as Putignano, Ciavarella and Barber (2011) found: "
     "most with the load ahead by a little less than a quarter cycle, least nearly in phase or in "
     "antiphase. The effect grows towards small displacements and is small in gross slip.",
@@ -394,7 +394,7 @@ def _by_ripple(plate: Plate) -> Drawing:
         columns[f"energy ratio at {phase:g} deg"] = share
         first.plot(ripples, share, color=color, linestyle=line, label=f"{phase:g}°")
     first.axhline(1.0, color=LIGHT, linestyle=DASHES, linewidth=0.9, zorder=1)
-    first.set(xlabel="Load ripple ΔN/N [–]", title="(a) what a cycle costs")
+    first.set(xlabel="Load ripple ΔN/N [–]", title="(a) energy of a cycle")
     first.set(ylabel="Energy per cycle over that at constant load [–]")
     first.set(xlim=(0.0, 1.0), ylim=(0.0, 3.5))
     first.legend(loc="upper left", title="ψ, load before δ")

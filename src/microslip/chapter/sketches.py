@@ -174,7 +174,7 @@ def _cap(center: float, top: float, radius: float, floor: float) -> tuple[Floats
     "19.8",
     "rough-surface",
     "a rough surface against a rigid plane",
-    "Only summits higher than the separation touch; each is pressed in by what it stands too high.",
+    "Only summits above the separation touch; each is indented by its height above it.",
     "A sketch: heights are exaggerated against widths.",
 )
 def _rough_surface(plate: Plate) -> Drawing:

@@ -38,7 +38,7 @@ def _shard(context: click.Context, param: click.Parameter, value: str | None) ->
     'Address of a Dask scheduler, or "local" for a cluster of --workers here.',
     answers_for=("dask",),
 )  # fmt: skip
-@option("--shard", "I/N", "Only part I of N, such as of a Slurm array.", callback=_shard)
+@option("--shard", "I/N", "Run only part I of N, as in a Slurm job array.", callback=_shard)
 @JSON
 def batch(
     source: Path,

@@ -31,12 +31,12 @@ _OPTIONS = (
     ),
     option(
         "largest_amplitude",
-        "Largest amplitude of the same.",
+        "Largest amplitude of cells, fits and reported errors.",
         LENGTH,
         example="10 um",
         metavar="LENGTH",
     ),
-    option("cells", "Cells of kinds that have them.", int, default=50),
+    option("cells", "Number of Jenkins cells, for kinds made of cells.", int, default=50),
     option("depth", "Open reversals that exported code remembers.", int, default=256),
     option(
         "element",
@@ -44,7 +44,7 @@ _OPTIONS = (
         choices=("joint", "contact", "planar", "planar-contact"),
         default="joint",
     ),
-    option("size", "Nodes of a unit of FMI 3.", int, default=1),
+    option("size", "Number of nodes of an FMI 3 unit.", int, default=1),
     option("name", "Prefix of the names in the file.", default="joint"),
     option(
         "nodes",
@@ -61,31 +61,29 @@ _OPTIONS = (
 _CARD_OPTIONS = (
     option(
         "program",
-        "Of kind card: program to write for.",
+        "Program that a card is written for.",
         choices=("abaqus", "calculix", "ansys", "code_aster", "moose", "openradioss", "ls-dyna"),
         flag="for",
     ),
     option(
         "units",
-        "Of kind card: the deck's units, N m kg, N mm t, kN mm kg or lbf in.",
+        "Units of a card: N m kg, N mm t, kN mm kg or lbf in.",
         choices=("m", "mm", "mm-ms", "in"),
     ),
-    option(
-        "area", "Of kind card: apparent area, where the surface has none.", AREA, metavar="AREA"
-    ),
+    option("area", "Apparent area of a card, where the surface has none.", AREA, metavar="AREA"),
     option(
         "amplitude",
-        "Of kind card: slip amplitude of its layer.",
+        "Slip amplitude of a card's layer.",
         LENGTH,
         metavar="LENGTH",
     ),
     option(
         "thickness",
-        "Of kind card: thickness of its layer; 1 mm if absent.",
+        "Thickness of a card's layer; 1 mm if absent.",
         LENGTH,
         metavar="LENGTH",
     ),
-    option("density", "Of kind card: mass per volume of its layer.", MASS_DENSITY),
+    option("density", "Mass density of a card's layer.", MASS_DENSITY),
 )
 
 
@@ -128,7 +126,7 @@ def export(
             return
         if of_card:
             flags = ", ".join("--" + flag(item) for item in _CARD_OPTIONS if item.name in of_card)
-            raise click.UsageError(f"{flags}: of kind card alone, got {kind}")
+            raise click.UsageError(f"{flags}: for kind card only, got {kind}")
         exported = write(kind, law, file, nodes=pairs, overwrite=overwrite, **options)
     if as_json:
         from dataclasses import asdict
@@ -141,10 +139,10 @@ def export(
     span = f"{errors.smallest_amplitude:.4g} to {errors.largest_amplitude:.4g} m"
     click.echo(f"Written: {', '.join(str(path) for path in exported.files)}")
     click.echo(
-        f"Over {span} it errs by up to {errors.backbone_error:.2g} of the backbone and "
+        f"From {span} the error is at most {errors.backbone_error:.2g} of the backbone and "
         f"{errors.energy_error:.2g} of the energy."
     )
-    click.echo(f"This kind of file: {exported.run}.")
+    click.echo(f"Verification: {exported.run}.")
     if unsure:
         click.echo(f"Uncertain inputs are at their middle values: {', '.join(unsure)}.")
 
@@ -170,11 +168,11 @@ def _write_card(
         return
     click.echo(f"Written: {file}")
     click.echo(
-        f"At {card.pressure:.4g} Pa it has {card.normal_stiffness:.4g} Pa/m normal and "
-        f"{card.stick_stiffness:.4g} Pa/m tangential stiffness, and slips past "
-        f"{card.elastic_slip:.4g} m; stick-slip is up to {card.errors.force:.2g} above the force."
+        f"At {card.pressure:.4g} Pa: normal stiffness {card.normal_stiffness:.4g} Pa/m, tangential "
+        f"stiffness {card.stick_stiffness:.4g} Pa/m, elastic slip {card.elastic_slip:.4g} m; the "
+        f"stick-slip force is up to {card.errors.force:.2g} above the joint's."
     )
-    click.echo(f"This kind of card: {done.run}.")
+    click.echo(f"Verification: {done.run}.")
 
 
 def _law(

@@ -78,7 +78,7 @@ def _show_all(metals: Sequence[Metal]) -> None:
     for document, n in numbers.items():
         out.hanging(f"  {n}", document, 5)
     out.line()
-    out.line("`microslip materials NAME` gives the page or table of each value.")
+    out.line("`microslip materials NAME` gives the source of each value.")
     out.line('In a study: materials = ["steel", "al2017"]. Keys of a [material.NAME] there win.')
 
 
@@ -90,7 +90,7 @@ def _show_one(metal: Metal) -> None:
     out.line(f"{metal.name}: {metal.description}", style="bold")
     out.line()
     for key in _KEYS:
-        source = metal.sources.get(key, "not in the documents; give your own")
+        source = metal.sources.get(key, "not in the sources; give your own")
         out.hanging(f"  {key:<13}  {_value(metal, key):>9}", source, 28)
     out.line()
     if metal.aliases:

@@ -101,7 +101,7 @@ def measure(
         measure_modes(records, output, band)
         return
     if band is not None:
-        raise click.UsageError("--band is for the ring-down of a mode, no record is one")
+        raise click.UsageError("--band is for ring-downs of modes, and no file is one")
     with stoppable():
         from microslip.errors import InputError, said
         from microslip.report.files import write

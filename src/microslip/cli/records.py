@@ -33,10 +33,10 @@ MANIFEST = option(
     type=ANY_PATH,
 )  # fmt: skip
 GROUP = option(
-    "--group", "COLUMN", "Column of the manifest whose values are specimens; without it specimen."
+    "--group", "COLUMN", "Column of the manifest that names the specimens; specimen if absent."
 )
 OVER = option(
-    "--over", "COLUMN", "Column of numbers of the manifest to draw means over; without it stage."
+    "--over", "COLUMN", "Numeric column of the manifest to draw means over; stage if absent."
 )
 
 
@@ -212,7 +212,7 @@ def slice_of(option: str, text: str | None) -> slice | None:
 
 CYCLES = option(
     "--cycles", "FIRST..LAST",
-    "Cycles that count, the first being 1, such as 100..200; else the settled ones.",
+    "Cycles to use, counted from 1, such as 100..200; the settled ones if absent.",
 )  # fmt: skip
 WORN_VOLUMES = option(
     "--worn-volume", "VOLUME",

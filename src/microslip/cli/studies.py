@@ -53,7 +53,7 @@ def _with_figures(load: Callable[[tuple[str, ...]], Study], overrides: tuple[str
     type=click.IntRange(1, 256),
     default=1,
     show_default=True,
-    help="Processes that share the samples of uncertain numbers; the results are the same.",
+    help="Worker processes for the samples of uncertain inputs; results do not depend on it.",
 )
 @_writes_into("STUDY-result")
 def predict(study: Path, workers: int, output: Output, overrides: tuple[str, ...]) -> None:

@@ -312,7 +312,7 @@ def write_card(
         f"Units: {UNITS[units].name}. Numbers of this comment are in SI units.",
         f"Law: {one_line(described(joint))}",
         *_limits_of(card, kind.holds),
-        f"This kind of card: {kind.run}.",
+        f"Verification: {kind.run}.",
     ]
     comments = [
         f"{kind.mark} {short}"
@@ -347,9 +347,9 @@ def _limits_of(card: ContactCard, holds: str) -> list[str]:
             f"{a:.2g} m: {joint:.2g}, {contact:.2g}" for a, joint, contact in errors.damping
         )
         lines += [
-            f"Stick-slip is up to {errors.force:.0%} above the joint's force, and does not lose "
-            "energy below the elastic slip. Loss factors of the joint, and of the contact, at "
-            f"amplitudes: {damping}.",
+            f"The stick-slip contact exceeds the joint's force by up to "
+            f"{errors.force:.0%}, and dissipates nothing below the elastic slip. Loss factors of "
+            f"joint and contact at amplitudes: {damping}.",
         ]
     return [
         *lines,

@@ -160,7 +160,7 @@ class Order:
         if self.kind in ELEMENTS:
             count = sum(model.cell_count for model in self.cell_models)
             lines.append(f"{count} cells of spring and slider in {len(self.patches)} patch(es).")
-        lines.append(f"This kind of file: {self.run}.")
+        lines.append(f"Verification: {self.run}.")
         return [short for line in lines for short in wrap(line, 96, subsequent_indent="  ")]
 
 

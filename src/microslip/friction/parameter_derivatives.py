@@ -74,8 +74,8 @@ def derivatives_by_parameters(
     known = law._derivative_backbones()
     if not known:
         raise InputError(
-            f"{type(law).__name__} does not know its derivatives by parameters; an Interface and "
-            "laws of numbers such as SegalmanIwan do, and of others a difference of two laws tells"
+            f"{type(law).__name__} has no derivatives by parameters; an Interface and laws of "
+            "numbers such as SegalmanIwan have them; for other laws take finite differences"
         )
     chosen = tuple(known) if names is None else names
     if isinstance(chosen, str) or not set(chosen) <= set(known):

@@ -33,8 +33,8 @@ TAIL_RULE = Rule(
     watch=0.05,
     outside=0.2,
     meaning="the load is on summits as high as some that were measured",
-    reason="beyond them fitted heights are a guess: of milled and ground scans the guess was up to "
-    "twofold wrong in stiffness where it carried half of the load",
+    reason="above them the fitted distribution is extrapolated: on milled and ground scans its "
+    "stiffness was up to twofold wrong where it carried half of the load",
     remedy='take the counted summits, heights = "population", or scan a larger area',
 )
 
@@ -44,10 +44,10 @@ def _heights_rule(name: str, faces: str) -> Rule:
         name=name,
         watch=1.2,
         outside=1.6,
-        meaning="what stands out of the face is as high as on a Gaussian one",
-        reason="on boundary elements of faces of one spectrum the stiffness goes with the mean "
-        f"height above the bearing level: 0.5 to 3 times at kurtoses of 4 to 7 ({faces})",
-        remedy='correct by it for a guess, or solve the scan point by point, law = "measured"',
+        meaning="the peaks of the face are as high as on a Gaussian one",
+        reason="in boundary-element solutions of faces of one spectrum the stiffness follows the "
+        f"mean height above the bearing level: 0.5 to 3 times at kurtoses of 4 to 7 ({faces})",
+        remedy='correct by it for an estimate, or solve the scan point by point, law = "measured"',
     )
 
 
@@ -109,7 +109,7 @@ RULES: tuple[Rule, ...] = (
         name=PRESSURE,
         watch=0.4,
         outside=1.0,
-        meaning="what touches deforms elastically at the shortest waves",
+        meaning="contacts deform elastically at the shortest waves",
         reason="yield begins where a contact's mean pressure is 1.1 times the yield stress, 0.39 "
         "of the hardness, and no contact bears more than the hardness (Johnson 1985, section 6.3)",
         remedy="a longer short-wave cut-off: shorter waves are pressed flat",
@@ -120,18 +120,20 @@ RULES: tuple[Rule, ...] = (
         watch=110.0,
         outside=1100.0,
         meaning="summits yielded as far as single spheres were computed",
-        reason="finite elements behind the formulas end at about 110 yield indentations (Kogut and "
-        "Etsion 2002), the mean over the load is held to that",
-        remedy="doubt the radius (a longer short-wave cut-off gives larger ones), or measure",
+        reason="the finite elements behind the formulas end at about 110 yield indentations (Kogut "
+        "and Etsion 2002); the mean over the load is compared with that",
+        remedy="check the radius (a longer short-wave cut-off gives larger ones), or measure the "
+        "joint",
     ),
     Rule(
         name=STIFFNESS,
         watch=0.8,
         outside=0.6,
-        meaning="the load is heavy enough for Persson's theory, which lacks the highest summits",
-        reason="on the Gaussian faces that it is made for k_n is 0.55, 0.62, 0.72, 0.81 and 0.94 "
-        "of boundary elements at p/E*h' of 0.0003, 0.001, 0.003, 0.01 and 0.03; energies miss more",
-        remedy='law = "rough", which takes summits where contacts are few, or a scan',
+        meaning="the load is heavy enough for Persson's theory, which neglects the highest summits",
+        reason="on the Gaussian faces it is made for k_n is 0.55, 0.62, 0.72, 0.81 and 0.94 "
+        "of boundary elements at p/E*h' of 0.0003, 0.001, 0.003, 0.01 and 0.03; energies are less "
+        "accurate",
+        remedy='law = "rough", which uses summits where contacts are few, or a scan',
     ),
     _heights_rule(TOO_STIFF, "too stiff: peaks stand out, kurtosis or skewness is large"),
     _heights_rule(TOO_SOFT, "too soft: peaks are worn off, the skewness is below zero"),
@@ -149,8 +151,8 @@ RULES: tuple[Rule, ...] = (
         watch=0.03,
         outside=0.003,
         meaning="the face is no steeper than those that were compared",
-        reason="boundary elements from 0.03 to 1; below, all that touches is pressed flat, and the "
-        "short waves count no more",
+        reason="compared with boundary elements from 0.03 to 1; below, contacts are pressed flat, "
+        "and the short waves have no effect",
         remedy="a longer shortest wave: shorter ones are pressed flat",
     ),
     Rule(
@@ -168,8 +170,8 @@ RULES: tuple[Rule, ...] = (
         watch=0.4,
         outside=LARGEST_PRESSURE,
         meaning="only part of the face has yielded",
-        reason="next to the hardness all of the face is in contact, and what bounds the pressure "
-        "of a point is no material any more",
+        reason="near the hardness all of the face is in contact, and the material no longer limits "
+        "the pressure at a point",
         remedy="a lower tightening pressure, or the hardness of the worked surface, which is "
         "often higher",
         missing="give the hardness of the softer material [Pa]",
@@ -178,7 +180,7 @@ RULES: tuple[Rule, ...] = (
         name=POINTS,
         watch=500.0,
         outside=float(FEWEST_POINTS),
-        meaning="points enough are in contact to draw the contacts",
+        meaning="enough points are in contact to resolve the contacts",
         reason="from 1000 down to 100 points the stiffness of a piece scatters by tens of percent; "
         "the energy of a cycle at mu N/k_t is up to 8 % off friction solved point by point",
         remedy="a larger scan, or a smaller pixel",
@@ -190,7 +192,7 @@ RULES: tuple[Rule, ...] = (
         meaning="pieces of the scan carry the load alike, so the scan represents the joint",
         reason="standard deviation of the logarithm of the stiffness, from piece to piece; the "
         "mean of n pieces scatters by it over the root of n",
-        remedy="a larger scan, several scans, or long waves taken off as form",
+        remedy="a larger scan, several scans, or long waves removed as form",
         missing="the scan was solved as one; give `piece=...`, points along a side of a piece",
     ),
     Rule(
@@ -198,16 +200,16 @@ RULES: tuple[Rule, ...] = (
         watch=0.1,
         outside=0.5,
         meaning="pieces are larger than the longest waves of the face",
-        reason="what lies between pieces is pressed without the elastic half space between them: "
+        reason="the elastic coupling between pieces is neglected: "
         "loads were 0 to 16 % off where pieces reached half of the longest wave",
-        remedy="larger pieces, `piece=None`, or a long-wave cut-off: the form belongs into "
-        "the structure",
+        remedy="larger pieces, `piece=None`, or a long-wave cut-off: form then belongs "
+        "to the structure",
     ),
     Rule(
         name=RESOLUTION,
         watch=0.15,
         outside=0.5,
-        meaning="pixel and cut-off do not decide the stiffness",
+        meaning="pixel and cut-off do not determine the stiffness",
         reason="the larger of two changes: by every second point, and without the short waves of "
         "half of the squared slope",
         remedy="smaller pixels or less noise, and a short-wave cut-off with a reason",
@@ -227,11 +229,11 @@ RULES: tuple[Rule, ...] = (
         name="Dundurs' constant of the pair",
         watch=0.1,
         outside=0.3,
-        meaning="the two bodies are elastically alike: normal and tangential contact do not hang "
-        "together",
+        meaning="the two bodies are elastically alike: normal and tangential contact are not "
+        "coupled",
         reason="with full stick the load grows by beta^2/3 (Spence 1968), but summits slip under "
         "normal load alone near their edges where friction is below about beta",
-        remedy="hold the result against a test: Cattaneo and Mindlin leave this coupling out",
+        remedy="compare the result with a test: Cattaneo and Mindlin neglect this coupling",
     ),
 )
 """Conventions of contact mechanics (Greenwood and Williamson, DOI 10.1098/rspa.1966.0242)."""

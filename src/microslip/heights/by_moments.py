@@ -38,8 +38,8 @@ def heights_by_moments(skewness: float, kurtosis: float) -> Floats:
     """
     if number("skewness", skewness) < _MOST_WORN:
         raise InputError(
-            f"`skewness` must be at least -1: what is left of a face so worn two moments do not "
-            f"tell, got {exact(skewness)}; leave both out, or take a scan of it"
+            f"`skewness` must be at least -1: two moments do not describe a face so worn, "
+            f"got {exact(skewness)}; leave both out, or take a scan of it"
         )
     skew, excess = number("skewness", skewness), number("kurtosis", kurtosis) - 3.0
     if excess + 2.0 <= skew**2 * (1.0 + 1e-9) + 1e-9 or excess > 100.0:

@@ -21,8 +21,8 @@ class DifferentiableJoint(DifferentiableLaw):
     def _call(self, question: Question, parameters: Mapping[str, Any], x: Any) -> Any:
         if not jax.config.jax_enable_x64:
             raise InputError(
-                "JAX must compute with 64 bits, since forces of microslip lose their meaning with "
-                'less: write jax.config.update("jax_enable_x64", True) before all else'
+                "JAX must compute with 64 bits, which the forces of microslip need: "
+                'write jax.config.update("jax_enable_x64", True) before all else'
             )
         names = sorted(parameters)
         values = jnp.stack([jnp.asarray(parameters[name], dtype=float) for name in names])

@@ -107,8 +107,8 @@ TABLE: Mapping[str, Row] = {
         "{without:3 {unit}} is found, {deviations:2} standard deviations apart"
     ),
     # -- of one number: its interval ------------------------------------------------------------
-    ABOVE: Row("the loops only say that it is not above {high:3 {unit}} ({confidence:%})"),
-    BELOW: Row("the loops only say that it is not below {low:3 {unit}} ({confidence:%})"),
+    ABOVE: Row("the loops only show that it is not above {high:3 {unit}} ({confidence:%})"),
+    BELOW: Row("the loops only show that it is not below {low:3 {unit}} ({confidence:%})"),
     "open": Row(
         (_EVERY + "that was tried", ", from {first:3 {unit}} to {last:3 {unit}},", _ANSWERS)
     ),
@@ -149,8 +149,8 @@ TABLE: Mapping[str, Row] = {
         verdict=NOT,
     ),
     "no minimum": Row(
-        "of a fit that did not end at a minimum: its interval is that of no best value",
-        "begin elsewhere with `start=...`, fix or bound what the records do not tell, or take "
+        "of a fit that did not end at a minimum: its interval surrounds no best value",
+        "begin elsewhere with `start=...`, fix or bound what the records do not determine, or take "
         "another law",
         IN_DOUBT,
     ),

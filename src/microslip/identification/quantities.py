@@ -159,11 +159,11 @@ def summits_of(problem: Problem, load: float | None) -> list[Quantity]:
     if not _has_summits(problem.model):
         raise InputError(
             '`contact_area` needs `law="interface"` with a distribution of summit heights: '
-            "other laws do not know their contacts"
+            "other laws do not model contacts"
         )
     if materials.pair is None:
         raise InputError(
-            "`contact_area` needs `pair=...`, the two materials: what a load presses flat "
+            "`contact_area` needs `pair=...`, the two materials: the contact area "
             "depends on the modulus"
         )
     index, datum_name = next(

@@ -239,7 +239,7 @@ def identify(
         if soft := problem.soft_rig():
             raise InputError(soft.words())
         raise InputError(
-            "no first guess comes out of these records; give `start=...` for "
+            "no start values follow from these records; give `start=...` for "
             f"{', '.join(model.names)}"
         )
     if problem.free_delay:
@@ -348,7 +348,7 @@ def _checked_summits(
         if count is not None:
             raise InputError(
                 '`summits` needs `law="interface"` with a distribution of summit heights: other '
-                "laws have no summits by chance"
+                "laws have no random summits"
             )
         return None
     if count is not None and not is_unknown:

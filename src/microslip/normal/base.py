@@ -398,8 +398,8 @@ class NormalLaw(Parametric, ABC):
         lightest = self._derivative_at(high, 0)
         if loads.min() < lightest:
             raise InputError(
-                f"`load` must be at least {lightest:.3g} N, the lightest this surface can tell "
-                f"from none, got {exact(loads.min())} N"
+                f"`load` must be at least {lightest:.3g} N, the lightest that this surface "
+                f"resolves, got {exact(loads.min())} N"
             )
         grid = np.linspace(low, high, 65)
         with np.errstate(divide="ignore"):

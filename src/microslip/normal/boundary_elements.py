@@ -244,8 +244,8 @@ def _solve(operator: Any, right: Floats, start: Floats, tolerance: float) -> Flo
         curvature = float(np.vdot(direction, moved))
         if not curvature > 0.0:
             raise InputError(
-                "all points are in contact, and nothing is left to come closer: a lighter "
-                "`tightening_pressure`, or heights and pixel in metres"
+                "all points are in contact: lower the `tightening_pressure`, or check that heights "
+                "and pixel are in metres"
             )
         step = square / curvature
         solution = solution + step * direction

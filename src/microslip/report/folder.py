@@ -89,7 +89,7 @@ def _stage(target: Path, ancestor: Path) -> Iterator[Path]:
                     if os.path.samestat(born, stage.lstat()):
                         shutil.rmtree(stage, ignore_errors=True)
             return
-    raise OSError("its temporary folders vanish")
+    raise OSError("its temporary folders are deleted by another program")
 
 
 def _umask() -> int:

@@ -109,7 +109,7 @@ def _banner(document: Document) -> Iterator[str]:
     unruled = " ".join(
         dict.fromkeys(block.none for block in document.verdicts if not block.verdicts)
     )
-    head = HEADLINES[word] if judged else f"{unruled} What the model assumes is for you to judge."
+    head = HEADLINES[word] if judged else f"{unruled} Judge the assumptions of the model yourself."
     look = word if document.verdicts else "watch"
     yield f'<div class="verdict {anchor(look)}">\n'
     if document.verdicts:

@@ -89,7 +89,7 @@ def _rows_shown(table: Table, limit: int) -> list[int]:
 
 HEADLINES = {
     "ok": "All assumptions of the model hold.",
-    "not judged": "What was judged holds, but not all was:",
+    "not judged": "All that could be judged holds; not judged:",
     "watch": "Read with care:",
     "outside": "Outside the model’s range:",
 }

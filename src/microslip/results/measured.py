@@ -196,7 +196,7 @@ def _sections(measured: Measurement, say: Say, is_alone: bool) -> tuple[Section,
     if measured.load_ripple is not None:
         facts.append(f"load ripple {significant(100.0 * measured.load_ripple)} %")
     if measured.rig_stiffness is not None:
-        facts.append(f"rig of {engineering(measured.rig_stiffness, 'N/m')} taken off")
+        facts.append(f"rig of {engineering(measured.rig_stiffness, 'N/m')} subtracted")
     ends = measured.thresholds
     regimes = (
         f"Regimes: stick up to A = {ends.stick:.3g}, gross slip from B = {ends.gross:.3g} "

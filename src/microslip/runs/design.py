@@ -415,7 +415,7 @@ class AnySearch(Search):
         part = study.uncertainty
         if part is not None and (part.scan_patches or part.identification):
             raise StudyError(
-                f"{study.name}: uncertainty: a design wants uncertain keys here; patches of a scan "
+                f"{study.name}: uncertainty: a design needs uncertain keys here; patches of a scan "
                 "and identifications go with a Greenwood–Williamson surface and one load"
             )
         self._varied = study

@@ -241,9 +241,7 @@ def _notes(design: Design, left_out: Sequence[str]) -> tuple[str, ...]:
         if spread.normal
     ]
     if design.part.correlations:
-        notes.append(
-            "Inputs correlate: their shares in the scatter are not answered apart by any method."
-        )
+        notes.append("Inputs correlate: their shares in the scatter cannot be separated.")
     if left_out:
-        notes.append(f"Too many numbers for bands: {', '.join(left_out)}.")
+        notes.append(f"Too many quantities for bands: {', '.join(left_out)}.")
     return tuple(notes)

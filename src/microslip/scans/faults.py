@@ -126,8 +126,8 @@ def _missing_peaks(heights: Floats, flat: Floats, std: float) -> list[str]:
         return []
     return [
         f"missing peaks: the points beside {count} gaps lie {height:.2g} standard deviations above "
-        "the mean: steep or bright tops were not measured; scan again with other light, for what "
-        "is filled in has no tops."
+        "the mean: steep or bright tops were not measured; scan again with other light, since "
+        "interpolated points have no peaks."
     ]
 
 

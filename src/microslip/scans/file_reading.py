@@ -87,8 +87,8 @@ def _understood(raw: RawHeights, path: Path, wishes: Wishes) -> Understood:
     if count := spikes(heights):
         spiky = (
             f"spikes: {count} points lie more than a million times farther from the median "
-            f"than usual, up to {engineering(float(max(abs(low), abs(high))), 'm')}; they "
-            "must go, by `outliers` or `valid`."
+            f"than usual, up to {engineering(float(max(abs(low), abs(high))), 'm')}; "
+            "remove them by `outliers` or `valid`."
         )
         notes.append(spiky)
     elif atom := repeated(heights):
@@ -103,7 +103,7 @@ def _understood(raw: RawHeights, path: Path, wishes: Wishes) -> Understood:
     if (zeros := exact_zeros(heights)) is not None:
         words = (
             f"{zeros} points are exactly 0, and no other height is there nearly as "
-            'often; if that stands for "nothing measured", make them missing before, or '
+            'often; if that stands for "nothing measured", mark them as missing first, or '
             "leave them out by `outliers=6`."
         )
         notes.append(Remark(SUSPECT, words))

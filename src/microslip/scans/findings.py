@@ -367,7 +367,7 @@ def _joint(
 def _summits(request: Request, levelled: Scan) -> tuple[Summits | None, list[str]]:
     if levelled.is_profile:
         return None, [
-            "A profile has peaks but no summits: only moments tell of them, as if it were of an "
+            "A profile has peaks but no summits: moments estimate them, as if it were of an "
             "isotropic Gaussian surface."
         ]
     try:

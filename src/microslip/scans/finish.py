@@ -23,7 +23,7 @@ from microslip.scans.summit_statistics import SummitStatistics
 GAUSSIAN_RQ = math.sqrt(0.5 * math.pi)
 """Rq over Ra of Gaussian heights [-]."""
 BREADTHS = (2.0, 10.0, 50.0)
-"""Nayak's alpha [-] where nobody has measured it: lowest, middle, highest."""
+"""Nayak's alpha [-] where it was not measured it: lowest, middle, highest."""
 
 
 class Range(NamedTuple):

@@ -122,7 +122,7 @@ def height_laws(
         choice = "gaussian"
         reason = (
             f"Gaussian heights give {_percent(miss)} of the stiffness of the summits themselves, "
-            f"within what {touching} measured contacts can tell, and {100.0 * gauss.above:.2g} % "
+            f"within the scatter of {touching} measured contacts, and {100.0 * gauss.above:.2g} % "
             "of the load is above the highest measured summit"
         )
     else:

@@ -209,7 +209,7 @@ BREADTH = option(
 )
 PROCESS = option(
     "process",
-    "What made the face; without a height the roughness that it commonly leaves.",
+    "Process that made the face; without a height its typical roughness is taken.",
     example="ground",
     choices=PROCESSES,
 )

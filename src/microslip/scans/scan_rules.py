@@ -41,7 +41,7 @@ RULES: Mapping[str, Rule] = {
             "heights are near a Gaussian, before any filter, too; far above 3, scratches, pits or "
             "spikes make the rms",
             _CONVENTION,
-            "leave the extreme points out, and build on counted summits",
+            "leave the extreme points out, and use counted summits",
         ),
         _share_rule("m0", "heights"),
         _share_rule("m2", "slopes"),
@@ -71,7 +71,7 @@ RULES: Mapping[str, Rule] = {
             0.9,
             "Nayak's alpha is at least 1.5, as of an isotropic Gaussian surface",
             "Nayak (1971), DOI 10.1115/1.3451608",
-            "build on counted summits",
+            "use counted summits",
         ),
         Rule(
             "missing",
@@ -85,9 +85,9 @@ RULES: Mapping[str, Rule] = {
             "anisotropy",
             1.5,
             3.0,
-            "slopes are alike in all directions, as McCool's formulas have it",
+            "slopes are alike in all directions, as McCool's formulas assume",
             _CONVENTION,
-            "build on counted summits",
+            "use counted summits",
             missing="a profile has one direction only",
         ),
         # Verdicts on their distribution.
@@ -118,8 +118,8 @@ RULES: Mapping[str, Rule] = {
                 f"slope of stiffness over {waves}-wave cut-off",
                 0.2,
                 0.5,
-                f"the {waves}-wave cut-off decides little: twice of it moves the stiffness by "
-                f"{times} at most",
+                f"the {waves}-wave cut-off has little influence: doubling it changes the stiffness "
+                f"by {times} at most",
                 _CONVENTION,
                 remedy,
             )
@@ -128,8 +128,8 @@ RULES: Mapping[str, Rule] = {
                 (
                     "long",
                     "15 %",
-                    "take the cut-off from what the bodies follow by bending, scan as much as "
-                    "the joint is large, or compare with a test",
+                    "take the cut-off from the waves that the bodies follow by bending, scan "
+                    "as much as the joint is large, or compare with a test",
                 ),
             )
         ),
@@ -137,7 +137,7 @@ RULES: Mapping[str, Rule] = {
             "stiffness on patches of half the length, as a factor",
             1.2,
             1.5,
-            "the size of the scan decides little",
+            "the size of the scan has little influence",
             _CONVENTION,
             "scan a larger area, and treat waves longer than it as form",
         ),
@@ -209,7 +209,7 @@ RULES: Mapping[str, Rule] = {
             "Nayak's alpha is at least 1.5; moments of curvature are dominated by the few "
             "sharpest points",
             "McCool (1987), DOI 10.1115/1.3261349: on a Gaussian surface they are the same",
-            "build on counted summits",
+            "use counted summits",
         ),
         Rule(
             "radius by load over radius by curvature",

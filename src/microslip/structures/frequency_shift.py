@@ -21,15 +21,15 @@ SHIFT = Rule(
     watch=2.5,
     outside=6.0,
     meaning=(
-        "Friction shifts the frequency: the shift over the one that goes with the damping which "
-        "the amplitude adds (microslip: added damping 0.424 of the relative shift)."
+        "Friction shifts the frequency: the shift over the one that belongs to the damping "
+        "added with amplitude (microslip: added damping 0.424 of the relative shift)."
     ),
     reason=(
         "On a bolted beam in microslip the damping added was 0.93 to 1.08 times that; "
-        "a shift far larger, or one upwards, is the geometry's (thin or curved parts) or the gaps'."
+        "a shift far larger, or upwards, comes from geometry (thin or curved parts) or from gaps."
     ),
     remedy="Give the structure its geometry, with_geometry(...), or fit smaller amplitudes alone.",
-    missing="The frequency moves by less than 0.05 %, which says nothing.",
+    missing="The frequency moves by less than 0.05 %, too little to judge.",
 )
 
 

@@ -109,7 +109,7 @@ def _signal(time: ArrayLike, signal: ArrayLike) -> tuple[Floats, Floats]:
         raise InputError(f"signal must have one value for each of the {t.size} times, got {x.size}")
     largest = float(np.abs(x).max(initial=0.0))
     if largest > 1e100:
-        raise InputError(f"signal must be what a sensor shows, got a value of {largest:.4g}")
+        raise InputError(f"signal must be a sensor's reading, got a value of {largest:.4g}")
     return t, x
 
 

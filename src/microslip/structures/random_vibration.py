@@ -41,8 +41,8 @@ OUTSIDE = Rule(
     watch=0.05,
     outside=0.3,
     meaning="One mode moves a joint: the share of others in the variance of its velocity.",
-    reason="Where several modes move one joint its power was told 15 to 39 % too low.",
-    remedy="Integrate in time for the power of these joints; standard deviations stand.",
+    reason="Where several modes move one joint its power was underestimated by 15 to 39 %.",
+    remedy="Integrate in time for the power of these joints; standard deviations remain valid.",
 )
 SOFTENING = Rule(
     "loss of a joint's stiffness",

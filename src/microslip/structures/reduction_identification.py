@@ -76,7 +76,7 @@ SHARP = Rule(
     1.0, 3.0,
     "The test determines each parameter.",
     "Half width of the widest 90 % interval beside its value.",
-    "Give that parameter: this test does not know it.",
+    "Give that parameter: this test does not determine it.",
 )  # fmt: skip
 INSIDE = Rule(
     "parameters at a bound",

@@ -20,7 +20,7 @@ from microslip.study.part import Part, key
 from microslip.study.readers import KeyedError, Place
 from microslip.study.uncertain import Spread, Unsure
 
-_LOST = "; the tension falls by it over the resiliences of bolt and plates."
+_LOST = "; the tension falls by f_Z over the resiliences of bolt and plates."
 
 
 class TightenedBolts(Part):
@@ -40,20 +40,22 @@ class TightenedBolts(Part):
     tightening_factor: float | None = optional(
         Bolts,
         "tightening_factor",
-        help="Largest over smallest preload at one torque (VDI 2230's alpha_A): the torque then "
-        "scatters by itself; bands of other scatter take 1.6 with a torque.",
+        help="Largest over smallest preload at one torque (VDI 2230's alpha_A), so the torque is "
+        "an uncertain input; where others are uncertain it is 1.6 unless given.",
     )
     embedding: float | None = key(
         Unsure(quantity(LENGTH, "8 um")),
-        f"By how much the faces of a bolt embed together (VDI 2230's f_Z){_LOST}",
+        f"Embedding f_Z of all faces of a bolt (VDI 2230){_LOST}",
         default=None,
     )
     rz: float | None = key(
         Unsure(quantity(LENGTH, "6.3 um")),
-        f"Rz of the faces that embed, in place of embedding: VDI 2230's table for it{_LOST}",
+        f"Rz of the faces, for f_Z by the table of VDI 2230, in place of embedding{_LOST}",
         default=None,
     )
-    interfaces: int = key(whole_number(1, 20), "Faces between the plates, for rz.", default=1)
+    interfaces: int = key(
+        whole_number(1, 20), "Number of faces between the plates, for rz.", default=1
+    )
     size: str | None
 
     _plate_modulus: float | None = None  # of what the bolts clamp, once the materials are read

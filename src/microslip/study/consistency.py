@@ -342,7 +342,7 @@ def questions(study: Any) -> list[str]:
     """Likely unit errors of a study, a sentence each; empty where all is usual."""
     unknown = [
         f"{key}: is this number known? The loops that the study was identified from do not "
-        "determine it: others fit as well; take the key from not_identified once it is measured."
+        "determine it: others fit as well; delete the key in not_identified once it is measured."
         for key in study.not_identified or ()
     ]
     return unknown + [
@@ -384,7 +384,7 @@ def _usual_of_structure(part: Any) -> Iterator[tuple[str, float, Usual]]:
     if part.density is not None:
         yield "structure.density", part.density, _BODY
     extent = part.extent
-    usual = Usual(1e-10 * extent, 1e-2 * extent, "m", "vibration of something so long")
+    usual = Usual(1e-10 * extent, 1e-2 * extent, "m", "vibration of a part of this length")
     if part.quantity == "displacement":
         yield "structure.amplitude.from", float(part.amplitudes[0]), usual
         yield "structure.amplitude.to", float(part.amplitudes[-1]), usual
@@ -393,7 +393,7 @@ def _usual_of_structure(part: Any) -> Iterator[tuple[str, float, Usual]]:
     factors_of_mass = (part.density, part.length, part.width, part.thickness)
     if part.mesh is None and None not in factors_of_mass:
         body = math.prod(map(float, factors_of_mass))
-        usual = Usual(1e-6 * body, body, "kg", "what is fixed to a structure of such a mass")
+        usual = Usual(1e-6 * body, body, "kg", "masses fixed to a structure of this mass")
         for fixed in part.masses:
             yield "structure.masses.mass", float(fixed.mass), usual
     for force in part.force.amplitude if part.force is not None else ():

@@ -50,11 +50,11 @@ class Design:
         self._patches = self._replicates()
         if self._patches is not None:
             count = " x ".join(map(str, self.part.scan_patches or ()))
-            self.inputs.append(Input("surface.scan", f"{count} patches, drawn anew together"))
+            self.inputs.append(Input("surface.scan", f"{count} patches, resampled together"))
         self._pieces = self._drawn_pieces()
         if self._pieces is not None:
             count = self._pieces.shape[1]
-            self.inputs.append(Input("surface.scan", f"{count} pieces, drawn anew together"))
+            self.inputs.append(Input("surface.scan", f"{count} pieces, resampled together"))
         names: tuple[str, ...] = ()
         if self.part.identification is not None:
             names, self._fitted, covariance = self.part.fit

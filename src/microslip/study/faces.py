@@ -84,7 +84,7 @@ class DrawnFace(Part):
     def face(self) -> RoughFace:
         """Summits in the middle of the ranges."""
         finish = self.finish
-        origin = f"by its drawing, which leaves open {self._range_texts(finish.ranges)}"
+        origin = f"by its drawing, within {self._range_texts(finish.ranges)}"
         return RoughFace(finish.statistics, origin, ranges=finish.ranges)
 
     def _range_texts(self, ranges: Mapping[str, tuple[float, float]]) -> str:
@@ -209,7 +209,7 @@ class FacedSurface(SurfaceTable):
         if len(sentences) > 1:
             sentences.append(
                 f"surface: both faces together {self.statistics}: their spectral moments add "
-                "(Greenwood 1984), as of isotropic Gaussian faces that know nothing of each other."
+                "(Greenwood 1984), as of independent isotropic Gaussian faces."
             )
         return sentences
 

@@ -36,13 +36,15 @@ class Joint(Part):
     """Friction coefficient [–] and normal loads [N] of the joint."""
 
     law: str = tag(
-        INTERFACE, "The surface decides; other laws have keys of their own.", default=INTERFACE
+        INTERFACE,
+        "Friction law: interface is that of the surface, others have their own keys.",
+        default=INTERFACE,
     )
     friction_coefficient: float = key_for(parameter_of(Interface, "friction_coefficient"))
     normal_load: tuple[float, ...] = key(
         Items(Unsure(LOAD), '["500 N", "2 kN"]', single=True, distinct=True),
         "Normal load, one or a list of different ones; one joint for each. Only a "
-        "[structure] needs none: its bolts press.",
+        "[structure] needs none: its bolts press the faces together.",
         default=(),
     )
     tightening_load: float | None = key(
@@ -60,13 +62,13 @@ class Joint(Part):
     )
     tightening_model: str | None = key(
         one_of(*MODELS),
-        "How a summit yields under tightening_load; after Jackson and Green (2005) by default.",
+        "Model of a summit that yields under tightening_load; Jackson and Green (2005) by default.",
         default=None,
     )
     pressure: PressurePart | None = key(
         ANY_PRESSURE,
-        "How the load is spread over the faces; evenly over the whole area if absent. "
-        "Bolts with a tension or a torque say the load, too.",
+        "Distribution of the pressure over the faces; even over the whole area if absent. "
+        "Bolts with a tension or a torque give the load, too.",
         '{ kind = "bolt", size = "M8", preload = "15 kN", plates = ["10 mm", "10 mm"] }',
         default=None,
     )

@@ -25,7 +25,7 @@ DRAWING_KEYS = ("length", "width", "thickness", "lap")
 class LapPart(Part):
     """One of several laps: where it lies, how long it is, and where its bolts are."""
 
-    at: float = key(PLACE, "Its middle, from the middle of the whole.", '"-200 mm"')
+    at: float = key(PLACE, "Its middle, from the middle of the beam.", '"-200 mm"')
     length: float = key(LENGTH, "Length of the overlap.", '"60 mm"')
     positions: tuple[float, ...] = key(
         Items(PLACE, '["-15 mm", "15 mm"]', (1, MOST_BOLTS), single=True),
@@ -78,7 +78,7 @@ ORDER = key(
     "at once and without, unless given.",
     default=(),
 )
-PASSES = key(whole_number(1, 20, "2"), "How often one goes round in that order.", default=1)
+PASSES = key(whole_number(1, 20, "2"), "Number of rounds in that order.", default=1)
 
 
 def check_bolts(slack: Sequence[int], order: Sequence[int], count: int) -> None:

@@ -43,7 +43,7 @@ TIGHTENING = option(
 )
 PIECE = option(
     "piece",
-    "Points along a side of the pieces that the scan is solved in, about; none solves it as one.",
+    "Points along a side of the pieces the scan is solved in, approximately; none solves it whole.",
     int,
     default=256,
     least=16,
@@ -52,8 +52,8 @@ PIECE = option(
 )
 COARSER = option(
     "coarser",
-    "Whether to solve every second point, and all without the shortest waves, too, and to say what "
-    "that changes.",
+    "Whether to solve also by every second point and without the shortest waves, and report the "
+    "changes.",
     bool,
     default=False,
 )
@@ -62,7 +62,7 @@ COARSER = option(
 class MeasuredFace(ReadScan):
     """A scan solved point by point: interacting contacts that yield."""
 
-    law: str = tag("measured", "A scan itself, point by point, with contacts that yield.")
+    law: str = tag("measured", "A scan solved point by point, with contacts that yield.")
     materials: tuple[str, str] = MATERIALS
     scan: str = key_of(SCAN, "File of the scan, relative to the folder of the study.")
     cutoff: float | None = key_of(options.CUTOFF.but(default=None))
@@ -156,10 +156,10 @@ class MeasuredFace(ReadScan):
         if self._form_off:
             off = float(np.std(self.conditioned.heights - self.face.heights))
             return [
-                f"{ends}; longer ones than a patch, {engineering(off, 'm')} rms of the scan, are "
-                "form: structure.form has them, or nothing does."
+                f"{ends}; waves longer than a patch, {engineering(off, 'm')} rms of the scan, are "
+                "form, and are in the model only if structure.form includes them."
             ]
         return [
             f"{ends}; the scan is no larger. From there to the side of a patch, "
-            f"{engineering(patch, 'm')}, nothing has them, and beyond that structure.form does."
+            f"{engineering(patch, 'm')}, no waves are modelled; longer ones are in structure.form."
         ]

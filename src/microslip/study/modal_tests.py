@@ -61,7 +61,7 @@ class MeasuredPart(Part):
     )
     motion: Motion | None = key(
         one_of(*get_args(Motion)),
-        "Origin of a curve: settled answers (steady) or free decays (decay), whose "
+        "Origin of a curve: steady responses (steady) or free decays (decay), whose "
         "damping ratios differ; as the file shows unless given.",
         default=None,
     )

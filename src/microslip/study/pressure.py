@@ -46,11 +46,11 @@ class PressurePart(Part):
 class _Round(PressurePart):
     """Round, between two radii."""
 
-    outer: float = key(_LENGTH, "Radius at which it ends.", '"8 mm"')
+    outer: float = key(_LENGTH, "Outer radius.", '"8 mm"')
     inner: float | None = key(
         _LENGTH, "Radius of the hole, if there is one.", '"4.5 mm"', default=None
     )
-    count: int = key(_COUNT, "How many such, equal and apart.", default=1)
+    count: int = key(_COUNT, "Number of such contacts, equal and separate.", default=1)
 
     def spread(self, rings: int = RINGS) -> Pressure:
         """The distribution."""
@@ -83,7 +83,7 @@ class AnnulusPressure(_Round):
 class TablePressure(PressurePart):
     """Round, by a table of pressures at distances from the axis; only how they compare counts."""
 
-    kind: str = tag("table", "By a table over the distance from the axis.")
+    kind: str = tag("table", "Tabulated over the distance from the axis.")
     distance: tuple[float, ...] = key(
         Numbers(quantity(LENGTH, "0 mm", "any"), '["0 mm", "5 mm", "10 mm"]'),
         "Distances, rising: a list or a column of a CSV file.",
@@ -91,7 +91,7 @@ class TablePressure(PressurePart):
     pressure: tuple[float, ...] = key(
         _PRESSURES, "Pressures there: a list or a column of a CSV file."
     )
-    count: int = key(_COUNT, "How many such, equal and apart.", default=1)
+    count: int = key(_COUNT, "Number of such contacts, equal and separate.", default=1)
 
     def spread(self, rings: int = RINGS) -> Pressure:
         """The distribution."""
@@ -130,7 +130,7 @@ class BoltPressure(TightenedBolts, PressurePart):
     )
     axial_load: float | None = key(
         Unsure(quantity(FORCE, "2 kN")),
-        "Load on each bolt that pulls the plates apart; all but the bolt's share relieves them.",
+        "Axial load on each bolt, which parts the plates; all but the bolt's share relieves them.",
         default=None,
     )
     load_factor: float | None = key(
@@ -142,7 +142,7 @@ class BoltPressure(TightenedBolts, PressurePart):
     )
     head: float | None = key(
         _LENGTH,
-        "Diameter of what presses on the plates: head, nut or washer.",
+        "Bearing diameter of head, nut or washer on the plates.",
         '"16 mm"',
         default=None,
     )

@@ -127,7 +127,7 @@ class Scanned(ReadScan):
 
 
 class ScanSurface(Scanned):
-    """Summits of a scanned surface; its short-wave cut-off [m] decides what a summit is."""
+    """Summits of a scanned surface; its short-wave cut-off [m] defines a summit."""
 
     law: str = tag("scan", "Summits found in a scan of a surface.")
     materials: tuple[str, str] = MATERIALS
@@ -327,7 +327,7 @@ class ScanSurface(Scanned):
         if self.estimate == options.PERSSON:
             theory = "the power spectrum by Persson's theory, with interacting contacts"
             source = f"surface.scan: {name}, {self._cutoff_words()}"
-            return [f"{source}: {theory}. The cut-off decides it."]
+            return [f"{source}: {theory}. It depends on the cut-off."]
         parameters = "" if part is None else f" {part}"
         remark = {
             "table": ", heights by the density of those counted",

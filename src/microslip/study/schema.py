@@ -54,7 +54,7 @@ class Curve(Part):
     to: float = key(AMPLITUDE, "Largest amplitude.", '"100 um"')
     points: int = key(
         whole_number(2, MAX_POINTS, "200"),
-        "How many amplitudes, evenly spaced on a log axis.",
+        "Number of amplitudes, evenly spaced on a log axis.",
         default=200,
     )
 
@@ -134,7 +134,7 @@ class History(Part):
     column: str = key(COLUMN, default=REQUIRED)
     unit: str | None = key(COLUMN_UNIT)
     quantity: Literal["displacement", "force"] = key(
-        one_of(*_QUANTITIES), "What the column holds.", default="displacement"
+        one_of(*_QUANTITIES), "Quantity in the column.", default="displacement"
     )
     normal_load: LoadColumn | None = key(
         Table(LoadColumn),
@@ -209,7 +209,7 @@ class Excitation(Part):
     )
     load_variation: LoadVariation | None = key(
         Table(LoadVariation),
-        "How the normal load varies over the cycles of the loops.",
+        "Variation of the normal load over the cycles of the loops.",
         default=None,
     )
     history: History | None = key(
@@ -260,8 +260,8 @@ class Output(Part):
 
     formats: tuple[str, ...] = key(
         Items(one_of(*FORMATS), '["netcdf", "csv", "svg"]', (1, 20), distinct=True),
-        "Files that are written; PNG, PDF, and the responses to structure.force as UFF, where "
-        "asked for.",
+        "Formats of the files; PNG, PDF, and UFF of the responses to structure.force, only on "
+        "request.",
         default=FORMATS[:3],
     )
     report: bool = key(
@@ -278,7 +278,7 @@ class StudyTables(Part):
         "1",
         alias="schema",
     )
-    title: str = key(LINE, "One line for figures, tables and the report.", default="")
+    title: str = key(LINE, "Title of figures, tables and the report; one line.", default="")
     not_identified: tuple[str, ...] | None = key(
         Items(text("a key", "surface.radius"), '["surface.radius"]', (1, 20), single=True),
         "Keys whose values the loops did not determine, as `microslip identify` writes them: "
@@ -293,7 +293,7 @@ class StudyTables(Part):
     )
     surface: Any = key(
         ANY_SURFACE,
-        "The two bodies and how they touch; only for the law interface.",
+        "The two bodies and their contact; only for the law interface.",
         default=None,
     )
     joint: Any = key(ANY_JOINT, "Friction and load, or a friction law by its own parameters.")
@@ -301,14 +301,14 @@ class StudyTables(Part):
         Table(Excitation), "Amplitudes, curves and histories.", default=Excitation()
     )
     oscillator: OscillatorPart | None = key(
-        Table(OscillatorPart), "A mass on a spring that the joint holds, too.", default=None
+        Table(OscillatorPart), "A mass held by a spring and by the joint.", default=None
     )
     structure: StructurePart | None = key(
         Table(StructurePart), "A bolted structure that the surface holds together.", default=None
     )
     uncertainty: UncertaintyPart | None = key(
         Table(UncertaintyPart),
-        "How numbers that are given with their scatter are drawn.",
+        "Sampling of the uncertain inputs.",
         default=None,
     )
     output: Output = key(Table(Output), "What is written.", default=Output())

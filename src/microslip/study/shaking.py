@@ -42,7 +42,7 @@ class ForcePart(Part):
     )
     at: tuple[float, float, float] | None = key(
         Items(PLACE, '["0.3 m", "0 m", "0 m"]', (3, 3)),
-        "Where it pushes, from the middle of the lap: along, across, upwards; at the sensor "
+        "Point of application, from the middle of the lap: along, across, upwards; at the sensor "
         "unless given.",
         default=None,
     )
@@ -97,10 +97,12 @@ class RandomPart(_Shaken):
         "Levels there, one-sided, in (m/s^2)^2/Hz.",
     )
     duration: float = key(
-        quantity(TIME, "60 s"), "Of the noise, for the peaks to expect.", default=60.0
+        quantity(TIME, "60 s"), "Duration of the noise, for the expected peaks.", default=60.0
     )
     modes: int = key(
-        whole_number(1, 10, "2"), "How many modes feel their joints; others are linear.", default=2
+        whole_number(1, 10, "2"),
+        "Number of modes with nonlinear joints; others are linear.",
+        default=2,
     )
 
     def check(self, place: Place) -> None:
@@ -120,7 +122,7 @@ class ShockPart(_Shaken):
     """Half-sine pulses of the ground, as shock tests have them (IEC 60068-2-27)."""
 
     acceleration: tuple[float, ...] = key(_LEVELS, "Severities: the peak of each pulse.")
-    duration: float = key(quantity(TIME, "11 ms"), "Length of the pulses.")
+    duration: float = key(quantity(TIME, "11 ms"), "Duration of the pulses.")
 
 
 class CoordinatePart(Part):
@@ -146,7 +148,7 @@ class GeometryPart(Part):
     )
     reach: float | None = key(
         LENGTH,
-        "How far the middle of a drawn part may bend, where there is no file; 1.5 of its "
+        "Largest bending of the middle of a drawn part, where there is no file; 1.5 of its "
         "thicknesses unless given.",
         '"2 mm"',
         default=None,
@@ -187,11 +189,11 @@ class GeometryPart(Part):
         return {f"bend {i}": (c.at, c.direction) for i, c in enumerate(self.coordinates, 1)}
 
 
-BASE: Any = key(Table(BasePart), "Sines of the ground: a shaker table.", default=None)
-RANDOM: Any = key(Table(RandomPart), "Noise of the ground.", default=None)
-SHOCK: Any = key(Table(ShockPart), "Pulses of the ground.", default=None)
+BASE: Any = key(Table(BasePart), "Sine sweeps of the ground, as on a shaker table.", default=None)
+RANDOM: Any = key(Table(RandomPart), "Random vibration of the ground.", default=None)
+SHOCK: Any = key(Table(ShockPart), "Shock pulses of the ground.", default=None)
 GEOMETRY: Any = key(
-    Table(GeometryPart), "How thin, curved parts stiffen or soften as they bend.", default=None
+    Table(GeometryPart), "Geometric nonlinearity of thin or curved parts in bending.", default=None
 )
 EXCITED = ("base", "random", "shock")
 """Tables that want something on the ground."""

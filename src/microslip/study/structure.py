@@ -185,7 +185,10 @@ class AmplitudeRange(Part):
     """Amplitudes at the sensor, of displacement, velocity or acceleration, even on a log axis."""
 
     start: SensedAmplitude = key(
-        _Sensed(AMPLITUDE), "Smallest amplitude; its unit says of what.", '"0.1 um"', alias="from"
+        _Sensed(AMPLITUDE),
+        "Smallest amplitude: a displacement, velocity or acceleration, by its unit.",
+        '"0.1 um"',
+        alias="from",
     )
     to: SensedAmplitude = key(_Sensed(AMPLITUDE), "Largest amplitude.", '"30 um"')
     points: int = key(whole_number(2, MOST_POINTS, "10"), "How many.", default=10)
@@ -244,7 +247,7 @@ class StructurePart(Part):
     )
     mesh: MeshPart | None = key(
         Table(MeshPart),
-        "A mesh of one's own in place of length, width, thickness and lap.",
+        "Your own mesh in place of length, width, thickness and lap.",
         default=None,
     )
     density: float | None = key(Unsure(MASS_DENSITY), "Mass density of the parts.", default=None)
@@ -265,7 +268,7 @@ class StructurePart(Part):
     element_size: float | None = key(
         LENGTH,
         "Size of the finite elements in the lap; a 24th of the lap or a quarter of the "
-        "width, what is less, unless given.",
+        "width, whichever is less, unless given.",
         '"5 mm"',
         default=None,
     )
@@ -308,13 +311,13 @@ class StructurePart(Part):
     )
     samples: int = key(
         whole_number(8, MOST_SAMPLES, "64"),
-        "Samples for the bands, where something is given as a range.",
+        "Samples for the bands, where inputs are uncertain.",
         default=64,
     )
     converge: bool = key(
         YES_NO,
-        "Whether patches are refined where energy is lost, and what finer patches, "
-        "elements, more kept modes and harmonics would change is reported; some minutes.",
+        "Whether to refine patches where energy is lost, and report the changes by finer patches, "
+        "finer elements, more kept modes and more harmonics; takes minutes.",
         default=False,
     )
     geometry: GeometryPart | None = GEOMETRY

@@ -77,12 +77,12 @@ _ANY_PAIR = MaterialPair(Material(1e9, 0.3), Material.rigid())
 class Elastic(Part):
     """An elastic material [Pa, –, Pa]; its hardness only serves warnings."""
 
-    rigid: bool = tag(False, "Whether the body does not deform.", default=False)
+    rigid: bool = tag(False, "Whether the body is rigid.", default=False)
     young_modulus: float = key_for(parameter_of(Material, "young_modulus"))
     poisson_ratio: float = key_for(parameter_of(Material, "poisson_ratio"))
     hardness: float | None = key_for(
         parameter_of(Material, "hardness"),
-        help="Indentation hardness; it changes no result, it adds the plasticity index.",
+        help="Indentation hardness, for the plasticity index and for surfaces that yield.",
     )
 
     @classmethod
@@ -187,7 +187,9 @@ class TableSurface(Surface):
         "Loads at these, falling and convex: a list or a column of a CSV file.",
     )
     tail: str | None = key(
-        one_of("exponential"), "How it continues where its last load is not zero.", default=None
+        one_of("exponential"),
+        "Extrapolation beyond the last separation, where the load there is not zero.",
+        default=None,
     )
 
     def build(self, pair: MaterialPair) -> NormalLaw:
@@ -229,7 +231,7 @@ class SpectralSurface(Surface):
         default=None,
     )
     shortest: float | None = key(
-        ROUGHNESS, "Its shortest wave, which decides the slope.", '"5 um"', default=None
+        ROUGHNESS, "Its shortest wave, which determines the slope.", '"5 um"', default=None
     )
     area: float = key(AREA, "Apparent area.")
 
@@ -280,7 +282,7 @@ class RoughFaceSurface(Surface):
         default=None,
     )
     hurst: float = key(
-        Unsure(SHARE), "Hurst exponent; 0.8 where nobody has measured it.", "0.8", default=0.8
+        Unsure(SHARE), "Hurst exponent; 0.8 if it was not measured.", "0.8", default=0.8
     )
     skewness: float | None = key(
         number("-0.4"), "Skewness of the heights (Ssk or Rsk), for verdicts.", default=None

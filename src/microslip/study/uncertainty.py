@@ -63,12 +63,12 @@ class UncertaintyPart(Part):
     )
     correlations: tuple[CorrelationPart, ...] = key(
         Items(Table(CorrelationPart), f"[{{ between = {_KEYS}, value = -0.5 }}]", (1, 100)),
-        "Which of the uncertain numbers go together.",
+        "Correlations of the uncertain numbers.",
         default=(),
     )
     scan_patches: tuple[int, ...] | None = key(
         Items(whole_number(1, 30), "[3, 3]", (1, 2)),
-        "Patches of a scanned surface, across and down, that are drawn anew together: "
+        "Patches of a scanned surface, across and down, that are resampled together: "
         "spread, radius and density of the summits keep their correlation.",
         default=None,
     )

@@ -149,7 +149,8 @@ def worn(laws: Any) -> Plot:
             continue
         is_archard = law.law == ARCHARD
         unit, letter = prefix(float(law.energy.max()))
-        label = f"Load × way [{letter}N m]" if is_archard else f"Dissipated energy [{letter}J]"
+        noun = "Load × sliding distance" if is_archard else "Dissipated energy"
+        label = f"{noun} [{letter}{'N m' if is_archard else 'J'}]"
         panel = Panel(
             Axis(label, low=0.0, unit=unit),
             Axis("" if is_archard else "Worn volume [mm³]", low=0.0, unit=1e-9, bare=is_archard),

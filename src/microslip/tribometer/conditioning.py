@@ -74,7 +74,7 @@ def condition(
             even_time = np.linspace(record.time[0], record.time[-1], len(record))
             for key, values in channels.items():
                 channels[key] = np.interp(even_time, record.time, values)
-            notes.append(f"uneven steps of time, {jitter:.2g} of their mean, were evened")
+            notes.append(f"uneven time steps, {jitter:.2g} of their mean, were resampled evenly")
     if delay != 0.0:
         shift, size = delay * _rate(rate, "delay"), len(record)
         if abs(shift) > 0.25 * (size - 1):
@@ -85,7 +85,7 @@ def condition(
         lost = math.ceil(abs(shift))
         inner = slice(0, size - lost) if shift > 0.0 else slice(lost, None)
         channels = {key: values[inner] for key, values in channels.items()}
-        notes.append(f"the force was moved forward by {delay:.6g} s")
+        notes.append(f"the force was shifted forward by {delay:.6g} s")
     if drift:
         cycles, slopes = split(channels["displacement"], channels["force"]), []
         for key in ("displacement", "force"):
@@ -105,7 +105,7 @@ def condition(
             )
         for key in channels.keys() - {"commanded", "cycle_number"}:
             channels[key] = _low_pass(channels[key], cutoff / sampled)
-        notes.append(f"low-pass at {cutoff:g} Hz, forth and back")
+        notes.append(f"low-pass at {cutoff:g} Hz, forward and backward")
     if rig_stiffness is not None:
         rig_stiffness = positive("rig_stiffness", rig_stiffness, "N/m", 1e8)
         channels["displacement"] = channels["displacement"] - channels["force"] / rig_stiffness
@@ -142,7 +142,7 @@ def _without_gaps(record: Record) -> None:
     if gaps.size and record.time is not None:
         raise InputError(
             f"{record.name}: the time has a gap after {exact(record.time[gaps[0]])} s, and nothing "
-            "can be evened, filtered or moved across it; take the samples of one block"
+            "can be resampled, filtered or shifted across it; take the samples of one block"
         )
 
 

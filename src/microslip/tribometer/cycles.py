@@ -70,8 +70,8 @@ class Drift(NamedTuple):
         """Note on it."""
         unit = "m" if self.channel == "displacement" else "N"
         return (
-            f"the {self.channel} drifts by {engineering(self.total, unit)} over the cycles that "
-            f"count, {significant(100.0 * self.share, 2)} % of its range; {remedy}"
+            f"the {self.channel} drifts by {engineering(self.total, unit)} over the evaluated "
+            f"cycles, {significant(100.0 * self.share, 2)} % of its range; {remedy}"
         )
 
 
@@ -115,7 +115,7 @@ class Delay(NamedTuple):
         remedy = "`sample_rate` makes a time of it"
         if self.seconds is not None:
             size = engineering(abs(self.seconds), "s")
-            remedy = f"`delay={self.seconds:.3g}` takes it off"
+            remedy = f"`delay={self.seconds:.3g}` removes it"
         way = "behind" if self.samples > 0.0 else "ahead of"
         return (
             f"the force seems {size} {way} the displacement, by a delay or a filter of its "
@@ -264,8 +264,8 @@ class Cycles:
         if high - low <= STEADY * abs(mean):
             return []
         return [
-            f"the normal load is {low:.4g} to {high:.4g} N in the means of the cycles; what is "
-            f"found is of {mean:.4g} N"
+            f"the normal load is {low:.4g} to {high:.4g} N in the means of the cycles; results "
+            f"are of {mean:.4g} N"
         ]
 
     @cached_property

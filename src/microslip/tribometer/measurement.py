@@ -328,7 +328,7 @@ def measure(
     error = max(float(energies.std()), _energy_noise(*channels, largest.cycles.period))
     check_direction(
         *(record.name, float(np.median(energies)), error / energies.size**0.5, *channels),
-        "`delay=1e-4`, say, takes that off",
+        "`delay=1e-4`, say, removes it",
     )
     if rig_stiffness is not None:
         rig_stiffness = positive("rig_stiffness", rig_stiffness, "N/m", 1e8)
@@ -341,9 +341,7 @@ def measure(
             "in some cycles too few samples lie in the first quarter of the force after a "
             "reversal to read a stiffness"
         )
-    notes += [
-        drift.note("`drift=True` takes it off") for drift in judged.drifts(counting.selection)
-    ]
+    notes += [drift.note("`drift=True` removes it") for drift in judged.drifts(counting.selection)]
     if judged.delay is not None:
         notes.append(judged.delay.note())
     notes += _beyond_all_rigs(columns)
@@ -469,7 +467,7 @@ def _turned_to_its_peak(record: Record) -> Record:
     rate = record.sample_rate
     if record.time is not None:
         rate = (x.size - 1) / float(record.time[-1] - record.time[0])
-    notes = (*record.notes, "one closed loop: measured from its highest place on, as averaged")
+    notes = (*record.notes, "one closed loop: taken from its largest displacement on, as averaged")
     channels |= {"time": None, "sample_rate": rate, "cycle_number": None, "notes": notes}
     return replace(record, **channels)
 

@@ -18,7 +18,7 @@ NORMAL_LOAD = option(
 TIME = option("time", "Column of the time, or none.", metavar="COLUMN")
 SAMPLE_RATE = option(
     "sample_rate",
-    "Samples a second, without a time.",
+    "Sample rate, where there is no time.",
     float,
     example="200",
     above=0.0,
@@ -45,14 +45,14 @@ CALIBRATION = option(
 )
 ZERO = option(
     "zero",
-    'What counts as zero, such as force="0.3 N" or force=middle; may be repeated.',
+    'Zero of a channel, such as force="0.3 N" or force=middle; may be repeated.',
     metavar="WHAT=ZERO",
 )
 ROWS = option(
     "rows", "Rows of numbers to take, the first being 1, such as 1..5000.", metavar="FIRST..LAST"
 )
 CUTOFF = option(
-    "cutoff", 'Low-pass without phase, such as "800 Hz".', units.FREQUENCY, example="800 Hz"
+    "cutoff", 'Zero-phase low-pass filter, such as "800 Hz".', units.FREQUENCY, example="800 Hz"
 )
 DRIFT = option("drift", "Remove a linear trend from both channels.", bool, default=False)
 DELAY = option(

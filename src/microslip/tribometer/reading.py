@@ -149,7 +149,7 @@ def read(path: Path, statements: Statements) -> dict[str, Any]:
         notes.append(f"normal_load: {engineering(load, 'N')} throughout, as stated.")
     _add_stated(parts, table, by_part, statements, notes)
     if "time" not in by_part and parts["sample_rate"] is None:
-        notes.append("time: none; the record says nothing of frequencies.")
+        notes.append("time: none; frequencies are not known.")
     unread = [c.heading for c in columns if c not in by_part.values() and c != counter]
     if unread:
         remainder = f" and {len(unread) - 20} more" if len(unread) > 20 else ""
@@ -277,7 +277,7 @@ def _arrays(
                 _refuse_gaps(table, arrays, names, bad[:end_row], first)
             arrays = {role: _filled(values[:end_row]) for role, values in arrays.items()}
             notes.append(
-                f"straight lines stand in the place of {plural(int(bad[:end_row].sum()), 'row')} "
+                f"interpolated linearly: {plural(int(bad[:end_row].sum()), 'row')} "
                 f"without numbers, the first {table.where(int(bad.argmax()) + first)}."
             )
         if end_row < size:
@@ -332,7 +332,7 @@ def _to_si(values: Floats, role: str, taken_as: Scale, zero: Any, sign: int) -> 
     low, high = _range(*ends, kind.unit)
     if not zero_note:
         zero_note = (
-            "sign turned, zero as in the file" if sign < 0 else "sign and zero as in the file"
+            "sign reversed, zero as in the file" if sign < 0 else "sign and zero as in the file"
         )
     else:
         zero_note += ", sign turned" if sign < 0 else ", sign as in the file"

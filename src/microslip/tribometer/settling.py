@@ -77,8 +77,8 @@ def excess_loss_notes(loss_factor: NDArray[np.float64]) -> list[str]:
         return []
     return [
         f"a loss factor above 4/π = 1.27, up to {float(np.nanmax(loss_factor)):.3g}, in "
-        f"{named_cycles(large)}: no closed loop has more than the rectangle around it, so these "
-        "channels are no loop, have spikes, or too soft a rig was subtracted"
+        f"{named_cycles(large)}: no closed loop encloses more than the rectangle around it: "
+        "these channels form no loop, have spikes, or the rig that was subtracted is too soft"
     ]
 
 

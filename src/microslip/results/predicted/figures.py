@@ -388,7 +388,7 @@ def pictures(result: Prediction) -> tuple[Picture, ...]:
             between = " to ".join(f"{100.0 * end:g}" for end in result.scatter.quantiles[[0, -1]])
             edges = "Dashed" if name == "loops" else "Shaded"
             if name in ("loops", "backbone", "energy_damping", "force_damping", "contact_state"):
-                caption += f" {edges}: {between} % of what the uncertain numbers of the study do."
+                caption += f" {edges}: the {between} % band of the uncertain inputs."
         figure = FIGURES[name]
         figures.append(Picture(name, caption, lambda figure=figure: figure(result), alternative))  # type: ignore[misc]
     return tuple(figures)

@@ -52,7 +52,7 @@ def sections(result: Prediction) -> tuple[Section, ...]:
         "the amplitude of each loop where it scatters most: the longest bar is what to measure "
         "next.",
         lambda: tornado(result, scatter),
-        "What each input does to the loss factor",
+        "Effect of each input on the loss factor",
     )
     figures = Section("Scatter in figures", (picture,), brief=False)
     return Section("Scatter", tuple(blocks)), figures

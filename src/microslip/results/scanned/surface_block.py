@@ -29,11 +29,7 @@ def block(findings: Findings, folder: Path) -> str:
         return _HEAD + "\n".join(_measured(findings, contact, folder)) + "\n"
     if (profile_joint := findings.of_profile) is not None:
         return _HEAD + "\n".join(_rough(findings, profile_joint)) + "\n"
-    remark = (
-        "decides what a summit is"
-        if request.cutoff_given
-        else "none was given: limited by the pixel"
-    )
+    remark = "defines a summit" if request.cutoff_given else "none was given: limited by the pixel"
     lines = [
         "[surface]",
         'law = "scan"',

@@ -37,7 +37,7 @@ class Argument(NamedTuple):
 
 
 Spelling = Callable[[Argument], str]
-"""How an edge of the house writes an argument."""
+"""Spelling of an argument, as the Python interface or the command writes it."""
 
 
 def in_python(value: object) -> str:

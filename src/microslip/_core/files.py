@@ -1,4 +1,4 @@
-"""Files that are there whole or not at all, and why they cannot be."""
+"""Files written whole or not at all, and the reasons why they cannot be."""
 
 from __future__ import annotations
 

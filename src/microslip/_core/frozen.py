@@ -1,4 +1,4 @@
-"""Arrays that stay as they are, in objects that are frozen."""
+"""Read-only arrays in frozen objects."""
 
 from __future__ import annotations
 

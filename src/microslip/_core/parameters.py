@@ -1,4 +1,4 @@
-"""A number, a choice or a text, declared once: what every edge of the house reads of it.
+"""Declaration of a number, a choice or a text, from which every interface of the package reads.
 
 A field of a frozen dataclass brings its symbol, unit, range and meaning as metadata::
 

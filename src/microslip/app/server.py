@@ -1,4 +1,4 @@
-"""The server of the workbench: routes, and how it is begun."""
+"""The server of the workbench: its routes, and how it starts."""
 
 from __future__ import annotations
 

@@ -132,7 +132,7 @@ def _many_summits(plate: Plate) -> Drawing:
 
 
 def _even_cells(joint: Interface, count: int) -> Iwan:
-    """As many cells with yield displacements evenly spread, of the same stiffness and limit."""
+    """Iwan model of the same stiffness and limit, its yield displacements evenly spread."""
     share = joint.tangential_stiffness / count
     yields = (np.arange(count) + 0.5) / count * 2.0 * joint.force_limit / joint.tangential_stiffness
     return Iwan(np.full(count, share), share * yields)

@@ -71,13 +71,13 @@ class Group(click.Group):
         parent: click.Context | None = None,
         **extra: Any,
     ) -> click.Context:
-        """As click's; the options that print here, --help and --version, may fail to."""
+        """Context of click; the options that print here, --help and --version, may fail to."""
         words = [_FORMER.get(word, word) for word in args]
         with _printing():
             return super().make_context(info_name, words, parent, **extra)
 
     def invoke(self, ctx: click.Context) -> Any:
-        """As click's; what commands print may fail."""
+        """Call of click; what commands print may fail."""
         with _printing():
             return super().invoke(ctx)
 
@@ -88,7 +88,7 @@ class Group(click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """As click's, and a command that is not there gets its own message."""
+        """Command of click; an unknown command gets a message of its own."""
         if args and not args[0].startswith("-") and self.get_command(ctx, args[0]) is None:
             near = get_close_matches(args[0], self.list_commands(ctx), n=1)
             hint = f'; did you mean "{near[0]}"?' if near else ""

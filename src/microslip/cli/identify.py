@@ -1,4 +1,4 @@
-"""The joint that made a tribometer's records."""
+"""The command ``identify``: the joint behind a tribometer's records."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Lists and pages: metals, schema, figures, and pages in a browser."""
+"""Lists and pages: metals, schema, figures, and pages opened in a browser."""
 
 from __future__ import annotations
 

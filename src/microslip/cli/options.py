@@ -1,4 +1,4 @@
-"""The options of commands, made from the options of the house, how they are said; the output."""
+"""Options of commands, made from declared options; their wording; the output folder."""
 
 from __future__ import annotations
 

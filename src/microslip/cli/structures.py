@@ -1,4 +1,4 @@
-"""Tests of the modes of a bolted structure, and the joint that made them."""
+"""Tests of modes of a bolted structure: measured, and the joint identified from them."""
 
 from __future__ import annotations
 

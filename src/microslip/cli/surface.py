@@ -20,7 +20,7 @@ class _EachOptionOnce(click.Command):
     """A command that does not take the last of two options for granted."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """As click's; an option is refused where it is there more often than it may be."""
+        """Arguments of click; an option is refused where it is given more often than allowed."""
         if not ctx.resilient_parsing:
             _, _, order = self.make_parser(ctx).parse_args(args=list(args))
             for option, count in Counter(order).items():

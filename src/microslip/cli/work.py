@@ -1,4 +1,4 @@
-"""Work that takes a while: it can be stopped, and shows how far it is."""
+"""Long work: it can be interrupted, and shows its progress."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""A page on which a joint can be explored; it computes in the browser."""
+"""A page on which a joint can be explored; the browser computes."""

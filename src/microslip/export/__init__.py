@@ -1,4 +1,4 @@
-"""The joint in files of other people's programs."""
+"""Export of joints to files of other programs."""
 
 from microslip._core.packages import names_of_stub as _names
 

@@ -1,4 +1,4 @@
-"""Any backbone in panels of polynomials: what a file of another program can hold of a law."""
+"""Any backbone as panels of polynomials: the form in which exported files hold a law."""
 
 from __future__ import annotations
 

@@ -41,7 +41,7 @@ def components_of(element: str) -> int:
 
 
 def order_of(element: str) -> str:
-    """Of its components, in words."""
+    """Order of the components of an element, in words."""
     opening = ["opening of the separation [m]; forces, load [N]"] * element.endswith("contact")
     return ", ".join(
         ["two displacements" if element.startswith("planar") else "displacement", *opening]

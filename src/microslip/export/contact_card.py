@@ -41,15 +41,16 @@ class CardErrors:
     """Errors of a contact card against the joint; relative [-]."""
 
     pressure: float
-    """Of the pressure between the points of the table, at most."""
+    """Largest error of the pressure between the points of the table."""
     normal_stiffness: float
-    """Of a constant normal stiffness, from half to twice the pressure of the joint."""
+    """Error of a constant normal stiffness, from half to twice the pressure of the joint."""
     constant_stick: float
-    """Of a constant tangential stiffness, over the same pressures."""
+    """Error of a constant tangential stiffness, over the same pressures."""
     elastic_slip: float
-    """Of a tangential stiffness of mu p over the elastic slip, over the same pressures."""
+    """Error of a tangential stiffness of mu p over the elastic slip, over the same pressures."""
     force: float
-    """Of the friction force at the elastic slip, where stick-slip is farthest above the joint."""
+    """Error of the friction force at the elastic slip, where stick-slip is farthest above the
+    joint."""
     damping: tuple[tuple[float, float, float], ...]
     """Amplitudes [m], loss factors of the joint there, and those of stick-slip."""
 

@@ -1,4 +1,4 @@
-"""Every kind of file, what writes it, and whether it was ever run."""
+"""Table of all kinds of files: what writes each, and how it was verified."""
 
 from __future__ import annotations
 

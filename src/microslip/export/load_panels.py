@@ -1,4 +1,4 @@
-"""Load curves in panels of polynomials: what exported contact elements hold of a surface."""
+"""Load curves as panels of polynomials, in which exported contact elements hold a surface."""
 
 from __future__ import annotations
 

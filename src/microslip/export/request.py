@@ -129,7 +129,7 @@ class Order:
 
     @cached_property
     def accuracy(self) -> Accuracy:
-        """Of the file; the worst of its patches."""
+        """Accuracy of the file; the worst of its patches."""
         if self.kind in ELEMENTS:
             fits = [(m.fit.backbone_error, m.fit.energy_error) for m in self.cell_models]
             return Accuracy(*self.span, *map(max, zip(*fits, strict=True)))

@@ -1,4 +1,4 @@
-"""A friction law is its backbone: from the first loading curve follows everything else."""
+"""Friction laws, each defined by its backbone, from which everything else follows."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A law as another model: what stands behind `to_iwan` and `to_segalman` of every law.
+"""Conversion of a law to another model: `to_iwan` and `to_segalman` of every law.
 
 The models are laws themselves, so these conversions live above them. Importing this module hands
 them to :class:`~microslip.friction.base.BackboneLaw`; the models load when they are asked for.

@@ -94,7 +94,7 @@ class Basis:
 
     @property
     def factors(self) -> Floats:
-        """Of the integrals of function times force over a period that give coefficients."""
+        """Factors of the integrals of function times force over a period that give coefficients."""
         result = np.full(self.size, 1.0 / math.pi)
         if self.has_mean:
             result[0] = 0.5 / math.pi

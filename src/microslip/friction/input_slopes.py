@@ -59,7 +59,7 @@ def input_slopes(joint: Interface, amplitude: float) -> dict[str, dict[str, floa
 
 
 def _inputs(joint: Interface) -> dict[str, Callable[[float], Interface]]:
-    """Of each input the joint with that input multiplied by a factor."""
+    """Inputs by name, each with the joint in which that input is multiplied by a factor."""
     surface, mu, load = joint.surface, joint.friction_coefficient, joint.normal_load
 
     def on(law: NormalLaw) -> Interface:

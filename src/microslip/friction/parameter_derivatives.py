@@ -41,7 +41,7 @@ class DerivativeBackbone:
     _kinks: Floats
     """Displacements [m] at which it is not smooth."""
     size: float
-    """How large what it is the sum of may be over T0 [1/unit of the parameter]."""
+    """Largest size of the terms that it sums, over T0 [1/unit of the parameter]."""
 
     _table = None
     tangential_stiffness = 0.0  # slopes only make Jacobians, which nobody asks of it

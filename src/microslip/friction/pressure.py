@@ -1,4 +1,4 @@
-"""A joint that is pressed unevenly: how the pressure is spread, and the law of all of it."""
+"""Uneven pressure of a joint: its distribution, and the law of the whole joint."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A backbone as sliders in parallel: how Iwan models see it."""
+"""A backbone as sliders in parallel, as in Iwan models."""
 
 from __future__ import annotations
 

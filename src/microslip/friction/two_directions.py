@@ -40,7 +40,7 @@ _PASSES = 100_000
 _GRID = 4000  # places at which the load curve is looked at
 _LIGHTEST_SHARE = 1e-3  # of the lightest node's load: knots are laid evenly down to it
 SETTLED = 1e-6
-"""Of the force limit: a cycle whose forces are so near their limit counts as settled."""
+"""Share of the force limit: a cycle whose forces repeat so closely counts as settled."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,4 +1,4 @@
-"""Heights of a face of which only skewness and kurtosis are known, as a measurement gives them."""
+"""Heights of a face of which only skewness and kurtosis are known."""
 
 from __future__ import annotations
 

@@ -110,7 +110,7 @@ def _resolve(function: Callable[[Floats], Floats], edges: Floats, limit: int = _
 
 
 def _pairs(start: NDArray[np.intp], end: NDArray[np.intp]) -> tuple[Any, Any]:
-    """Of each panel the places from ``start`` to before ``end``: panels and places, as pairs."""
+    """Panels and places as pairs: for each panel the places from ``start`` to before ``end``."""
     count = np.maximum(end - start, 0)
     panel = np.repeat(np.arange(count.size), count)
     return panel, np.arange(panel.size) + np.repeat(start - (np.cumsum(count) - count), count)
@@ -223,7 +223,7 @@ class DensityHeights(HeightDistribution):
 
     @cached_property
     def _clouds(self) -> dict[int, tuple[Floats, Floats]]:
-        """Those that were asked for."""
+        """Clouds of points that were asked for so far."""
         return {}
 
     @cached_property

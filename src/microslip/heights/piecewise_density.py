@@ -1,4 +1,4 @@
-"""Partial moments of a density that is straight between the points of a table."""
+"""Partial moments of a density that is linear between the points of a table."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""The joint as an element of other people's harmonic-balance codes."""
+"""The joint as an element of other harmonic-balance codes."""

@@ -1,4 +1,4 @@
-"""Nodes of a field that slip and open, as elements of other solvers move them."""
+"""Nodes of a field that slip and open, as elements of other solvers."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class ContactNodes:
 
     @property
     def resolution(self) -> Floats:
-        """As of what moves in two directions [m]; zeros where there are no sliders."""
+        """Resolution of motion in two directions [m]; zeros where there are no sliders."""
         if self.directions == 2:
             return np.zeros(self.field.size)
         return np.asarray(self._law.resolution)

@@ -67,7 +67,7 @@ class Answers:
         folded, coordinates = self.folded, self.coordinates
         self.free = np.array([i for i, c in enumerate(coordinates) if not c.fixed], dtype=np.int64)
         self.row = {int(j): row for row, j in enumerate(self.free)}
-        """Which of the free coordinates one of all is."""
+        """Rows of the free coordinates, by their index among all."""
         self.lags = list(self.lags) or [0.0] * len(folded)
         self._gain = next((j for j, c in enumerate(coordinates) if c.parameter == GAIN), None)
         self.evaluations, self.evaluation_limit = 0, math.inf
@@ -119,7 +119,7 @@ class Answers:
 
     @property
     def free_coordinates(self) -> list[Coordinate]:
-        """Those that are not fixed."""
+        """Coordinates that are not fixed."""
         return [self.coordinates[j] for j in self.row]
 
     @property

@@ -24,7 +24,7 @@ HAS_VALUE = (IDENTIFIED, IN_DOUBT, APPARENT, BEYOND, FIXED)
 """Verdicts on numbers of which a value can be told."""
 
 Call = Callable[[str], str]
-"""How an edge of the house calls a number of the fit: by its name, or as people read it."""
+"""Spelling of a number of the fit: by its name, or as people read it."""
 
 
 class Row(NamedTuple):

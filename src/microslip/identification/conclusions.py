@@ -1,4 +1,4 @@
-"""From a fit and its intervals to what is said of each number, and of the fit as a whole."""
+"""From a fit and its intervals to the verdict on each number and on the whole fit."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ class Cycle(NamedTuple):
     basis: Floats
     """Terms of the displacement (rows) at each place."""
     first: NDArray[np.int64]
-    """Where the first of the two nodes of each bin lies."""
+    """Index of the first of the two nodes of each bin."""
     second: NDArray[np.int64]
 
 

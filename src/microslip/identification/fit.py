@@ -33,11 +33,11 @@ class Score(NamedTuple):
 
     fall: float
     share: float
-    """Of the sum of squares."""
+    """Decrease as a share of the sum of squares."""
     sizes: Floats
     """Sizes at which they would."""
     distinct: int
-    """How many of them no coordinate makes."""
+    """Number of forces that no coordinate makes."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +49,7 @@ class Fit:
     cost: float = math.inf
     """Sum of squares."""
     cause: str = ""
-    """Why it did not converge, as a kind of caveat; empty where it did."""
+    """Cause of a fit that did not converge, as a kind of caveat; empty where it did."""
     why: str = ""
     """Reason of an early end."""
     weight: float = 0.0

@@ -60,7 +60,7 @@ class Profiled:
         self.linear: Sequence[int] = ()
         """Coordinates whose intervals are those of the curvature."""
         self.open_ends: list[OpenEnd] = []
-        """Where only the search ends a coordinate, and what all do beyond."""
+        """Ends at which only the search bounds a coordinate, with the values of all beyond."""
         self.lower_still = False
         """Whether even the last profiles came upon a lower minimum."""
         self._better: Fit | None = None

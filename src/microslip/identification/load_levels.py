@@ -1,4 +1,4 @@
-"""Loads that count as one, and what they are called."""
+"""Load levels: loads that count as one, and their labels."""
 
 from __future__ import annotations
 

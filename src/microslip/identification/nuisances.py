@@ -1,4 +1,4 @@
-"""Nuisances beside a law: forces, play, delays and noisy loads, each tested for its part."""
+"""Nuisances beside a law: forces, play, delays and noisy loads, each tested for significance."""
 
 from __future__ import annotations
 

@@ -5,4 +5,4 @@ LAWS = ("interface", "jenkins", "iwan", "segalman", "bouc-wen")
 NUISANCES = ("parallel", "viscous", "inertia", "tilt", "play")
 """Additional force terms of free size."""
 LOSSES = ("linear", "soft_l1", "huber", "cauchy", "arctan")
-"""How outliers may count."""
+"""Loss functions of the residuals, by which outliers may count less."""

@@ -1,4 +1,4 @@
-"""From what was asked for to the coordinates of a fit; every mistake is named here."""
+"""From the request to the coordinates of a fit; every mistake is named here."""
 
 from __future__ import annotations
 

@@ -20,8 +20,8 @@ DISAGREE = 3.0
 """Standard deviations beyond which a given value and the loops disagree."""
 _RARE = 0.0027  # probability of more than three standard deviations
 _MOVED, _SHARE = 1.0, 0.5
-"""What depends on a datum: what it moves by so many standard errors, or owes it so much of its
-information."""
+"""Limits of dependence on a datum: standard errors by which it moves a number, and its share of the
+number's information."""
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class GivenDatum:
     name: str
     unit: str
     value: float
-    """As it was given."""
+    """Value as given."""
     uncertainty: float
     """Its standard deviation, as it was given."""
     found: float
@@ -59,7 +59,7 @@ class GivenDatum:
         )
 
     def contradiction(self, without: float) -> Caveat:
-        """That it is wrong, with what is found without it."""
+        """Caveat that the datum is wrong, with the value found without it."""
         data = {"name": self.name, "value": self.value, "error": self.uncertainty}
         deviations = max(abs(self.residual), abs(self.disagreement))
         disagreement = {"unit": self.unit, "without": without, "deviations": deviations}
@@ -84,7 +84,7 @@ class Contradicted(NamedTuple):
     best: Floats
     covariance: Floats
     moves: tuple[tuple[Floats, Function], ...]
-    """Of each of them: where the fit without it ends, and its own value as a function."""
+    """End of the fit without each datum, and the datum's own value as a function."""
 
     def reaches(self, function: Function) -> bool:
         """Whether a number depends on them."""

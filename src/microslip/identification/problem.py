@@ -1,4 +1,4 @@
-"""The residuals of a fit, with their exact Jacobian and what the nuisances take."""
+"""The residuals of a fit, with their exact Jacobian and the part that nuisances remove."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Problem(Answers):
         self.beside = [columns_of(record, self.effects) for record in self.folded]
         """Courses of the forces beside the law (bins, effects)."""
         self.shared: Metric | None = None
-        """Of what all records have in common and is not certain."""
+        """Metric of the uncertain data that all records share."""
         self.quantities: list[Quantity] = []
         """Derived quantities."""
         self.data: list[Datum] = []
@@ -267,7 +267,7 @@ class Problem(Answers):
 
     @property
     def log_determinant(self) -> float:
-        """Of the covariance behind the weights, over that of the forces' noise: a likelihood's."""
+        """Log-determinant of the covariance behind the weights, over that of the forces' noise."""
         shares = float(np.log(self.weight / self._own_weight).sum())
         shared = 0.0 if self.shared is None else self.shared.log_determinant
         return sum(metric.log_determinant for metric in self.metrics) + shared - 2.0 * shares

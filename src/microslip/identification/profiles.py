@@ -66,7 +66,7 @@ class Interval(NamedTuple):
     low: End
     high: End
     points: tuple[tuple[float, float], ...] = ()
-    """Where the profile has been: coordinate, and rise of the sum of squares."""
+    """Points of the profile: coordinate, and rise of the sum of squares."""
 
     @property
     def width(self) -> float:

@@ -1,4 +1,4 @@
-"""Rigs in series with the joint: what is known of their stiffness, and the joint behind one."""
+"""Rigs in series with the joint: their stiffness, and the joint behind one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From records to a law: the fit and what it says of each number."""
+"""From records to a law: the fit and the verdict on each number."""
 
 from __future__ import annotations
 
@@ -320,7 +320,7 @@ def _checked_direction(folded: Folded) -> Folded:
 
 
 def _materials_of(pair: Any, area: Any, model: Model, surface: Any) -> Materials:
-    """Those given, else those of the joint, else those of the surface."""
+    """Materials given, else those of the joint, else those of the surface."""
     area = None if area is None else positive("area", area, "m^2", 2e-4)
     pair, area, _ = model.completed(Materials(pair, area))
     pair, area = pair or getattr(surface, "pair", None), area or getattr(surface, "area", None)

@@ -24,7 +24,7 @@ class Metric:
 
     @property
     def log_determinant(self) -> float:
-        """Of the covariance over that of the force's noise alone, without what has no limits."""
+        """Log-determinant of the covariance, over that of the force's noise alone."""
         limited = self.shrink[self.shrink < 1.0]
         return float(-2.0 * np.log1p(-limited).sum())
 

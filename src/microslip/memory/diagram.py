@@ -34,8 +34,8 @@ _MAX_PENDING = 1024  # steps, before their losses are worked out together
 
 
 DOUBTS = 5
-"""What lumped rows may have wrong, in numbers: bound over mu [N], the separations between which it
-counts, whether a move came there, and the largest bound that counted so far [N]."""
+"""Numbers of the error of lumped rows: bound over mu [N], the separations between which it counts,
+whether a move came there, and the largest bound that counted so far [N]."""
 
 
 def bounded(depth: Any) -> int | None:

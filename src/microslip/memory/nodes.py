@@ -1,4 +1,4 @@
-"""Joints that stand on one load curve, and what comes beside their records and cycles."""
+"""Joints on one load curve, with their records and cycles."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A resumable state: what time integrators and long records hold."""
+"""A resumable state, for time integrators and long records."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The result of a trial of a state: all that Newton's method asks of a contact."""
+"""The result of a trial of a state, as Newton's method needs it from a contact."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The normal load law: the only thing that knows the surface."""
+"""The normal load law: the only part that depends on the surface."""
 
 from __future__ import annotations
 
@@ -221,7 +221,7 @@ class NormalLaw(Parametric, ABC):
 
     @property
     def _scales(self) -> dict[str, tuple[float, float, float]] | None:
-        """Of numbers p with N = C F(d/L) their value, d ln C/d ln p and d ln L/d ln p."""
+        """Values of the numbers p with N = C F(d/L), d ln C/d ln p and d ln L/d ln p."""
         return None
 
     def _patch(self, area: float, share: float) -> NormalLaw:

@@ -1,4 +1,4 @@
-"""One summit pressed beyond yield: its load, and what shape it keeps when it is relieved.
+"""One summit loaded beyond yield: its load, and its shape after unloading.
 
 All in the units of first yield: indentations over s_c, loads over the Hertz load P_c there.
 """

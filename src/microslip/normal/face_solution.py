@@ -52,7 +52,7 @@ class FaceSolution(LockedArrays):
     map: Floats
     """Pressures of the first piece when tightened."""
     reach: Floats
-    """How many of the loads, the heaviest first, each of its points touches under."""
+    """Number of loads, the heaviest first, under which each of its points touches."""
     lighter_tightenings: Floats
     """Mean pressures of lighter tightenings, heaviest first, and the slopes then: (2, loads)."""
 

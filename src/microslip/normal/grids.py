@@ -202,7 +202,7 @@ def _row(law: NormalLaw, kind: Kind, d: float, u: Floats) -> Floats:
 
 
 def _own_pairs(law: NormalLaw, kind: Kind, d: Floats, u: Floats) -> Floats:
-    """As the law has it, with a separation for each step."""
+    """Pairs by the law itself, with a separation for each step."""
     return _sum_of(law, kind)(d, u)
 
 

@@ -1,4 +1,4 @@
-"""The load curve N(d) of a surface as hysteresis asks for it, by one joint or by many nodes."""
+"""The load curve N(d) of a surface for the hysteresis of one joint or of many nodes."""
 
 from __future__ import annotations
 

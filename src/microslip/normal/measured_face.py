@@ -1,4 +1,4 @@
-"""A measured face before it is solved: levelled, judged, cut into pieces; and what was found."""
+"""A measured face before its solution: levelled, judged, cut into pieces; and the results."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A measured face drawn: its pressures, what touches under three loads, and its loads."""
+"""A measured face drawn: its pressures, its contacts under three loads, and its load curve."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ def load_panel(law: Any, other_laws: Mapping[str, NormalLaw]) -> tuple[Panel, Se
 
 
 def _opened(law: NormalLaw, loads: Floats) -> Floats | None:
-    """How far the faces are apart under loads, from where they bear the first; None beyond."""
+    """Opening of the faces under loads, from where they bear the first; None beyond."""
     try:
         d = np.asarray(law.separation(loads), dtype=float)
     except InputError:

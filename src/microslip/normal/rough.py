@@ -1,4 +1,4 @@
-"""A rough face by what a drawing says of it, with what yields: no scan, no summits to count."""
+"""A rough face from drawing parameters, with yielding: no scan, no summits to count."""
 
 from __future__ import annotations
 
@@ -254,7 +254,7 @@ class RoughSurface(TabulatedNormalLaw):
         return np.asarray(stiff * np.exp(np.interp(np.log(loads / stiff), pressures, stiffnesses)))
 
     def _flat_part(self, loads: Floats) -> Floats:
-        """Of what was pressed flat."""
+        """Stiffness of the part that was pressed flat."""
         if self.hardness is None:
             return np.zeros_like(loads)
         stiff = self.pair.composite_modulus * self.area

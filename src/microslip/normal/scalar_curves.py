@@ -1,4 +1,4 @@
-"""Load curves asked one separation at a time, for laws that no profile gives."""
+"""Load curves evaluated one separation at a time, for laws without a profile."""
 
 from __future__ import annotations
 

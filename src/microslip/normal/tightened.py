@@ -1,4 +1,4 @@
-"""A surface whose summits have yielded once: tightening is plastic, what follows is elastic."""
+"""A surface whose summits have yielded once: plastic when tightened, elastic afterwards."""
 
 from __future__ import annotations
 

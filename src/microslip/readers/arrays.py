@@ -1,4 +1,4 @@
-"""Named arrays in a tree of structs or groups: what MAT, HDF5 and NumPy files have in common."""
+"""Named arrays in a tree of structs or groups, as in MAT, HDF5 and NumPy files."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Arrays(NamedTuple):
     join: str
     """Separator of the names on the way to a leaf."""
     advice: str = ""
-    """How to save what cannot be read, behind a message that says so."""
+    """Advice on how to save a file that cannot be read, added to the message."""
 
 
 class _Slot(NamedTuple):

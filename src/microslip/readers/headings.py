@@ -18,7 +18,7 @@ _FORMS = (
 
 
 def name_and_unit(heading: str) -> tuple[str, str | None]:
-    """Of a heading such as "Force [N]", "Force (N)", "Force, N" or "Force / N"."""
+    """Name and unit of a heading such as "Force [N]", "Force (N)", "Force, N" or "Force / N"."""
     heading = heading.strip()
     for form in _FORMS:
         match = form.fullmatch(heading)

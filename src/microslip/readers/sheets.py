@@ -21,7 +21,7 @@ from microslip.readers.tables import Column, Table
 from microslip.readers.text import whole_text
 
 _BYTES = 64
-"""Of an unpacked workbook for each number that is allowed: cells are written out as XML."""
+"""Bytes of an unpacked workbook for each number that is allowed: cells are written out as XML."""
 _BYTES_A_SECOND = 3e5  # of openpyxl, which reads cell by cell
 _HEAD = 400
 """Rows by which the layout of a sheet is told."""

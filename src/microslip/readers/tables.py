@@ -1,4 +1,4 @@
-"""Columns of a file, none of them read yet; which of them is meant; and their numbers in SI."""
+"""Columns of a file before they are read, the choice among them, and their numbers in SI units."""
 
 from __future__ import annotations
 

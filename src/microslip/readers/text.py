@@ -1,4 +1,4 @@
-"""Text: CSV, TSV, TXT and whatever else laboratories write numbers in."""
+"""Text files of numbers: CSV, TSV, TXT and others that laboratories write."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class TextFile(NamedTuple):
     layout: Layout
     decimal: str
     counts: Counter[str]
-    """How often points, commas and ends of lines stand in the rows."""
+    """Numbers of points, commas and line ends in the rows."""
     above: tuple[Line, ...]
     """Lines above the rows."""
     may_end_short: bool = False

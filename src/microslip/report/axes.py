@@ -1,4 +1,4 @@
-"""A figure on Matplotlib's axes: for a notebook, for a paper, to go on with in Python."""
+"""A figure on Matplotlib's axes: for a notebook, for a paper, or to edit in Python."""
 
 from __future__ import annotations
 

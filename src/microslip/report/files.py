@@ -1,4 +1,4 @@
-"""The files of a result: what each is called, what it costs, and how it is written."""
+"""The files of a result: their names, their cost, and how each is written."""
 
 from __future__ import annotations
 

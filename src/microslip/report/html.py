@@ -1,4 +1,4 @@
-"""A document as one page of HTML5 that needs nothing but a browser, mails and prints well."""
+"""A document as one self-contained page of HTML5, which can be mailed and printed."""
 
 from __future__ import annotations
 

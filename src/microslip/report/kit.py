@@ -26,7 +26,7 @@ from microslip.report.plot import (
 )
 
 EDGE = "#444444"
-"""Of a line that marks a place on an axis."""
+"""Color of a line that marks a place on an axis."""
 SHORT_DASH = (1.0, 1.0)
 
 

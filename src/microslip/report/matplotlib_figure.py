@@ -1,4 +1,4 @@
-"""A figure as Matplotlib draws it, in the same places: for pixels, and to go on with in Python."""
+"""A figure drawn by Matplotlib in the same layout: for pixels, and to edit in Python."""
 
 from __future__ import annotations
 

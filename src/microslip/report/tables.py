@@ -1,4 +1,4 @@
-"""A table as text: which rows and columns people see, and what stands in the cells."""
+"""A table as text: the rows and columns shown, and the content of its cells."""
 
 from __future__ import annotations
 
@@ -107,7 +107,7 @@ class Judgement(NamedTuple):
     bound: str
     """Limit of ok."""
     where: str
-    """Where it is as bad as that, such as "at 2 kN and 5 kN"; empty for everywhere."""
+    """Loads of the worst verdict, such as "at 2 kN and 5 kN"; empty for everywhere."""
     meaning: str
     """The assumption."""
     reason: str

@@ -1,4 +1,4 @@
-"""Measured records: what is said of the loops in them, as a document and as files."""
+"""Measured records: document and files of their loops."""
 
 from __future__ import annotations
 

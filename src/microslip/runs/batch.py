@@ -1,4 +1,4 @@
-"""Thousands of studies, records or scans: one small file each, which is what a restart goes by."""
+"""Batches of studies, records or scans: one small file each, from which a restart continues."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Inverse design: which values of some keys give what is wanted of a joint, with a probability."""
+"""Inverse design: values of keys at which a joint meets a target, with a probability."""
 
 from __future__ import annotations
 
@@ -407,7 +407,7 @@ class AnySearch(Search):
 
     is_costly = True
     _difference = 1e-4
-    """Of a logarithm, for central differences: 1e-8 of the slopes."""
+    """Step of a logarithm for central differences: 1e-8 of the slopes."""
 
     def __init__(
         self, study: StudyDescription, target: Target, texts: Sequence[str], probability: float
@@ -505,7 +505,7 @@ class AnySearch(Search):
         return self._values_by_place[place]
 
     def quantile(self, logs: Floats) -> tuple[float, Floats]:
-        """As of any search, once a place."""
+        """Quantile as of any search, computed once a place."""
         place = np.asarray(logs).tobytes()
         if place not in self._quantiles_by_place:
             self._quantiles_by_place[place] = super().quantile(logs)

@@ -27,7 +27,7 @@ from microslip.study.uncertain import value_at, with_values
 
 _TURNS = 8
 _MARGIN, _CLOSE = 2e-3, 0.015
-"""How far, as a share of a key, a turn goes beyond what slopes ask for, and a design may."""
+"""Shares of a key by which a step goes beyond what slopes ask for, and by which a design may."""
 
 
 class ModalSearch(AnySearch):
@@ -82,7 +82,7 @@ class ModalSearch(AnySearch):
         return [float(getattr(curve, target.quantity)[0])]
 
     _difference = 0.02
-    """Of a logarithm, for slopes: frequencies change little."""
+    """Step of a logarithm for slopes: frequencies change little."""
 
     def solve(self, level: float | None = None, progress: Progress | None = None) -> DesignPoint:
         """The design that changes the study least, by its slopes turn by turn."""

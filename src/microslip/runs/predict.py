@@ -37,7 +37,7 @@ from microslip.study.schema import OscillatorPart
 
 DEFAULT_AMPLITUDES = (0.1, 0.3, 1.0, 10.0)
 DEFAULT_RANGE = (1e-3, 1e2)
-"""Of the slip scale, as the amplitudes above."""
+"""Range of the curves over the slip scale, as the amplitudes above."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""A study over its uncertain numbers: points, runs, quantiles and their errors, what decides."""
+"""A study over its uncertain inputs: points, runs, quantiles and their errors, contributions."""
 
 from __future__ import annotations
 

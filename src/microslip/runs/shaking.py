@@ -1,4 +1,4 @@
-"""The structure of a study on a ground that moves: sines, noise, pulses."""
+"""The structure of a study on a moving ground: sine sweeps, noise, pulses."""
 
 from __future__ import annotations
 

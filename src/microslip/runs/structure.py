@@ -240,7 +240,7 @@ def _identified(
     body = study.surface.materials[0]
 
     def surface(modulus: float) -> NormalLaw:
-        """Of bodies so many times as stiff, as the modulus in a study is of bodies and faces."""
+        """Surface of so much stiffer bodies; the modulus of a study is of bodies and faces."""
         given = study.material[body]
         scaled = given.copy(young_modulus=modulus * given.young_modulus)
         return build_surface(study.copy(material={**study.material, body: scaled}))

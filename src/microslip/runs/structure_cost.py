@@ -1,4 +1,4 @@
-"""Size of the model of a structure, and the time that its run takes."""
+"""Size of the model of a structure, and its computing time."""
 
 from __future__ import annotations
 

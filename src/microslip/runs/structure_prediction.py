@@ -41,8 +41,8 @@ class Bands:
     unsolved: int
     """Samples that do not reach all amplitudes; at those they do not count."""
     model_error: tuple[float, float] | None
-    """What the ends hold of the error of patches, mesh and reduction, of frequency and joint
-    damping [-]; None where it was not looked for."""
+    """Error of patches, mesh and reduction that the ends include, of frequency and joint damping
+    [-]; None where it was not estimated."""
 
 
 class Sampled(NamedTuple):

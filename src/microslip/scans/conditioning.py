@@ -1,4 +1,4 @@
-"""From a scan as it was measured to the heights that count: form, gaps, band of wavelengths."""
+"""From a scan as measured to the heights to evaluate: form, gaps, band of wavelengths."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Every parameter of a scan against the short-wave cut-off, which decides them."""
+"""Every parameter of a scan against the short-wave cut-off, on which all depend."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Distributions fitted to quantiles of heights, and the size of what they miss."""
+"""Distributions fitted to quantiles of heights, and the size of their misfit."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From a file to a scan: format, units, distance of neighbours, what is missing, and the notes."""
+"""From a file to a scan: format, units, pixel size, missing points, and the notes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A scan looked at: what was asked of it, and all that was found."""
+"""Evaluation of a scan: the request, and all findings."""
 
 from __future__ import annotations
 

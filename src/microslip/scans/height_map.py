@@ -1,4 +1,4 @@
-"""Heights on a regular grid, and what is asked of them again and again, reckoned once."""
+"""Heights on a regular grid, with quantities computed once."""
 
 from __future__ import annotations
 

@@ -53,8 +53,8 @@ class JointOverCutoffs(Locked):
     chosen: tuple[int, int]
     """Place (row, column) of the joint that was asked for."""
     values: Mapping[str, Floats]
-    """Of each quantity one value a long-wave cut-off (row) and short-wave cut-off (column); not a
-    number where there are no summits, or no hardness or amplitude was given."""
+    """Values of each quantity, for long-wave cut-offs (rows) and short-wave cut-offs (columns); not
+    a number where there are no summits, or no hardness or amplitude was given."""
     patches: Mapping[str, Floats]
     """The same of the joint on each of two by two patches of the scan at the same pressure, each
     levelled by itself and with the cut-offs that were asked for: a scan of half the length."""

@@ -1,4 +1,4 @@
-"""Mean surfaces and lines that neither ends nor outliers bend: ISO 16610-31, -71, -22 and -62."""
+"""Mean surfaces and lines robust against ends and outliers: ISO 16610-31, -71, -22 and -62."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _TURNS = 30
 """Change of the median distance at which weights are settled, and turns that they may take."""
 _RESIDUAL = 1e-8
 _STEPS = 1000
-"""Of the conjugate gradients: what is left of the forces, and how many steps they may take."""
+"""Residual of the forces at which the conjugate gradients end, and most steps of them."""
 
 
 def robust_mean(heights: Floats, pixel: tuple[float, ...], cutoff: float) -> Floats:

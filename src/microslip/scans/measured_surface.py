@@ -1,4 +1,4 @@
-"""A rough surface fitted to summits of a scan, which knows how high those reached."""
+"""A rough surface fitted to summits of a scan, with the height that those reached."""
 
 from __future__ import annotations
 

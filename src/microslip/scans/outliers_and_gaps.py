@@ -1,4 +1,4 @@
-"""Points that should not be there, and points that are not there."""
+"""Outliers and missing points of a scan."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Standard errors of what a scan says, from nine patches of it; and what its parameters are."""
+"""Standard errors of a scan's parameters from nine patches of it, and their names."""
 
 from __future__ import annotations
 

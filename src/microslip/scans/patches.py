@@ -1,4 +1,4 @@
-"""Error bars of what a scan says of its surface, from patches of it."""
+"""Error bars of the parameters of a scan, from patches of it."""
 
 from __future__ import annotations
 

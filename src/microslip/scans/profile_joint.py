@@ -1,4 +1,4 @@
-"""The joint that a profile tells of: that of the isotropic face with its spectrum and moments."""
+"""The joint of a profile: that of the isotropic face with its spectrum and moments."""
 
 from __future__ import annotations
 

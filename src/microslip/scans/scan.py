@@ -1,4 +1,4 @@
-"""A measured surface: heights on a regular grid, and the story of where they are from."""
+"""A measured surface: heights on a regular grid, and their source."""
 
 from __future__ import annotations
 

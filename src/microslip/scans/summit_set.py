@@ -1,4 +1,4 @@
-"""Summits that were found on a scan, and what follows from them."""
+"""Summits found on a scan, and the surfaces and statistics made of them."""
 
 from __future__ import annotations
 
@@ -63,8 +63,8 @@ class Summits(Locked, Plottable):
     dropped: int
     """Number of prominent points that are no summits by their fit."""
     neighbours: SummitStatistics
-    """Of every point above its eight neighbours, curvatures by differences: what other programs
-    count, and what spectral moments go with."""
+    """Statistics of every point above its eight neighbours, curvatures by differences: the summits
+    that other programs count, and that spectral moments go with."""
     notes: tuple[str, ...]
     """Conditioning of the scan and the search for summits."""
 

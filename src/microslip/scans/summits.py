@@ -1,4 +1,4 @@
-"""Find the summits of a scan: where they are, how high, and how round."""
+"""Find the summits of a scan: positions, heights and radii."""
 
 from __future__ import annotations
 

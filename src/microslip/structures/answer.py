@@ -1,4 +1,4 @@
-"""What the motions of a structure have in common: their outcome, and how they are read."""
+"""Outcome and reading of the motions of a structure, common to all of them."""
 
 from __future__ import annotations
 
@@ -38,5 +38,5 @@ class ModalAnswer(Answer):
         return np.asarray(self._shapes.T @ vector("at", sensor, self._shapes.shape[0]))
 
     def _carried_at(self, sensor: ArrayLike) -> Any:
-        """How far it moves with a unit of the base, or of each of its inputs [-]."""
+        """Motion at the sensor by a unit of the base, or of each of its inputs [-]."""
         return vector("at", sensor, self._shapes.shape[0]) @ self._carried

@@ -1,4 +1,4 @@
-"""Bolts tightened one after the other, with friction in the faces, and what that leaves in them."""
+"""Bolts tightened one after the other, with friction in the faces, and the forces left in these."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Balance of harmonics: a nonlinear mode, or a forced motion, as a root of equations.
+"""Harmonic balance: a nonlinear mode, or a forced motion, as a root of equations.
 
 Unknowns are the Fourier coefficients Q (modes, size) of the modal coordinates and, for a mode, its
 angular frequency omega and its damping ratio zeta: the *extended periodic motion* of Krack (2015),
@@ -26,7 +26,7 @@ class Balance:
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Of the coefficients."""
+        """Shape of the coefficients."""
         return self.model.size, self.basis.size
 
     def joint_forces(

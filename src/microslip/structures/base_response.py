@@ -173,7 +173,7 @@ def _response(
     moved = -acceleration / omegas[:, None] ** 2
 
     def work(columns: Any, power: int, absolute: bool = True) -> NDArray[np.complex128]:
-        """Of the motion or a rate of it, on columns (n, inputs)."""
+        """Work of the columns (n, inputs) on the motion or a rate of it."""
         part = (columns.T @ shapes) @ coordinates
         if absolute:
             part[:, :, first] += moved @ (base.carried.T @ columns)

@@ -1,4 +1,4 @@
-"""Hexahedra of beams in a row: their laps with rings around the bolts, and what is between."""
+"""Hexahedra of beams in a row: their laps with rings around the bolts, and the parts between."""
 
 from __future__ import annotations
 

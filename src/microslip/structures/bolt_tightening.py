@@ -1,4 +1,4 @@
-"""A bolt by its size and grade: how tight it may be, what it loses, and what it bears of a load.
+"""A bolt by its size and grade: permissible tension, losses, and its share of an axial load.
 
 After VDI 2230 part 1 (2015), in its own symbols; grades by ISO 898-1.
 """

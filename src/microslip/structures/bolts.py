@@ -1,4 +1,4 @@
-"""Bolts of a lap joint: where they sit, what they are, and the tension that tightening gives."""
+"""Bolts of a lap joint: positions, dimensions, and the tension by tightening."""
 
 from __future__ import annotations
 

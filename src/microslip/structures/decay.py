@@ -1,4 +1,4 @@
-"""The envelope of a free oscillation with a joint, without its single swings."""
+"""The envelope of a free decay with a joint, without its single cycles."""
 
 from __future__ import annotations
 

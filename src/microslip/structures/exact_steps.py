@@ -1,4 +1,4 @@
-"""Steps in time whose linear part is exact, for joints that follow laws and never part."""
+"""Time steps with an exact linear part, for joints that follow laws and never open."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class ExactSteps(TimeSteps):
         self._rate = np.zeros(joints.stuck.size)  # of the joints' forces, times the step
 
     def begin(self, v: Floats) -> None:
-        """How fast the joints' forces change at the start."""
+        """Rates of the joints' forces at the start."""
         self._rate = self._step * (self.try_joints(self.motion)[1] @ (self._directions.T @ v))
 
     def advance(

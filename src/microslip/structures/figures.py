@@ -1,4 +1,4 @@
-"""Figures of modes, responses and motions in time; who calls says of what."""
+"""Figures of modes, responses and motions in time; titles come from the caller."""
 
 from __future__ import annotations
 

@@ -29,7 +29,8 @@ class Excitation:
     forces: dict[int, Floats]
     """On the modes (modes, size)."""
     motions: dict[int, Floats]
-    """Of the joints besides that of the modes (coordinates, size): a base carries them along."""
+    """Motions of the joints besides that of the modes (coordinates, size): a base carries them
+    along."""
     rigid: NDArray[np.complex128]
     """Coordinates of what nothing holds (motions,), times omega^2."""
 

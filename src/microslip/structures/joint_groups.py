@@ -1,4 +1,4 @@
-"""The joints of a structure: as they are attached, about a static state, and in time.
+"""The joints of a structure: their attachment, about a static state, and in time.
 
 An attachment is a set of joints of one kind: a law along directions, or a field of nodes. About a
 static state it becomes a group, whose joints move in one or more coordinates each: a law in one, a

@@ -1,4 +1,4 @@
-"""Mass, stiffness and damping matrices: from files, what they must be, what they leave free."""
+"""Mass, stiffness and damping matrices: reading, checks, and free motions."""
 
 from __future__ import annotations
 

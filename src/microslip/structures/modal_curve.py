@@ -1,4 +1,4 @@
-"""Frequency and damping of a mode against its amplitude, and what follows from them."""
+"""Frequency and damping of a mode against its amplitude, and quantities derived from them."""
 
 from __future__ import annotations
 

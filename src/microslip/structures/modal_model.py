@@ -1,4 +1,4 @@
-"""A structure in the modes that it has while all joints stick."""
+"""A structure in its modes with all joints sticking."""
 
 from __future__ import annotations
 

@@ -16,8 +16,8 @@ from microslip.errors import InputError, in_python
 from microslip.structures.periodic_motion import power_of
 
 _LEAST_FALL, _STEADY = 1e-3, 0.05
-"""Of the logarithm of the amplitude, over all of a decay; what both halves of a signal that goes on
-as it began differ by."""
+"""Least fall of the logarithm of the amplitude over all of a decay; difference of both halves of a
+signal that goes on as it began."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -248,7 +248,7 @@ def _means_in_time(
 
 
 def _band_limits(band: Any) -> tuple[float, float]:
-    """Of a band [Hz]."""
+    """Limits of a band [Hz]."""
     ends = floats("band", band)
     if ends.shape != (2,):
         raise InputError(f"`band` must be two frequencies [Hz], (150.0, 220.0), got {show(band)}")

@@ -1,4 +1,4 @@
-"""Frequency and damping of a mode against amplitude, as a test of a structure gives them."""
+"""Test of a mode: frequency and damping against amplitude."""
 
 from __future__ import annotations
 

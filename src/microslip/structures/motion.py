@@ -1,4 +1,4 @@
-"""A motion in time of a structure with joints, and where its energy goes."""
+"""Time history of a structure with joints, and its energy balance."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The linear system of a nonlinear mode, brought down to the joints that do not stick.
+"""The linear system of a nonlinear mode, reduced to the joints that do not stick.
 
 Beside sticking joints the modes of a structure do not know of each other: their dynamic compliance
 is diagonal. What is left to solve for are the forces of the joints that slip or open, the
@@ -81,7 +81,7 @@ class _Compliance:
             self._inverse = np.linalg.inv(full)
 
     def _times(self, inverse: NDArray[Any], force: NDArray[Any]) -> NDArray[Any]:
-        """Of forces (modes, harmonics, ...)."""
+        """Product of the inverse and forces (modes, harmonics, ...)."""
         if inverse.ndim == 2:
             return np.asarray(inverse.T.reshape(force.shape[:2] + (1,) * (force.ndim - 2)) * force)
         return np.asarray(np.einsum("hmn,nh...->mh...", inverse, force))
@@ -97,7 +97,7 @@ class _Compliance:
         return result
 
     def between(self, flat: Floats, result: Floats) -> None:
-        """Of joint coordinates, (count * size, count * size): harmonics do not mix in it."""
+        """Inverse in joint coordinates (count * size, count * size): harmonics do not mix."""
         size = 2 * self._inverse.shape[0] - 1
         for h, inverse in enumerate(self._inverse):
             k = max(2 * h - 1, 0)
@@ -166,7 +166,7 @@ class ModeStep:
 
     @property
     def _scale(self) -> Floats:
-        """Of the rows: forces of very different modes, compared by the motion they mean."""
+        """Scale of the rows: forces of very different modes, compared by the motion they mean."""
         return np.maximum(self.balance.model.squares, self.point.omega**2)[:, None]
 
     def _right(self, unit: float) -> np.ndarray:

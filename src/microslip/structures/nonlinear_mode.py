@@ -29,7 +29,7 @@ class Solution(NamedTuple):
     converged: bool
     iterations: int
     residual: float
-    """Of the equations, each beside the largest force in it [-]."""
+    """Residual of the equations, each beside the largest force in it [-]."""
     answers: list[HarmonicForces]
 
 

@@ -1,4 +1,4 @@
-"""The smallest structure with a joint: a mass on a spring beside it."""
+"""The smallest structure with a joint: a mass on a spring and a joint."""
 
 from __future__ import annotations
 
@@ -193,7 +193,7 @@ class Oscillator:
         return plain(omega.reshape(shaped.shape)), plain(ratio.reshape(shaped.shape))
 
     def _closed(self, a: Floats, joint: Floats) -> tuple[Floats, Floats]:
-        """Of a stiffness of the joint; what friction loses goes over the energy of the mode."""
+        """Frequency and damping by a stiffness of the joint; losses over the mode's energy."""
         stiffness = self.stiffness + joint
         secant = np.asarray(self.joint.secant_stiffness(a))
         with np.errstate(invalid="ignore", divide="ignore"):

@@ -1,4 +1,4 @@
-"""Periodic motions by their Fourier coefficients, and what their amplitude means.
+"""Periodic motions by their Fourier coefficients, and definitions of their amplitude.
 
 Coefficients stand as [mean,] cos 1, sin 1, cos 3, sin 3 and so on. An amplitude is modal, or what a
 sensor shows of the fundamental harmonic.
@@ -106,7 +106,7 @@ class HarmonicForces(NamedTuple):
 Quantity = Literal["displacement", "velocity", "acceleration"]
 _NODE = 1e-9  # of the largest motion of a mode there
 POWERS = {"displacement": 0, "velocity": 1, "acceleration": 2}
-"""How often the sensor's quantity is a derivative of the displacement."""
+"""Orders of the derivatives of the displacement, by the sensor's quantity."""
 
 
 @dataclass(frozen=True, eq=False)

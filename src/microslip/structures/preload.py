@@ -1,4 +1,4 @@
-"""A structure at rest under its static forces, and how it moves about that state."""
+"""A structure at rest under its static forces, and its motion about that state."""
 
 from __future__ import annotations
 

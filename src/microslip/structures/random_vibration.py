@@ -1,4 +1,4 @@
-"""A structure with joints on a base that moves at random.
+"""A structure with joints on a randomly moving base.
 
 Each joint is a spring with a dashpot that do, on average over the amplitudes of its motion, what
 the joint does: amplitudes of narrow-band Gaussian motion are distributed as Rayleigh has it. Of
@@ -34,7 +34,7 @@ _ENOUGH = 1e-4
 _LEAST = 1e-3  # of the mode that moves most: modes that move less do not feel their joints
 _X, _W = np.polynomial.laguerre.laggauss(_NODES)
 AMPLITUDES = np.sqrt(2.0 * _X)
-"""Of a motion whose standard deviation is one; with the weights, means over them."""
+"""Amplitudes of a motion whose standard deviation is one; with the weights, means over them."""
 
 OUTSIDE = Rule(
     "joint motion beyond its strongest mode",

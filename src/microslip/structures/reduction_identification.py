@@ -33,8 +33,8 @@ class _Kind(NamedTuple):
     high: float
     log: bool
     scatter: float = 0.0
-    """How far it may be from where the fit begins, as the linear frequencies are met: above zero
-    of what moves them."""
+    """Relative distance from the start of the fit, as the linear frequencies are met: above zero
+    for parameters that move them."""
 
     def coordinate(self, value: float) -> float:
         """Map a value to its fit coordinate."""
@@ -52,8 +52,8 @@ KINDS = {
     "young_modulus": _Kind(0.5, 2.0, True, 0.05),
     "base_damping_ratio": _Kind(1e-7, 0.1, True),
 }
-"""What can be fitted: the tension as a share of the bolts' own, the form as a factor on it, the
-modulus as a share of the given one."""
+"""Parameters that can be fitted: the tension as a share of the bolts' own, the form as a factor on
+it, the modulus as a share of the given one."""
 
 MISFIT = Rule(
     "misfit beside the errors of the test",
@@ -106,8 +106,8 @@ class ModalIdentification(LockedArrays):
     misfit: float
     """Root of chi square a degree of freedom [-]."""
     linear_frequencies: Floats
-    """Of each test the frequency at its smallest amplitude, and that of the sticking joints as they
-    were given and as they were found, (tests, 3) [Hz]."""
+    """Frequencies of each test at its smallest amplitude, of the sticking joints as given and as
+    found, (tests, 3) [Hz]."""
     curves: tuple[ModalCurve, ...]
     """One for each test, by harmonic balance, at its amplitudes."""
     bands: tuple[Floats, ...]

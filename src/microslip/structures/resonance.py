@@ -1,4 +1,4 @@
-"""The answer of one mode to a harmonic force in closed form, from its frequency and damping."""
+"""Response of one mode to a harmonic force in closed form, from its frequency and damping."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A free oscillation in time: how it is integrated and what is read from it."""
+"""A free decay in time: its integration and evaluation."""
 
 from __future__ import annotations
 

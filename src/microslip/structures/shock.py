@@ -1,4 +1,4 @@
-"""A structure with joints on a base that is shocked."""
+"""A structure with joints under a shock of its base."""
 
 from __future__ import annotations
 

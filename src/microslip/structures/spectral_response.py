@@ -1,4 +1,4 @@
-"""A linear structure in noise: variances of its motions from the spectrum of its base.
+"""A linear structure under random excitation: variances of its motions from the base's spectrum.
 
 Modes far above the band answer statically; joints are springs with dashpots. Frequencies are dense
 about each pole, so that the trapezoidal rule sees the sharpest resonance.
@@ -133,7 +133,7 @@ class LinearStructure:
         return np.asarray(f[(f >= low) & (f <= high) & (f > 0.0)])
 
     def variances(self, softer: Floats, dashpots: Floats) -> Variances:
-        """Of all motions, see :meth:`poles`."""
+        """Variances of all motions, see :meth:`poles`."""
         poles = self.poles(softer, dashpots)
         frequencies = self._frequencies(poles)
         weights = np.gradient(frequencies)

@@ -1,4 +1,4 @@
-"""A structure by its mass and stiffness, and the joints in it."""
+"""A structure by its mass and stiffness, with its joints."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A thin, curved strip between two clamps: what it bears as it bends and stretches."""
+"""A thin, curved strip between two clamps: its forces in bending and stretching."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ _LAST_CHANGE = 1e-12  # of the largest joint motion so far, for the last step of
 
 
 class Coefficients(NamedTuple):
-    """Of the method, by the spectral radius at high frequencies."""
+    """Coefficients of the method, by the spectral radius at high frequencies."""
 
     mass: float
     force: float

@@ -1,1 +1,1 @@
-"""A validated description of what is to be computed."""
+"""A validated description of a calculation."""

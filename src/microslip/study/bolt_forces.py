@@ -128,7 +128,7 @@ def clamp(study: Any) -> None:
 
 
 def _modulus(study: Any, names: Sequence[str], thickness: Sequence[float]) -> float | None:
-    """That of plates on each other [Pa]; None of what is not described, or does not deform."""
+    """Modulus of plates on each other [Pa]; None if one is not described, or is rigid."""
     metals = [study.material.get(name) for name in names]
     moduli = [getattr(metal, "young_modulus", None) for metal in metals]
     soft = sum(t / float(e) for t, e in zip(thickness, moduli, strict=True) if e is not None)

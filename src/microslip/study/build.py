@@ -1,4 +1,4 @@
-"""From what a study says to the surface and the joints that it describes."""
+"""From the values of a study to the surface and the joints that it describes."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def build_summits(study: StudyDescription, progress: Progress | None = None) -> 
 
 
 def surface_inputs(study: StudyDescription) -> str:
-    """All that decides the normal law of a study, as text: equal texts are one law."""
+    """Inputs that determine the normal law of a study, as text: equal texts are one law."""
     joint = study.joint
     bolted = None if joint.pressure is None else (joint.pressure.load, joint.pressure.tightening)
     yielding = (joint.tightening_load, joint.yield_stress, joint.tightening_model, bolted)

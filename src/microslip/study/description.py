@@ -1,4 +1,4 @@
-"""A study, read from a file or told in one line what is wrong with it."""
+"""A study read from a file, or one line that says what is wrong with it."""
 
 from __future__ import annotations
 

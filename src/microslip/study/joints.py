@@ -154,7 +154,7 @@ class LawJoint(DescribedAlone):
 
     @property
     def loads(self) -> tuple[float, ...]:
-        """It knows none."""
+        """No loads: the law has none."""
         return ()
 
     def build(self) -> BackboneLaw:

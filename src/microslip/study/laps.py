@@ -1,4 +1,4 @@
-"""Several laps of a drawing in a study, its ground, and its parts of unlike materials."""
+"""Several laps of a drawing in a study, its ground, and parts of different materials."""
 
 from __future__ import annotations
 

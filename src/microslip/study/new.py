@@ -1,4 +1,4 @@
-"""Studies to begin with: one that comes with the package, and commented new ones."""
+"""New studies: the demonstration of the package, and commented templates."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from microslip._core.wording import did_you_mean, quoted, shorten, show
 from microslip.errors import StudyError
 
 SCHEMA_FILE = "study.schema.json"
-"""Where editors find the JSON Schema of studies, if somebody has put it beside them."""
+"""File in which editors find the JSON Schema of studies, if it lies beside them."""
 
 # The largest load that a joint has carried: soft steel has yielded at its summits by then.
 _TIGHTENED = {"greenwood-williamson": "2.2 kN", "population": "500 N"}

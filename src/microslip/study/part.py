@@ -151,7 +151,7 @@ class Table(Reader):
         return schemas[0] if len(schemas) == 1 else {"oneOf": schemas}
 
     def tables(self) -> Iterator[tuple[str, type[Part]]]:
-        """It, or each."""
+        """Table of it, or of each."""
         if self.single is not None:
             return iter([("", self.single)])
         words = f' with {self.tag} = "{{}}"' if self.tag else ""
@@ -360,7 +360,7 @@ class SurfaceTable(Part):
 
 
 HOMES: list[tuple[str, type[Part]]] = []
-"""Where the keys belong, in words; the tables of a study fill it."""
+"""Tables to which keys belong, in words; the tables of a study fill it."""
 
 
 def homes_of(model: type[Part], path: str = "") -> Iterator[tuple[str, type[Part]]]:

@@ -120,7 +120,7 @@ class Plain(Reader):
         return self.declared.read(raw_value)
 
     def schema(self) -> JsonSchema:
-        """As declared."""
+        """Schema as declared."""
         return self.declared.schema()
 
 
@@ -137,7 +137,7 @@ class Constant(Reader):
         return raw_value
 
     def schema(self) -> JsonSchema:
-        """It alone."""
+        """Schema of it alone."""
         return {"const": self.value}
 
 
@@ -194,7 +194,7 @@ class Items(Reader):
         return {"anyOf": [item, several]} if self.single else several
 
     def tables(self) -> Iterator[tuple[str, Any]]:
-        """Those of an item."""
+        """Tables of an item."""
         return self.item.tables()
 
 
@@ -225,7 +225,7 @@ class Named(Reader):
         return {"type": "object", "additionalProperties": self.item.schema()}
 
     def tables(self) -> Iterator[tuple[str, Any]]:
-        """Those of an item."""
+        """Tables of an item."""
         return self.item.tables()
 
 

@@ -1,4 +1,4 @@
-"""A structure of a study under a force, on a shaker, in noise, under shocks; how it bends."""
+"""A structure of a study under a force, on a shaker, in noise, under shocks; its geometry."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A bolted structure in a study: its drawing, its bolts, and what is not known of it."""
+"""A bolted structure in a study: its drawing, its bolts, and its uncertain inputs."""
 
 from __future__ import annotations
 

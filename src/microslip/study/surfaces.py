@@ -159,7 +159,7 @@ class PopulationSurface(Surface):
     )
 
     def check(self, place: Place) -> None:
-        """As many radii as heights."""
+        """Check that there are as many radii as heights."""
         heights, radii = len(self.heights.values), len(self.radius)
         if radii not in (1, heights):
             raise KeyedError(

@@ -1,4 +1,4 @@
-"""Quantities that are not known exactly, in one notation for every key."""
+"""Uncertain quantities, in one notation for every key."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The arguments of many joints: arrays within their ranges, none missing and none too many."""
+"""The arguments of many joints: arrays within their ranges, complete and without surplus ones."""
 
 from __future__ import annotations
 

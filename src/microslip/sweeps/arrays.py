@@ -1,4 +1,4 @@
-"""Labelled arrays, and the files and data sets that they become."""
+"""Labelled arrays, and their export to files and data sets."""
 
 from __future__ import annotations
 

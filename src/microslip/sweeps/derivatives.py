@@ -1,4 +1,4 @@
-"""Exact derivatives of what a joint does by its parameters, for many joints at once."""
+"""Exact derivatives of joint quantities by its parameters, for many joints at once."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Many joints at once from labelled and from lazy arrays: xarray's and Dask's do the work."""
+"""Many joints at once on labelled and lazy arrays, by xarray and Dask."""
 
 from __future__ import annotations
 

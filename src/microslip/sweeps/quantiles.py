@@ -1,4 +1,4 @@
-"""Quantiles of what is known at few points of its inputs, and how sure they are."""
+"""Quantiles from few points of the inputs, and their sampling error."""
 
 from __future__ import annotations
 

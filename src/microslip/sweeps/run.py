@@ -1,4 +1,4 @@
-"""The sweep: what is asked for, what is computed, and its labels."""
+"""The sweep: request, computation and labels."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ DIMENSIONS: dict[str, tuple[str, ...]] = {
     "force_limit": _GRID[:2],
     "slip_per_indentation": _GRID[:1],
 }
-"""Of every quantity that can be asked for: what it depends on."""
+"""Arguments on which each quantity depends."""
 
 _MEANINGS = {**QUANTITIES, "friction_coefficient": Quantity("-", "coefficient of friction")}
 _DEFAULT_QUANTITIES = ("dissipated_energy", "loss_factor", "damping_ratio", "secant_stiffness")

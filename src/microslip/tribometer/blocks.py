@@ -34,11 +34,11 @@ LONG = 10.0
 OF_CYCLE = 0.05
 """and of a cycle: what is less does it no harm."""
 _JUMP = 1.5
-"""Of the counter of cycles, beyond which some were not logged."""
+"""Jump of the counter of cycles beyond which some were not logged."""
 _SAME_PERIOD = 0.1
 """Share by which their period may differ: what hums while the rig rests is no motion."""
 _STOOD, _RESTING = 0.75, 8.0
-"""Of a cycle, for which a rig that is logged stands still at least; range then, over the noise."""
+"""Least share of a cycle for which a logged rig stands still; range then, over the noise."""
 _OVER_NOISE = 10.0
 """Their amplitude over the noise, at least."""
 

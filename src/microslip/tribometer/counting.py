@@ -19,9 +19,9 @@ from microslip.tribometer.blocks import Block, gaps_of
 from microslip.tribometer.record import Record
 
 _PHASE, _ERRORS = 0.04, 4.0
-"""Of a cycle, and standard errors, by which a block may begin beside where the rate expects it."""
+"""Share of a cycle, and standard errors, by which a block may begin off the expected phase."""
 _UNSURE = 0.15
-"""Of a cycle: where the rate is known no better, any phase would do."""
+"""Share of a cycle: where the rate is known no better, any phase would do."""
 _CHANCE = 0.01
 """Probability that phases agree by chance up to which they tell that the rig ran on."""
 _ENDS = 5

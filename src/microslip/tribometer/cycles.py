@@ -1,4 +1,4 @@
-"""The cycles of a record, made once and judged once: whoever uses a cycle says the same of it.
+"""The cycles of a record, cut and judged once for all users.
 
 Spikes, cycles that do not close, amplitudes that step, friction that moves, drift, delay, clipping
 and loads that change are found here, for `measure`, for a fit and for what several records say.
@@ -83,7 +83,7 @@ class Plateau(NamedTuple):
     share: float
     """Share of all samples [-]."""
     step: float | None
-    """Of the converter on whose steps all samples are; None without one."""
+    """Step of the converter on which all samples lie; None without one."""
     is_neared: bool
     """Whether the channel slows down before it, as friction does and a clipped sensor does not."""
 

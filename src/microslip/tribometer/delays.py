@@ -19,10 +19,10 @@ _SHAPES = (((1.0, 1.5, 2.0), (1.0, 2.0)), ((1.0, 2.0), (1.0, 2.0)))
 """Powers of the way that the force is made of before a reversal and after it. A contact that has
 nearly slid before is of the power 3/2 there (19.15); what the second makes of it is the doubt."""
 _DOUBT, _LEAST, _OF_WINDOW = 0.5, 0.03, 0.003
-"""Of the difference between both, of a sample, and of the window, by which the lag is not known in
-any case."""
+"""Doubt of the lag in any case: share of the difference of both readings, of a sample, and of the
+window."""
 _DEGREE = 10
-"""Of the polynomial of the displacement around its reversal, a fifth of a cycle to each side."""
+"""Degree of the polynomial of the displacement within a fifth of a cycle from its reversal."""
 
 
 class Lag(NamedTuple):

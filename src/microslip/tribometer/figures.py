@@ -1,4 +1,4 @@
-"""Figures of records, of the cycles in them, and of campaigns; who calls says of what."""
+"""Figures of records, of their cycles, and of campaigns; titles come from the caller."""
 
 from __future__ import annotations
 

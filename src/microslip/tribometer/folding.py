@@ -1,4 +1,4 @@
-"""A record folded on one cycle: what all its settled cycles say together."""
+"""A record folded on one cycle: the mean and the scatter of its settled cycles."""
 
 from __future__ import annotations
 

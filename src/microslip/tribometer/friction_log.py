@@ -1,4 +1,4 @@
-"""The friction log: the force over displacement and cycle, on the ways there and back."""
+"""The friction log: the force over displacement and cycle, for both directions of motion."""
 
 from __future__ import annotations
 

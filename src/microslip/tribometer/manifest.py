@@ -1,4 +1,4 @@
-"""The manifest of a campaign: which file is of which specimen, load, stage, and what else."""
+"""The manifest of a campaign: specimen, load, stage and other columns of each file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The mean cycle of a channel as a curve through bins, and what is left beside it."""
+"""The mean cycle of a channel as a curve through bins, and the residuals."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Level(NamedTuple):
     """A channel beside its mean cycle."""
 
     mean: Floats
-    """Of each bin."""
+    """Mean of each bin."""
     base: Floats
     """Correction of the residual of a sample to the middle of its bin."""
     residual: Floats

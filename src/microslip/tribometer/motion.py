@@ -1,4 +1,4 @@
-"""The displacement of a mean cycle: harmonics, and the corners of a drive that has some."""
+"""The displacement of a mean cycle: harmonics, and the corners of some drives."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from microslip._core.checks import Floats
 from microslip.tribometer.phases import stretches
 
 MOST_HARMONICS, MOST_OF_CORNERS = 120, 300
-"""Of a motion whose harmonics stand out one by one; of one that is steep in places, but without
-corners that would tell it."""
+"""Numbers of harmonics: of a motion whose harmonics stand out one by one; of one that is steep in
+places, but has no marked corners."""
 QUIET = 1e-9
-"""Of the amplitude: below it noise is rounding."""
+"""Share of the amplitude below which noise is rounding."""
 _FINE = 4096  # bins of the displacement: their width is nothing to a hundred harmonics
 _ROUNDS, _LARGE = 100, 0.3
 _MANY = 5

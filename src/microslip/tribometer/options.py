@@ -1,4 +1,4 @@
-"""Options of records, said once: how they are read, and how they are measured."""
+"""Options of records, declared once: for reading and for measuring."""
 
 from __future__ import annotations
 

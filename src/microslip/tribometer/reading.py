@@ -54,7 +54,7 @@ READERS: Mapping[str, Callable[[Path], Table]] = {
     "excel": sheets.excel_table,
     "text": text.table,
 }
-"""How the columns of a file are had, by its format."""
+"""Readers of the columns of a file, by its format."""
 
 _KNOWN_FORMATS = "wanted text, Excel, MAT, TDMS, HDF5, Parquet, JSON, UFF or NumPy's"
 _BY_COEFFICIENT = "by its name, times the normal load"

@@ -16,7 +16,7 @@ from microslip.tribometer.estimates import chance_below
 
 REGIMES = ("stick", "partial slip", "gross slip")
 ONSET = 0.99
-"""Of the force limit: gross slip, for a law that only tends to it."""
+"""Share of the force limit that is gross slip, for a law that only tends to it."""
 RESOLVED = 1e-3
 """Least energy ratio that counts as a loss, for laws that have none below their yield."""
 
@@ -32,7 +32,7 @@ class Thresholds(NamedTuple):
     gross: float
     """Fouvry's ratio B from which it slides as a whole."""
     source: str
-    """What they are those of."""
+    """Source of the thresholds."""
 
 
 # One sphere (19.15): A where T0 is 1 % below its first tangent, B at the slip limit.

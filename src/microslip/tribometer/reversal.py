@@ -11,7 +11,7 @@ from microslip._core.checks import Floats
 from microslip.tribometer.cuts import Cuts
 
 SHARE = 0.25
-"""Of the range of the force after a reversal, from which its stiffness is read."""
+"""Share of the range of the force after a reversal, from which its stiffness is read."""
 BENT = 0.05
 """Share of the force by which it has left its first tangent where the linear range ends."""
 _FEWEST = 5

@@ -21,7 +21,7 @@ KINDS = {
 """Quantities of a record, in the order of messages."""
 CYCLE_NUMBER = "cycle_number"
 ROLES = (*KINDS, CYCLE_NUMBER)
-"""Those, and the rig's counter of cycles, which has no unit."""
+"""Roles of columns: these, and the rig's counter of cycles, which has no unit."""
 
 _RAW = (
     Kind("voltage", "V", ("mV", "V")),

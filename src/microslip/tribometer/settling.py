@@ -45,7 +45,7 @@ _FEW_FREE = 5
 """Degrees of freedom up to which the mean of cycles that wander is hardly known."""
 _HALVES, _MOST_STRETCHES = 6, 64
 _LOSS = 0.01
-"""Of the rectangle around a loop: what energies move by is of no less than that."""
+"""Share of the rectangle around a loop: changes of the energy are compared with at least that."""
 _MOVING = ("force_amplitude", "dissipated_energy", "force_rms")
 
 

@@ -1,4 +1,4 @@
-"""Specimens as a level of their own: what each says, how they scatter, and what they say together.
+"""Specimens as a level of their own: results of each, their scatter, and the pooled value.
 
 Each specimen's mean is known to its own standard error; the specimens differ besides. The pooled
 value is of all that could be made, so that its interval knows both.
@@ -22,8 +22,8 @@ class Pooled(NamedTuple):
     of_each: tuple[tuple[str, Estimate], ...]
     """By their labels."""
     mean: Estimate
-    """Of all that could be made: its interval holds what differs between them, and the error of
-    each. Not a number of a single one."""
+    """Mean of all that could be made: its interval includes the scatter between specimens and the
+    error of each. Not a number for a single one."""
     between: float
     """Standard deviation between them that their own errors do not explain; 0 where none shows."""
 

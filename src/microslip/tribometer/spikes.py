@@ -1,4 +1,4 @@
-"""Single samples that no rig can have recorded: spikes of a sensor or its cable."""
+"""Samples that no rig can have recorded: spikes of a sensor or its cable."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from microslip.numerics.runs import runs_of
 from microslip.tribometer.record import Record
 
 FAR = 5.0
-"""How many times half the usual range, of the record and of the samples around, a spike is off."""
+"""Spikes over half the usual range, of the record and of the samples around, at least."""
 LONGEST = 3
 """Samples in a row that still are a spike."""
 AROUND = 8
 """Samples on each side that it is held against."""
 
 _NOISES, _PART = 20.0, 0.1
-"""Of the noise, and of the range of force: by more than both a jump is off the other cycles."""
+"""Jumps off the other cycles over the noise, and over the range of force, at least."""
 
 _UNITS = {"displacement": "m", "force": "N", "normal_load": "N"}
 

@@ -19,7 +19,7 @@ Loads = Sequence[float | None]
 
 
 class Materials(NamedTuple):
-    """What loops do not tell of a surface."""
+    """Materials and area of a surface, which loops do not determine."""
 
     pair: MaterialPair | None = None
     area: float | None = None
@@ -82,7 +82,7 @@ class Model(ABC):
         return None
 
     def completed(self, given: Materials) -> Materials:
-        """What was given, else what the instance that it was made of has."""
+        """Materials given, else those of the instance that it was made of."""
         surface = self._surface
         own_values = {name: getattr(surface, name, None) for name in Materials._fields}
         return Materials(**{name: getattr(given, name) or own_values[name] for name in own_values})

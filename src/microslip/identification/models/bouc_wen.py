@@ -71,7 +71,7 @@ class BoucWenModel(CycleModel):
         }
 
     def guess(self, loops: Sequence[Any], loads: Loads) -> dict[str, float]:
-        """Those of :meth:`BoucWen.guess`."""
+        """First guess of :meth:`BoucWen.guess`."""
         values = BoucWenModel(BoucWen.guess(loops)).start
         assert values is not None
         return self.within(values)

@@ -1,4 +1,4 @@
-"""The Extended Greenwood Model for an identification: what loops can say of it, and no more."""
+"""The Extended Greenwood Model for an identification, in the parameters that loops determine."""
 
 from __future__ import annotations
 
@@ -103,7 +103,7 @@ class InterfaceModel(BackboneModel):
         return replace(self, own_loads=separation_loads)
 
     def guess(self, loops: Sequence[Any], loads: Loads) -> dict[str, float]:
-        """Those of :meth:`Interface.guess`, at the reference load."""
+        """First guess of :meth:`Interface.guess`, at the reference load."""
         checked_loads = loads_of(loads, len(loops))
         if self.own_loads:
             reference: float | None = self._reference(checked_loads[0])

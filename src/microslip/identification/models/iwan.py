@@ -147,6 +147,6 @@ class IwanModel(Locked, BackboneModel):
 
     @classmethod
     def examples(cls) -> tuple[tuple[Model, Values], ...]:
-        """Those of the law that are few."""
+        """Examples of laws of few cells."""
         models = [cls.of(law) for law in Iwan.examples() if law.cell_count <= MOST_CELLS]
         return tuple((model, model.start or {}) for model in models)

@@ -1,4 +1,4 @@
-"""Any law that says its parameters, for an identification."""
+"""Any law that declares its parameters, for an identification."""
 
 from __future__ import annotations
 
@@ -43,12 +43,12 @@ class LawModel(BackboneModel):
 
     @property
     def name(self) -> str:
-        """That of the law in studies and commands."""
+        """Name of the law in studies and commands."""
         return key_of(self.kind)
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
-        """Those of the law."""
+        """Parameters of the law."""
         return parameters_of(self.kind)
 
     @property
@@ -57,7 +57,7 @@ class LawModel(BackboneModel):
         return None if self.law is None else values_of(self.law)
 
     def guess(self, loops: Sequence[Any], loads: Loads) -> dict[str, float]:
-        """Those of the law's own guess."""
+        """First guess of the law's own."""
         return self.within(values_of(self.kind.guess(loops)))
 
     def branch(self, u: Floats, values: Values, load: float | None) -> Branch:

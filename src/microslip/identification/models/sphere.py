@@ -1,4 +1,4 @@
-"""One sphere on a flat, the commonest fretting rig, and surfaces that are known, as laws to fit."""
+"""One sphere on a flat, the commonest fretting rig, and known surfaces, as laws to fit."""
 
 from __future__ import annotations
 
@@ -187,7 +187,7 @@ class GivenSurfaceModel(BackboneModel):
         return self.within({"friction_coefficient": _limit_of(loops, loads_of(loads, len(loops)))})
 
     def branch(self, u: Floats, values: Values, load: float | None) -> Branch:
-        """That of the interface; by mu at a fixed displacement it is T0/mu - (u/mu) T0'."""
+        """Branch of the interface; its slope by mu at fixed displacement is T0/mu - (u/mu) T0'."""
         law = self.build(values, load)
         force, slope = np.asarray(law.backbone(u)), np.asarray(law.backbone_stiffness(u))
         return force, slope, ((force - u * slope) / values["friction_coefficient"])[None]

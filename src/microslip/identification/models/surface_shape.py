@@ -1,4 +1,4 @@
-"""The shape of a normal law, n(z) with N = C n(d/s), and what an identification asks of it."""
+"""The shape of a normal law, n(z) with N = C n(d/s), and its use in an identification."""
 
 from __future__ import annotations
 

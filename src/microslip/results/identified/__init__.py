@@ -1,1 +1,1 @@
-"""Identified joints: what is said of a fit, as a document, figures, files and a study."""
+"""Identified joints: a fit as a document, figures, files and a study."""

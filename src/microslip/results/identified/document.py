@@ -1,4 +1,4 @@
-"""Identified joints: what a fit says, as a document and as files."""
+"""Identified joints: document and files of a fit."""
 
 from __future__ import annotations
 

@@ -39,7 +39,7 @@ class Groups:
     failed: Mapping[str, str]
     """Groups that could not be fitted, and why."""
     values: Mapping[str, float]
-    """Where the column is of numbers: these; then nothing is pooled but drawn over them."""
+    """Numbers of a numeric column, over which results are then drawn and not pooled."""
 
     @classmethod
     def of(

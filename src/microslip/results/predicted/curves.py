@@ -1,4 +1,4 @@
-"""Curves over amplitudes: what the figures share, and energy and damping over both amplitudes."""
+"""Curves over amplitudes: common parts of figures; energy and damping over both amplitudes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The figures of a prediction, as data, and what to see in them."""
+"""The figures of a prediction, as data, and their captions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`summary.json`, everything but the long columns, with keys that say what they hold."""
+"""`summary.json`: all but the long columns, under descriptive keys."""
 
 from __future__ import annotations
 

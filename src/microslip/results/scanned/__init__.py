@@ -1,1 +1,1 @@
-"""A measured scan: what was asked and found, its document, pictures and files."""
+"""A measured scan: request and findings, its document, pictures and files."""

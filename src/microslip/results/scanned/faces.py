@@ -1,4 +1,4 @@
-"""Two rough faces, several scans of one, or a drawing: what they are together, and their joint."""
+"""Two rough faces, several scans of one, or a drawing: their combined surface, and the joint."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A measured scan as plain values: what summary.json and the tables hold."""
+"""A measured scan as plain values, for summary.json and the tables."""
 
 from __future__ import annotations
 

@@ -107,7 +107,9 @@ def quantity(value: Any, unit: str) -> str:
         return f"{value / factor:.6g} {unit}"
     for written, printed in _PRINTED.items():
         unit = unit.replace(written, printed)
-    return engineering(value, unit, 6, trim=True) if unit else f"{value:.6g}"
+    if not unit or unit.startswith("kg"):  # a prefix of its own
+        return f"{value:.6g} {unit}".rstrip()
+    return engineering(value, unit, 6, trim=True)
 
 
 def si(value: float) -> str:

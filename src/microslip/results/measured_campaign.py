@@ -202,7 +202,7 @@ def _ends(estimate: Any, write: Callable[[float], str]) -> str:
 
 def _wear_text(wear: Wear) -> str:
     # Of a cubic micrometre per joule, as papers have it.
-    text = _ends(wear.coefficient, lambda value: significant(1e18 * value))
+    text = _ends(wear.coefficient, lambda value: f"{float(f'{1e18 * value:.3g}'):g}")
     count = f"{wear.coefficient.number} worn volume{'s' * (wear.coefficient.number > 1)}"
     beside = (
         "" if math.isnan(wear.scatter) else f", scatter {significant(1e9 * wear.scatter, 2)} mm³"
@@ -262,8 +262,8 @@ def _specimens(found: Sequence[tuple[str, Pooled]], confidence: float) -> tuple[
         Column("quantity", "quantity"),
         Column("condition", "condition"),
         Column("specimens", "specimens"),
-        Column("mean", f"of all ({100.0 * confidence:g} % interval)"),
-        Column("between", "scatter between"),
+        Column("mean", f"mean of all ({100.0 * confidence:g} % interval)"),
+        Column("between", "scatter between specimens"),
     )
     rows, mean_rows = [], []
     for condition, pool in found:

@@ -79,8 +79,8 @@ LABELS: Mapping[str, str] = MappingProxyType(
         "friction_peak": "friction T_m/N",
         "friction_energy": "friction E_d/4Nδ_g",
         "reversal_stiffness": "stiffness after reversal",
-        "stiffness_left": "after the left one",
-        "stiffness_right": "after the right one",
+        "stiffness_left": "stiffness, left reversal",
+        "stiffness_right": "stiffness, right reversal",
         "linear_range": "linear range",
         "closure_error": "closure error",
     }

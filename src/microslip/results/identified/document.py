@@ -420,8 +420,8 @@ def _correlations(fit: Summary) -> Table | None:
         for i in range(1, len(names))
     )
     caption = (
-        "Of the errors of the fitted parameters: near 1 or −1 the records determine only a "
-        "combination of the two."
+        "Correlations of the errors of the fitted parameters: near 1 or −1 the records determine "
+        "only a combination of the two."
     )
     return _texts("Correlations", ["", *labels[:-1]], rows, caption)
 

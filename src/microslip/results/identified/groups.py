@@ -130,7 +130,7 @@ def section(groups: Groups, confidence: float) -> Section:
     if pools := groups.pooled(confidence):
         heads = (
             Column("parameter", "Parameter", short="parameter"),
-            Column("mean", "Of all (interval)", short="of all (interval)"),
+            Column("mean", "Mean of all (interval)", short="mean of all (interval)"),
             Column("between", "Scatter between", short="scatter between"),
             Column("verdict", "Verdict", short="verdict"),
         )

@@ -65,7 +65,8 @@ def document(result: Prediction) -> Document:
     if result.histories:
         sections.append(Section("History", (history_table(joints),)))
     notes = tuple(note for note in summary["notes"] if note != REMINDER)  # it is a remark
-    description: list[Block] = [Note(subject(result)), *study_facts(study), Listing(study.text)]
+    computed = [Note(subject(result))] if study.asks_for_joint else []
+    description: list[Block] = [*computed, *study_facts(study), Listing(study.text)]
     sections += [
         Section("Figures", pictures(result), brief=False),
         Section("Validity", (validity(study, result.joints),)),
@@ -216,6 +217,8 @@ _ELSEWHERE = (
     "rigid", "materials", "law", "file", "column", "unit", "start", "to", "points", "measured",
     "x", "y", "gap", "time",
 )  # fmt: skip
+_BESIDE = {"interfaces": "rz", "passes": "order"}
+"""Keys that say nothing without another one."""
 
 
 def study_facts(study: StudyDescription) -> tuple[Facts, ...]:
@@ -225,6 +228,9 @@ def study_facts(study: StudyDescription) -> tuple[Facts, ...]:
         for name, material in study.material.items()
     ]
     joint = _rows(study.joint)
+    if not study.asks_for_joint:  # its load is that of the bolts
+        load = study.joint.keys["normal_load"].heading
+        joint = tuple(row for row in joint if row[0] != load)
     if (surface := study.surface) is None:
         joint = (("Friction law", study.joint.law), *joint)
     else:
@@ -247,6 +253,8 @@ def _rows(part: Part) -> tuple[tuple[str, str], ...]:
         if name == "cutoff" and value is None:
             rows.append((key.heading, NO_CUTOFF))
         if value is None or value == () or name in _ELSEWHERE:
+            continue
+        if name in _BESIDE and not getattr(part, _BESIDE[name]):
             continue
         if name == "curve":
             ends = " to ".join(quantity(x, "m") for x in (value.start, value.to))

@@ -320,7 +320,7 @@ def _model(prediction: StructurePrediction) -> Facts:
 
 _COLUMNS = (
     Column("amplitude", "Amplitude at the sensor", "m", 3, short="amplitude"),
-    Column("modal_frequency", "Frequency", "Hz", write=lambda f: f"{f:.5g}", short="Hz"),
+    Column("modal_frequency", "Frequency [Hz]", "Hz", write=lambda f: f"{f:.5g}", short="Hz"),
     Column("modal_damping_ratio", "Damping ratio ζ, steady", "", write=cells.ratio, short="ζ"),
     Column("decay_damping_ratio", "ζ, free decay", "", write=cells.ratio),
     Column("quasi_static_damping_ratio", "ζ, quasi-static", "", write=cells.ratio),

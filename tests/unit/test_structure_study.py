@@ -22,6 +22,7 @@ from microslip.results.structure.pictures import curve_plot, shape_plot
 from microslip.study.build import build_surface
 from microslip.study.consistency import questions
 from microslip.study.draws import Design, at_middle
+from microslip.study.new import text_of_template
 from microslip.study.uncertain import Spread
 
 STUDY = STRIP
@@ -450,6 +451,18 @@ def with_mesh(folder: Path) -> Path:
     ).write(folder / "strip.inp")
     meshio.Mesh(1e3 * mesh.points, [("hexahedron", mesh.cells)]).write(folder / "nameless.vtk")
     return folder
+
+
+def test_the_template_of_a_mesh_is_a_study_within_the_limits(with_mesh: Path) -> None:
+    text = text_of_template("mesh", "", "mesh.toml", "")
+    names = {
+        "parts.msh": "strip.inp", '["lower", "upper", "bolt"]': '["left", "right", "bolts"]',
+        "lower face": "low face", "upper face": "high face", '"shank"': '"bolt 1"',
+    }  # fmt: skip
+    for old, new in names.items():
+        assert text.count(old) == 1
+        text = text.replace(old, new)
+    assert preview(ms.Study.from_toml(text, "mesh.toml", folder=with_mesh)).word == "ok"
 
 
 @pytest.mark.slow

@@ -48,6 +48,7 @@ from microslip.sweeps.quantiles import quantiles
 from microslip.sweeps.ranking import ranking
 
 _NAMES = {
+    "surface.stiffness_factor": "factor on the normal stiffness",
     "joint.friction_coefficient": "friction coefficient",
     "structure.bolts.tension": "bolt tension",
     "structure.bolts.torque": "bolt torque",

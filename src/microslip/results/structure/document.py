@@ -71,7 +71,9 @@ def answer(prediction: StructurePrediction) -> str:
 def _errors(prediction: StructurePrediction) -> str:
     """Errors of the answer: of patches, mesh and reduction, and of so few samples."""
     mode, convergence = prediction.modes[0], prediction.convergence
-    model = "not estimated (converge = true estimates them)"
+    model = "not estimated"
+    if prediction.part.mesh is None:  # that of a user cannot be refined
+        model += " (converge = true estimates them)"
     if convergence is not None:
         model = f"±{convergence.error[1]:.1%} of the joint's damping"
     left = float(abs(mode.curve.harmonic_error[mode.last]))
@@ -357,7 +359,13 @@ def _remark(prediction: StructurePrediction) -> str:
     if shapes < _SAME_SHAPE:
         text += f" Shapes change: their MAC with those of stuck joints falls to {shapes:.3f}."
     near = (_resonance(mode, other) for mode in prediction.modes for other in mode.curve.near)
-    return " ".join([text, *near, *(_bands_remark(m) for m in prediction.modes)])
+    return " ".join(
+        [
+            text,
+            *near,
+            *(_bands_remark(m, prediction.part.mesh is not None) for m in prediction.modes),
+        ]
+    )
 
 
 _SAME_SHAPE = 0.99
@@ -372,7 +380,7 @@ def _resonance(mode: Mode, other: Resonance) -> str:
     )
 
 
-def _bands_remark(mode: Mode) -> str:
+def _bands_remark(mode: Mode, meshed: bool) -> str:
     """Method and sampling error of the bands of a mode."""
     if mode.bands is None:
         return ""
@@ -391,10 +399,8 @@ def _bands_remark(mode: Mode) -> str:
             f" {mode.bands.unsolved} samples do not reach all amplitudes and are left out there."
         )
     if mode.bands.model_error is None:
-        return (
-            f"{text} The error of patches, mesh and reduction is not included; converge = true "
-            "includes it."
-        )
+        remedy = "" if meshed else "; converge = true includes it"
+        return f"{text} The error of patches, mesh and reduction is not included{remedy}."
     return (
         f"{text} Their ends are moved out by {mode.bands.model_error[1]:.1%} of the joint's "
         "damping, the error of patches, mesh and reduction."

@@ -111,7 +111,7 @@ class Loop(Locked):
     def force_minus_secant(self) -> NDArray[np.float64]:
         """Force less secant stiffness times displacement, about the middle of the loop [N].
 
-        What is left of a thin loop is its width: its area is that of the loop.
+        The remainder of a thin loop is its width: its area is that of the loop.
         """
         middle = 0.5 * (float(self.displacement.max()) + float(self.displacement.min()))
         level = 0.5 * (float(self.force.max()) + float(self.force.min()))

@@ -338,7 +338,7 @@ def test_studies(page: Path, namespace: dict[str, Any]) -> None:
 @pytest.mark.parametrize(
     "page", [p for p in PAGES if any("ncread" in block.text for block in blocks(p, "matlab"))]
 )
-def test_matlab_reads_what_is_there(page: Path, namespace: dict[str, Any]) -> None:
+def test_matlab_reads_files_of_both_versions(page: Path, namespace: dict[str, Any]) -> None:
     """There is no MATLAB here; but the names that it asks for are in the file."""
     import h5netcdf
 
@@ -429,7 +429,7 @@ def test_the_site_fetches_nothing() -> None:
         assert "$$" not in page.read_text(encoding="utf-8"), "formulas are plain text"
 
 
-def test_what_sphinx_makes_is_not_kept() -> None:
+def test_built_pages_are_not_kept() -> None:
     ignored = (ROOT / ".gitignore").read_text(encoding="utf-8").splitlines()
     kept_out = (ROOT / "MANIFEST.in").read_text(encoding="utf-8").splitlines()
     for name in MADE:

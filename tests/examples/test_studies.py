@@ -56,7 +56,7 @@ def test_no_example_leaves_what_its_law_assumes(name: str) -> None:
     assert {verdict.word for joint in joints for verdict in joint.validity} <= {"ok", "watch"}
 
 
-def test_they_are_what_python_makes() -> None:
+def test_examples_equal_the_same_in_python() -> None:
     """Of the lay by the ratio of compliances, of the bolts by a sum over rings."""
     lay = last_joint("lay")
     metal = ms.Material.named("al7075")

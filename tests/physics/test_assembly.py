@@ -149,6 +149,6 @@ def test_motion_in_time_goes_on_from_what_the_faces_hold() -> None:
         ({"snug": 1.0}, "snug must be between 0 and 1"),
     ],
 )
-def test_orders_that_are_none(given: dict[str, Any], message: str) -> None:
+def test_wrong_orders(given: dict[str, Any], message: str) -> None:
     with pytest.raises(ms.InputError, match=message):
         strip().assemble(SURFACE, 0.1, **given)

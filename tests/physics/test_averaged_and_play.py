@@ -105,7 +105,7 @@ def test_averaged_loops_with_their_noise(closed: bool) -> None:
     assert all(record.folded.cycles == 1 for record in fit.records)
 
 
-def test_what_averaged_loops_refuse() -> None:
+def test_wrong_averaged_loops_are_refused() -> None:
     load, x, force = histories(0.0)[0]
     whole = ms.Record(x, force, normal_load=load)
     with pytest.raises(ms.InputError, match="an averaged loop is one cycle"):

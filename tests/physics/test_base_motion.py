@@ -199,7 +199,7 @@ def test_a_sensor_is_held_by_the_level_of_the_base() -> None:
         )
 
 
-def test_bases_that_say_too_little_are_refused() -> None:
+def test_incomplete_bases_are_refused() -> None:
     structure, whole = on_one_base(), between_supports()
     options = {"acceleration": 1.0, "frequencies": [100.0, 200.0]}
     for words, other in (
@@ -223,7 +223,7 @@ def test_bases_that_say_too_little_are_refused() -> None:
             whole.base_response(**{**options, "directions": [1.0, 1.0], **other})
 
 
-def test_dashpots_need_something_to_stand_on() -> None:
+def test_dashpots_need_a_frame() -> None:
     """Proportional to the mass they resist rigid motion; the ground takes up what they pull."""
     stiffness = np.array([[2e6, -1e6], [-1e6, 1e6]])
     mass = np.diag([1.0, 2.0])
@@ -270,7 +270,7 @@ def test_what_lasts_on_a_base_is_reported_of_every_point() -> None:
         np.testing.assert_array_equal(response.stable, lasts)
 
 
-def test_a_base_says_what_lasts_as_its_force_does() -> None:
+def test_motions_on_a_base_are_those_under_its_inertia_force() -> None:
     """By the inertia that the base means, the motions are those under a force, folds and all."""
     free = on_one_base()
     soft = free.with_geometry([1.0, 0.0, 0.0], quartic=np.full((1,) * 4, -1e20))

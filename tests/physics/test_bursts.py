@@ -93,7 +93,7 @@ def test_any_steady_course_between_bursts_is_within_the_error(constant: float) -
     assert up_to.errors[-1] < 0.4 * exact[-1]
 
 
-def test_wear_coefficient_and_what_it_rests_on() -> None:
+def test_wear_coefficient_and_its_energies() -> None:
     worn = 1e-12
     measured = ms.measure(logged(True))
     wear = Campaign((measured,), worn_volumes=(worn,)).wear()

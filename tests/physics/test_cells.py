@@ -26,7 +26,7 @@ def test_stiffness_and_limit_are_exact_and_the_polygon_is_above(law: Any) -> Non
     assert isinstance(cells, ms.Iwan)
 
 
-def test_what_the_fit_tells_is_true() -> None:
+def test_statements_of_the_fit_are_true() -> None:
     cells = JOINT.to_iwan(50, smallest_amplitude=3e-9, largest_amplitude=1e-5)
     fit = cells.fit
     assert fit is not None

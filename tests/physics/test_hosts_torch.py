@@ -53,7 +53,7 @@ def test_functions_of_functions(joint):
     np.testing.assert_allclose(rows[1], make(**POINT).harmonics(2.0 * C, (0, 1, 3)).force)
 
 
-def test_what_does_not_exist_is_refused(joint):
+def test_missing_files_and_names_are_refused(joint):
     load = torch.tensor(2000.0, dtype=torch.float64, requires_grad=True)
     energy = joint.dissipated_energy({**POINT, "normal_load": load}, 3e-7)
     (slope,) = torch.autograd.grad(energy, load, create_graph=True)

@@ -304,7 +304,7 @@ def same(a: ms.Identification, b: ms.Identification, rel: float = 2e-3) -> None:
         assert abs(other[2] - high) <= 0.02 * width, name
 
 
-def test_what_does_not_matter() -> None:
+def test_choices_without_effect() -> None:
     """Order of the records, zeros of both channels, which way is positive, when it began."""
     records = noisy()
     base = ms.identify(records, rig_stiffness=None, held_back=0, summits=np.inf)

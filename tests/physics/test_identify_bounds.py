@@ -114,7 +114,7 @@ def test_what_an_open_end_does_not_move_stays_identified() -> None:
         assert abs(one.value - truth) < 4.0 * one.standard_error
 
 
-def test_cells_that_are_none_are_no_failure() -> None:
+def test_empty_cells_are_no_failure() -> None:
     """Of a grid of cells a joint of two uses few."""
     law = ms.Iwan([2e7, 3e7], [20.0, 60.0])
     record = ms.VirtualTribometer(law, sample_rate=128.0, noise=0.003).record(

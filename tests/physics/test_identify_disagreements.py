@@ -155,7 +155,7 @@ def test_rigs_that_differ_are_reported_with_their_spread() -> None:
     assert "which they have not" not in found.parameters["friction_coefficient"].reason
 
 
-def test_the_rig_hangs_on_the_law() -> None:
+def test_the_rig_depends_on_the_law() -> None:
     """Of a law that leaves several times the noise it takes up what that lacks.
 
     Segalman's model leaves about five times the noise of a joint with rough surfaces: 1.2 GN/m for

@@ -508,7 +508,7 @@ def test_any_curve_answers_all_questions_at_once(seed):
         np.testing.assert_array_equal(one, other)
 
 
-def test_what_a_curve_refuses_is_raised():
+def test_errors_of_a_curve_are_raised():
     class Wrong:
         def drop(self, base, width):
             raise ZeroDivisionError("no drop")

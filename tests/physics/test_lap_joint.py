@@ -181,7 +181,7 @@ def test_tightened_bolts_have_their_tension_and_press_the_faces_with_it() -> Non
 
 
 @pytest.mark.slow
-def test_refinement_tells_what_is_left() -> None:
+def test_refinement_reports_the_remaining_error() -> None:
     pair = ms.MaterialPair(STEEL, STEEL)
     surface = ms.GreenwoodWilliamson(pair, ms.Gaussian(5e-7), radius=1e-3, density=1e8, area=1e-4)
     found = small_lap().converge(

@@ -145,7 +145,7 @@ def test_offsets_change_nothing() -> None:
     assert shifted["force_offset"].value == pytest.approx(500.0, rel=1e-6)
 
 
-def test_what_a_rig_cannot_change() -> None:
+def test_results_independent_of_the_rig() -> None:
     """A spring in series leaves E_d, T_m, delta_g and B; it takes from A and D."""
     a = contact_amplitude(RIG, 15e-6)
     record = ms.VirtualTribometer(JOINT, rig_stiffness=RIG, sample_rate=2000).record(

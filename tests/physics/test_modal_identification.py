@@ -57,7 +57,7 @@ def identified(noise: float, fit: tuple[str, ...], **known: float) -> ms.ModalId
     )  # fmt: skip
 
 
-def test_what_was_put_in_comes_out_without_noise() -> None:
+def test_inputs_are_recovered_without_noise() -> None:
     found = identified(0.0, tuple(TRUE))
     for name, value in TRUE.items():
         assert found.values[name] == pytest.approx(value, rel=2e-3)

@@ -107,7 +107,7 @@ def test_a_drawn_rise_stiffens_solid_elements_as_it_does_the_strip_s() -> None:
         joint.with_geometry(["bend 1"], (np.ones((9, 1)), np.ones((9, 1))), np.ones((2, 1)))
 
 
-def test_what_does_not_bend_between_two_clamps_is_refused() -> None:
+def test_drawings_that_do_not_bend_between_clamps_are_refused() -> None:
     bolts = ms.Bolts([0.0], shank=0.008, hole=0.009, washer=0.016, tension=18e3)
     laps = [ms.Lap(x, 0.03, bolts) for x in (-0.1, 0.165)]
     beam = ms.BoltedBeam(length=0.36, width=0.03, thickness=1.5e-3, laps=laps, ground="right")

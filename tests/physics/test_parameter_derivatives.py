@@ -58,7 +58,7 @@ QUANTITIES = (
 
 @pytest.mark.parametrize("heights", [ms.Gaussian, ms.Exponential])
 @pytest.mark.parametrize("quantity", QUANTITIES)
-def test_they_are_differences_of_whole_joints(quantity: str, heights: Any) -> None:
+def test_derivatives_are_differences_of_whole_joints(quantity: str, heights: Any) -> None:
     found = joint(heights).parameter_derivatives(quantity, **place(quantity))
     assert set(found) == set(VALUES)
     for name, value in VALUES.items():
@@ -77,7 +77,7 @@ def test_they_are_differences_of_whole_joints(quantity: str, heights: Any) -> No
         assert found[name].shape == base.shape
 
 
-def test_they_are_those_of_sweeps() -> None:
+def test_derivatives_are_those_of_sweeps() -> None:
     given = {k: v for k, v in VALUES.items() if not k.startswith("other_")}
     same = {"other_young_modulus": VALUES["young_modulus"], "other_poisson_ratio": 0.33}
     law, a = joint(**same), np.array([3e-8, 4e-7])
@@ -162,6 +162,6 @@ def test_batches_are_their_rows() -> None:
         (ms.Coulomb(1.0), ("backbone", 1e-7), "Coulomb has no derivatives"),
     ],
 )  # fmt: skip
-def test_what_cannot_be_is_refused(law: Any, given: tuple[Any, ...], says: str) -> None:
+def test_impossible_values_are_refused(law: Any, given: tuple[Any, ...], says: str) -> None:
     with pytest.raises(ms.InputError, match=re.escape(says)):
         law.parameter_derivatives(*given)

@@ -129,7 +129,7 @@ def test_fields_are_moved_as_in_integration() -> None:
     np.testing.assert_allclose(seen.joint_power, power, rtol=0.15)
 
 
-def test_spectra_that_say_too_little_are_refused() -> None:
+def test_incomplete_spectra_are_refused() -> None:
     options = {"directions": np.ones(3), "joints_on_base": True}
     for words, psd in (
         ("psd must be frequencies and levels", [1.0]),

@@ -139,7 +139,7 @@ def test_a_given_pulse_is_one_like_the_built_in() -> None:
     np.testing.assert_array_equal(one.history(TIP), same.history(TIP))
 
 
-def test_pulses_that_say_too_little_are_refused() -> None:
+def test_incomplete_pulses_are_refused() -> None:
     short = ms.Pulse.half_sine(100.0, 1e-4)
     for words, pulse, options in (
         ("pulse must be ms.Pulse", 5.0, {}),

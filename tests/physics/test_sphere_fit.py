@@ -59,7 +59,7 @@ def test_a_surface_that_is_known_leaves_friction_and_rig() -> None:
         ms.identify(records()[:1], "given-surface")
 
 
-def test_what_never_slid_is_extrapolated() -> None:
+def test_force_limits_without_sliding_are_extrapolated() -> None:
     found = ms.identify([record(200.0, a, 9) for a in (1.5e-6, 2e-6)], "sphere", held_back=0)
     friction = found.parameters["friction_coefficient"]
     assert friction.verdict in ("extrapolated", "not identified")

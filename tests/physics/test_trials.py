@@ -90,7 +90,7 @@ def test_the_plain_engine_tells_the_same_tangent(joint) -> None:
 
 @all_laws
 @given(x=records(max_size=30), cut=st.integers(0, 30))
-def test_what_a_state_has_dissipated(law, x, cut):
+def test_dissipated_energy_of_a_state(law, x, cut):
     """Work is store and loss; pieces, trials and the whole tell the same."""
     x = x * reach_of(law)
     wanted = energies_along(law, x, law.force(x))[1][-1]

@@ -179,7 +179,7 @@ def test_uploads_have_a_limit_together(bench: Bench, monkeypatch: pytest.MonkeyP
 
 
 @pytest.mark.skipif(os.name != "posix", reason="only there processes can be asked for safely")
-def test_what_a_killed_workbench_left_is_removed(tmp_path: Path) -> None:
+def test_leftovers_of_a_killed_workbench_are_removed(tmp_path: Path) -> None:
     ended = subprocess.run([sys.executable, "-c", "import os; print(os.getpid())"],
                            capture_output=True, text=True, check=True).stdout.strip()  # fmt: skip
     for name in (f"microslip-app-{ended}-x", f"microslip-app-{os.getpid()}-x", "microslip-app-x"):
@@ -237,7 +237,7 @@ def test_a_study_that_names_a_file_is_not_run(tmp_path: Path, bench: Bench) -> N
         ([], "must hold a table"),
     ],
 )
-def test_what_it_does_not_do(bench: Bench, asked: Any, text: str) -> None:
+def test_unsupported_requests(bench: Bench, asked: Any, text: str) -> None:
     status, _, answer = bench.ask("POST", "/api/runs", asked)
     assert status == 422
     assert text in json.loads(answer)["error"]

@@ -183,7 +183,7 @@ def test_what_embeds_and_what_pulls_in_a_study() -> None:
         ('rz = "6 um"', "rz: wanted only beside preload or torque"),
     ],
 )
-def test_what_bolts_of_a_study_refuse(more: str, says: str) -> None:
+def test_wrong_bolts_of_a_study_are_refused(more: str, says: str) -> None:
     text = FACE.replace("MORE", more)
     if "load =" not in more.replace("_load", ""):
         text = text.replace("[joint]", '[joint]\nnormal_load = "9 kN"')

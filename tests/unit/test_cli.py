@@ -238,7 +238,7 @@ def test_verdicts_say_where_ok_is() -> None:
     assert re.search(r"  (watch  |outside) contacts: [\d.]+ \(ok from 30\) – assumed: ", text)
 
 
-def test_numbers_are_no_more_than_they_are() -> None:
+def test_numbers_get_no_more_digits_than_known() -> None:
     start, end = STUDY.index("law ="), STUDY.index("[joint]")
     sphere = f'{STUDY[:start]}law = "sphere"\nradius = "5 mm"\n\n{STUDY[end:]}'
     assert re.search(r"\n50 N +1 +0\.0\d+ mm²", printed(sphere.replace("2 kN", "50 N")))

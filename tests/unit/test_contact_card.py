@@ -105,7 +105,7 @@ def test_each_program_gets_both_stiffnesses_and_what_is_off(tmp_path, program):
                                 normal_load=1.0), {}, "area must be given: SphereOnFlat"),
     ],
 )  # fmt: skip
-def test_what_no_card_can_be_is_refused(tmp_path, program, joint, options, says):
+def test_impossible_cards_are_refused(tmp_path, program, joint, options, says):
     with pytest.raises(ms.InputError, match=re.escape(says)):
         export.write_card(program, joint, tmp_path / "c", **options)
     assert not list(tmp_path.iterdir())

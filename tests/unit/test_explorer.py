@@ -90,7 +90,7 @@ def test_the_script_says_what_python_says() -> None:
 
 @needs_node
 @pytest.mark.parametrize("kind", ["gaussian", "exponential"])
-def test_what_it_saves_is_the_same_joint(kind: str, tmp_path: Path) -> None:
+def test_saved_files_hold_the_same_joint(kind: str, tmp_path: Path) -> None:
     choice, joint = joints(2)[kind == "gaussian"]
     choice |= {"amplitude": 1e-7, "m1": "", "m2": ""}
     (tmp_path / "study.toml").write_text(in_node("studyText(given)", choice))

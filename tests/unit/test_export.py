@@ -192,7 +192,7 @@ def test_a_bouc_wen_fit_beats_its_guess_and_finds_itself():
         ("c", JOINT, {"first_number": 0}, "first_number must be an integer from 1"),
     ],
 )  # fmt: skip
-def test_what_cannot_be_is_refused_and_leaves_nothing(folder, kind, law, options, says):
+def test_impossible_requests_are_refused_and_leave_nothing(folder, kind, law, options, says):
     before = sorted(folder.iterdir())
     with pytest.raises(ms.InputError, match=re.escape(says)):
         export.write(kind, law, "out.x", **options)

@@ -23,7 +23,7 @@ def field(surface: Any = SURFACE, friction: Any = 0.3, **given: Any) -> ms.Joint
     return ms.JointField(surface, friction, **({"areas": [1e-5, 2e-5, 3e-5]} | given))
 
 
-def test_what_a_field_says() -> None:
+def test_descriptions_of_a_field() -> None:
     made = field(loads=[10.0, 0.0, 300.0])
     assert made.size == 3
     assert made.gaps is None

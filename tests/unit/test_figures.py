@@ -593,7 +593,7 @@ def test_curves_are_where_the_ticks_say(result: ms.Result) -> None:
     assert y1 == pytest.approx(frame.top + 0.2 * frame.height, abs=0.01)
 
 
-def test_what_others_wrote_is_text_in_a_figure() -> None:
+def test_foreign_names_are_text_in_a_figure() -> None:
     attack = '</text><script>alert("1")</script>&\x00\ud800$x_1$'
     plot = Plot([Panel()], title=attack)
     root = ET.fromstring(svg(plot))

@@ -206,7 +206,7 @@ def test_the_page(written: Path) -> None:
         assert text in page
 
 
-def test_the_page_says_what_is_not_known(tmp_path: Path) -> None:
+def test_the_page_names_unknown_numbers(tmp_path: Path) -> None:
     write(document(poor(), files=True), tmp_path)
     page = (tmp_path / "report.html").read_text("utf-8")
     assert "Not identified</h2>" in page

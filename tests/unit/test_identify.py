@@ -446,7 +446,7 @@ def test_a_spike_costs_its_cycle_only(value: float) -> None:
     assert fold(made).said == ()
 
 
-def test_the_load_is_that_of_the_cycles_that_count() -> None:
+def test_the_load_is_that_of_the_evaluated_cycles() -> None:
     """Not of the way from rest; a load that changes is said, or refused."""
     made = record(cycles=8)
     load = np.full(len(made), 300.0)

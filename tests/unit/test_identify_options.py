@@ -87,7 +87,7 @@ def test_records_of_any_kind() -> None:
     assert set(both.fits) == {"jenkins", "segalman"}
 
 
-def test_what_may_be_chosen_is_what_there_is() -> None:
+def test_choices_are_those_that_exist() -> None:
     assert (*nuisances.EFFECTS, nuisances.PLAY) == options.NUISANCES
     assert tuple(fit._LOSS_WEIGHTS) == options.LOSSES
     assert set(options.LAWS) <= {model.name for model in MODELS}

@@ -260,7 +260,7 @@ def test_default_energy_of_a_law_with_a_kink() -> None:
     assert law.dissipated_energy(1e-6) == pytest.approx(0.0, abs=1e-12 * 1e-4)
 
 
-def test_what_a_law_must_give() -> None:
+def test_requirements_on_a_law() -> None:
     with pytest.raises(TypeError, match="_backbone"):
         type("Nothing", (ms.BackboneLaw,), {})()
     with pytest.raises(TypeError, match="_derivative"):

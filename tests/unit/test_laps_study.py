@@ -89,7 +89,7 @@ BAD = [
 
 
 @pytest.mark.parametrize(("override", "message"), BAD)
-def test_what_is_wrong_stands_at_its_key(study: str, override: str, message: str) -> None:
+def test_mistakes_stand_at_their_key(study: str, override: str, message: str) -> None:
     with pytest.raises(ms.StudyError) as caught:
         ms.Study.from_toml(study, overrides=(override,))
     told = str(caught.value)

@@ -114,7 +114,7 @@ def test_measurement() -> None:
     assert table[1].split()[0] == "period"
 
 
-def test_what_the_rig_did() -> None:
+def test_effects_of_the_rig() -> None:
     found = ms.measure(virtual(noise=0.01, load_ripple=0.02, third_harmonic=0.05, cycles=30))
     assert found.third_harmonic == pytest.approx(0.05, abs=2e-3)
     assert found.load_ripple == pytest.approx(0.02, abs=3e-3)

@@ -339,7 +339,7 @@ def test_it_is_drawn_with_what_touches_under_lighter_loads() -> None:
         ({"area": 0.0}, "area"),
     ],
 )
-def test_what_is_wrong_is_said(change, words) -> None:
+def test_mistakes_are_reported(change, words) -> None:
     with pytest.raises(ms.InputError, match=words):
         solve(change.pop("z", None), **change)
 

@@ -53,7 +53,7 @@ def study(tmp_path):
     return loaded
 
 
-def test_a_study_is_what_python_makes_of_the_scan(study, monkeypatch) -> None:
+def test_a_study_of_a_scan_equals_the_same_in_python(study, monkeypatch) -> None:
     monkeypatch.setattr(measured_face, "_remembered", OrderedDict())
     shares: list[float] = []
     result = study(("piece = 48", "piece = 48\ncoarser = true")).run(shares.append)
@@ -99,7 +99,7 @@ def test_a_direction_and_a_tightening_load_reach_the_law(study) -> None:
         ("piece = 48", "piece = 4", "surface.piece"),
     ],
 )
-def test_what_is_wrong_is_said_at_its_key(study, old, new, words) -> None:
+def test_mistakes_are_reported_at_their_key(study, old, new, words) -> None:
     with pytest.raises(ms.StudyError, match=words):
         study((old, new)).run()
 

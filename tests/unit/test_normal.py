@@ -340,7 +340,7 @@ def test_summits_are_pressed_by_their_radius_at_most(law) -> None:
     ],
     ids=str,
 )
-def test_what_cannot_be_tightened_says_so(law) -> None:
+def test_surfaces_that_cannot_be_tightened_are_refused(law) -> None:
     says = "cannot be tightened"
     if type(law).__name__ in (
         *("GreenwoodWilliamson", "AsperityPopulation", "EllipticSummits", "TightenedSurface"),

@@ -53,7 +53,7 @@ def test_frequency_is_in_hertz() -> None:
     np.testing.assert_allclose(MODE.frequency(a), MODE.angular_frequency(a) / (2.0 * np.pi))
 
 
-def test_the_dashpot() -> None:
+def test_the_dashpot_of_the_oscillator() -> None:
     assert MODE.viscous_coefficient == 0.0
     assert DAMPED.viscous_coefficient == pytest.approx(2.0 * 0.01 * np.sqrt(2.0 * 8e7), rel=1e-15)
     # A rigid joint sets no frequency: the sliding one counts.

@@ -108,7 +108,7 @@ def test_heights_of_ones_own_stand_on_surfaces_and_in_fits() -> None:
     assert isinstance(guessed.surface.heights, Ramp)
 
 
-def test_a_law_that_says_nothing_is_refused() -> None:
+def test_a_law_without_numbers_is_refused() -> None:
     class Silent(BackboneLaw):
         force_limit = 1.0
 

@@ -20,7 +20,7 @@ def bolted(more: str) -> str:
     return edited((f"normal_load = {LOADS}", f"pressure = {BOLT}{more} }}"))
 
 
-def test_a_study_is_what_python_makes_of_it() -> None:
+def test_a_study_equals_the_same_in_python() -> None:
     result = ms.Study.from_toml(edited(CONE)).run()
     surface = result.joints[0].surface
     for joint, load in zip(result.joints, (500.0, 2000.0), strict=True):

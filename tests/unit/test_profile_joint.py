@@ -29,7 +29,7 @@ PAIR = ms.MaterialPair(STEEL, STEEL)
     ],
 )
 @pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_two_moments_tell_what_stands_out(known: object, rel: float, sign: float) -> None:
+def test_two_moments_measure_the_peaks(known: object, rel: float, sign: float) -> None:
     """Mean height above the bearing level, which verdicts use, of distributions of other kinds."""
     skew, excess = (float(x) for x in known.stats("sk"))  # type: ignore[attr-defined]
     found = heights_by_moments(sign * skew, 3.0 + excess)

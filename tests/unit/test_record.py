@@ -170,7 +170,7 @@ def test_shapes_that_laboratories_write(shape: str, put: Any) -> None:
     ]
 
 
-def test_notes_tell_what_was_found(put: Any) -> None:
+def test_notes_report_the_columns_found(put: Any) -> None:
     path = put(
         "run.csv",
         "Rig A\nt;Weg;Reibkraft;cof\ns;µm;mN;-\n0;1,5;2500;1\n1;-1,5;-1500;1\n;;;\n",
@@ -364,7 +364,7 @@ def test_wrong_paths(put: Any) -> None:
         assert str(caught.value) == message
 
 
-def test_a_format_that_it_is_not(put: Any) -> None:
+def test_a_wrong_format(put: Any) -> None:
     put("record.csv", PLAIN)
     for wanted in ("mat", "hdf5", "tdms"):
         with pytest.raises(ms.InputError, match=r"^record\.csv: not a usable [^\n]+$"):
@@ -820,7 +820,7 @@ def test_csv_is_not_overwritten(put: Any) -> None:
     assert sorted(path.name for path in Path().iterdir()) == ["a.csv", "folder"]
 
 
-def test_what_was_stated_goes_before_what_the_file_states(put: Any) -> None:
+def test_stated_values_go_before_those_of_the_file(put: Any) -> None:
     ms.Record(X, T, 500.0, sample_rate=10.0).to_csv("a.csv")
     record = ms.Record.read("a.csv", sample_rate=20.0, normal_load=600.0)
     assert (record.sample_rate, record.normal_load) == (20.0, 600.0)

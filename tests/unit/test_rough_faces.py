@@ -129,7 +129,7 @@ def test_average_pools_the_summits() -> None:
         ('ra = "0.8 um", cutof = 3', "surface.second.cutof: unknown key"),
     ],
 )
-def test_what_is_wrong_with_a_face(home: Path, second: str, says: str) -> None:
+def test_mistakes_of_a_face(home: Path, second: str, says: str) -> None:
     with pytest.raises(ms.StudyError) as caught:
         ms.Study.from_toml(study(GROUND, second), folder=home)
     assert says in str(caught.value)

@@ -163,7 +163,9 @@ def test_the_command_tells_the_joint(folder: Path) -> None:
         (("--load", "5 kg"), "--load: wanted a force"),
     ],
 )
-def test_a_joint_that_is_half_said(folder: Path, options: tuple[str, ...], message: str) -> None:
+def test_a_joint_with_half_of_its_keys(
+    folder: Path, options: tuple[str, ...], message: str
+) -> None:
     assert message in fails(*ARGUMENTS, *options)
 
 

@@ -393,7 +393,7 @@ def test_surfaces_that_cannot_be_made(change: dict[str, Any], message: str) -> N
         random_surface(arguments.pop("shape"), arguments.pop("pixel"), **arguments)
 
 
-def test_a_made_surface_says_what_it_is() -> None:
+def test_a_made_surface_describes_itself() -> None:
     scan = random_surface((64, 80), 1e-6, **WAVES, seed=3, name="mine")
     assert (scan.name, scan.heights.shape) == ("mine", (64, 80))
     assert "seed 3" in scan.notes[0]

@@ -100,7 +100,7 @@ def test_every_file_gives_the_same_scan(kind: str) -> None:
     assert "missing: 0.0833 of the points." in scan.notes
 
 
-def test_the_notes_tell_what_was_read() -> None:
+def test_the_notes_report_the_reading() -> None:
     np.save("a.npy", Z)
     scan = ms.Scan.read("a.npy", unit="nm", pixel=("1 um", 2e-6))
     assert scan.notes == (
@@ -290,7 +290,7 @@ def test_truncated_files_say_so(kind: str, kept: int) -> None:
     refused("truncated|not a usable|cannot be read", name, kind, **UM)
 
 
-def test_bytes_that_are_wrong_say_so() -> None:
+def test_wrong_bytes_are_reported() -> None:
     np.savez_compressed("a.npz", z=np.random.default_rng(0).normal(size=(50, 50)))
     content = bytearray(Path("a.npz").read_bytes())
     content[5000:5400] = bytes(400)
@@ -752,7 +752,7 @@ def test_what_the_library_says_is_in_the_notes(holds: Callable[..., str]) -> Non
     assert not any("soon gone" in note for note in scan.notes)
 
 
-def test_what_an_instrument_leaves_open_has_to_be_said(holds: Callable[..., str]) -> None:
+def test_missing_metadata_of_an_instrument_are_required(holds: Callable[..., str]) -> None:
     name = holds(Channel(unit=None))
     refused("does not say the unit", name)
     refused("does not say the distance", name, unit="nm")

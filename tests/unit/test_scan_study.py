@@ -240,7 +240,7 @@ def test_wrong_scans_are_one_line(home: Path, old: str, new: str, message: str) 
     assert "\n" not in str(caught.value)
 
 
-def test_what_only_the_scan_shows_is_one_line(home: Path) -> None:
+def test_errors_that_only_the_scan_shows_are_one_line(home: Path) -> None:
     study = ms.Study.from_toml(scan_study(('"6 um"', '"1 um"')), folder=home)
     with pytest.raises(ms.StudyError, match=r"^study: surface\.cutoff: must be between two pixels"):
         study.run()

@@ -109,7 +109,7 @@ def test_sparse_matrices_with_indices_outside_are_refused(at: int) -> None:
         ms.Structure(np.eye(6), unsound()[at])
 
 
-def test_so_are_those_of_archives() -> None:
+def test_indices_of_archives_are_checked() -> None:
     matrix = sparse.csc_matrix(np.eye(6))
     parts = {f"K.{n}": getattr(matrix, n).copy() for n in ("data", "indices", "indptr")}
     parts["K.indices"][0] = 2**30
@@ -251,7 +251,7 @@ BOMBS = {
 @pytest.mark.parametrize(
     "kind", [pytest.param(k, marks=pytest.mark.slow if k == "text" else ()) for k in BOMBS]
 )
-def test_what_declares_too_much_is_refused_before_it_is_read(kind: str) -> None:
+def test_files_that_declare_too_much_are_refused_before_reading(kind: str) -> None:
     make, reader = BOMBS[kind]
     read = {"Record": "Record.read", "Structure": "Structure.load"}[reader]
     options = f", **{UNITS!r}" if reader == "Record" else ""

@@ -156,7 +156,7 @@ def test_a_curve_is_frozen_and_can_be_pickled(chain: ms.Structure) -> None:
     assert "2 of 2 amplitudes" in repr(copy)
 
 
-def test_what_cannot_be_reached_is_kept_and_said() -> None:
+def test_unreachable_targets_are_kept_and_reported() -> None:
     # All that holds the mass is the joint: once it slides there is no mode any more.
     loose = ms.Structure([[1.0]], [[0.0]]).attach(ms.Jenkins(1e6, 10.0), directions=[1.0])
     curve = loose.modes(0, [1e-6, 1e-2], method="quasi-static")
@@ -330,7 +330,7 @@ def test_forced_responses_refuse_what_they_cannot_follow(chain: ms.Structure) ->
         response.amplitude([1.0])
 
 
-def test_faces_must_touch_somewhere(surface: ms.GreenwoodWilliamson) -> None:
+def test_faces_must_touch(surface: ms.GreenwoodWilliamson) -> None:
     field = ms.JointField(surface, 0.3, areas=[1e-4], gaps=[1e-5])
     plain = ms.Structure(np.eye(3), 1e6 * np.eye(3))
     lap = plain.attach(field, directions=np.eye(3).reshape(3, 1, 3))
@@ -388,7 +388,7 @@ def test_a_folded_response_is_saved_as_a_sweep_meets_it(way: int, tmp_path: Path
     )
 
 
-def test_what_cannot_be_saved_as_a_response_is_refused(tmp_path: Path) -> None:
+def test_unsavable_responses_are_refused(tmp_path: Path) -> None:
     chain = ms.Structure(np.eye(2), 1e6 * np.array([[2.0, -1.0], [-1.0, 2.0]]), np.eye(2))
     chain = chain.attach(ms.Jenkins(1e5, 1e9), directions=[1.0, 0.0])
     response = chain.forced_response([1.0, 0.0], [140.0, 150.0], harmonics=[1])

@@ -194,7 +194,7 @@ def test_there_is_no_history_or_oscillator_unless_asked_for() -> None:
     assert not {"history", "oscillator"} & set(result.summary["joints"][0])
 
 
-def test_a_curve_is_what_the_joint_says_piece_by_piece() -> None:
+def test_a_curve_is_the_backbone_of_the_joint_piece_by_piece() -> None:
     """However it is cut into pieces, each number is the one of the interface."""
     joint = ms.Interface.examples()[0]
     amplitude = np.geomspace(1e-10, 1e-4, 300)
@@ -225,7 +225,7 @@ def test_pieces_cover_everything_once(size: int) -> None:
     assert max(piece.stop - piece.start for piece in pieces) <= 20_000
 
 
-def test_a_result_tells_what_it_is(record: Path) -> None:
+def test_a_result_names_its_kind(record: Path) -> None:
     result = ms.Study.from_toml(with_history("x", "displacement"), folder=record).run()
     assert repr(result) == (
         "Result('A joint', 2 loads, 2 amplitudes, curves of 20 points, history of 8 samples, "

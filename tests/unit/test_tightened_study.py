@@ -13,7 +13,7 @@ YIELDS = (LOADS, f'{LOADS}\ntightening_load = "4 kN"\nyield_stress = "250 MPa"')
 HARD = (MATERIAL, f'{MATERIAL}hardness = "0.71 GPa"\n')
 
 
-def test_a_study_is_what_python_makes_of_it() -> None:
+def test_a_study_equals_the_same_in_python() -> None:
     result = ms.Study.from_toml(edited(YIELDS)).run()
     al = ms.Material(69e9, 0.33)
     rough = ms.GreenwoodWilliamson(ms.MaterialPair(al, al), ms.Gaussian(5e-7), 1e-3, 1e8, 2e-4)

@@ -222,7 +222,7 @@ def page(result: ms.Result) -> str:
     return html_page(document(result), PictureCache())
 
 
-def test_the_report_says_what_is_at_which_load(home: Path) -> None:
+def test_the_report_names_the_load_of_each_number(home: Path) -> None:
     html = page(ms.Study.from_toml(varying('amplitude = "100 N", phase = "-90 deg"')).run())
     for text in (
         "<h3>Cycles at constant load</h3>",

@@ -29,11 +29,11 @@ def needed_for(purpose: str, extra: str = "", instead: str = "") -> Iterator[Non
     Parameters
     ----------
     purpose : str
-        What needs it, with its verb, such as ``"units need"``.
+        Subject that needs it, with its verb, such as ``"units need"``.
     extra : str
         Extra of microslip that brings it; none for what an installation has by itself.
     instead : str
-        What needs nothing more.
+        Alternative that needs no package.
     """
     try:
         yield

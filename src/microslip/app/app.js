@@ -123,7 +123,7 @@ function drawForm() {
     const input = make("select", { name: "command" });
     for (const value of ["measure", "identify"]) input.append(make("option", { value, selected: options.command === value }, value));
     input.addEventListener("change", () => { options.command = input.value; keep(); drawForm(); });
-    form.append(make("label", { class: "field" }, "What to do", input));
+    form.append(make("label", { class: "field" }, "Command", input));
   }
   const keep = () => sessionStorage.setItem("picked", JSON.stringify({ uploads, what, options }));
   const fields = fieldsOf(what, options), more = make("details", { class: "more", open }, make("summary", {}, "More options"));
@@ -139,7 +139,7 @@ function drawForm() {
   if (fields.some((field) => !field.usual)) form.append(more);
   form.append(make("p", { class: "row" },
     make("button", { type: "submit", class: "main", id: "run", disabled: what === "study" && !preview }, `Run ${commandOf(what, options)}`),
-    make("button", { type: "button", onclick: () => { picked = null; sessionStorage.removeItem("picked"); drawForm(); } }, "Put away")));
+    make("button", { type: "button", onclick: () => { picked = null; sessionStorage.removeItem("picked"); drawForm(); } }, "Close")));
 }
 
 $("new").addEventListener("submit", (event) => {
@@ -256,7 +256,7 @@ function drawScan(form, preview) {
   const [rows, columns] = [preview.shape[0], preview.shape[1] || 1];
   form.append(make("p", { class: "small" }, `${preview.shape.toReversed().join(" × ")} points, pixel ${preview.pixel.map(length).join(" × ")}` +
     (preview.rms ? `, rms height ${length(preview.rms)} after levelling` : "") + (preview.missing ? `, ${(100 * preview.missing).toPrecision(2)} % missing` : "")));
-  const said = make("figcaption", {}, `Levelled (${picked.options.level || "plane"}). Draw a frame to use a part of it.`);
+  const said = make("figcaption", {}, `Levelled (${picked.options.level || "plane"}). Drag a frame to use a part of it.`);
   if (preview.picture) {
     const canvas = make("canvas", { width: 880, height: Math.round(Math.min(Math.max(880 * rows / columns, 120), 1200)), role: "img", "aria-label": "Map of the heights" });
     const pen = canvas.getContext("2d"), image = new Image();
@@ -293,7 +293,7 @@ function drawRecord(form, preview) {
   const unit = preview.has_time ? "s" : "samples", along = preview.has_time ? ["Time", "s"] : ["Samples", ""];
   form.append(make("p", { class: "small" }, `${preview.samples} samples, ${preview.cycles.length} cycles found`));
   if (preview.refused) form.append(make("p", { class: "refused small" }, preview.refused));
-  const said = make("figcaption", {}, `Displacement against time [${unit}], grey: where cycles begin. Draw over a span to use only that.`);
+  const said = make("figcaption", {}, `Displacement against time [${unit}], grey: where cycles begin. Drag over a span to use only that part.`);
   const ondrag = (part) => {
     picked.part = part;
     said.textContent = part ? `Used: ${part.map((v) => Number(v.toPrecision(4))).join(" to ")} ${unit}.` : "The whole record is used.";
@@ -301,7 +301,7 @@ function drawRecord(form, preview) {
   form.append(make("figure", {}, chart([preview.displacement], { ondrag, marks: preview.cycles, height: 100, along, up: ["x", "m"], label: "Displacement against time" }),
     chart([preview.force], { ondrag, marks: preview.cycles, height: 100, along, up: ["T", "N"], label: "Force against time" }), said,
     chart([preview.path], { height: 150, along: ["Displacement", "m"], up: ["Force", "N"], label: "Force over displacement" }), make("figcaption", {}, "Force over displacement")));
-  if (preview.notes.length) form.append(make("details", {}, make("summary", { class: "small" }, "How it was read"), ...preview.notes.map((n) => make("p", { class: "small" }, n))));
+  if (preview.notes.length) form.append(make("details", {}, make("summary", { class: "small" }, "Reading of the file"), ...preview.notes.map((n) => make("p", { class: "small" }, n))));
 }
 
 function drawStudy(form, preview) {
@@ -333,7 +333,7 @@ function drawRuns(runs) {
         busy ? make("button", { type: "button", onclick: () => safely(async () => { await ask(`/api/runs/${run.id}`, "POST"); follow(); }) }, "Cancel")
           : make("button", { type: "button", onclick: () => safely(async () => { await ask(`/api/runs/${run.id}`, "DELETE"); show(run.id, false); follow(); }) }, "Remove"),
         run.state === "done" ? make("a", { href: `/runs/${run.id}/download.zip` }, "Download") : null,
-        run.study ? make("button", { type: "button", onclick: () => safely(async () => look([await ask(`/api/runs/${run.id}/study`, "POST")], "study", {})) }, "Study of it") : null,
+        run.study ? make("button", { type: "button", onclick: () => safely(async () => look([await ask(`/api/runs/${run.id}/study`, "POST")], "study", {})) }, "Edit its study") : null,
         make("code", {}, run.command)),
       run.state === "running" ? make("progress", { max: 1, ...(run.progress > 0 ? { value: run.progress } : {}) }) : null,
       run.state === "failed" ? make("p", { class: "small" }, run.message) : null);
@@ -358,7 +358,7 @@ function drawShown(runs) {
       if (run.files.includes("report.html")) article.append(make("iframe", { src: `/runs/${run.id}/files/report.html`, sandbox: "allow-scripts", title: "Report" }));
       article.append(make("p", { class: "row small" }, "Files: ", ...run.files.map((name) => make("a", { href: `/runs/${run.id}/files/${encodeURIComponent(name)}`, target: "_blank" }, name))));
     } else article.append(make("p", {}, run.message || run.state));
-    if (run.printed) article.append(make("details", {}, make("summary", {}, "What the command prints"), make("pre", {}, run.printed)));
+    if (run.printed) article.append(make("details", {}, make("summary", {}, "Output of the command"), make("pre", {}, run.printed)));
     drawn.set(run.id, article);
     right.append(article);
   }

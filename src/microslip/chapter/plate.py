@@ -67,9 +67,9 @@ class Plate:
     title : str
         Its heading.
     caption : str
-        What to see in it, a sentence or two.
+        Caption, a sentence or two.
     parameters : str
-        What was assumed: the chapter's axes carry no numbers.
+        Assumptions: the chapter's axes carry no numbers.
     drawing : callable
         Draws it, given heading and assumptions.
     """

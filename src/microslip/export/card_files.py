@@ -285,7 +285,7 @@ def write_card(
     joint : Interface
         The joint at its normal load.
     file : str or pathlib.Path
-        Where to.
+        File to write.
     units : str, optional
         ``"m"``: N, m, kg; ``"mm"``: N, mm, t; ``"mm-ms"``: kN, mm, kg; ``"in"``: lbf, in.
     name : str, optional

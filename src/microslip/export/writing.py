@@ -74,7 +74,7 @@ def write(
         The law, in two directions for kinds of code; a field or several laws, a patch each, for
         kinds that are made of elements.
     file : str or pathlib.Path
-        Where to; some kinds put others beside it, of the same stem.
+        File to write; some kinds put others beside it, of the same stem.
     smallest_amplitude, largest_amplitude : float, optional
         Range of amplitudes [m] that cells and fits are for, and over which errors are told;
         without them 0.01 and 10 times the displacement at which the first tangent meets the limit.
@@ -85,7 +85,7 @@ def write(
         of them at least. Where a history has more, the oldest loops are lumped together: a decay
         goes on exactly, and motion that comes back out to them is told a bound of its error.
     element : str, optional
-        Of code: ``joint``, one displacement at a held load; ``contact``, with the separation;
+        For code: ``joint``, one displacement at a held load; ``contact``, with the separation;
         ``planar``, two displacements, ``planar-contact``, both, with as many sliders as ``cells``.
     size : int, optional
         Number of nodes [-] of a unit of FMI 3, each a joint like this one, up to 10 000.

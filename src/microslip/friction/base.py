@@ -406,7 +406,7 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
         Parameters
         ----------
         data : Loop, Record or sequence of such
-            What was measured: displacement [m] and force [N], at least one closed cycle each.
+            Measured data: displacement [m] and force [N], at least one closed cycle each.
 
         Returns
         -------

@@ -202,7 +202,7 @@ class CycleMeasures(ABC):
         amplitudes : array_like, optional
             Displacement amplitudes [m]; by default from deep microslip to far in the slip.
         color : str, optional
-            Of the line; by default the next of the house's colours.
+            Color of the line; by default the next of the package's colors.
         label : str, optional
             Name for ``ax.legend()``.
 

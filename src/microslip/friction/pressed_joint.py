@@ -47,7 +47,7 @@ class PressedJoint(Parallel):
     friction_coefficient : float
         Coulomb's coefficient mu [-], above zero.
     pressure : Pressure
-        How the load is spread.
+        Distribution of the load.
     normal_load : float
         All of it [N].
 

@@ -85,7 +85,7 @@ class Pressure(Locked):
     distances : ndarray, optional
         Distance of each from the axis [m], where there is one.
     kind : str, optional
-        What it is called.
+        Name of the distribution.
     """
 
     areas: Floats
@@ -136,7 +136,7 @@ class Pressure(Locked):
         outer, inner : float
             Radii [m] between which the faces are pressed; the inner one is that of a hole, if any.
         count : int, optional
-            How many such, equal and far enough apart.
+            Number of such contacts, equal and far enough apart.
         rings : int, optional
             Rings that stand for the whole: 32 are good to 1e-11 in the energy, 8 to 1e-6.
         """
@@ -186,7 +186,7 @@ class Pressure(Locked):
         plates : sequence of float
             Thickness of both plates [m].
         count : int, optional
-            How many bolts.
+            Number of bolts.
         hole, head : float, optional
             Diameters of the hole and of what presses on the plates, head or washer [m].
         angle : float, optional
@@ -266,7 +266,7 @@ class Pressure(Locked):
             Pressures there, of any scale: only how they compare counts; not negative, some above
             zero.
         count : int, optional
-            How many such.
+            Number of such contacts.
         """
         r, p = record("distance", distance).reshape(-1), _pressures(pressure)
         if r.size != p.size or r.size < 2:

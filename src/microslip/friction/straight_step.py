@@ -43,7 +43,7 @@ def first_loading(
 ) -> FirstLoading:
     """Forces after one straight step from (start, 0) to (separation, displacement), from rest.
 
-    What a static or quasi-static solver asks at all of its contacts at once.
+    Evaluation by a static or quasi-static solver, at all of its contacts at once.
 
     Parameters
     ----------

@@ -99,7 +99,7 @@ class _Force(HystereticForce):  # type: ignore[misc]
         Nt : int, optional
             Samples of a period, which only contacts in three directions take.
         tol, ... : optional
-            Of their interface, without a meaning here.
+            Arguments of their interface, without a meaning here.
         calc_grad : bool, optional
             Whether derivatives come, too.
 

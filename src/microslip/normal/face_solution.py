@@ -193,7 +193,7 @@ def solve_face(
     aspect : float
         Pixel along y over that along x.
     loads : int
-        How many loads; between the heaviest two are up to four more.
+        Number of loads; between the heaviest two are up to four more.
     lightest : float
         The lightest of them over the heaviest.
     workers : int

@@ -159,7 +159,7 @@ class PerssonCurve(Locked, Parametric):
         Parameters
         ----------
         spectrum : Spectrum
-            Of a scan, its form taken out.
+            Heights of a scan, its form removed.
         pair : MaterialPair
             The two materials.
         area : float

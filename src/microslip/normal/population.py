@@ -40,7 +40,7 @@ class AsperityPopulation(Locked, NormalLaw):
     radii : array_like
         Summit radii rho_i [m]: one for each height, or one number for all.
     copies : float, optional
-        How often each of them is there [-], above zero: the apparent area over the scanned one
+        Number of copies of each [-], above zero: the apparent area over the scanned one
         where the summits are those of a scan.
     area : float, optional
         Apparent area [m^2] that they stand on; it enters no load, only verdicts.

@@ -63,7 +63,7 @@ class RoughSurface(TabulatedNormalLaw):
         Largest normal load that it has carried [N]. Without it every load is the first one, and
         with it the face is elastic up to that load.
     stiffness_factor : float
-        What the stiffness is multiplied with [-]: for a measured one, and for bands.
+        Factor on the stiffness [-]: for a measured one, and for bands.
     heights : array_like, optional
         Heights of the face [m], of any shape and 200 or more: the verdicts then tell by which
         factor their distribution, which is no Gaussian's, takes the stiffness off.
@@ -296,9 +296,9 @@ class RoughSurface(TabulatedNormalLaw):
         normal_load : float
             The largest load [N].
         yield_stress, hardness : float, optional
-            Of the softer body [Pa]; that of the pair unless given.
+            Hardness of the softer body [Pa]; that of the pair unless given.
         model : str, optional
-            Of no effect: whatever is pressed harder than the hardness yields.
+            Without effect: whatever is pressed harder than the hardness yields.
         """
         pair = self.pair
         if yield_stress is not None or hardness is not None:

@@ -44,7 +44,7 @@ class TabulatedNormalLaw(Locked, NormalLaw):
     load : array_like
         Loads N [N] at these, falling and convex, the last one zero unless a tail is stated.
     tail : {None, "exponential"}, optional
-        How the load goes on after the last separation where it is not zero there: N and N' are
+        Extrapolation of the load after the last separation where it is not zero there: N and N' are
         continued by an exponential. Without a tail the last load must be zero.
 
     Notes

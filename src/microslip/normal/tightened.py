@@ -121,7 +121,7 @@ class TightenedSurface(NormalLaw):
     compliance_ratio : float, optional
         Normal over tangential stiffness of its contacts [-], where they are not round.
     spheres_per_summit : float, optional
-        How many spheres stand for one summit [-], likewise.
+        Number of spheres for one summit [-], likewise.
 
     Notes
     -----

@@ -50,7 +50,7 @@ def parsed(
     Parameters
     ----------
     kind : str
-        What the file is, such as "MAT-file".
+        Kind of the file, such as "MAT-file".
     path : path
         The file.
     reader : callable
@@ -60,7 +60,7 @@ def parsed(
     libraries : sequence of str
         Modules that it imports, which the child keeps for the next file.
     bytes_a_second : float
-        How fast the parser is at least [1/s]: large files may take more than 10 s of computing.
+        Least speed of the parser [1/s]: large files may take more than 10 s of computing.
     """
     size = path.stat().st_size  # says what is wrong with a file that is none
     with decoded(kind), tempfile.TemporaryDirectory(prefix="microslip-") as folder:

@@ -24,7 +24,7 @@ class Plottable:
             Axes to draw on, one for each panel; without, a new figure. Figures laid over each other
             share the units of the first.
         color : str, optional
-            Of what would be black; by default the next of the house's colours.
+            Color of black parts; by default the next of the package's colors.
         label : str, optional
             Name for ``ax.legend()``.
 
@@ -58,7 +58,7 @@ class PlottableAtSensor:
             Of a motion the degree of freedom, of a forced response the direction of the sensor,
             shape (n,); without, the degree of freedom that moves most.
         color : str, optional
-            Of the line; by default the next of the house's colours.
+            Color of the line; by default the next of the package's colors.
         label : str, optional
             Name for ``ax.legend()``.
 

@@ -11,7 +11,7 @@ import numpy as np
 from microslip._core.checks import Floats
 from microslip._core.files import whole_file
 from microslip._core.quantities import UNITS
-from microslip._core.units import significant
+from microslip._core.units import SMALLEST, significant
 from microslip.report import cells
 from microslip.report.document import (
     Block,
@@ -137,6 +137,7 @@ def _number(statistics: dict[str, Any]) -> Number | None:
 
 def _written(value: float, name: str) -> str:
     unit = UNITS.get(name, "-")
+    value = 0.0 if abs(value) < SMALLEST else value  # rounding, such as of a stiffness past slip
     # A prefix before a square would be squared as well.
     return f"{significant(value, 4)} {unit}" if "^" in unit else cells.value(value, unit)
 

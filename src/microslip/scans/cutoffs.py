@@ -98,7 +98,7 @@ def over_cutoffs(
 ) -> CutoffTable:
     """Every parameter against the short-wave cut-off, as of :meth:`microslip.Scan.over_cutoffs`.
 
-    Of a scan as it is: nothing is removed unless ``level`` says so. ``window`` is that of
+    Evaluates a scan as it is: nothing is removed unless ``level`` says so. ``window`` is that of
     :meth:`microslip.Scan.summits`, and ``known`` are summits of this very scan, counted in
     this way: at their cut-off they are taken. Where a cut-off leaves too little a parameter is NaN,
     with a note.

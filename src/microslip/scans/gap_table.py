@@ -48,7 +48,7 @@ class GapTable:
     heights : TabulatedHeights
         Heights [m]: minus the gaps, so that zero is where the first pair touches.
     notes : tuple of str
-        What was read, and what was done to it.
+        Notes on reading and processing.
     """
 
     radius: float
@@ -94,7 +94,7 @@ def read_gap_table(
     probability : str
         Array of their density, of any scale.
     scale : str, float or None
-        What the gaps are multiplied with to be metres: a number of the file by its name, or here.
+        Factor from gaps to metres: a number of the file by its name, or here.
     radius : str or float
         Radius of the equivalent spheres [m], by name or here.
     density : str or float

@@ -52,9 +52,9 @@ class Scan(HeightMap):
         Distance of neighbours [m], or text with a unit such as "1.66 um": one for both axes, or
         (along x, along y).
     name : str
-        What messages and pictures call the scan.
+        Name of the scan in messages and pictures.
     notes : tuple of str
-        Where it is from, and what was done to it.
+        Source and processing steps.
     cutoff : float, optional
         Wavelength [m] below which conditioning has removed the waves; None if it has not.
     long_cutoff : float, optional
@@ -214,7 +214,7 @@ class Scan(HeightMap):
     def material_ratio(self, height: ArrayLike) -> Any:
         """Share of points that are higher than heights [m] above the mean, Rmr(c) and Smr(c).
 
-        Of heights of any shape, in the same shape [-].
+        Material ratio of heights of any shape, in the same shape [-].
         """
         there = np.sort(self.heights[~np.isnan(self.heights)], axis=None)
         places = np.asarray(sized("height", height)) + there.mean()
@@ -264,7 +264,7 @@ class Scan(HeightMap):
             None must be written and says that the pixel decides. What :meth:`condition` has cut
             off counts: nothing is filtered twice.
         method : {"watershed", "neighbours"}
-            What counts: summits that rise enough above the saddle to a higher one, or every point
+            Definition: summits that rise enough above the saddle to a higher one, or every point
             above its eight neighbours.
         prominence : float or str, optional
             Least rise above that saddle [m], or such as "2 nm"; by default, of "watershed", some
@@ -340,7 +340,7 @@ class Scan(HeightMap):
         counted : bool
             Whether to count the summits at each cut-off as well.
         method, prominence
-            How they are counted: see :meth:`summits`.
+            Definition of a summit: see :meth:`summits`.
         progress : callable, optional
             Called with the cut-offs done and those to do, after each.
 

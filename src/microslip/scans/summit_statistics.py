@@ -40,9 +40,9 @@ class SummitStatistics:
     mean_height : float
         Mean height of the summits above the mean plane of the surface [m].
     estimate : str
-        Where the numbers are from, such as "mccool", "nayak" or "counted".
+        Source of the numbers, such as "mccool", "nayak" or "counted".
     radius_by : {"curvature", "load"}
-        What the radius is: one over the mean curvature of the summits, as McCool's, or that of
+        Meaning of the radius: one over the mean curvature of the summits, as McCool's, or that of
         equal spheres that carry at equal indentation what the summits carry.
     """
 

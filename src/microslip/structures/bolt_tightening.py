@@ -110,7 +110,7 @@ class ClampedBolt:
     plate_modulus : float
         Young's modulus of the plates [Pa].
     modulus : float
-        That of the bolt [Pa].
+        Young's modulus of the bolt [Pa].
 
     Notes
     -----

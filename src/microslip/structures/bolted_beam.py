@@ -323,7 +323,7 @@ class BoltedBeam(Drawing):
         "left", "right" or both: the outer lap on that side reaches to the end of the beam, and its
         other face is rigid ground.
     rise : float, optional
-        How far the middle of each part between two laps stands above its ends [m], in the form of a
+        Height of the middle of each part between two laps above its ends [m], in the form of a
         raised cosine: a curved panel.
 
     Notes
@@ -409,7 +409,7 @@ class BoltedBeam(Drawing):
         material : Material
             Of that part.
         reach : float, optional
-            How far its middle may go [m]; 1.5 thicknesses unless given.
+            Largest deflection of its middle [m]; 1.5 thicknesses unless given.
 
         Returns
         -------

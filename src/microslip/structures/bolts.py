@@ -61,9 +61,9 @@ class Bolts(Locked):
         Height of a head, and of a nut, with its washer [m]: each is a disc as wide as the washer;
         0.8 of the shank's diameter unless given.
     material : Material, optional
-        Of the bolts; that of the plates unless given.
+        Material of the bolts; that of the plates unless given.
     density : float, optional
-        Of the bolts [kg/m^3]; that of the plates unless given.
+        Mass density of the bolts [kg/m^3]; that of the plates unless given.
     size : str, optional
         Such as "M8" in place of shank, hole, washer, thread and pitch: least bearing face of ISO
         4014, medium holes of ISO 273, coarse threads.

@@ -109,7 +109,7 @@ class ForcedResponse(ModalAnswer, PlottableAtSensor):
         force : float
             Amplitude of the force [N], by which the motion is divided, above zero.
         quantity : {"displacement", "velocity", "acceleration"}, optional
-            What the sensor measures.
+            Quantity that the sensor measures.
 
         Returns
         -------

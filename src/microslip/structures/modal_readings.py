@@ -55,7 +55,7 @@ def read_decay(time: ArrayLike, signal: ArrayLike) -> FreeDecay:
     time : array_like
         Times [s] in even steps, one-dimensional.
     signal : array_like
-        What a sensor shows [m, m/s or any unit], of one mode alone (filter others out before).
+        Sensor signal [m, m/s or any unit], of one mode alone (filter others out before).
 
     Returns
     -------

@@ -60,13 +60,13 @@ class ModalTest(Locked):
     frequency_error, damping_error : float
         Standard uncertainties relative to the values [-]: those of the test and of the model.
     name : str
-        What it is called in reports.
+        Name in reports.
     notes : tuple of str
-        How it was read.
+        Notes on how it was read.
     verdicts : tuple of Verdict
-        How far the reading holds, of a stepped sine at controlled response.
+        Verdicts on the reading, of a stepped sine at controlled response.
     motion : {"steady", "decay"}
-        What was measured: settled answers, or a free decay, as of a hammer's blow; a decay shows
+        Measured motion: steady responses, or a free decay, as of a hammer's blow; a decay shows
         other damping ratios than steady motion (:attr:`ModalCurve.decay_damping_ratio`).
 
     Notes
@@ -143,11 +143,11 @@ class ModalTest(Locked):
         time : array_like
             Times [s] in even steps, one-dimensional.
         signal : array_like
-            What the sensor showed [m, m/s or m/s^2], of the same shape.
+            Sensor signal [m, m/s or m/s^2], of the same shape.
         points : int
             Amplitudes to keep, about evenly on a log axis; each is a mean over its neighbours.
         quantity : {"displacement", "velocity", "acceleration"}
-            What the signal is; amplitudes are those of the displacement in any case.
+            Quantity of the signal; amplitudes are those of the displacement in any case.
         band : (float, float), optional
             Frequencies [Hz] between which the mode lies, where others ring with it: a Butterworth
             filter of fourth order, forth and back.

@@ -234,7 +234,7 @@ class Oscillator:
         amplitude : float
             Displacement amplitude at the beginning [m], above zero.
         cycles : int, optional
-            How many cycles to follow it.
+            Number of cycles.
         duration : float, optional
             For how long [s] instead.
 
@@ -277,7 +277,7 @@ class Oscillator:
         amplitude : float
             Displacement [m] that the first loading leads to, and where the mass is let go.
         cycles : int, optional
-            How many cycles to follow it, from one turning point to the one after the next.
+            Number of cycles, from one turning point to the one after the next.
         duration : float, optional
             For how long [s] instead.
         samples_per_cycle : int, optional

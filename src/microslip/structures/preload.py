@@ -80,7 +80,7 @@ class Preload(AtRest):
         Parameters
         ----------
         count : int, optional
-            How many.
+            Number of modes.
         joints : {"stuck", "open"}, optional
             Joints as springs of their stiffness at rest, or none at all.
 
@@ -134,7 +134,7 @@ class Preload(AtRest):
         at : array_like, optional
             Direction (n,) of a sensor, at which the amplitudes are meant.
         quantity : {"displacement", "velocity", "acceleration"}, optional
-            What the sensor measures: [m], [m/s] or [m/s^2].
+            Quantity that the sensor measures: [m], [m/s] or [m/s^2].
         damping_ratio : float, optional
             Base damping [-] of all but the joints, which is added; it is an input, no result.
 
@@ -262,7 +262,7 @@ class Preload(AtRest):
         frequencies : array_like
             Frequencies [Hz], one-dimensional, rising or falling.
         control : {"base", "response"}, optional
-            What is held along the frequencies: the base's acceleration, or the motion of a sensor
+            Quantity controlled in the sweep: the base's acceleration, or the motion of a sensor
             as seen from the ground, by a level of the base that follows. Such a response does not
             fold over; ``stable`` is that of the motion at a fixed level.
         at : array_like, optional
@@ -270,12 +270,12 @@ class Preload(AtRest):
         level : float, optional
             Amplitude at which it is held [m, m/s or m/s^2].
         quantity : {"acceleration", "velocity", "displacement"}, optional
-            What is held of the sensor.
+            Quantity of the sensor that is controlled.
         supports : sequence of int, optional
             Degrees of freedom of these matrices that are moved. Without them the matrices are of a
             structure that is held by its base, all in one piece, and motions count from it.
         damping_frame : {"base", "ground"}, optional
-            What dashpots stand on that resist rigid motion, as a part of C proportional to M does.
+            Frame of the dashpots that resist rigid motion, as a part of C proportional to M does.
         joints_on_base : bool, optional
             Whether joints that ``directions`` would move hold the structure to the base.
         harmonics, samples : optional
@@ -329,11 +329,11 @@ class Preload(AtRest):
             Each joint linearised by itself, for laws along directions; or the first modes by their
             curves, which fields of contact need. What the joints allow unless given.
         modes : int, optional
-            How many modes, by ``modes``, those that move most; others are linear.
+            Number of modes, by ``modes``, those that move most; others are linear.
         damping_ratio : float, optional
             Base damping [-] of the curves, by ``modes``.
         harmonics, samples : optional
-            Of the curves, as for :meth:`modes`.
+            Amplitudes of the curves, as for :meth:`modes`.
 
         Returns
         -------
@@ -437,7 +437,7 @@ class Preload(AtRest):
         velocity : array_like, optional
             Velocities at the beginning (n,) [m/s].
         spectral_radius : float, optional
-            What a step leaves of very fast motion, 0 to 1; 1 adds no damping of its own. Asks for
+            Spectral radius for very fast motion, 0 to 1; 1 adds no damping of its own. Asks for
             the generalised-alpha method.
 
         Returns

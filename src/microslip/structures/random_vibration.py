@@ -173,7 +173,7 @@ class RandomResponse(ModalAnswer):
         at : array_like
             Direction of the sensor, shape (n,).
         duration : float
-            Of the noise [s].
+            Duration of the noise [s].
         quantity : {"displacement", "velocity", "acceleration"}, optional
             As for :meth:`standard_deviation`.
 

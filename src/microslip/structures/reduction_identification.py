@@ -146,10 +146,10 @@ def identify_modal(
     tests : ModalTest or iterable of ModalTest
         One or several modes.
     fit : sequence of str
-        What is not known: "friction_coefficient", "tension", "form", "young_modulus",
+        Parameters to fit: "friction_coefficient", "tension", "form", "young_modulus",
         "base_damping_ratio".
     friction_coefficient, tension, form, young_modulus, base_damping_ratio : float
-        Where the fit begins [-], or what is known; tension and modulus are shares of the joint's
+        Start values [-], or known ones; tension and modulus are shares of the joint's
         own.
     form_table : array_like or callable, optional
         The form of factor 1 [m], see :meth:`ReducedJoint.with_form`; the joint's own gaps, of

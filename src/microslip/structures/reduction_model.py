@@ -164,7 +164,7 @@ class ReducedJoint(LockedArrays):
             and gap [m], NaN where nothing was measured, such as two scans of the faces give; or
             one gap [m] for each patch, of the shape (patches,).
         factor : float
-            What all gaps are multiplied with, such as 0 for flat faces or -1 for the reversed
+            Factor on all gaps, such as 0 for flat faces or -1 for the reversed
             form.
 
         Returns
@@ -418,7 +418,7 @@ class ReducedJoint(LockedArrays):
         steps : int, optional
             Steps in which each is tightened.
         passes : int, optional
-            How often one goes round: the first leaves bolts unlike, for each relieves others.
+            Number of rounds: the first leaves bolts unlike, for each relieves others.
         snug : float, optional
             Share of its tension [-] that each bolt has before, the faces without friction.
 
@@ -437,7 +437,7 @@ class ReducedJoint(LockedArrays):
         Parameters
         ----------
         displacement, static_force : array_like
-            Those of the state [m], [N], of shape (degrees of freedom,).
+            Displacements and forces of the state [m], [N], of shape (degrees of freedom,).
 
         Returns
         -------
@@ -454,9 +454,9 @@ class ReducedJoint(LockedArrays):
         Parameters
         ----------
         stiffness : float
-            How many times as stiff all bodies are [-].
+            Factor on the stiffness of all bodies [-].
         mass : float
-            How many times as heavy [-].
+            Factor on their mass [-].
 
         Returns
         -------

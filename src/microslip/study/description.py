@@ -99,7 +99,7 @@ class StudyDescription(StudyTables):
         Parameters
         ----------
         folder : str or pathlib.Path
-            Where it will stand.
+            File in which it will stand.
 
         Returns
         -------
@@ -151,9 +151,9 @@ class StudyDescription(StudyTables):
         Parameters
         ----------
         text : str
-            What would be in the file.
+            Text of the file.
         name : str
-            What stands for the file in messages.
+            Name for the file in messages.
         overrides : sequence of str
             As in :meth:`load`.
         folder : str or pathlib.Path, optional

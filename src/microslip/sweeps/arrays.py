@@ -38,7 +38,7 @@ class Sweep:
         Results by name. A Variable is a tuple of ``dims``, ``values`` and ``attributes`` (units
         and what it is).
     attributes : mapping of str to str
-        What was swept, and with which version.
+        Description of the sweep, and the version.
 
     Notes
     -----

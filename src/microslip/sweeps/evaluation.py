@@ -76,9 +76,9 @@ def evaluate(
     Parameters
     ----------
     young_modulus, poisson_ratio : array_like
-        Of both bodies, or of the first [Pa], [-].
+        Elastic constants of both bodies, or of the first [Pa], [-].
     other_young_modulus, other_poisson_ratio : array_like, optional
-        Of the second body, where it is another material; a modulus of infinity is a rigid body.
+        Those of the second body, if it differs; a modulus of infinity is a rigid body.
     std : array_like
         Standard deviation of Gaussian heights [m]; beside ``heights`` their spread.
     mean : array_like, optional
@@ -102,7 +102,7 @@ def evaluate(
     samples : int, optional
         Samples of closed loops, at least 5, which are added then.
     quantities : sequence of str, optional
-        What is wanted: amplitude, force_amplitude (or backbone, the same), dissipated_energy,
+        Quantities wanted: amplitude, force_amplitude (or backbone, the same), dissipated_energy,
         energy_ratio, loss_factor, damping_ratio, secant_stiffness, tangent_stiffness,
         dissipation_exponent; normal_load, separation, standardised_separation,
         slip_per_indentation, normal_stiffness, tangential_stiffness, force_limit, contact_count,

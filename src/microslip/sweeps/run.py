@@ -73,7 +73,7 @@ def sweep(
     friction_coefficient : array_like, optional
         Coefficients of friction [-], above zero, one-dimensional; without them that of the joint.
     quantities : sequence of str, optional
-        What is wanted, by the names that an interface has it by: force_amplitude (or amplitude),
+        Quantities wanted, by their names on an interface: force_amplitude (or amplitude),
         dissipated_energy, energy_ratio, loss_factor, damping_ratio, secant_stiffness,
         tangent_stiffness, dissipation_exponent, stick_area; and, without amplitudes, separation,
         normal_stiffness, tangential_stiffness, contact_count, contact_area, force_limit,

@@ -41,7 +41,7 @@ def evaluate_to_zarr(
         Arguments of :func:`evaluate` that are dimensions, one-dimensional, in their order, such as
         normal loads [N].
     quantities : sequence of str
-        What is wanted, by the names of :func:`evaluate`.
+        Quantities wanted, by the names of :func:`evaluate`.
     region : int, optional
         Points at a time.
     progress : callable, optional

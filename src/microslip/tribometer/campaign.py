@@ -114,13 +114,13 @@ class Campaign(Locked):
         Apparent area [m^2], for energies and stiffnesses per area.
 
     columns : mapping of str to sequence, optional
-        What else is known of each record, as a manifest has it: "specimen", "stage" and others.
+        Other data of each record, as of a manifest: "specimen", "stage" and others.
     group : str, optional
         Column whose values are specimens: without it "specimen", where there is one.
     over : str, optional
         Column of numbers over which the means are drawn: without it "stage", where there is one.
     borders : RegimeBorders, optional
-        Where the regimes of a law end, for the fretting map.
+        Limits of the regimes by a law, for the fretting map.
 
     Notes
     -----

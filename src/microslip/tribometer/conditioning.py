@@ -35,7 +35,7 @@ def condition(
     Parameters
     ----------
     record : Record
-        What was recorded.
+        Record to condition.
     delay : float, optional
         Time [s] by which the force lags behind the displacement, such as :func:`delay_of` found.
     drift : bool

@@ -76,7 +76,7 @@ class Measurement(Plottable):
     regimes : tuple of str
         "stick", "partial slip" or "gross slip", for each cycle.
     thresholds : Thresholds
-        Where the regimes end.
+        Thresholds of the regimes.
     mean : mapping of str to Estimate
         Means of the columns with their confidence intervals (Student), over the cycles that close
         to a quarter of their force, have no spike and are settled: of one amplitude, without a
@@ -94,9 +94,9 @@ class Measurement(Plottable):
     loop : tuple of ndarray
         Displacement [m] and force [N] of the mean cycle, one-dimensional, for pictures.
     notes : tuple of str
-        What was noticed.
+        Notes on the record.
     probability : mapping of str to float
-        How likely each regime is for the mean of the cycles, by the scatter of these [-].
+        Probability of each regime for the mean of the cycles, by the scatter of these [-].
     is_settled : bool
         Whether the cycles of the means are alike; else their intervals are the range of the cycles.
     levels : tuple of AmplitudeLevel

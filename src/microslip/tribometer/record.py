@@ -64,9 +64,9 @@ class Record(Locked, Plottable):
         The rig's counter of cycles [-], one for each sample, never falling: where only some cycles
         were logged, it says which.
     name : str
-        What messages and pictures call the record.
+        Name of the record in messages and pictures.
     notes : tuple of str
-        Where it is from: file, columns, units, signs, zeros.
+        Source: file, columns, units, signs, zeros.
     """
 
     displacement: NDArray[np.float64]
@@ -209,14 +209,14 @@ class Record(Locked, Plottable):
         sign : int or mapping, optional
             -1 turns the sign of the force; a mapping, such as ``{"displacement": -1}``, of others.
         zero : mapping, optional
-            What is taken for zero before the sign: a value as number [m], [N], [s] or text
+            Zero before the sign is applied: a value as number [m], [N], [s] or text
             ("0.3 N"), or "mean", "middle" (of lowest and highest) or "first".
         rows : slice, optional
             Rows to take, the first being 0.
         format : str, optional
             "text", "mat", "tdms", "hdf5", "npy" or "npz", where the file's beginning does not tell.
         name : str, optional
-            What to call the record; without it the file's name.
+            Name of the record; without it the file's name.
         limit : int
             Numbers that its columns may hold; it is refused before they are read.
 

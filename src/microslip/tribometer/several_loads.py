@@ -28,7 +28,7 @@ def rig_stiffness_of(measurements: Sequence[Measurement], *, confidence: float =
     Parameters
     ----------
     measurements : sequence of Measurement
-        Of one contact, nothing taken off, at three normal loads or more.
+        Measurements of one contact, nothing subtracted, at three normal loads or more.
     confidence : float, optional
         Level of the interval [-].
 
@@ -86,9 +86,9 @@ def rate_dependence(
     Parameters
     ----------
     measurements : sequence of Measurement
-        Of one contact at one amplitude and load, at three frequencies or more.
+        Measurements of one contact at one amplitude and load, at three frequencies or more.
     column : str
-        What to look at.
+        Column to evaluate.
     confidence : float, optional
         Level of the interval [-].
 

@@ -91,7 +91,7 @@ class VirtualTribometer:
     Parameters
     ----------
     joint : BackboneLaw
-        What is tested, at its own normal load.
+        Joint under test, at its own normal load.
     rig_stiffness : float, optional
         Stiffness of the rig [N/m], above zero; without it the rig is rigid.
     noise : float or mapping, optional
@@ -110,7 +110,7 @@ class VirtualTribometer:
     sample_rate : float, optional
         Samples a second [Hz]; without it 512 samples a cycle.
     seed : int, optional
-        Of the noise: the same seed gives the same record.
+        Seed of the noise: the same seed gives the same record.
     limits : mapping, optional
         (lowest, highest) of "normal_load" [N], "force" [N], "amplitude" [m] and "frequency" [Hz],
         in place of those of section 2.1: 100 to 5000 N, -5000 to 5000 N, 1 to 100 um, up to 200 Hz.
@@ -204,7 +204,7 @@ class VirtualTribometer:
         frequency : float, optional
             Cycles a second [Hz].
         cycles : int, optional
-            How many cycles, at least 1.
+            Number of cycles, at least 1.
 
         Returns
         -------

@@ -30,7 +30,7 @@ class Result(Prediction):
     Parameters
     ----------
     study : Study
-        What was computed.
+        Prediction.
     joints : tuple of Interface
         One for each normal load.
     loops : tuple of tuple of Loop
@@ -44,7 +44,7 @@ class Result(Prediction):
     limits : tuple of Limits
         For each load, the asymptotes of the dissipated energy.
     summary : dict
-        What `summary.json` holds: numbers in SI units, with a table of their units.
+        Content of `summary.json`: numbers in SI units, with a table of their units.
     histories : tuple of HistoryResponse
         For each load, what the joint does along the history of the study; empty without one.
     oscillators : tuple of OscillatorCurve

@@ -103,7 +103,7 @@ def document(findings: Findings, folder: Path | None = None, say: Say = str) -> 
         text = block(findings, folder or Path())
         files.append(text_file("surface.toml", lambda: text))
         sections.append(Section("Surface of a study", (Listing(text),), brief=False))
-    sections.append(Section("How it was read", (Items(tuple(map(say, notes))),), brief=False))
+    sections.append(Section("Reading of the file", (Items(tuple(map(say, notes))),), brief=False))
     answer, number = _answer(findings, data), _number(data)
     return Document(
         KIND, findings.raw.name, answer, tuple(sections), data, remarks, number, "heights",

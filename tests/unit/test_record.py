@@ -183,7 +183,7 @@ def test_notes_report_the_columns_found(put: Any) -> None:
         'displacement: column "Weg" by its name, µm by the file, sign and zero as in the file: '
         "from -1.50 µm to 1.50 µm.",
         'force: column "Reibkraft" by its name, mN by the file, zero at its middle value, 500 mN, '
-        "sign turned: from -2.00 N to 2.00 N.",
+        "sign reversed: from -2.00 N to 2.00 N.",
         'time: column "t" by its name, s by the file, sign and zero as in the file: '
         "from 0 s to 1.00 s.",
         "normal_load: 2.00 kN throughout, as stated.",

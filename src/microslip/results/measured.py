@@ -234,7 +234,7 @@ def _total_text(measured: Measurement) -> str:
 def _channels_text(notes: Sequence[ChannelNote]) -> str:
     """Columns read, in a line."""
     words = [
-        f'{note.kind.replace("_", " ")} "{note.heading}"{", sign turned" * note.is_turned}'
+        f'{note.kind.replace("_", " ")} "{note.heading}"{", sign reversed" * note.is_turned}'
         for note in notes
     ]
     return f"Read: {'; '.join(words)}."

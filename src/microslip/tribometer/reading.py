@@ -335,7 +335,7 @@ def _to_si(values: Floats, role: str, taken_as: Scale, zero: Any, sign: int) -> 
             "sign reversed, zero as in the file" if sign < 0 else "sign and zero as in the file"
         )
     else:
-        zero_note += ", sign turned" if sign < 0 else ", sign as in the file"
+        zero_note += ", sign reversed" if sign < 0 else ", sign as in the file"
     return f"{taken_as.words}, {zero_note}: from {low} to {high}"
 
 

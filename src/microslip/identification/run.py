@@ -174,9 +174,9 @@ def identify(
     level = _checked_share("confidence", confidence)
     if level < _LEAST_CONFIDENCE:
         raise InputError(f"`confidence` must be at least {_LEAST_CONFIDENCE:g}, got {exact(level)}")
-    if loss not in LOSSES:
+    if not isinstance(loss, str) or loss not in LOSSES:
         raise InputError(f"`loss` must be one of {', '.join(LOSSES)}, got {show(loss)}")
-    if intervals not in INTERVALS:
+    if not isinstance(intervals, str) or intervals not in INTERVALS:
         allowed = ", ".join(map(repr, INTERVALS))
         raise InputError(f"`intervals` must be one of {allowed}, got {show(intervals)}")
     held_share = number("held_back", held_back, "", 0.25)
@@ -216,7 +216,7 @@ def identify(
     effects = checked_effects(nuisances)
     problem = Problem(
         *(folded, model, coordinates, columns, places),
-        free_delay=delay == "free",
+        free_delay=isinstance(delay, str) and delay == "free",
         lags=_checked_lags(delay, folded),
         summits=count_of_summits,
         gains=gains,

@@ -449,6 +449,7 @@ def test_a_session_in_a_browser(bench: Bench, tmp_path: Path) -> None:
         report = page.frame_locator("article iframe").locator("h1")
         assert "run" in report.inner_text(timeout=60_000)
         page.reload()
+        page.locator("#runs li.done.shown").wait_for(timeout=60_000)  # the list is asked for anew
         assert page.locator("#runs li.done.shown").count() == 1
         page.click("#example")
         page.click("#run")  # waits until the study is there

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import microslip as ms
-from microslip.structures.frequency_shift import added_damping, judge_shift
+from microslip.structures.modal_curve import added_damping, judge_shift
 
 METAL = ms.Material(69e9, 0.33)
 SURFACE = ms.GreenwoodWilliamson(

@@ -10,7 +10,7 @@ import pytest
 from scipy import linalg
 
 import microslip as ms
-from microslip.structures.thin_strip import Sizes, Strip
+from microslip.structures.geometry import Sizes, Strip
 
 STEEL = ms.Material(206e9, 0.3)
 SIZES = Sizes(0.3, 0.1, 1.5e-3, 1.1e-3)

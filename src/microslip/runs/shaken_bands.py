@@ -13,9 +13,9 @@ from microslip._core.checks import Floats
 from microslip.runs.shaking import NOISY, SWEPT, ShakenBands, Shaking
 from microslip.runs.structure_prediction import SHARES, Mode, Sampled
 from microslip.structures import Convergence, ReducedJoint
+from microslip.structures.modal_curve import refined
 from microslip.structures.periodic_motion import POWERS
 from microslip.structures.random_vibration import AMPLITUDES, mean_over_amplitudes
-from microslip.structures.resonance import refined
 from microslip.structures.spectral_response import LinearStructure, Spectrum
 from microslip.study.structure import StructurePart
 from microslip.sweeps.quantiles import quantiles

@@ -18,7 +18,7 @@ from microslip.structures import (
     ReducedJoint,
     ShockResponse,
 )
-from microslip.structures.base_response import ControlOf
+from microslip.structures.base_motion import ControlOf
 from microslip.study.build import blame, build_surface
 from microslip.study.description import StudyDescription
 from microslip.study.shaking import EXCITED

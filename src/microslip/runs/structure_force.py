@@ -9,9 +9,9 @@ import numpy as np
 from microslip._core.checks import Floats
 from microslip.runs.structure_prediction import SHARES, ForcedMode, Mode, Sampled
 from microslip.structures import FrequencyResponse, ModalCurve, Preload, ReducedJoint
-from microslip.structures.frequency_response import Node, six_digits
+from microslip.structures.forced import Node, six_digits
+from microslip.structures.modal_curve import Resonant, refined, resonant, with_phase
 from microslip.structures.periodic_motion import POWERS
-from microslip.structures.resonance import Resonant, refined, resonant, with_phase
 from microslip.study.structure import StructurePart
 from microslip.study.uncertainty import GROUPS
 from microslip.sweeps.quantiles import quantiles

@@ -1,11 +1,10 @@
 from .assembly import Assembly as Assembly
-from .base_response import BaseResponse as BaseResponse
+from .base_motion import BaseResponse as BaseResponse
 from .beam_mesh import Lap as Lap
 from .bolted_beam import BoltedBeam as BoltedBeam
 from .bolts import Bolts as Bolts
-from .decay import Decay as Decay
 from .forced import ForcedResponse as ForcedResponse
-from .frequency_response import FrequencyResponse as FrequencyResponse
+from .forced import FrequencyResponse as FrequencyResponse
 from .lap_joint import LapJoint as LapJoint
 from .mesh_files import MeshedJoint as MeshedJoint
 from .modal_curve import ModalCurve as ModalCurve
@@ -13,6 +12,7 @@ from .modal_readings import FreeDecay as FreeDecay
 from .modal_readings import read_decay as read_decay
 from .modal_test import ModalTest as ModalTest
 from .motion import Motion as Motion
+from .oscillator import Decay as Decay
 from .oscillator import Oscillator as Oscillator
 from .preload import Preload as Preload
 from .random_vibration import RandomResponse as RandomResponse

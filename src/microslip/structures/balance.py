@@ -3,13 +3,20 @@
 Unknowns are the Fourier coefficients Q (modes, size) of the modal coordinates and, for a mode, its
 angular frequency omega and its damping ratio zeta: the *extended periodic motion* of Krack (2015),
 DOI 10.1016/j.compstruc.2015.03.008, in which -2 zeta omega x' takes out what the joints lose.
+
+Beside sticking joints the modes of a structure do not know of each other: their dynamic compliance
+is diagonal. A step of Newton's method therefore solves for the forces of the joints that slip or
+open, the coefficients near resonance, and the borders alone.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from microslip._core.checks import Floats
 from microslip.structures.modal_model import ModalJoints, ModalModel
@@ -122,3 +129,292 @@ class Balance:
             result[:, k, :, k + 1] += rate * damper
             result[:, k + 1, :, k] -= rate * damper
         return result
+
+
+_STUCK = 1e-13  # of the stiffness at rest: tangents that differ by less are those of sticking
+_NEAR = 0.05  # of the larger square of frequencies: compliances beyond are solved for, not inverted
+
+
+class ModePoint(NamedTuple):
+    """A periodic motion of a nonlinear mode."""
+
+    coefficients: Floats
+    """Fourier coefficients of the modal coordinates, (modes, size)."""
+    omega: float
+    damping: float
+
+
+class ModeResidual(NamedTuple):
+    """Residual of the equations of a mode at a point."""
+
+    forces: Floats
+    border: Floats
+    """Amplitude and phase."""
+    merit: float
+    answers: list[HarmonicForces]
+    by_q: Floats
+    """Derivatives of the amplitude's equation."""
+    by_omega: float
+
+
+class _Loose(NamedTuple):
+    """Joints of a group that do not stick, in the coordinates in which they do not."""
+
+    directions: Floats
+    """(modes, joints * coordinates)."""
+    tangent: Floats
+    """Beyond sticking, (joints, coordinates * size, coordinates * size)."""
+
+
+class _Compliance:
+    """Coefficients that forces on the modes make, of a cosine and a sine together as c - i s."""
+
+    def __init__(
+        self,
+        balance: Balance,
+        omega: float,
+        damping: float,
+        near: float = _NEAR,
+        coupled: bool = True,
+    ) -> None:
+        squares, viscous = balance.model.squares, balance.model.damping
+        at = omega * np.array(balance.basis.harmonics, dtype=float)[:, None]
+        drag = damping if viscous is None else damping + np.diag(viscous)
+        stiff, scale = squares - at**2, np.maximum(squares, omega**2)
+        # What is near resonance is stiffened; an unknown of its own takes that back.
+        added = np.where(stiff**2 + (at * drag) ** 2 < (near * scale) ** 2, scale, 0.0)
+        self.added = np.repeat(added, 2, axis=0)[1:].T
+        diagonal = stiff + added + 1j * at * drag
+        if viscous is None or not coupled:
+            self._inverse: NDArray[Any] = 1.0 / diagonal
+        else:
+            full = 1j * at[:, :, None] * (viscous - np.diag(np.diag(viscous)))
+            index = np.arange(squares.size)
+            full[:, index, index] += diagonal
+            self._inverse = np.linalg.inv(full)
+
+    def _times(self, inverse: NDArray[Any], force: NDArray[Any]) -> NDArray[Any]:
+        """Product of the inverse and forces (modes, harmonics, ...)."""
+        if inverse.ndim == 2:
+            return np.asarray(inverse.T.reshape(force.shape[:2] + (1,) * (force.ndim - 2)) * force)
+        return np.asarray(np.einsum("hmn,nh...->mh...", inverse, force))
+
+    def on(self, force: Floats, transposed: bool = False) -> Floats:
+        """Coefficients of forces (modes, size, ...)."""
+        turning = force[:, ::2].astype(complex)
+        turning[:, 1:] = force[:, 1::2] - 1j * force[:, 2::2]
+        turning = self._times(self._inverse.conj() if transposed else self._inverse, turning)
+        result = np.empty(force.shape)
+        result[:, 0] = turning[:, 0].real
+        result[:, 1::2], result[:, 2::2] = turning[:, 1:].real, -turning[:, 1:].imag
+        return result
+
+    def between(self, flat: Floats, result: Floats) -> None:
+        """Inverse in joint coordinates (count * size, count * size): harmonics do not mix."""
+        size = 2 * self._inverse.shape[0] - 1
+        for h, inverse in enumerate(self._inverse):
+            k = max(2 * h - 1, 0)
+            result[k::size, k::size] = straight = _between(flat, inverse.real)
+            if h:
+                result[k + 1 :: size, k + 1 :: size] = straight
+                result[k::size, k + 1 :: size] = crossed = _between(flat, inverse.imag)
+                result[k + 1 :: size, k::size] = -crossed
+
+
+def _between(flat: Floats, inverse: Floats) -> Floats:
+    part = np.ascontiguousarray(inverse)
+    return np.asarray(flat.T @ (part[:, None] * flat if part.ndim == 1 else part @ flat))
+
+
+def _balanced_solve(matrix: Floats, right: Floats) -> Floats | None:
+    """Elimination after rows and columns were scaled to one."""
+    rows = np.abs(matrix).max(axis=1)
+    if not np.isfinite(rows).all() or (rows == 0.0).any():
+        return None
+    matrix /= rows[:, None]
+    columns = np.abs(matrix).max(axis=0)
+    if (columns == 0.0).any():
+        return None
+    matrix /= columns
+    try:
+        return np.asarray(np.linalg.solve(matrix, right / rows) / columns)
+    except np.linalg.LinAlgError:
+        return None
+
+
+def _loose(balance: Balance, answers: list[HarmonicForces]) -> list[_Loose]:
+    """Joints that do not stick."""
+    result = []
+    size = balance.basis.size
+    for answer, directions, group in zip(
+        answers, balance.joints.directions, balance.joints.groups, strict=True
+    ):
+        blocks = answer.beyond(group.stuck)
+        by_row = np.abs(blocks).max(axis=(2, 3, 4), initial=0.0)
+        by_column = np.abs(blocks).max(axis=(1, 2, 4), initial=0.0)
+        free = np.maximum(by_row, by_column) > _STUCK * group.stuck.max(initial=0.0)
+        joints, coordinates = np.flatnonzero(free.any(axis=1)), np.flatnonzero(free.any(axis=0))
+        harmonics = np.arange(size)
+        selected = blocks[np.ix_(joints, coordinates, harmonics, coordinates, harmonics)]
+        width = coordinates.size * size
+        columns = directions[:, joints][:, :, coordinates].reshape(directions.shape[0], -1)
+        result.append(_Loose(columns, selected.reshape(joints.size, width, width)))
+    return result
+
+
+@dataclass(frozen=True, eq=False)
+class ModeStep:
+    """The linear system of a step of Newton's method."""
+
+    balance: Balance
+    index: int
+    point: ModePoint
+    current: ModeResidual
+    columns: Floats
+    """Derivatives of the forces by omega and zeta, (modes, size, 2)."""
+
+    @property
+    def _damping(self) -> float:
+        return -2.0 * self.point.damping * self.point.omega
+
+    @property
+    def _scale(self) -> Floats:
+        """Scale of the rows: forces of very different modes, compared by the motion they mean."""
+        return np.maximum(self.balance.model.squares, self.point.omega**2)[:, None]
+
+    def _right(self, unit: float) -> np.ndarray:
+        """Forces and borders of the point, scaled."""
+        forces = (self.current.forces / self._scale).reshape(-1) / unit
+        return np.append(forces, [self.current.border[0], self.current.border[1] / unit])
+
+    def eliminate(self) -> Floats | None:
+        """By Gauss's elimination, of the joints that do not stick and of the borders alone."""
+        modes, size = self.balance.shape
+        compliance = _Compliance(self.balance, self.point.omega, self._damping)
+        loose = [part for part in _loose(self.balance, self.current.answers) if part.tangent.size]
+        flat = np.concatenate([np.zeros((modes, 0)), *(part.directions for part in loose)], axis=1)
+        forces = self.current.forces
+        # Borders: amplitude and phase, then each coefficient near resonance, which is itself.
+        places = np.argwhere(compliance.added)
+        count, total = 2 + len(places), flat.shape[1] * size
+        matrix, right = np.zeros((total + count, total + count)), np.zeros(total + count)
+        compliance.between(flat, matrix[:total, :total])
+        columns, weights = np.zeros((2, modes, size, count))
+        columns[..., :2] = self.columns
+        weights[..., 0], weights[self.index, 2, 1] = self.current.by_q, 1.0
+        for border, (mode, k) in enumerate(places, start=2):
+            columns[mode, k, border], weights[mode, k, border] = -compliance.added[mode, k], 1.0
+        corner = np.diag([0.0, 0.0] + [-1.0] * len(places))
+        corner[0, 0] = self.current.by_omega
+        # What the borders and the forces on the modes do to the loose coordinates.
+        moved = np.tensordot(flat, compliance.on(columns), axes=(0, 0))
+        start = np.tensordot(flat, compliance.on(forces), axes=(0, 0))
+        matrix[:total, total:] = moved.reshape(total, count)
+        right[:total] = start.reshape(-1)
+        blocks = [block for part in loose for block in part.tangent]
+        ends = np.cumsum([0, *map(len, blocks)])
+        for block, rows in zip(blocks, map(slice, ends[:-1], ends[1:]), strict=True):
+            matrix[rows], right[rows] = block @ matrix[rows], block @ right[rows]
+        matrix[np.arange(total), np.arange(total)] += 1.0
+        # The borders' equations, with the coefficients expressed by forces.
+        turned = compliance.on(weights, transposed=True)
+        by_pull = np.tensordot(turned, flat, axes=(0, 0))
+        matrix[total:, :total] = -by_pull.transpose(1, 2, 0).reshape(count, total)
+        turned = turned.reshape(-1, count).T
+        matrix[total:, total:] = corner - turned @ columns.reshape(-1, count)
+        right[total : total + 2] = self.current.border
+        right[total:] -= turned @ forces.reshape(-1)
+        unknowns = _balanced_solve(matrix, right)
+        if unknowns is None:
+            return None
+        pull, borders = unknowns[:total].reshape(-1, size), unknowns[total:]
+        coefficients = compliance.on(forces - flat @ pull - columns @ borders)
+        return np.append(coefficients.reshape(-1), borders[:2])
+
+    def iterate(self) -> Floats | None:
+        """By GMRES, preconditioned with the structure whose joints stick."""
+        modes, size = self.balance.shape
+        count = modes * size
+        unit = float(np.abs(self.point.coefficients).max())
+        omega = self.point.omega
+        scale = self._scale
+        solve = self._preconditioner(unit)
+
+        def product(y: Floats) -> Floats:
+            x = solve(y)
+            change = x[:count].reshape(modes, size)
+            forces = self.balance.linear(change, omega, self._damping)
+            forces += self.balance.tangent(self.current.answers, change)
+            forces /= unit
+            forces += self.columns[..., 0] * (x[-2] * omega / unit)
+            forces += self.columns[..., 1] * (x[-1] / unit)
+            border = [
+                float(np.sum(self.current.by_q * change)) + self.current.by_omega * x[-2] * omega,
+                change[self.index, 2] / unit,
+            ]
+            return np.append((forces / scale).reshape(-1), border)
+
+        y = gmres(product, self._right(unit), 1e-9 if self.current.merit < 1e-4 else 1e-4, 160)
+        if y is None:
+            return None
+        step = solve(y)
+        step[-2] *= omega
+        return step
+
+    def _preconditioner(self, unit: float) -> Callable[[Floats], Floats]:
+        """Solves with sticking joints; the mode's own four unknowns with their joint forces."""
+        modes, size = self.balance.shape
+        count, i = modes * size, self.index
+        omega, scale = self.point.omega, self._scale
+        sticking = _Compliance(self.balance, omega, self._damping, near=1e-4, coupled=False)
+        core = np.zeros((4, 4))
+        for column in range(2):
+            change = np.zeros((modes, size))
+            change[i, 1 + column] = 1.0
+            forces = self.balance.linear(change, omega, self._damping)
+            forces += self.balance.tangent(self.current.answers, change)
+            core[:2, column] = forces[i, 1:3] / scale[i]
+        core[:2, 2] = self.columns[i, 1:3, 0] * omega / unit / scale[i]
+        core[:2, 3] = self.columns[i, 1:3, 1] / unit / scale[i]
+        core[2, :2] = self.current.by_q[i, 1:3] * unit
+        core[2, 2] = self.current.by_omega * omega
+        core[3, 1] = 1.0
+        inverse = np.linalg.pinv(core)
+
+        def solve(y: Floats) -> Floats:
+            x = sticking.on(y[:count].reshape(modes, size) * (unit * scale))
+            # Scaled as the unknowns are: motion by its unit, frequency by itself.
+            four = inverse @ np.array([y[i * size + 1], y[i * size + 2], y[-2], y[-1]])
+            x[i, 1:3] = four[:2] * unit
+            return np.append(x.reshape(-1), four[2:])
+
+        return solve
+
+
+def gmres(
+    product: Callable[[Floats], Floats], right: Floats, tolerance: float, iterations: int
+) -> Floats | None:
+    """Saad and Schultz's method without restarts; None where it does not get there."""
+    start = float(np.linalg.norm(right))
+    if start == 0.0:
+        return np.zeros_like(right)
+    basis = np.empty((iterations + 1, right.size))
+    basis[0] = right / start
+    upper = np.zeros((iterations + 1, iterations))
+    for j in range(iterations):
+        vector = product(basis[j])
+        for _ in range(2):  # once more, for orthogonality to rounding
+            parts = basis[: j + 1] @ vector
+            vector = vector - parts @ basis[: j + 1]
+            upper[: j + 1, j] += parts
+        upper[j + 1, j] = np.linalg.norm(vector)
+        if upper[j + 1, j] > 0.0:
+            basis[j + 1] = vector / upper[j + 1, j]
+        if j % 8 == 7 or j == iterations - 1 or upper[j + 1, j] <= 1e-14:
+            head = np.zeros(j + 2)
+            head[0] = start
+            weights, *_ = np.linalg.lstsq(upper[: j + 2, : j + 1], head, rcond=None)
+            miss = float(np.linalg.norm(upper[: j + 2, : j + 1] @ weights - head))
+            if miss <= tolerance * start:
+                return np.asarray(weights @ basis[: j + 1])
+    return None

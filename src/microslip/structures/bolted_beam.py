@@ -17,6 +17,7 @@ from microslip.errors import InputError
 from microslip.materials import Material
 from microslip.normal import NormalLaw
 from microslip.structures.beam_mesh import Lap, Stretch, Style, beam_mesh, declared_length
+from microslip.structures.geometry import Bending, Sizes, strip_cases, strip_sensors
 from microslip.structures.mesh import (
     SIDE,
     JointMesh,
@@ -25,7 +26,6 @@ from microslip.structures.mesh import (
     square_half,
     tight,
 )
-from microslip.structures.thin_strip import Bending, Sizes, strip_cases, strip_sensors
 
 if TYPE_CHECKING:
     from microslip.structures.reduction_convergence import Convergence

@@ -1,4 +1,4 @@
-"""A structure in its modes with all joints sticking."""
+"""A structure in its modes with all joints sticking, and what a solver answers about it."""
 
 from __future__ import annotations
 
@@ -9,8 +9,10 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats
+from microslip._core.frozen import LockedArrays
 from microslip.structures.joint_groups import Attachment, JointGroup, all_columns
 from microslip.structures.matrices import (
     dense,
@@ -19,6 +21,7 @@ from microslip.structures.matrices import (
     is_sparse,
     linear_modes,
     rigid_count,
+    vector,
 )
 
 LARGEST_WHOLE = 1200
@@ -202,3 +205,33 @@ def _answers(stiffness: Any, mass: Any, columns: Floats) -> Floats:
     if is_sparse(matrix):
         return np.asarray(factorised(matrix, 0.01).solve(np.ascontiguousarray(columns)))
     return np.asarray(np.linalg.solve(dense(matrix), columns))
+
+
+class Answer(LockedArrays):
+    """A motion that a solver followed as far as it could."""
+
+    message: str
+
+    @property
+    def status(self) -> str:
+        """``solved``, or ``stopped`` before the end."""
+        return "solved" if self.message.startswith("solved") else "stopped"
+
+    def _sizes(self, columns: Floats) -> Floats:
+        """Sizes of displacements along columns (n, k), (..., k) [m]."""
+        raise NotImplementedError
+
+
+class ModalAnswer(Answer):
+    """A motion in modal coordinates, on a base that may move."""
+
+    _shapes: Floats
+    _carried: Floats
+
+    def _at(self, sensor: ArrayLike) -> Floats:
+        """Direction of a sensor in modal coordinates (modes,)."""
+        return np.asarray(self._shapes.T @ vector("at", sensor, self._shapes.shape[0]))
+
+    def _carried_at(self, sensor: ArrayLike) -> Any:
+        """Motion at the sensor by a unit of the base, or of each of its inputs [-]."""
+        return vector("at", sensor, self._shapes.shape[0]) @ self._carried

@@ -14,11 +14,9 @@ from microslip._core.checks import Floats, exact, floats, number, record
 from microslip.errors import InputError
 from microslip.report.plot import Plot
 from microslip.report.plottable import PlottableAtSensor
-from microslip.structures.answer import Answer
-from microslip.structures.exact_steps import ExactSteps, are_exact
 from microslip.structures.matrices import vector
-from microslip.structures.modal_model import ModalModel
-from microslip.structures.time_steps import TimeSteps
+from microslip.structures.modal_model import Answer, ModalModel
+from microslip.structures.time_steps import ExactSteps, TimeSteps, are_exact
 
 _RADIUS = 0.9  # spectral radius unless given
 

@@ -5,14 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple
 
 import numpy as np
 
 from microslip._core.checks import Floats
-from microslip.structures.balance import Balance
-from microslip.structures.newton_steps import ModePoint, ModeResidual, ModeStep
-from microslip.structures.periodic_motion import AmplitudeMeasure, HarmonicForces
+from microslip.structures.balance import Balance, ModePoint, ModeResidual, ModeStep
+from microslip.structures.modal_curve import ModalCurve, Resonance
+from microslip.structures.modal_model import ModalJoints, ModalModel
+from microslip.structures.periodic_motion import AmplitudeMeasure, HarmonicBasis, HarmonicForces
+from microslip.structures.quasi_static import QuasiStatic, Track, climb
 
 LARGEST_DIRECT = 900
 """Unknowns up to which the equations are solved by elimination, beyond by GMRES."""
@@ -123,43 +125,9 @@ class ModeEquations:
         return ModePoint(q, omega, point.damping - share * step.damping)
 
 
+_CLOSE = 0.02  # relative distance of a multiple of the frequency to another mode
 _SMALLEST = 1e-6  # of the first amplitude: where a mode of sticking joints is to be found
 _FINEST = 0.01  # shortest step in the logarithm of the amplitude
-# -- from amplitude to amplitude -------------------------------------------------------------------
-
-_Found = TypeVar("_Found")
-Track = list[tuple[float, _Found]]
-"""Amplitudes that were reached, rising, the last three, and what was found there."""
-
-
-def climb(
-    amplitudes: Floats,
-    track: Track[_Found],
-    attempt: Callable[[Track[_Found], float], _Found | None],
-    finest: float,
-) -> list[_Found | None]:
-    """Results at rising amplitudes, each from those before; steps in between where it needs them.
-
-    ``track`` is where it begins; None from where steps in the logarithm would be too short.
-    """
-    results: list[_Found | None] = [None] * amplitudes.size
-    for place in np.argsort(amplitudes, kind="stable"):
-        target, stride = float(amplitudes[place]), math.inf
-        while target != track[-1][0]:
-            gap = math.log(target / track[-1][0])
-            ahead = min(stride, gap)
-            at = target if ahead == gap else track[-1][0] * math.exp(ahead)
-            found = attempt(track, at)
-            if found is None:
-                stride = 0.5 * ahead
-                if stride < finest:
-                    return results
-            else:
-                track.append((at, found))
-                del track[:-3]
-                stride = 1.5 * ahead
-        results[place] = track[-1][1]
-    return results
 
 
 @dataclass(frozen=True, eq=False)
@@ -246,3 +214,150 @@ def _prediction(track: Sequence[tuple[float, ModePoint]], amplitude: float) -> M
         point.omega * (point.omega / earlier.omega) ** share,
         point.damping + share * (point.damping - earlier.damping),
     )
+
+
+class _Row(NamedTuple):
+    """A solved amplitude, by its place among them."""
+
+    place: int
+    modal_amplitude: float
+    omega: float
+    damping: float
+    shape: np.ndarray
+    """In modal coordinates, of any length."""
+    loss: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class ModeSolver:
+    """A mode, the amplitudes at which it is wanted, and the damping that is added."""
+
+    model: ModalModel
+    index: int
+    amplitudes: Floats
+    measure: AmplitudeMeasure
+    basis: HarmonicBasis
+    base_damping: float
+
+    def balanced(self) -> ModalCurve:
+        """By harmonic balance, with continuation."""
+        joints = self._joints()
+        balance = Balance(self.model, joints, self.basis)
+        equations = ModeEquations(balance, self.index, self.measure)
+        followed = follow(equations, self.amplitudes)
+        rows = []
+        for i, solution in enumerate(followed.solutions):
+            if solution is None:
+                continue
+            q, omega, zeta = solution.point
+            modal = math.sqrt(float(np.sum(q[:, 1:3] ** 2)))
+            motions = joints.split(joints.flat.T @ q)
+            loss = [
+                self.basis.work(answer.force, motion).sum(axis=1)
+                for answer, motion in zip(solution.answers, motions, strict=True)
+            ]
+            first = (q[:, 1] - 1j * q[:, 2]) / modal
+            rows.append(_Row(i, modal, omega, zeta, first, np.concatenate([*loss, np.zeros(0)])))
+        if followed.stopped_at is None:
+            message = f"solved in {followed.iterations} iterations and {followed.steps} steps"
+        else:
+            message = (
+                f"stopped beyond the amplitude {followed.stopped_at:.4g}: harmonic balance "
+                f"did not converge in steps of 1 %, after {followed.iterations} iterations; try "
+                "more samples, fewer harmonics, or amplitudes that end there (the mode may meet "
+                "another one, or all joints may slide)"
+            )
+
+        def more_harmonics() -> Floats:
+            changes = np.full((self.amplitudes.size, 2), np.nan)
+            for i, solution in enumerate(followed.solutions):
+                if solution is not None:
+                    changes[i] = equations.unbalanced(solution.point, float(self.amplitudes[i]))
+            return changes
+
+        return self._curve(
+            "harmonic-balance", joints, rows, followed.iterations, message, self.quasi_static,
+            more_harmonics,
+        )  # fmt: skip
+
+    def _resonances(self, frequency: Floats) -> tuple[Resonance, ...]:
+        """Multiples of the frequency near other modes, the joints of which stick."""
+        stuck = np.sqrt(self.model.squares) / (2.0 * math.pi)
+        found = []
+        for multiple in self.basis.harmonics[1:]:
+            for index in range(stuck.size if np.isfinite(frequency).any() else 0):
+                distance = stuck[index] / (multiple * frequency) - 1.0
+                place = int(np.nanargmin(abs(distance)))
+                itself = multiple == 1 and index == self.index
+                if not itself and abs(distance[place]) < _CLOSE:
+                    amplitude = float(self.amplitudes[place])
+                    found.append(Resonance(amplitude, multiple, index, float(distance[place])))
+        return tuple(found)
+
+    def quasi_static(self) -> ModalCurve:
+        """By quasi-static modal analysis."""
+        joints = self._joints()
+        solver = QuasiStatic(self.model, joints, self.index, self.measure)
+        rows = []
+        for i, point in enumerate(solver.curve(self.amplitudes)):
+            if point is not None:
+                modal = float(np.linalg.norm(point.shape))
+                shape = point.shape / modal
+                omega, damping = math.sqrt(point.square), solver.damping(point)
+                rows.append(_Row(i, modal, omega, damping, shape, point.loss))
+        message = f"solved in {solver.iterations} iterations"
+        if len(rows) < self.amplitudes.size:
+            reached = max((float(self.amplitudes[row.place]) for row in rows), default=math.nan)
+            where = f"beyond the amplitude {reached:.4g}" if rows else "at the first amplitude"
+            message = (
+                f"stopped {where}: the static cycle along the mode was lost; the mode may meet "
+                "another one, or all joints may slide, which "
+                'method="harmonic-balance" follows further'
+            )
+        return self._curve("quasi-static", joints, rows, solver.iterations, message, self.balanced)
+
+    def _joints(self) -> ModalJoints:
+        """The joints along the mode of sticking joints."""
+        line = np.zeros(self.model.size)
+        line[self.index] = 1.0
+        return self.model.joints(line)
+
+    def _curve(
+        self,
+        method: str,
+        joints: ModalJoints,
+        rows: list[_Row],
+        iterations: int,
+        message: str,
+        other_method: Callable[[], ModalCurve],
+        more_harmonics: Callable[[], Floats] | None = None,
+    ) -> ModalCurve:
+        count = self.amplitudes.size
+        modal, frequency, damping, mac = np.full((4, count), np.nan)
+        shape = np.full((count, self.model.shapes.shape[0]), np.nan, dtype=complex)
+        loss = np.full((count, sum(g.stuck.shape[0] for g in joints.groups)), np.nan)
+        for row in rows:
+            i = row.place
+            modal[i], frequency[i] = row.modal_amplitude, row.omega / (2 * math.pi)
+            damping[i] = row.damping + self.base_damping
+            shape[i], loss[i] = self.model.shapes @ row.shape, row.loss
+            mac[i] = abs(row.shape[self.index]) ** 2 / float(np.sum(abs(row.shape) ** 2))
+        return ModalCurve(
+            method=method,
+            index=self.index,
+            amplitude=self.amplitudes.copy(),
+            modal_amplitude=modal,
+            frequency=frequency,
+            damping_ratio=damping,
+            shape=shape,
+            loss=loss,
+            mac=mac,
+            near=self._resonances(frequency),
+            linear_frequency=math.sqrt(float(self.model.squares[self.index])) / (2.0 * math.pi),
+            base_damping=self.base_damping,
+            converged=np.isfinite(frequency),
+            iterations=iterations,
+            message=message,
+            _solve_by_other=other_method,
+            _with_more_harmonics=more_harmonics,
+        )

@@ -26,6 +26,9 @@ from microslip._core.checks import (
 )
 from microslip._core.frozen import lock
 from microslip.errors import InputError
+from microslip.friction import BackboneLaw
+from microslip.kernels import Integers
+from microslip.numerics.inversion import adaptive
 from microslip.structures.matrices import direction_matrix
 
 HARMONICS = (0, 1, 2, 3)
@@ -177,3 +180,26 @@ def checked_amplitudes(value: ArrayLike) -> Floats:
         bound = "above zero" if a.min() <= 0.0 else f"at least {SMALLEST:g}"
         raise InputError(f"amplitudes must be {bound}, got {a.min():g}")
     return a.reshape(-1)
+
+
+def averaged_stiffness(joint: BackboneLaw, a: Floats) -> Floats:
+    """First harmonic of the loop in phase with the displacement, over the amplitude [N/m].
+
+    (4/pi a) times the integral of [T0(a) - T0(a sin^2(phi/2))] cos(phi) over the descending
+    branch, 0 <= phi <= pi: adaptive, since a backbone may have kinks.
+    """
+    result = np.full_like(a, joint.tangential_stiffness)
+    moved = np.flatnonzero(a > 0.0)
+    if moved.size == 0:
+        return result
+    amplitude = a[moved]
+    peak = joint._backbone(amplitude)
+
+    # In gross slip all happens soon after the turning point.
+    def integrand(phi: Floats, index: Integers) -> Floats:
+        below = peak[index] - joint._backbone(amplitude[index] * np.sin(0.5 * phi) ** 2)
+        return np.asarray(below * np.cos(phi))
+
+    total = adaptive(integrand, np.full(moved.size, math.pi), 1e-13, 50)
+    result[moved] = 4.0 / math.pi * total / amplitude
+    return result

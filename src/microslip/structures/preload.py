@@ -14,18 +14,23 @@ from microslip._core.checks import Floats, exact, number, show, whole_number
 from microslip._core.wording import quoted
 from microslip.errors import InputError
 from microslip.numerics.threads import single_threaded
-from microslip.structures.answer import Answer
-from microslip.structures.at_rest import AtRest
-from microslip.structures.base_motion import BaseMotion, Frame, base_motion
-from microslip.structures.base_response import BaseResponse, ControlOf, base_response
+from microslip.structures.base_motion import (
+    BaseMotion,
+    BaseResponse,
+    ControlOf,
+    Frame,
+    base_motion,
+    base_response,
+)
 from microslip.structures.forced import ForcedResponse, forced_response
 from microslip.structures.geometry import HARMONICS as GEOMETRY_HARMONICS
 from microslip.structures.geometry import GeometryAttachment
 from microslip.structures.joint_groups import FieldAttachment
 from microslip.structures.matrices import linear_modes
-from microslip.structures.modal_curve import ModalCurve, ModeSolver
-from microslip.structures.modal_model import ModalModel, stuck_stiffness
+from microslip.structures.modal_curve import ModalCurve
+from microslip.structures.modal_model import Answer, ModalModel, stuck_stiffness
 from microslip.structures.motion import Motion, integrate
+from microslip.structures.nonlinear_mode import ModeSolver
 from microslip.structures.periodic_motion import (
     HARMONICS,
     Quantity,
@@ -40,6 +45,7 @@ from microslip.structures.random_vibration import (
     by_modes,
 )
 from microslip.structures.shock import ShockResponse, shock
+from microslip.structures.static import AtRest
 
 _Answer = TypeVar("_Answer", bound=Answer)
 Method = Literal["harmonic-balance", "quasi-static"]

@@ -13,13 +13,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from contextlib import suppress
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
 from microslip._core.checks import Floats
 from microslip.structures.modal_model import ModalJoints, ModalModel
-from microslip.structures.nonlinear_mode import Track, climb
 from microslip.structures.periodic_motion import AmplitudeMeasure
 
 _ITERATIONS = 30
@@ -36,6 +35,41 @@ _SMALLEST = 1e-6  # of an amplitude: where a mode of sticking joints is to be fo
 Laws = list[Callable[..., tuple[Floats, Floats]]]
 System = Callable[[Floats], tuple[Floats, Callable[[], Floats]]]
 """Residual at the unknowns, and the Jacobian when it is asked for."""
+
+
+_Found = TypeVar("_Found")
+Track = list[tuple[float, _Found]]
+"""Amplitudes that were reached, rising, the last three, and what was found there."""
+
+
+def climb(
+    amplitudes: Floats,
+    track: Track[_Found],
+    attempt: Callable[[Track[_Found], float], _Found | None],
+    finest: float,
+) -> list[_Found | None]:
+    """Results at rising amplitudes, each from those before; steps in between where it needs them.
+
+    ``track`` is where it begins; None from where steps in the logarithm would be too short.
+    """
+    results: list[_Found | None] = [None] * amplitudes.size
+    for place in np.argsort(amplitudes, kind="stable"):
+        target, stride = float(amplitudes[place]), math.inf
+        while target != track[-1][0]:
+            gap = math.log(target / track[-1][0])
+            ahead = min(stride, gap)
+            at = target if ahead == gap else track[-1][0] * math.exp(ahead)
+            found = attempt(track, at)
+            if found is None:
+                stride = 0.5 * ahead
+                if stride < finest:
+                    return results
+            else:
+                track.append((at, found))
+                del track[:-3]
+                stride = 1.5 * ahead
+        results[place] = track[-1][1]
+    return results
 
 
 class QuasiStaticPoint(NamedTuple):

@@ -19,12 +19,11 @@ from numpy.typing import ArrayLike, NDArray
 from microslip._core.checks import Floats, positive, record
 from microslip._core.verdicts import Rule, Verdict
 from microslip.errors import InputError
-from microslip.structures.answer import ModalAnswer
 from microslip.structures.base_motion import BaseMotion
-from microslip.structures.decay import averaged_stiffness
 from microslip.structures.joint_groups import LawGroup
 from microslip.structures.modal_curve import ModalCurve
-from microslip.structures.periodic_motion import Quantity, power_of
+from microslip.structures.modal_model import ModalAnswer
+from microslip.structures.periodic_motion import Quantity, averaged_stiffness, power_of
 from microslip.structures.spectral_response import LinearStructure, Spectrum, Variances
 
 RandomMethod = Literal["joints", "modes"]

@@ -16,8 +16,7 @@ from microslip._core.verdicts import Rule, Verdict
 from microslip._core.wording import did_you_mean, quoted
 from microslip.errors import InputError
 from microslip.normal import NormalLaw
-from microslip.structures.frequency_shift import judge_shift
-from microslip.structures.modal_curve import ModalCurve
+from microslip.structures.modal_curve import ModalCurve, judge_shift
 from microslip.structures.modal_test import ModalTest
 from microslip.structures.preload import Preload
 from microslip.structures.reduction_model import ReducedJoint

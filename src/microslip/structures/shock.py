@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike
 from microslip._core.checks import Floats, floats, positive
 from microslip._core.frozen import assign, lock
 from microslip.errors import InputError
-from microslip.structures.answer import ModalAnswer
 from microslip.structures.base_motion import BaseMotion
+from microslip.structures.modal_model import ModalAnswer
 from microslip.structures.motion import march
 from microslip.structures.periodic_motion import Quantity, power_of
 

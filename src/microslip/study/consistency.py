@@ -55,7 +55,7 @@ def _of_files(study: StudyTables) -> Problems:
     if "uff" in study.output.formats:
         if study.structure is None or study.structure.force is None:
             yield "output.formats", 'wanted "uff" only with structure.force, got none'
-        from microslip.structures.frequency_response import universal_files
+        from microslip.structures.forced import universal_files
 
         try:
             universal_files()

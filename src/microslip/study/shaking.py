@@ -8,7 +8,7 @@ import numpy as np
 
 from microslip._core.checks import Floats
 from microslip._core.units import ACCELERATION, FORCE, FREQUENCY, TIME
-from microslip.structures.base_response import ControlOf
+from microslip.structures.base_motion import ControlOf
 from microslip.structures.geometry import geometry
 from microslip.study.fields import (
     FILE,

@@ -16,10 +16,9 @@ from microslip.structures.bolt_tightening import BoltForces
 from microslip.structures.bolted_beam import BoltedBeam, Drawing
 from microslip.structures.bolts import SIZED, Bolts, by_size, tensions
 from microslip.structures.bolts import TIGHTENING as RULES
-from microslip.structures.geometry import HARMONICS
+from microslip.structures.geometry import HARMONICS, Sensors, strip_sensors
 from microslip.structures.lap_joint import LapJoint
 from microslip.structures.mesh import loosened, tight
-from microslip.structures.thin_strip import Sensors, strip_sensors
 from microslip.study.bolt_forces import TightenedBolts
 from microslip.study.fields import (
     AMPLITUDE,

@@ -29,7 +29,7 @@ from microslip.results.structure.shaking import labelled as shaking_arrays
 from microslip.runs.columns import Columns, Floats, VaryingLoop, blocks
 from microslip.runs.prediction import Prediction, labelled, variables
 from microslip.runs.scatter import Scatter
-from microslip.structures.frequency_response import write_universal
+from microslip.structures.forced import write_universal
 
 
 def files(result: Prediction, destination: Path) -> tuple[File, ...]:

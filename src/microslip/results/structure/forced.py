@@ -16,7 +16,7 @@ from microslip.report.kit import between, look_of
 from microslip.report.plot import Axis, Entry, Panel, Plot, stacked
 from microslip.results.structure.pictures import PALE
 from microslip.runs.structure_prediction import ForcedMode, StructurePrediction
-from microslip.structures.frequency_response import response_columns
+from microslip.structures.forced import response_columns
 
 FIGURE = "forced_response"
 """Name of the figure."""

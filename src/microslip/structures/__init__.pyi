@@ -14,7 +14,6 @@ from .modal_test import ModalTest as ModalTest
 from .motion import Motion as Motion
 from .oscillator import Decay as Decay
 from .oscillator import Oscillator as Oscillator
-from .preload import Preload as Preload
 from .random_vibration import RandomResponse as RandomResponse
 from .reduction_convergence import Convergence as Convergence
 from .reduction_identification import ModalIdentification as ModalIdentification
@@ -23,4 +22,5 @@ from .reduction_model import ReducedJoint as ReducedJoint
 from .ring_down import RingDown as RingDown
 from .shock import Pulse as Pulse
 from .shock import ShockResponse as ShockResponse
+from .structure import Preload as Preload
 from .structure import Structure as Structure

@@ -14,7 +14,7 @@ from microslip._core.checks import Floats, number, show, whole_number
 from microslip._core.frozen import LockedArrays
 from microslip.errors import InputError
 from microslip.structures.joint_groups import Attachment, FieldAttachment
-from microslip.structures.preload import Preload
+from microslip.structures.structure import Preload
 
 if TYPE_CHECKING:
     from microslip.friction.two_directions import IsotropicField

@@ -33,7 +33,7 @@ from microslip.structures.joint_groups import Attachment
 from microslip.structures.matrices import dense, factorised, is_sparse, vector
 from microslip.structures.modal_model import ModalModel, modal_model, stuck_stiffness
 from microslip.structures.periodic_motion import Quantity, harmonic_basis, power_of
-from microslip.structures.static import AtRest, static_state
+from microslip.structures.static import AtRest, answered, static_state
 
 Frame = Literal["base", "ground"]
 _ROUNDING = 1e-8  # of the sides of a joint: motion that is none
@@ -315,18 +315,68 @@ class BaseResponse(ForcedResponse):
         return np.asarray(self._from_ground(at) / self._base_motion[:, moving])
 
 
+@answered
 def base_response(
-    base: BaseMotion,
+    rest: AtRest,
+    *,
+    directions: ArrayLike,
     acceleration: Any,
     frequencies: ArrayLike,
-    control: ControlOf,
-    at: ArrayLike | None,
-    level: float | None,
-    quantity: Quantity,
-    harmonics: Sequence[int],
-    samples: int,
+    control: ControlOf = "base",
+    at: ArrayLike | None = None,
+    level: float | None = None,
+    quantity: Quantity = "acceleration",
+    supports: Sequence[int] | None = None,
+    damping_frame: Frame | None = None,
+    joints_on_base: bool = False,
+    harmonics: Sequence[int] | None = None,
+    samples: int = 64,
 ) -> BaseResponse:
-    """See :meth:`microslip.Preload.base_response`."""
+    """Periodic motions on a shaker table, or on several supports, along frequencies.
+
+    Parameters
+    ----------
+    directions : array_like
+        The base's motion R: what each degree of freedom moves by with it, shape (n,), or
+        (n, inputs); with ``supports`` what each of these moves by, (supports,) or
+        (supports, inputs).
+    acceleration : complex or array_like
+        Amplitude of the base's acceleration a [m/s^2], Re(a exp(i omega t)), one an input.
+    frequencies : array_like
+        Frequencies [Hz], one-dimensional, rising or falling.
+    control : {"base", "response"}, optional
+        Quantity controlled in the sweep: the base's acceleration, or the motion of a sensor
+        as seen from the ground, by a level of the base that follows. Such a response does not
+        fold over; ``stable`` is that of the motion at a fixed level.
+    at : array_like, optional
+        Direction (n,) of the sensor that is held.
+    level : float, optional
+        Amplitude at which it is held [m, m/s or m/s^2].
+    quantity : {"acceleration", "velocity", "displacement"}, optional
+        Quantity of the sensor that is controlled.
+    supports : sequence of int, optional
+        Degrees of freedom of these matrices that are moved. Without them the matrices are of a
+        structure that is held by its base, all in one piece, and motions count from it.
+    damping_frame : {"base", "ground"}, optional
+        Frame of the dashpots that resist rigid motion, as a part of C proportional to M does.
+    joints_on_base : bool, optional
+        Whether joints that ``directions`` would move hold the structure to the base.
+    harmonics, samples : optional
+        As for :meth:`modes`.
+
+    Returns
+    -------
+    BaseResponse
+        Motions relative and absolute, the base's acceleration and the force that moves it,
+        transmissibilities.
+
+    Notes
+    -----
+    Of a rigid base M y'' + C y' + K y + joints = -M R a. Where supports move against another
+    the motion counts from the static answer of the structure with sticking joints, and each
+    joint is carried along by it. At the peak of a mode |shape^T M R| a = 2 zeta omega^2 q.
+    """
+    base = base_motion(rest, directions, supports, damping_frame, joints_on_base)
     if control not in get_args(ControlOf):
         raise InputError(f"control must be {quoted(get_args(ControlOf))}, got {show(control)}")
     model, inputs = base.model, base.carried.shape[1]
@@ -337,7 +387,7 @@ def base_response(
             f"zero, got shape {given.shape}"
         )
     targets = checked_frequencies(frequencies)
-    basis = harmonic_basis(harmonics, samples)
+    basis = harmonic_basis(rest._orders(harmonics), samples)
     forces = {0: coefficients(base.push @ given, basis)}
     if base.viscous_push is not None:
         # The velocity is a/(i omega).

@@ -28,6 +28,7 @@ from microslip.structures.periodic_motion import (
     harmonic_basis,
     power_of,
 )
+from microslip.structures.static import AtRest, answered
 
 _DIRECTIONS = {None: 0, "x": 1, "y": 2, "z": 3}  # 0 is a scalar
 _FREQUENCY, _FORCE = 18, 13  # specific data types of the format
@@ -322,19 +323,45 @@ def checked_frequencies(frequencies: ArrayLike) -> Floats:
     return targets
 
 
+@answered
 def forced_response(
-    model: ModalModel,
+    rest: AtRest,
     force: ArrayLike,
     frequencies: ArrayLike,
-    harmonics: Sequence[int],
-    samples: int,
+    *,
+    harmonics: Sequence[int] | None = None,
+    samples: int = 64,
 ) -> ForcedResponse:
-    """See :meth:`microslip.Preload.forced_response`."""
+    """Periodic motions under a harmonic force, along a range of frequencies.
+
+    Parameters
+    ----------
+    force : array_like
+        Amplitudes F (n,) [N] of the force Re(F exp(i omega t)), complex for other phases.
+    frequencies : array_like
+        Frequencies [Hz], one-dimensional, rising or falling; between them the path takes steps
+        of its own.
+    harmonics, samples : optional
+        As for :meth:`modes`.
+
+    Returns
+    -------
+    ForcedResponse
+        Frequencies along the path, amplitudes of each harmonic, turning points.
+
+    Notes
+    -----
+    The balance of harmonics is followed by arc length, around the turning points where the
+    response folds over (Krack and Gross 2019, DOI 10.1007/978-3-030-14023-6). Damping is that
+    of the joints and of C. A curve of :meth:`modes` gives the response near one resonance in
+    closed form.
+    """
+    model = rest._elastic
     push, size = complex_amplitudes("force", force), model.shapes.shape[0]
     if push.shape != (size,):
         raise InputError(f"force must have the shape ({size},), got {push.shape}")
     targets = checked_frequencies(frequencies)
-    basis = harmonic_basis(harmonics, samples)
+    basis = harmonic_basis(rest._orders(harmonics), samples)
     forces = coefficients(model.shapes.T @ push, basis)
     line = line_of(model, forces, targets)
     if not np.any(line):

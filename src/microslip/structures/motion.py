@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from inspect import unwrap
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,6 +17,7 @@ from microslip.report.plot import Plot
 from microslip.report.plottable import PlottableAtSensor
 from microslip.structures.matrices import vector
 from microslip.structures.modal_model import Answer, ModalModel
+from microslip.structures.static import AtRest, answered
 from microslip.structures.time_steps import ExactSteps, TimeSteps, are_exact
 
 _RADIUS = 0.9  # spectral radius unless given
@@ -125,17 +127,49 @@ class Motion(Answer, PlottableAtSensor):
         return f"Motion({self.time.size} times to {self.time[-1]:g} s, {self.message}, {errors})"
 
 
+@answered
 def integrate(
-    model: ModalModel,
-    mass: Any,
-    stiffness: Any,
+    rest: AtRest,
     force: Any,
     time: ArrayLike,
-    displacement: ArrayLike | None,
-    velocity: ArrayLike | None,
-    radius: float | None,
+    *,
+    displacement: ArrayLike | None = None,
+    velocity: ArrayLike | None = None,
+    spectral_radius: float | None = None,
 ) -> Motion:
-    """See :meth:`microslip.Preload.integrate`."""
+    """The motion in time under forces besides the static ones, or after a release.
+
+    Parameters
+    ----------
+    force : array_like, callable or None
+        Forces [N] of shape (times, n), or a function of the time [s] that gives n forces.
+    time : array_like
+        Times [s] in even steps, one-dimensional: the steps of the method.
+    displacement : array_like, optional
+        Displacements at the beginning (n,) [m] from the state of rest; the joints are loaded
+        straight to them.
+    velocity : array_like, optional
+        Velocities at the beginning (n,) [m/s].
+    spectral_radius : float, optional
+        Spectral radius for very fast motion, 0 to 1; 1 adds no damping of its own. Asks for
+        the generalised-alpha method.
+
+    Returns
+    -------
+    Motion
+        Displacements, velocities, joint motions and forces, and the balance of energy.
+
+    Notes
+    -----
+    Where all joints are laws along directions and no damping couples the modes, each mode is
+    exact under joint forces that are cubics in time over a step (Hochbruck and Ostermann 2010,
+    DOI 10.1017/S0962492910000048). Elsewhere, as where faces part, it is the generalised-alpha
+    method (Chung and Hulbert 1993, DOI 10.1115/1.2900803; spectral radius 0.9), of second
+    order: 256 steps a period leave some 1e-4 of the frequency, four times as many a sixteenth.
+    Nodes of fields move along their line as in :meth:`modes`, that of the motion at the
+    beginning or of the strongest force.
+    """
+    model, mass, stiffness, radius = rest.model, rest.mass, rest.stiffness, spectral_radius
     times = np.atleast_1d(record("time", time))
     size = model.shapes.shape[0]
     steps = np.diff(times)
@@ -170,17 +204,12 @@ def integrate(
     def with_steps(factor: int) -> Floats:
         """Displacements in steps so many times as long."""
         rows = slice(0, reached, factor)
-        arguments = (
-            model,
-            mass,
-            stiffness,
-            forces[rows],
-            times[rows],
-            displacement,
-            velocity,
-            radius,
-        )
-        return integrate(*arguments).displacement if len(times[rows]) > 1 else x[:1]
+        if len(times[rows]) < 2:
+            return np.asarray(x[:1])
+        begin: Any = {"displacement": displacement, "velocity": velocity, "spectral_radius": radius}
+        # Longer steps may leave what a geometry is known for: that says nothing of this motion.
+        coarser: Motion = unwrap(integrate)(rest, forces[rows], times[rows], **begin)
+        return coarser.displacement
 
     return Motion(
         times[:reached], x, speed, motion, pull, work, kinetic, elastic, joint, run.lost, viscous,

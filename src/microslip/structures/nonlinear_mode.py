@@ -5,17 +5,30 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Literal, NamedTuple, get_args
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from microslip._core.checks import Floats
+from microslip._core.checks import Floats, show, whole_number
+from microslip._core.wording import quoted
+from microslip.errors import InputError
 from microslip.structures.balance import Balance, ModePoint, ModeResidual, ModeStep
 from microslip.structures.modal_curve import ModalCurve, Resonance
 from microslip.structures.modal_model import ModalJoints, ModalModel
-from microslip.structures.periodic_motion import AmplitudeMeasure, HarmonicBasis, HarmonicForces
+from microslip.structures.periodic_motion import (
+    AmplitudeMeasure,
+    HarmonicBasis,
+    HarmonicForces,
+    Quantity,
+    amplitude_measure,
+    checked_amplitudes,
+    harmonic_basis,
+)
 from microslip.structures.quasi_static import QuasiStatic, Track, climb
+from microslip.structures.static import MOST_MODES, AtRest, answered, base_damping
 
+Method = Literal["harmonic-balance", "quasi-static"]
 LARGEST_DIRECT = 900
 """Unknowns up to which the equations are solved by elimination, beyond by GMRES."""
 _ITERATIONS = 40
@@ -361,3 +374,65 @@ class ModeSolver:
             _solve_by_other=other_method,
             _with_more_harmonics=more_harmonics,
         )
+
+
+@answered
+def modes(
+    rest: AtRest,
+    index: int,
+    amplitudes: ArrayLike,
+    *,
+    harmonics: Sequence[int] | None = None,
+    method: Method = "harmonic-balance",
+    samples: int = 64,
+    at: ArrayLike | None = None,
+    quantity: Quantity = "displacement",
+    damping_ratio: float = 0.0,
+) -> ModalCurve:
+    """Frequency and damping of a mode against its amplitude.
+
+    Parameters
+    ----------
+    index : int
+        Which elastic mode, 0 the lowest of the structure whose joints stick.
+    amplitudes : array_like
+        One-dimensional, above zero, of the fundamental harmonic: modal ones a = sqrt(x1^H M x1)
+        [m kg^(1/2)], or what a sensor shows.
+    harmonics : sequence of int, optional
+        Harmonics of the motion; its mean is always among them. (0, 1, 2, 3) unless given, with
+        a geometry to 5. The second counts where faces
+        part; :attr:`ModalCurve.harmonic_error` tells what those beyond the set would change.
+    method : {"harmonic-balance", "quasi-static"}, optional
+        The reference, or the quick look. The curve tells their difference.
+    samples : int, optional
+        Samples of a period at which nodes of fields are looked at.
+    at : array_like, optional
+        Direction (n,) of a sensor, at which the amplitudes are meant.
+    quantity : {"displacement", "velocity", "acceleration"}, optional
+        Quantity that the sensor measures: [m], [m/s] or [m/s^2].
+    damping_ratio : float, optional
+        Base damping [-] of all but the joints, which is added; it is an input, no result.
+
+    Returns
+    -------
+    ModalCurve
+        Frequencies [Hz], damping ratios, shapes and the loss of each joint.
+
+    Notes
+    -----
+    The balance is that of the extended periodic motion, M x'' + C x' - 2 zeta omega M x' + K x
+    + joints = static forces (Krack 2015, DOI 10.1016/j.compstruc.2015.03.008). In a field each
+    node follows the exact coupled law along its line of motion in the mode, under a separation
+    that varies; across that line it sticks.
+    """
+    index = whole_number("index", index, 0, MOST_MODES)
+    if method not in get_args(Method):
+        raise InputError(f"method must be {quoted(get_args(Method))}, got {show(method)}")
+    a = checked_amplitudes(amplitudes)
+    basis = harmonic_basis(rest._orders(harmonics), samples)
+    base, model = base_damping(damping_ratio), rest._elastic
+    if index >= model.size:
+        raise InputError(f"index must be below {model.size}, the elastic modes, got {index}")
+    measure = amplitude_measure(at, quantity, model.shapes, index)
+    solver = ModeSolver(model, index, a, measure, basis, base)
+    return solver.balanced() if method == "harmonic-balance" else solver.quasi_static()

@@ -11,20 +11,33 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from microslip._core.checks import Floats, positive, record
+from microslip._core.checks import Floats, positive, record, show, whole_number
 from microslip._core.verdicts import Rule, Verdict
+from microslip._core.wording import quoted
 from microslip.errors import InputError
-from microslip.structures.base_motion import BaseMotion
-from microslip.structures.joint_groups import LawGroup
+from microslip.structures.base_motion import BaseMotion, Frame, base_motion
+from microslip.structures.joint_groups import FieldAttachment, LawGroup
 from microslip.structures.modal_curve import ModalCurve
 from microslip.structures.modal_model import ModalAnswer
-from microslip.structures.periodic_motion import Quantity, averaged_stiffness, power_of
-from microslip.structures.spectral_response import LinearStructure, Spectrum, Variances
+from microslip.structures.nonlinear_mode import ModeSolver
+from microslip.structures.periodic_motion import (
+    Quantity,
+    amplitude_measure,
+    averaged_stiffness,
+    harmonic_basis,
+    power_of,
+)
+from microslip.structures.spectral_response import (
+    Spectrum,
+    Variances,
+    linear_structure,
+)
+from microslip.structures.static import MOST_MODES, AtRest, answered, base_damping
 
 RandomMethod = Literal["joints", "modes"]
 _NODES = 32
@@ -220,33 +233,6 @@ def _linearised(
     return softer, dashpots, energies
 
 
-def _linear(
-    base: BaseMotion, spectrum: Spectrum, directions: Floats, carried: Floats
-) -> LinearStructure:
-    """The structure with sticking joints, or an error where it has no stationary answer."""
-    if base.carried.shape[1] != 1:
-        raise InputError(
-            f"directions must be one motion of the base, got {base.carried.shape[1]} inputs"
-        )
-    if base.strains and spectrum.frequency[0] == 0.0:
-        raise InputError(
-            "psd must begin above 0 Hz where supports move against another: their displacement is "
-            "that of the acceleration over omega^4"
-        )
-    if base.model.free.shape[1] and np.any(base.model.free.T @ base.inertia):
-        raise InputError("directions must not move what nothing holds to the base")
-    if not base.push.any() and not base.strains:
-        raise InputError(
-            "directions must be a motion that strains the structure: no mode is pushed"
-        )
-    model, viscous = base.model, base.viscous_push
-    damping = np.zeros((model.size, model.size)) if model.damping is None else model.damping
-    return LinearStructure(
-        model.squares, damping, directions, base.push[:, 0],
-        np.zeros(model.size) if viscous is None else viscous[:, 0], carried, spectrum,
-    )  # fmt: skip
-
-
 def _fixed_point(advance: Callable[[float], float], enough: float, what: str) -> tuple[int, str]:
     """Rounds that take a share of their change, to where it is small; how many, and the outcome."""
     change = math.inf
@@ -257,7 +243,7 @@ def _fixed_point(advance: Callable[[float], float], enough: float, what: str) ->
     return rounds, f"stopped after {rounds} rounds: the {what} still changes by {change:.1e}"
 
 
-def by_joints(base: BaseMotion, psd: object) -> RandomResponse:
+def _by_joints(base: BaseMotion, psd: object) -> RandomResponse:
     """Each joint linearised by itself; exact for what the modes do to each other."""
     spectrum = Spectrum.of(psd)
     joints = base.model.joints(base.push[:, 0] / base.model.squares)
@@ -265,7 +251,7 @@ def by_joints(base: BaseMotion, psd: object) -> RandomResponse:
     if len(groups) < len(joints.groups):
         raise InputError('method must be "modes" for fields of contact and for a geometry')
     carried = joints.carried(base.carried)[:, 0] if base.strains else np.zeros(joints.stuck.size)
-    linear = _linear(base, spectrum, joints.flat, carried)
+    linear = linear_structure(base, spectrum, joints.flat, carried)
     softer, dashpots, energies = np.zeros((3, joints.stuck.size))
     variances = linear.variances(softer, dashpots)
 
@@ -301,7 +287,7 @@ def by_joints(base: BaseMotion, psd: object) -> RandomResponse:
     )  # fmt: skip
 
 
-def by_modes(
+def _by_modes(
     base: BaseMotion, psd: object, modes: int, curve: Callable[[int, Floats], ModalCurve]
 ) -> RandomResponse:
     """The modes that move most by their curves against amplitude, all others linear.
@@ -310,7 +296,7 @@ def by_modes(
     means weighted with the square of the amplitude count.
     """
     model, spectrum, idle = base.model, Spectrum.of(psd), np.zeros(0)
-    linear = _linear(base, spectrum, np.zeros((model.size, 0)), idle)
+    linear = linear_structure(base, spectrum, np.zeros((model.size, 0)), idle)
     count = model.joints(base.push[:, 0] / model.squares).stuck.size
     if base.strains:
         raise InputError("supports that move against another need joints of laws along directions")
@@ -334,7 +320,9 @@ def by_modes(
         for j in chosen.tolist():
             a = deviation[j] * AMPLITUDES
             known = curves.get(j)
-            if known is None or not _covers(known, float(deviation[j])):
+            # A curve is made again unless it holds the amplitudes that count.
+            low, high = 0.3 * deviation[j], 3.0 * deviation[j]
+            if known is None or not known.amplitude.min() < low < high < known.amplitude.max():
                 amplitudes = deviation[j] * np.geomspace(0.05, 4.5, 14)
                 known = curves[j] = curve(j, amplitudes)
                 if not known.converged.any():
@@ -396,7 +384,72 @@ class _Along:
         return np.asarray(PchipInterpolator(places, values[self._order])(np.log(self.within)))
 
 
-def _covers(curve: ModalCurve, deviation: float) -> bool:
-    """Whether a curve holds the amplitudes that count."""
-    low, high = curve.amplitude.min(), curve.amplitude.max()
-    return bool(low < 0.3 * deviation and high > 3.0 * deviation)
+@answered
+def random_response(
+    rest: AtRest,
+    psd: Any,
+    *,
+    directions: ArrayLike,
+    method: RandomMethod | None = None,
+    modes: int = 2,
+    supports: Sequence[int] | None = None,
+    damping_frame: Frame | None = None,
+    joints_on_base: bool = False,
+    damping_ratio: float = 0.0,
+    harmonics: Sequence[int] | None = None,
+    samples: int = 64,
+) -> RandomResponse:
+    """Stationary motion on a base that moves at random.
+
+    Parameters
+    ----------
+    psd : array_like
+        Frequencies [Hz] and one-sided levels [(m/s^2)^2/Hz] of the base's acceleration, shape
+        (2, points) or (points, 2), straight in between and nothing outside.
+    directions, supports, damping_frame, joints_on_base : optional
+        As for :meth:`base_response`, of one input.
+    method : {"joints", "modes"}, optional
+        Each joint linearised by itself, for laws along directions; or the first modes by their
+        curves, which fields of contact need. What the joints allow unless given.
+    modes : int, optional
+        Number of modes, by ``modes``, those that move most; others are linear.
+    damping_ratio : float, optional
+        Base damping [-] of the curves, by ``modes``.
+    harmonics, samples : optional
+        Amplitudes of the curves, as for :meth:`modes`.
+
+    Returns
+    -------
+    RandomResponse
+        Standard deviations, peaks, equivalent frequencies and damping ratios, the power that
+        joints lose, and verdicts on what was assumed.
+
+    Notes
+    -----
+    The amplitude a of a joint in narrow-band noise is distributed as Rayleigh has it. A spring
+    E[a^2 k(a)]/E[a^2] and a dashpot that loses the mean energy of a cycle stand for it, k(a)
+    the stiffness of the fundamental harmonic. Spring and dashpot depend on the motion that they
+    allow: a fixed point, found in some ten rounds. Two modes that move one joint, and gross
+    slip, are judged by ``verdicts``.
+    """
+    base = base_motion(rest, directions, supports, damping_frame, joints_on_base)
+    fields = any(isinstance(a, FieldAttachment) for a in rest.attachments)
+    if method not in (None, *get_args(RandomMethod)):
+        words = quoted(get_args(RandomMethod))
+        raise InputError(f"method must be {words}, got {show(method)}")
+    share = base_damping(damping_ratio)
+    if (method or ("modes" if fields or rest._bends else "joints")) == "joints":
+        if share:
+            raise InputError(
+                '`damping_ratio` is that of method="modes"; by joints the structure has its '
+                f"own damping matrix, got {share:g}"
+            )
+        return _by_joints(base, psd)
+    basis = harmonic_basis(rest._orders(harmonics), samples)
+
+    def curve(index: int, amplitudes: Floats) -> ModalCurve:
+        measure = amplitude_measure(None, "displacement", base.model.shapes, index)
+        return ModeSolver(base.model, index, amplitudes, measure, basis, share).balanced()
+
+    count = whole_number("modes", modes, 1, MOST_MODES)
+    return _by_modes(base, psd, count, curve)

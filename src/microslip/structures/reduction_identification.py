@@ -18,8 +18,8 @@ from microslip.errors import InputError
 from microslip.normal import NormalLaw
 from microslip.structures.modal_curve import ModalCurve, judge_shift
 from microslip.structures.modal_test import ModalTest
-from microslip.structures.preload import Preload
 from microslip.structures.reduction_model import ReducedJoint
+from microslip.structures.structure import Preload
 
 _UNREACHED = 1e3  # standard errors
 _DRAWS = 32  # of the parameters, for the bands of the fitted curves

@@ -25,10 +25,10 @@ from microslip.structures.bolts import each_bolt
 from microslip.structures.geometry import GeometryAttachment
 from microslip.structures.joint_groups import FieldAttachment
 from microslip.structures.matrices import vector
-from microslip.structures.preload import Preload, base_damping
 from microslip.structures.reduction_files import check_arrays
 from microslip.structures.reduction_patches import Samples, gaps_at, mean_over
-from microslip.structures.structure import Structure
+from microslip.structures.static import base_damping
+from microslip.structures.structure import Preload, Structure
 
 if TYPE_CHECKING:
     from microslip.structures.assembly import Assembly

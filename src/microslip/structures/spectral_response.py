@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from microslip._core.checks import Floats, floats
 from microslip.errors import InputError
+from microslip.structures.base_motion import BaseMotion
 
 _BEYOND = 4.0  # times the highest frequency of the spectrum: modes above answer statically
 _ABOUT = 121  # frequencies about a pole
@@ -197,6 +198,33 @@ class LinearStructure:
         joints = (through @ (slow @ b + beside)[..., None])[..., 0]
         rest = (push[:, n:] - (impedance * joints) @ fast.T) / self.squares[n:]
         return np.concatenate([slow, rest], axis=1), np.asarray(joints)
+
+
+def linear_structure(
+    base: BaseMotion, spectrum: Spectrum, directions: Floats, carried: Floats
+) -> LinearStructure:
+    """The structure with sticking joints, or an error where it has no stationary answer."""
+    if base.carried.shape[1] != 1:
+        raise InputError(
+            f"directions must be one motion of the base, got {base.carried.shape[1]} inputs"
+        )
+    if base.strains and spectrum.frequency[0] == 0.0:
+        raise InputError(
+            "psd must begin above 0 Hz where supports move against another: their displacement is "
+            "that of the acceleration over omega^4"
+        )
+    if base.model.free.shape[1] and np.any(base.model.free.T @ base.inertia):
+        raise InputError("directions must not move what nothing holds to the base")
+    if not base.push.any() and not base.strains:
+        raise InputError(
+            "directions must be a motion that strains the structure: no mode is pushed"
+        )
+    model, viscous = base.model, base.viscous_push
+    damping = np.zeros((model.size, model.size)) if model.damping is None else model.damping
+    return LinearStructure(
+        model.squares, damping, directions, base.push[:, 0],
+        np.zeros(model.size) if viscous is None else viscous[:, 0], carried, spectrum,
+    )  # fmt: skip
 
 
 def _outside(frequencies: Floats, rates: Floats, poles: NDArray[np.complex128]) -> Floats:

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
-from typing import Any, NamedTuple
+from functools import cached_property, wraps
+from typing import Any, Concatenate, NamedTuple, ParamSpec, TypeVar
 
 import numpy as np
 
-from microslip._core.checks import Floats
+from microslip._core.checks import Floats, exact, number, show, whole_number
 from microslip._core.frozen import lock
 from microslip.errors import InputError
+from microslip.numerics.threads import single_threaded
+from microslip.structures.geometry import HARMONICS as GEOMETRY_HARMONICS
+from microslip.structures.geometry import GeometryAttachment
 from microslip.structures.joint_groups import Attachment, FieldAttachment, all_columns
 from microslip.structures.matrices import (
     LARGEST_DENSE,
@@ -22,8 +26,12 @@ from microslip.structures.matrices import (
     linear_modes,
     rigid_count,
 )
-from microslip.structures.modal_model import ModalModel, modal_model
+from microslip.structures.modal_model import Answer, ModalModel, modal_model, stuck_stiffness
+from microslip.structures.periodic_motion import HARMONICS
 
+_P = ParamSpec("_P")
+_Answer = TypeVar("_Answer", bound=Answer)
+MOST_MODES = 100_000
 _ITERATIONS = 100
 _ENOUGH = 1e-12  # unbalanced force, beside the largest of all forces
 _FINEST = 1e-15  # share of a step, below which none leads on
@@ -188,6 +196,18 @@ def _check_balanced(free: Floats, force: Floats) -> None:
         )
 
 
+class LinearModes(NamedTuple):
+    """Modes of a structure whose joints are linear springs."""
+
+    frequency: Floats
+    """Frequencies [Hz], rising; rigid motions are among them."""
+    shape: Floats
+    """Shapes (n, modes), each of modal mass 1 kg."""
+
+
+MOST_MODES = 100_000
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class AtRest:
     """Matrices and joints of a structure, and where its static forces hold it."""
@@ -246,3 +266,82 @@ class AtRest:
     def model(self) -> ModalModel:
         """The structure in the modes it has while all joints stick."""
         return modal_model(self.mass, self.stiffness, self.damping, self.attachments, self._motions)
+
+    @property
+    def _elastic(self) -> ModalModel:
+        """The same, where there is a mode at all."""
+        if not self.model.size:
+            raise InputError(
+                "nothing holds the structure in any motion: it has no elastic mode; give it a "
+                "stiffness, or joints that hold it"
+            )
+        return self.model
+
+    @single_threaded
+    def linear_modes(self, count: int = 10, *, joints: str = "stuck") -> LinearModes:
+        """Modes of small motion.
+
+        Parameters
+        ----------
+        count : int, optional
+            Number of modes.
+        joints : {"stuck", "open"}, optional
+            Joints as springs of their stiffness at rest, or none at all.
+
+        Returns
+        -------
+        LinearModes
+            ``frequency`` [Hz] and ``shape``.
+        """
+        if joints not in ("stuck", "open"):
+            raise InputError(f'joints must be "stuck" or "open", got {show(joints)}')
+        count = whole_number("count", count, 1, MOST_MODES)
+        stiffness = self.stiffness
+        if joints == "stuck":
+            stiffness = stuck_stiffness(stiffness, self.attachments, self._motions)
+        squares, shapes = linear_modes(stiffness, self.mass, min(count, self.static_force.size))
+        frequency = np.sqrt(np.maximum(squares, 0.0)) / (2.0 * math.pi)
+        return LinearModes(frequency, shapes)
+
+    # -- its geometry, where it has one ------------------------------------------------------------
+
+    @property
+    def _bends(self) -> list[GeometryAttachment]:
+        """Stiffnesses that depend on how far it bends."""
+        return [a for a in self.attachments if isinstance(a, GeometryAttachment)]
+
+    def _orders(self, harmonics: Sequence[int] | None) -> Sequence[int]:
+        """Harmonics that were asked for, or those that the joints and the geometry need."""
+        if harmonics is not None:
+            return harmonics
+        return GEOMETRY_HARMONICS if self._bends else HARMONICS
+
+
+def answered(
+    solve: Callable[Concatenate[AtRest, _P], _Answer],
+) -> Callable[Concatenate[AtRest, _P], _Answer]:
+    """A motion about the state of rest, or an error where it leaves what a geometry is known for.
+
+    BLAS is held to one thread.
+    """
+
+    @single_threaded
+    @wraps(solve)
+    def within_reach(rest: AtRest, /, *args: _P.args, **options: _P.kwargs) -> _Answer:
+        answer = solve(rest, *args, **options)
+        for geometry in rest._bends:
+            columns = geometry.coordinates
+            before = 0.0 if geometry.rest is None else geometry.rest
+            geometry.check_reach(np.abs(columns.T @ (rest.displacement - before)))
+            geometry.check_reach(answer._sizes(columns))
+        return answer
+
+    return within_reach
+
+
+def base_damping(value: Any) -> float:
+    """A damping ratio of all but the joints [-], or an error."""
+    ratio = number("damping_ratio", value, example=0.001)
+    if not 0.0 <= ratio < 1.0:
+        raise InputError(f"damping_ratio must be from 0 to below 1, got {exact(ratio)}")
+    return ratio

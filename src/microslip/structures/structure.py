@@ -19,6 +19,8 @@ from microslip.errors import InputError
 from microslip.friction import BackboneLaw, JointField
 from microslip.numerics.threads import single_threaded
 from microslip.readers.files import POINTS
+from microslip.structures.base_motion import base_response
+from microslip.structures.forced import forced_response
 from microslip.structures.geometry import geometry
 from microslip.structures.joint_groups import (
     Attachment,
@@ -38,8 +40,11 @@ from microslip.structures.matrices import (
     save_matrices,
     symmetric_matrix,
 )
-from microslip.structures.preload import Preload
-from microslip.structures.static import static_state
+from microslip.structures.motion import integrate
+from microslip.structures.nonlinear_mode import modes
+from microslip.structures.random_vibration import random_response
+from microslip.structures.shock import shock
+from microslip.structures.static import AtRest, static_state
 
 _P = ParamSpec("_P")
 _Result = TypeVar("_Result")
@@ -55,6 +60,21 @@ def _of_rest(
         return method(structure._undeformed, *args, **options)
 
     return of_structure
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Preload(AtRest):
+    """A structure at rest under static forces; made by :meth:`microslip.Structure.preload`."""
+
+    modes = modes
+    forced_response = forced_response
+    base_response = base_response
+    random_response = random_response
+    shock = shock
+    integrate = integrate
+
+    def __repr__(self) -> str:
+        return f"Preload({self.static_force.size} degrees of freedom, {self.message})"
 
 
 @dataclass(frozen=True, eq=False, init=False)

@@ -137,8 +137,8 @@ class Loop(Locked):
         colour and label are as of :meth:`microslip.BackboneLaw.plot`.
         """
         from microslip.report import draw
+        from microslip.report.kit import force_prefix, length_prefix
         from microslip.report.plot import Axis, Panel, Plot
-        from microslip.report.scales import force_prefix, length_prefix
 
         force = self.force_minus_secant if minus_secant else self.force
         x_unit, x_letter = length_prefix(float(np.abs(self.displacement).max()))

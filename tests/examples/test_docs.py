@@ -179,7 +179,7 @@ def quick_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
     from matplotlib.figure import Figure
 
     empty = b'<svg xmlns="http://www.w3.org/2000/svg"></svg>'
-    monkeypatch.setattr(PictureCache, "png", lambda drawn, picture: empty)
+    monkeypatch.setattr(PictureCache, "as_bytes", lambda drawn, picture, kind="svg": empty)
     monkeypatch.setattr(Figure, "savefig", lambda figure, path, **_: Path(path).write_bytes(empty))
 
 

@@ -407,7 +407,7 @@ def test_many_loads_and_amplitudes_are_thinned_out() -> None:
 
 def test_figures_are_listed_once(monkeypatch: pytest.MonkeyPatch) -> None:
     # The listing is what counts here; other tests look at pixels.
-    monkeypatch.setattr(PictureCache, "png", lambda drawn, picture: b"")
+    monkeypatch.setattr(PictureCache, "as_bytes", lambda drawn, picture, kind="svg": b"")
     text = printed(STUDY.replace('["csv"]', '["svg", "png", "netcdf"]'))
     assert text.endswith(
         "  figures  loops  backbone  energy_damping  force_damping  contact_state  slider_density"

@@ -14,10 +14,10 @@ import pytest
 from studies import AMPLITUDES, CURVE, LOADS, SURFACE, SURFACES, edited
 
 import microslip as ms
+from microslip.report.kit import linear, log_label, logarithmic
 from microslip.report.layout import SMALL, TEXT, TITLE, Frame, lay_out, text_width
 from microslip.report.matplotlib_figure import figure, png
 from microslip.report.plot import DASHED, Line, LineName, Marks, Panel, Pixels, Plot, Rule, Stems
-from microslip.report.scales import linear, log_label, logarithmic
 from microslip.report.svg import svg
 from microslip.results.predicted.curves import MOST_LOADS, force_exponent
 from microslip.results.predicted.figures import FIGURES, names, slipping_share
@@ -67,13 +67,6 @@ def by_label(plot: Plot, word: str) -> Panel:
 
 
 # -- which figures there are --------------------------------------------------------------------
-
-
-def test_the_names_of_the_figures() -> None:
-    assert tuple(FIGURES) == (
-        *("loops", "backbone", "energy_damping", "force_damping"),
-        *("contact_state", "pressure", "slider_density", "history", "oscillator", "face"),
-    )
 
 
 @pytest.mark.parametrize("surface", ["sphere", "table"])
@@ -149,11 +142,6 @@ def test_the_exponent_in_the_force_is_its_logarithmic_slope(joint: ms.Interface)
     curve = AmplitudeCurve.of(joint, 0.05 * scale * np.array([1.0 - 1e-4, 1.0, 1.0 + 1e-4]))
     rise, run = (np.log(y[2] / y[0]) for y in (curve.dissipated_energy, curve.force_amplitude))
     assert force_exponent(curve)[1] == pytest.approx(rise / run, rel=2e-3)
-
-
-def test_a_force_that_grows_no_more_has_no_finite_exponent() -> None:
-    result = study((SURFACE, STRAIGHT), (LOADS, '"1 kN"')).run()
-    assert np.isinf(force_exponent(result.curves[0])[-1])
 
 
 def test_the_share_of_sliders_is_their_sum() -> None:
@@ -399,17 +387,6 @@ def test_matplotlib_draws_the_same_in_the_same_places(name: str, result: ms.Resu
         assert tight.x1 <= made.bbox.x1 + 1.0
 
 
-@pytest.mark.parametrize("number", ["coupled-phase", "coupled-ripple"])
-def test_panels_under_a_varying_load_say_what_they_show(number: str) -> None:
-    """A letter alone is no title, and what stands at an axis is a quantity."""
-    from microslip.chapter import PLATES
-
-    plate = next(plate for plate in PLATES if plate.number == number)
-    for axes in plate.draw().figure.axes:
-        assert re.fullmatch(r"\([ab]\) \w.+", axes.get_title())
-        assert "of its" not in axes.get_xlabel()
-
-
 def has_unit(label: str) -> bool:
     plain = ("share", "Share", "factor", "ratio", "exponent", "Contacts", "Sample", " / ")
     return bool(re.search(r"\[(%|[^]]*(m|N|J|Hz)[^]]*)\]", label)) or any(
@@ -445,11 +422,6 @@ def test_the_panels_of_loops_have_one_kind_of_axis() -> None:
     assert list(soft / stiff > 20.0) == [False, True]
     panels = draw(result, "loops").panels
     assert [panel.x.label for panel in panels] == ["Displacement / amplitude, δ/δₘ"] * 2
-
-
-def test_forces_far_apart_are_in_newtons() -> None:
-    plot = draw(study((LOADS, '["1 mN", "100 kN"]')).run(), "backbone")
-    assert by_label(plot, "Stiffness").y.log
 
 
 # -- ticks ---------------------------------------------------------------------------------------

@@ -16,7 +16,7 @@ import pytest
 
 import microslip as ms
 from microslip.errors import said
-from microslip.identification.figures import cycles_by_load, intervals, loops, pictures
+from microslip.identification.figures import intervals, pictures
 from microslip.report.document import Judged, Table
 from microslip.report.files import write
 from microslip.report.plot import Words
@@ -26,7 +26,6 @@ from microslip.results.identified.document import (
     Identified,
     document,
     identified,
-    units_of,
 )
 from microslip.results.identified.numbers import joint_text
 
@@ -80,14 +79,6 @@ def poor() -> Identified:
 # -- words and numbers -----------------------------------------------------------------------------
 
 
-def test_numbers_as_text() -> None:
-    assert numbers.quantity(5e8, "N/m") == "500.0 MN/m"
-    assert numbers.quantity(0.55, "") == "0.5500"
-    assert numbers.quantity(2.5e-6, "m^2") == "2.500e-06 m²"
-    assert numbers.quantity(None, "m") == "–"
-    assert numbers.quantity(float("inf"), "N/m") == "infinite"
-
-
 def number(verdict: str, low: float | None = 1.0, high: float | None = 2.0) -> dict[str, Any]:
     return {
         "value": 1.5, "unit": "", "low": low, "high": high, "verdict": verdict,
@@ -112,13 +103,6 @@ def test_no_value_where_none_is_known(verdict: str, value: str, interval: str) -
     assert (numbers.value_text(fitted), numbers.interval_text(fitted)) == (value, interval)
     left_open = numbers.open_parameters({"parameters": {"slip_scale": fitted}})
     assert bool(left_open) == (verdict not in ("identified", "fixed"))
-
-
-def test_units_of_parameters() -> None:
-    units = units_of(["interface", "jenkins"])
-    assert units["slip_scale"] == "m"
-    assert units["force_limit"] == "N"
-    assert units["rig_stiffness"] == "N/m"
 
 
 class Terminal(io.StringIO):
@@ -195,17 +179,6 @@ def test_files(written: Path) -> None:
     np.testing.assert_allclose(left, [float(row["residual [N]"]) for row in rows], atol=1e-9)
 
 
-def test_the_page(written: Path) -> None:
-    page = (written / "report.html").read_text("utf-8")
-    assert page.count("<img ") == 3
-    assert not re.search(r"(?:src|href)=\"(?!data:|#)", page)  # nothing to fetch
-    assert page.count("<script") == 1
-    assert "Mine: identified" in page
-    assert "Not identified</h2>" not in page
-    for text in ("slip scale κσ", "spread of the heights σ", "joint.toml", "Correlations"):
-        assert text in page
-
-
 def test_the_page_names_unknown_numbers(tmp_path: Path) -> None:
     write(document(poor(), files=True), tmp_path)
     page = (tmp_path / "report.html").read_text("utf-8")
@@ -247,17 +220,6 @@ def test_no_study_without_materials_or_of_another_law() -> None:
 
 
 # -- figures ---------------------------------------------------------------------------------------
-
-
-def test_loops_by_load() -> None:
-    groups = cycles_by_load(rich().first)
-    assert [(name, len(group)) for name, group in groups] == [
-        ("N = 500 N", 2),
-        ("N = 2.00 kN", 2),
-    ]
-    plot = loops(rich().first)
-    assert len(plot.panels) == 4
-    assert plot.panels[0].y.label == "Force [kN]"
 
 
 @pytest.mark.parametrize("which", [rich, poor], ids=["rich", "poor"])

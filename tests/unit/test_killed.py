@@ -4,19 +4,14 @@ from __future__ import annotations
 
 import json
 import os
-import random
-import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 from typing import Any
 
 import pytest
-from studies import STUDY
 
-import microslip as ms
-from microslip.report.filesystem import _rename
+from microslip.report.folder import _rename
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="there is no such kill here")
 
@@ -27,14 +22,14 @@ import json, os, signal, sys
 from pathlib import Path
 
 from microslip.errors import StudyError
-from microslip.report import filesystem, folder
+from microslip.report import folder
 
 scene = sys.argv[1]
 home = Path(sys.argv[2])
 if "renames" in scene:
-    filesystem._rename = lambda: None
+    folder._rename = lambda: None
 target = home / ("a/b/result" if "deep" in scene else "result")
-WATCHED = {filesystem.__file__, folder.__file__}
+WATCHED = {folder.__file__}
 
 
 def save(text, overwrite=True):
@@ -155,82 +150,3 @@ def test_killed_at_any_line_of_writing(scene: str, tmp_path: Path) -> None:
         assert sum(kept != [] for *_, kept in found) < 0.1 * len(found)
     # The kills did hit the moments in which something is left.
     assert any(left for _, left, *_ in found)
-
-
-# -- the command ----------------------------------------------------------------------------------
-
-
-def snapshot(folder: Path) -> dict[str, bytes] | None:
-    if not folder.exists():
-        return None
-    return {path.name: path.read_bytes() for path in folder.iterdir()}
-
-
-class Command:
-    """Two studies that take turns in one place, and the whole result of each."""
-
-    def __init__(self, home: Path, output: str) -> None:
-        self.home, self.target = home, home / "joint-result"
-        self.whole = {}
-        for title in ("A joint", "Another"):
-            text = STUDY.replace("A joint", title).replace('formats = ["csv"]\n', output)
-            (home / f"{title}.toml").write_text(text, encoding="utf-8")
-            ms.Study.load(home / f"{title}.toml").run().save(home / "whole")
-            self.whole[title] = snapshot(home / "whole")
-            for path in (home / "whole").iterdir():
-                path.unlink()
-            (home / "whole").rmdir()
-
-    def start(self, title: str) -> subprocess.Popen[bytes]:
-        program = [sys.executable, "-m", "microslip.cli", "predict", f"{title}.toml"]
-        return subprocess.Popen(
-            [*program, "-o", self.target.name, "--overwrite"],
-            cwd=self.home,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.PIPE,
-        )
-
-    def finish(self, title: str) -> float:
-        """Run to the end; how long it took [s]."""
-        begin = time.monotonic()
-        process = self.start(title)
-        error = process.communicate(timeout=300)[1]
-        assert process.returncode == 0, error.decode()
-        assert snapshot(self.target) == self.whole[title]
-        return time.monotonic() - begin
-
-    def kill(self, count: int, seed: int) -> int:
-        """Kill so many runs somewhere; how many were killed before they were done."""
-        moments = random.Random(seed)
-        titles = list(self.whole)
-        last = min(self.finish(title) for title in titles)
-        old, killed = titles[1], 0
-        for _ in range(count):
-            new = titles[1 - titles.index(old)]
-            process = self.start(new)
-            # Half of them late, where files are written and folders change places.
-            time.sleep(last * max(moments.uniform(0.1, 1.0), moments.uniform(0.1, 1.0)))
-            process.send_signal(signal.SIGKILL)
-            process.communicate(timeout=60)
-            if process.returncode == -signal.SIGKILL:
-                killed += 1
-            else:  # the machine has become faster since the whole runs
-                last /= 2.0
-            found = snapshot(self.target)
-            if found is None and not SWAPS:
-                self.finish(old)
-                continue
-            assert found in list(self.whole.values())
-            old = next(title for title in titles if self.whole[title] == found)
-        self.finish(old)
-        assert sorted(path.name for path in self.home.iterdir()) == sorted(
-            [*(f"{title}.toml" for title in titles), self.target.name]
-        )
-        return killed
-
-
-@pytest.mark.slow
-def test_killed_at_random_moments_with_all_files(tmp_path: Path) -> None:
-    command = Command(tmp_path, 'formats = ["csv", "netcdf", "svg"]\nreport = true\n')
-    # How many runs are done before the kill is a matter of the machine; what is left is not.
-    assert command.kill(30, seed=2) >= 3

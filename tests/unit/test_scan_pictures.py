@@ -13,12 +13,9 @@ import microslip as ms
 from microslip.report.document import PictureCache
 from microslip.report.files import listed
 from microslip.report.html import page
-from microslip.report.matplotlib_figure import png
 from microslip.report.plot import Area, Line, Panel, Pixels
-from microslip.report.svg import svg
 from microslip.results.scanned.document import document
 from microslip.results.scanned.height_pictures import (
-    cutoff_plot,
     density_plot,
     height_plot,
     spectrum_plot,
@@ -100,18 +97,6 @@ def test_colours_are_heights(tmp_path: Path, ground: np.ndarray) -> None:
     assert np.corrcoef(np.arange(order.size), grey[there][order])[0, 1] > 0.97
     assert part.x.low > whole.x.low  # type: ignore[operator]
     assert bar.x.low < 0.0 < bar.x.high  # type: ignore[operator]
-
-
-@pytest.mark.parametrize("plot", [height_plot, density_plot, spectrum_plot, cutoff_plot])
-def test_every_picture_is_drawn_the_same_twice(
-    tmp_path: Path, ground: np.ndarray, plot: Any
-) -> None:
-    findings = found(tmp_path, ground, cutoff=10e-6, long_cutoff=60e-6)
-    content = svg(plot(findings))
-    assert content == svg(plot(findings))
-    assert b"</svg>" in content
-    if plot is height_plot:
-        assert png(plot(findings)).startswith(b"\x89PNG")
 
 
 def test_a_scan_without_a_choice_of_cutoffs_has_no_figure_of_it(tmp_path: Path) -> None:

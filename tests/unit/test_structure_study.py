@@ -280,7 +280,7 @@ def test_identify_takes_several_tests_of_a_structure(folder: Path, ring: Path) -
 
 
 def test_the_curves_are_in_the_labelled_arrays(result: ms.Result) -> None:
-    from microslip.results.predicted.files import contents
+    from microslip.results.predicted.result import contents
 
     held, found = contents(result), result.structure
     assert held.dims["mode"] == 1

@@ -15,6 +15,7 @@ from microslip._core.units import engineering
 from microslip.chapter.plate import (
     BACK,
     BLUE,
+    DASHES,
     DOTS,
     GREEN,
     GREY,
@@ -38,7 +39,6 @@ from microslip.chapter.plate import (
 )
 from microslip.friction import Asperity, AsperityFields, Zone
 from microslip.materials import Material, MaterialPair
-from microslip.report.drawing import DASHES
 
 
 def summit() -> Asperity:

@@ -14,6 +14,7 @@ from microslip.chapter.contact import path, summit
 from microslip.chapter.plate import (
     BLUE,
     COLORS,
+    DASHES,
     DOTS,
     GOLD,
     GREEN,
@@ -31,12 +32,12 @@ from microslip.chapter.plate import (
     Plate,
     as_plate,
     cross,
+    log_scale,
     words,
 )
 from microslip.chapter.surface import SPREAD, worked_example
 from microslip.friction import CoupledResponse, Interface, Iwan
 from microslip.normal import GreenwoodWilliamson
-from microslip.report.drawing import DASHES, log_scale
 
 
 def assumed(addition: str = "") -> str:

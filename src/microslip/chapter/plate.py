@@ -8,16 +8,18 @@ import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
-from matplotlib import style
+from matplotlib import rcParams, style
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure, SubFigure
+from matplotlib.ticker import Formatter
 from numpy.typing import NDArray
 
-from microslip.report.drawing import DASHES as DASHES
-from microslip.report.drawing import STYLE, new_figure, settle
+from microslip.report.kit import log_label
+from microslip.report.matplotlib_figure import STYLE
 
 Columns = dict[str, NDArray[np.float64]]
 NANO, MICRO, MILLI, KILO, MEGA = 1e-9, 1e-6, 1e-3, 1e3, 1e6
@@ -35,6 +37,7 @@ INK, BLUE, RED, GREEN, PINK, GOLD = (
 STICK, STUCK, SLIP, BACK = "#dcebf5", "#f6f6f6", "#f6d9c6", "#d4d4d4"
 """Fills of what sticks, what sticks again, what slips and what slips back."""
 HATCH = "#b98a6d"
+DASHES = (0, (4, 2))
 DOTS = (0, (1, 1.5))
 LINES = ("-", (0, (6, 2)), (0, (1, 1)), (0, (6, 2, 1, 2)), (0, (3, 1)))
 COLORS = (INK, BLUE, RED, GREEN, PINK)
@@ -93,7 +96,8 @@ class Plate:
 
     def page(self, height: float) -> tuple[Figure, SubFigure]:
         """A page of this height [in], and the part of it above its assumptions, to draw on."""
-        figure = new_figure(height)
+        figure = Figure(figsize=(float(rcParams["figure.figsize"][0]), height))
+        FigureCanvasAgg(figure)
         # Numbers stay with their names and units.
         text = re.sub(
             r" (=) |(?<=\d) (?=\S)", lambda m: "\xa0=\xa0" if m[1] else "\xa0", self.parameters
@@ -123,7 +127,7 @@ class Plate:
         with style.context(LOOK), warnings.catch_warnings():
             warnings.filterwarnings("error", "constrained_layout not applied", UserWarning)
             figure, columns = self.drawing(self)
-            settle(figure)
+            _settle(figure)
             figure.savefig(folder / names[0], metadata={"Date": None, "Creator": None})
             figure.savefig(folder / names[1], metadata={"Software": None})
         if columns:
@@ -132,6 +136,17 @@ class Plate:
             lines = [",".join(columns), *map(",".join, rows)]
             (folder / names[2]).write_text("\n".join(lines) + "\n", encoding="utf-8", newline="\n")
         return names
+
+
+def _settle(figure: Figure) -> None:
+    """Lay a figure out once and for all, rather than anew for every file made of it."""
+    engine = figure.get_layout_engine()
+    if engine is not None:
+        engine.execute(figure)
+        figure.set_layout_engine("none")
+    # The layout's last digits depend on what was drawn before, and with them names in the SVG.
+    for axes in figure.axes:
+        axes.set_position(np.round(axes.get_position(original=True).bounds, 6).tolist())
 
 
 def as_plate(
@@ -162,6 +177,26 @@ def mark(axes: Axes, text: str, x: float, y: float, dx: float, dy: float) -> Non
         fontweight="bold",
         zorder=6,
     )
+
+
+class _Powers(Formatter):
+    """Labels of a log axis: 0.1, 1, 10 where these are short, else 10⁻⁶; never mixed.
+
+    Plain text, since matplotlib's mathtext costs most of the time of a figure.
+    """
+
+    def __call__(self, x: float, pos: int | None = None) -> str:
+        axis: Any = self.axis
+        low, high = sorted(axis.get_view_interval())
+        return log_label(x, float(low), float(high))
+
+
+def log_scale(axes: Axes, direction: Literal["x", "y"]) -> None:
+    """Make an axis of a panel logarithmic."""
+    getattr(axes, f"set_{direction}scale")("log")
+    side = axes.xaxis if direction == "x" else axes.yaxis
+    side.set_major_formatter(_Powers())
+    side.set_minor_formatter(_Powers())
 
 
 def cross(axes: Axes) -> None:

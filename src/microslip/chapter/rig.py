@@ -13,6 +13,7 @@ from microslip.chapter.joint import assumed as worked_out
 from microslip.chapter.plate import (
     BLUE,
     COLORS,
+    DASHES,
     DOTS,
     GREY,
     INK,
@@ -31,7 +32,6 @@ from microslip.chapter.plate import (
 from microslip.chapter.surface import worked_example
 from microslip.friction import Interface
 from microslip.identification import Identification, identify
-from microslip.report.drawing import DASHES
 from microslip.tribometer import VirtualTribometer
 
 RIG = 1e8

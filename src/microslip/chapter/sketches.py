@@ -11,6 +11,7 @@ from matplotlib.patches import Circle, Polygon, Rectangle
 from microslip._core.checks import Floats
 from microslip.chapter.plate import (
     BLUE,
+    DASHES,
     GREY,
     INK,
     LIGHT,
@@ -21,7 +22,6 @@ from microslip.chapter.plate import (
     as_plate,
     words,
 )
-from microslip.report.drawing import DASHES
 
 METAL, DARK, PALE = "#e3e3e3", "#bdbdbd", "#f4f4f4"
 EDGE = {"edgecolor": INK, "linewidth": 0.9}

@@ -10,6 +10,7 @@ from microslip._core.checks import Floats
 from microslip._core.units import engineering
 from microslip.chapter.plate import (
     BLUE,
+    DASHES,
     GREY,
     HATCH,
     INK,
@@ -26,7 +27,6 @@ from microslip.friction import Interface
 from microslip.heights import Gaussian
 from microslip.materials import Material, MaterialPair
 from microslip.normal import GreenwoodWilliamson
-from microslip.report.drawing import DASHES
 
 SPREAD = 5e-7
 ROUGHNESS = 4.5e-7

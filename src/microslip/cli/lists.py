@@ -56,7 +56,7 @@ def _as_dict(metal: Metal) -> dict[str, Any]:
 
 def _show_all(metals: Sequence[Metal]) -> None:
     """Print the whole table."""
-    from microslip.report.printer import Printer
+    from microslip.report.terminal import Printer
 
     out = Printer(sys.stdout)
     documents = [_document(source) for metal in metals for source in metal.sources.values()]
@@ -84,7 +84,7 @@ def _show_all(metals: Sequence[Metal]) -> None:
 
 def _show_one(metal: Metal) -> None:
     """Print one metal with the source of each value."""
-    from microslip.report.printer import Printer
+    from microslip.report.terminal import Printer
 
     out = Printer(sys.stdout)
     out.line(f"{metal.name}: {metal.description}", style="bold")

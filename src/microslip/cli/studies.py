@@ -103,7 +103,7 @@ def predict_into(read: Callable[[], Study], folder: Path, output: Output, worker
             from microslip.report.files import write_all
             from microslip.report.terminal import show, show_files
             from microslip.results.predicted.document import document
-            from microslip.results.predicted.files import files
+            from microslip.results.predicted.result import files
 
             with progress("Computing") as report:
                 result = study.run(report, workers)

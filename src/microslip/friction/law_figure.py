@@ -10,8 +10,8 @@ import numpy as np
 from microslip._core.checks import Floats, show
 from microslip._core.units import prefix
 from microslip.errors import InputError
+from microslip.report.kit import length_prefix
 from microslip.report.plot import DASHED, THIN, Axis, Panel, Plot, Rule
-from microslip.report.scales import length_prefix
 
 LABELS = {
     "backbone": ("Force of first loading", "N"),

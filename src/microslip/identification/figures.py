@@ -15,8 +15,8 @@ from microslip.identification.fit_quality import RecordFit
 from microslip.identification.labels import label, short_symbol
 from microslip.identification.verdicts import Fitted
 from microslip.report.document import Picture
+from microslip.report.kit import evenly, length_prefix
 from microslip.report.plot import COLORS, Axis, Band, Entry, Panel, Pixels, Plot, Rule, Words
-from microslip.report.scales import evenly, length_prefix
 
 Floats = NDArray[np.float64]
 

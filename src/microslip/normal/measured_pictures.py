@@ -11,9 +11,8 @@ from microslip._core.checks import Floats
 from microslip._core.units import engineering
 from microslip.errors import InputError
 from microslip.normal.base import NormalLaw
-from microslip.report.kit import coloured
+from microslip.report.kit import coloured, length_prefix
 from microslip.report.plot import COLORS, Area, Axis, Entry, Line, Panel, Pixels, Plot
-from microslip.report.scales import length_prefix
 
 _CONTACTS = ("#c9dcec", "#5b9bd0", "#08306b")  # under heavy, middle and light loads
 _SHARES = (1.0, 0.15, 0.023)

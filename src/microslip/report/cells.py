@@ -1,4 +1,4 @@
-"""Format of numbers in tables, on the terminal and on a page alike."""
+"""Numbers as people read them; tables and verdicts as text, on the terminal and a page alike."""
 
 from __future__ import annotations
 
@@ -6,9 +6,13 @@ import math
 import re
 from collections.abc import Callable
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 from microslip._core.units import engineering, significant
+from microslip._core.verdicts import WORDS, Verdict
+from microslip._core.wording import one_line
+from microslip.report.document import Column, Judged, Table, Value, Verdicts
+from microslip.report.kit import evenly
 
 UNKNOWN = "–"
 
@@ -119,3 +123,166 @@ def si(value: float) -> str:
         mantissa, _, exponent = f"{value:.9e}".partition("e")
         text = f"{mantissa.rstrip('0').rstrip('.')}e{exponent}"
     return re.sub(r"e([+-])0*", lambda match: f"e{match[1].strip('+')}", text)
+
+
+class TextTable(NamedTuple):
+    """A table of text."""
+
+    columns: tuple[Column, ...]
+    rows: list[list[str]]
+    words: list[list[str]]
+    """For each cell that is a verdict its word, else nothing."""
+    left_out: int
+    """Number of further rows."""
+
+
+def as_text(table: Table, limit: int | None = None, *, brief: bool = False) -> TextTable:
+    """A table for people, without the columns of which nothing is known.
+
+    ``brief`` shows only its brief columns, and of its rows the few that are picked.
+    """
+    row_places = (list(table.few) if brief else []) or _rows_shown(
+        table, min(table.most, limit or table.most)
+    )
+    column_places = [
+        place
+        for place, column in enumerate(table.columns)
+        if (column.brief or not brief)
+        and (not table.rows or any(row[place] is not None for row in table.rows))
+    ]
+    columns = tuple(table.columns[place] for place in column_places)
+    rows = [
+        [cell(table.columns[i], table.rows[row][i]) for i in column_places] for row in row_places
+    ]
+    cells = [[table.rows[row][i] for i in column_places] for row in row_places]
+    words = [[value.word if isinstance(value, Judged) else "" for value in row] for row in cells]
+    return TextTable(columns, rows, words, len(table.rows) - len(row_places))
+
+
+def cell(column: Column, value: Value) -> str:
+    """One value with the unit that suits it."""
+    if value is None:
+        return UNKNOWN
+    if isinstance(value, Judged):
+        return value.text
+    if column.write is not None:
+        return column.write(value)
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, str):
+        return one_line(value)
+    if column.unit:
+        return engineering(value, column.unit, column.digits)
+    return str(value) if isinstance(value, int) else significant(value, column.digits)
+
+
+def is_text(table: Table, column: Column) -> bool:
+    """Whether a column holds words, which stand at its left."""
+    place = table.columns.index(column)
+    return column.unit is None and any(isinstance(row[place], (str, Judged)) for row in table.rows)
+
+
+def _rows_shown(table: Table, limit: int) -> list[int]:
+    """Rows that are shown: as many of each group of the first column, spread evenly."""
+    count = len(table.rows)
+    if count <= limit:
+        return list(range(count))
+    groups: dict[Value, list[int]] = {}
+    for number, row in enumerate(table.rows):
+        groups.setdefault(row[0], []).append(number)
+    sizes = {len(group) for group in groups.values()}
+    if table.keys < 2 or len(sizes) > 1 or len(groups) == 1:
+        return evenly(count, limit)
+    size = sizes.pop()
+    within = evenly(size, max(limit // min(len(groups), 10), 1))
+    among = evenly(len(groups), max(limit // len(within), 1))
+    listed = list(groups.values())
+    return [listed[group][place] for group in among for place in within]
+
+
+HEADLINES = {
+    "ok": "All assumptions of the model hold.",
+    "not judged": "All that could be judged holds; not judged:",
+    "watch": "Read with care:",
+    "outside": "Outside the model’s range:",
+}
+
+
+class Judgement(NamedTuple):
+    """One assumption of the model, held to its limit everywhere."""
+
+    word: str
+    """The worst verdict."""
+    name: str
+    """Name of the judged quantity."""
+    value: str
+    """Its value, or the smallest and the largest; "not known" where it is not judged."""
+    bound: str
+    """Limit of ok."""
+    where: str
+    """Loads of the worst verdict, such as "at 2 kN and 5 kN"; empty for everywhere."""
+    meaning: str
+    """The assumption."""
+    reason: str
+    """Source of the limits or, if not judged, the missing input."""
+    remedy: str
+    """Remedy."""
+
+    @property
+    def sentence(self) -> str:
+        """All of it that a headline needs."""
+        where = f" {self.where}" if self.where else ""
+        if self.word == "not judged":
+            missing = f"; {self.reason}" if self.reason else ""
+            return f"{self.name} {self.value} (ok {self.bound}){where}: not judged{missing}"
+        return f"{self.name} {self.value} (ok {self.bound}){where}: {self.word}"
+
+
+def judgements(block: Verdicts) -> list[Judgement]:
+    """Verdicts by what is judged, the worst first."""
+    places = block.places or ("",) * len(block.verdicts)
+    groups: dict[str, list[tuple[Verdict, str]]] = {}
+    for verdict, place in zip(block.verdicts, places, strict=True):
+        groups.setdefault(verdict.name, []).append((verdict, place))
+    judged = [_judged(name, pairs, block) for name, pairs in groups.items()]
+    return sorted(judged, key=lambda judgement: -WORDS.index(judgement.word))
+
+
+def value_text(block: Verdicts, name: str, value: float) -> str:
+    """Judged value, as text."""
+    return f"{significant(100.0 * value)} %" if name in block.percent else significant(value)
+
+
+def _judged(name: str, pairs: list[tuple[Verdict, str]], block: Verdicts) -> Judgement:
+    verdicts = [verdict for verdict, _ in pairs]
+    worst = max((verdict.word for verdict in verdicts), key=WORDS.index)
+    bad = [verdict for verdict in verdicts if verdict.word == worst]
+    at = list(dict.fromkeys(place for v, place in pairs if v.word == worst and place))
+    limit = verdicts[0].limit
+    bound = f"{100.0 * limit:.3g} %" if name in block.percent else f"{limit:.3g}"
+    values = [verdict.value for verdict in verdicts if verdict.value is not None]
+    ends = (min(values), max(values)) if values else ()
+    texts = list(dict.fromkeys(value_text(block, name, end) for end in ends))
+    rising = any(v.word not in ("ok", "not judged") and (v.value or 0.0) < limit for v in verdicts)
+    if worst == "ok":
+        rising = bool(values) and min(values) >= limit
+    everywhere = len(bad) == len(verdicts) and len(set(at)) == len({place for _, place in pairs})
+    moving = any("," in place for place in at)
+    return Judgement(
+        worst,
+        name.replace(" * ", " × "),
+        " to ".join(texts) or "not known",
+        f"{'from' if rising else 'up to'} {bound}",
+        "" if everywhere and not moving else _listed(at),
+        bad[0].meaning,
+        getattr(bad[0], "reason", ""),
+        getattr(bad[0], "remedy", ""),
+    )
+
+
+def _listed(places: list[str]) -> str:
+    if not places:
+        return ""
+    if len(places) <= 3:
+        return "at " + " and ".join(filter(None, [", ".join(places[:-1]), places[-1]]))
+    return f"at {len(places)} loads, {places[0]} to {places[-1]}"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -190,34 +191,16 @@ class PictureCache:
     """Makes each picture once: the file and the page share it."""
 
     def __init__(self) -> None:
-        self._results: dict[tuple[str, object], Any] = {}
+        self._made: dict[tuple[str, str], Any] = {}
 
-    def _result(self, name: str, make: Callable[..., Any], *given: Any) -> Any:
-        if (name, make) not in self._results:
-            self._results[name, make] = make(*given)
-        return self._results[name, make]
-
-    def _image(self, picture: Picture, render: Callable[[Plot], bytes]) -> bytes:
-        plot = self._result(picture.name, picture.plot)
-        image: bytes = self._result(picture.name, render, plot)
-        return image
-
-    def as_bytes(self, picture: Picture, kind: str) -> bytes:
+    def as_bytes(self, picture: Picture, kind: str = "svg") -> bytes:
         """The picture in a format: "svg", "png" or "pdf"."""
-        if kind == "pdf":
-            from microslip.report import pdf
-
-            return self._image(picture, pdf)
-        return self.svg(picture) if kind == "svg" else self.png(picture)
-
-    def svg(self, picture: Picture) -> bytes:
-        """The picture as lines and text."""
-        from microslip.report.svg import svg
-
-        return self._image(picture, svg)
-
-    def png(self, picture: Picture) -> bytes:
-        """The picture as pixels."""
-        from microslip.report import png
-
-        return self._image(picture, png)
+        if (picture.name, "plot") not in self._made:
+            self._made[picture.name, "plot"] = picture.plot()
+        if (picture.name, kind) not in self._made:
+            # Lines and text need no Matplotlib.
+            where = "svg" if kind == "svg" else "matplotlib_figure"
+            render = getattr(import_module(f"microslip.report.{where}"), kind)
+            self._made[picture.name, kind] = render(self._made[picture.name, "plot"])
+        image: bytes = self._made[picture.name, kind]
+        return image

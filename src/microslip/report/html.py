@@ -12,7 +12,7 @@ from html import escape
 from pathlib import Path
 
 from microslip._version import __version__
-from microslip.report.cells import signed
+from microslip.report.cells import HEADLINES, as_text, is_text, judgements, signed
 from microslip.report.document import (
     Block,
     Document,
@@ -29,7 +29,6 @@ from microslip.report.document import (
     Table,
     Verdicts,
 )
-from microslip.report.tables import HEADLINES, as_text, is_text, judgements
 from microslip.report.terminal import file_groups
 
 _SIGNS = {"ok": "✓", "watch": "!", "outside": "✗", "not judged": "?", "none": "?"}
@@ -63,7 +62,7 @@ def page(document: Document, cache: PictureCache, progress: Progress | None = No
             f"<header>\n<h1>{title}</h1>\n<p class='answer'>{escape(document.answer)}</p>\n",
             _number(document.number),
             *_banner(document),
-            *(_figure(picture, 1, cache.svg(picture)) for picture in lead),
+            *(_figure(picture, 1, cache.as_bytes(picture)) for picture in lead),
             '<nav aria-label="Sections">',
             *(f'<a href="#{anchor(s.title)}">{escape(s.title)}</a>' for s in sections),
             "</nav>\n</header>\n<main>\n",
@@ -135,7 +134,7 @@ def _sections(
         for block in section.blocks:
             if isinstance(block, Picture):
                 number += 1
-                yield _figure(block, number, cache.svg(block))
+                yield _figure(block, number, cache.as_bytes(block))
                 if progress is not None:
                     progress(number / pictures)
             else:

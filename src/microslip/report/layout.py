@@ -11,8 +11,8 @@ from typing import NamedTuple
 import numpy as np
 
 from microslip.report import plot as shapes
+from microslip.report.kit import Ticks, linear, round_numbers
 from microslip.report.plot import AxisName, Entry, Floats, Panel, Plot
-from microslip.report.scales import Ticks, linear, logarithmic
 
 PAGE = 7.1 * 72.0
 TITLE, TEXT, SMALL = 10.0, 9.0, 8.5
@@ -161,7 +161,10 @@ def lay_out(plot: Plot) -> Page:
     lines = _legend_lines(plot.legend)
     below = 4.0 + _LINE * SMALL * (len(lines) + bool(plot.legend_title)) if lines else 2.0
     bottom = height - below
-    frames = [_frame(panel) for panel in plot.panels]
+    frames = [
+        Frame(p, Scale(*_ends(p, "x"), p.x.log), Scale(*_ends(p, "y"), p.y.log))
+        for p in plot.panels
+    ]
     # Ticks depend on the space and the space on the tick labels: a first guess is close enough.
     _place(plot, frames, top, bottom)
     for frame in frames:
@@ -169,10 +172,8 @@ def lay_out(plot: Plot) -> Page:
         if frame.panel.second:
             factor = frame.panel.second[1]
             low, high = frame.y.low * factor, frame.y.high * factor
-            make = logarithmic if frame.y.log else linear
-            frame.second = Scale(
-                low, high, frame.y.log, make(low, high, _label_count(frame.height))
-            )
+            ticks = round_numbers(low, high, _label_count(frame.height), frame.y.log)
+            frame.second = Scale(low, high, frame.y.log, ticks)
     _place(plot, frames, top, bottom)
     return Page(
         PAGE,
@@ -186,12 +187,6 @@ def lay_out(plot: Plot) -> Page:
 
 
 # -- axes ----------------------------------------------------------------------------------------
-
-
-def _frame(panel: Panel) -> Frame:
-    """A panel before anything is known of its room."""
-    x, y = Scale(*_ends(panel, "x"), panel.x.log), Scale(*_ends(panel, "y"), panel.y.log)
-    return Frame(panel, x, y)
 
 
 def _ends(panel: Panel, direction: AxisName) -> tuple[float, float]:
@@ -247,15 +242,14 @@ def _scale(frame: Frame, direction: AxisName) -> Scale:
         return scale._replace(ticks=Ticks(tuple(axis.ticks)))
     low, high = min(scale.low, scale.high), max(scale.low, scale.high)
     room = frame.width if direction == "x" else frame.height
-    make = logarithmic if axis.log else linear
     limit = _label_count(room) if direction == "y" else max(2, min(9, int(room / 45.0)))
-    ticks = make(low, high, limit) if axis.log else linear(low, high, limit, axis.integer)
+    ticks = round_numbers(low, high, limit, axis.log, axis.integer)
     if direction == "x":  # labels beside each other need room for themselves
         widest = max((text_width(text, SMALL) for _, text in ticks.major), default=0.0)
         count = sum(bool(text) for _, text in ticks.major)
         if count * (widest + 8.0) > room:
             limit = max(2, int(room / (widest + 8.0)))
-            ticks = make(low, high, limit) if axis.log else linear(low, high, limit, axis.integer)
+            ticks = round_numbers(low, high, limit, axis.log, axis.integer)
         if not axis.log and len(ticks.major) < 2:  # one number alone is no scale
             finer = linear(low, high, 2 * limit, axis.integer)
             widest = max((text_width(text, SMALL) for _, text in finer.major), default=0.0)
@@ -355,11 +349,15 @@ def _ends_of(frame: Frame) -> tuple[float, float]:
 # -- legend --------------------------------------------------------------------------------------
 
 
+def _entry_width(entry: Entry) -> float:
+    return _HANDLE + _GAP + text_width(entry.label, SMALL) + _SPACING
+
+
 def _legend_lines(entries: Sequence[Entry]) -> list[list[Entry]]:
     lines: list[list[Entry]] = []
     room = 0.0
     for entry in entries:
-        width = _HANDLE + _GAP + text_width(entry.label, SMALL) + _SPACING
+        width = _entry_width(entry)
         if not lines or width > room:
             lines.append([])
             room = PAGE - 20.0
@@ -371,7 +369,7 @@ def _legend_lines(entries: Sequence[Entry]) -> list[list[Entry]]:
 def _legend(lines: list[list[Entry]], top: float) -> list[Handle]:
     handles = []
     for number, line in enumerate(lines):
-        widths = [_HANDLE + _GAP + text_width(entry.label, SMALL) + _SPACING for entry in line]
+        widths = [_entry_width(entry) for entry in line]
         here = 0.5 * (PAGE - sum(widths) + _SPACING)
         for entry, width in zip(line, widths, strict=True):
             handles.append(Handle(entry, here, top + _LINE * SMALL * (number + 0.5)))

@@ -221,12 +221,22 @@ class Plot:
     legend_title: str = ""  # above the legend
 
 
-def stacked(panels: Sequence[Panel], height: float, heights: Sequence[float]) -> Plot:
-    """Panels below each other that share their horizontal axis, which the last one labels."""
+def stacked(
+    panels: Sequence[Panel],
+    height: float,
+    heights: Sequence[float] = (),
+    legend: Sequence[Entry] = (),
+    title: str = "",
+) -> Plot:
+    """Panels below each other that share their horizontal axis, which the last one labels.
+
+    They are as high as each other unless heights say otherwise.
+    """
     for row, panel in enumerate(panels):
         panel.cell = (row, row, 0, 0)
         panel.x.bare = row < len(panels) - 1
-    return Plot(list(panels), height, heights=tuple(heights))
+    heights = tuple(heights) or (1.0,) * len(panels)
+    return Plot(list(panels), height, title, heights, legend=tuple(legend))
 
 
 def beside(

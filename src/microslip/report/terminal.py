@@ -1,24 +1,215 @@
-"""A document on a terminal, so that it can be read at a glance."""
+"""A document on a terminal or in a pipe: text and tables, so that it can be read at a glance."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import os
+from collections.abc import Container, Iterable, Sequence
 from functools import singledispatch
 from pathlib import Path
-from typing import TextIO
+from typing import TYPE_CHECKING, Any, TextIO
+
+from rich.box import ASCII, SIMPLE_HEAD
+from rich.cells import cell_len
+from rich.console import Console
+from rich.measure import Measurement
+from rich.table import Table as Grid
+from rich.text import Text
 
 from microslip._core.wording import shorten
-from microslip.report.document import (
-    Block,
-    Document,
-    Facts,
-    Items,
-    Note,
-    Table,
-    Verdicts,
+from microslip.report.cells import as_text, is_text, judgements
+from microslip.report.document import Block, Document, Facts, Items, Note, Table, Verdicts
+
+if TYPE_CHECKING:
+    from rich.box import Box
+
+
+# Friction coefficients are the Greek letter here, prefixes the micro sign.
+# Plain words for what an old terminal or a pipe in another encoding cannot carry.
+_PLAIN = str.maketrans(
+    {
+        "\N{MICRO SIGN}": "u",
+        "\N{GREEK SMALL LETTER MU}": "mu ",
+        "α": "alpha",
+        "±": "+/-",
+        "η": "eta",
+        "ζ": "zeta",
+        "ν": "nu",
+        "Σ": "sum ",
+        "π": " pi ",
+        "²": "^2",
+        "ₜ": "_t",
+        "–": "-",
+        "−": "-",
+        "×": "*",
+        "’": "'",
+        "κ": "kappa",
+        "…": "...",
+    }
 )
-from microslip.report.printer import Printer
-from microslip.report.tables import as_text, is_text, judgements
+# Names of files and records may hold what would move the cursor or paint the terminal.
+_CONTROLS = {code: f"\\x{code:02x}" for code in (*range(32), *range(127, 160)) if code != 10}
+_UNICODE_NEEDED = "µμηζνΣπ²ₜ–…─"
+_WORD_STYLE = {"ok": "green", "watch": "yellow", "outside": "bold red"}
+_WIDE = 10_000
+
+
+class _Console(Console):
+    def on_broken_pipe(self) -> None:
+        """Leave to the caller what an unread pipe means; rich would exit with 1."""
+        raise  # the error that rich is handling when it calls this
+
+
+class Printer:
+    """Prints to one stream, a terminal in colour or a pipe plainly, with no more than it can show.
+
+    None, the standard output of a process that has none, takes nothing.
+    """
+
+    def __init__(self, stream: TextIO | None) -> None:
+        if stream is None:
+            stream = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115, PTH123
+        encoding = getattr(stream, "encoding", None) or "utf-8"
+        try:
+            _UNICODE_NEEDED.encode(encoding)
+            self._ascii = False
+        except (UnicodeEncodeError, LookupError):
+            self._ascii = True
+        self._encoding = encoding
+        # Numbers and paths are never folded or cut, and in a pipe there is no width to fit into.
+        self._wide = self._narrow = _console(stream, _WIDE)
+        if _is_terminal(stream):
+            self._narrow = _console(stream, None)
+
+    @property
+    def width(self) -> int:
+        """Columns of the terminal; very many in a pipe."""
+        return self._narrow.width
+
+    def _fit(self, text: str) -> str:
+        text = text.translate(_CONTROLS)
+        if self._ascii:
+            text = text.translate(_PLAIN)
+        try:
+            return text.encode(self._encoding, "replace").decode(self._encoding)
+        except LookupError:
+            return text.encode("ascii", "replace").decode("ascii")
+
+    def line(self, text: str = "", style: str = "") -> None:
+        """Print text, folded between words where it is wider than the terminal."""
+        self._narrow.print(Text(self._fit(text), style=style))
+
+    def path(self, text: str) -> None:
+        """Print text that must stay in one piece, such as a path."""
+        self._wide.print(Text(self._fit(text)), soft_wrap=True)
+
+    def words(self, head: str, words: Iterable[str], indent: int) -> None:
+        """Print words beside a head, each whole, in as many lines as they need."""
+        line = self._fit(head).ljust(indent - 1)
+        empty = True
+        for word in map(self._fit, words):
+            if not empty and cell_len(line) + 2 + cell_len(word) > self.width:
+                self._wide.print(Text(line), soft_wrap=True)
+                line, empty = " " * (indent - 1), True
+            line += f" {word}" if empty else f"  {word}"
+            empty = False
+        self._wide.print(Text(line.rstrip()), soft_wrap=True)
+
+    def hanging(self, head: str, text: str, indent: int, style: str = "") -> None:
+        """Print text beside a head, folded between words into its own column."""
+        # Where next to nothing is left, lines are better folded as they come.
+        room = self.width - indent
+        block = Text(self._fit(text))
+        lines = block.wrap(self._narrow, room) if room >= 20 else [block]
+        for number, line in enumerate(lines):
+            begun = Text(self._fit(head if number == 0 else "").ljust(indent), style=style)
+            line.rstrip()
+            self._narrow.print(Text.assemble(begun, line))
+
+    def verdict(self, word: str, text: str) -> None:
+        """Print one line of the validity."""
+        self.hanging(f"  {word}", text, max(10, len(word) + 3), _WORD_STYLE.get(word, ""))
+
+    def table(
+        self,
+        title: str,
+        head: Sequence[str],
+        rows: Iterable[Sequence[str]],
+        keys: int = 1,
+        text: Container[int] = (),
+    ) -> None:
+        """Print a table; where it is too wide, as several that repeat the first ``keys`` columns.
+
+        Columns in ``text`` hold text and no numbers.
+        """
+        rows = [[self._fit(cell) for cell in row] for row in rows]
+        if title:
+            self.line(title, style="bold")
+        columns = list(range(keys, len(head)))
+        while columns:
+            count = len(columns)
+            table = self._build(head, rows, [*range(keys), *columns], text)
+            # Words may be folded, numbers may not.
+            widest = max((cell_len(row[columns[-1]]) for row in rows), default=0)
+            fold = columns[-1] in text and 0 < self._excess(table) < 0.4 * widest
+            while count > 1 and not fold and self._excess(table) > 0:
+                count -= 1
+                table = self._build(head, rows, [*range(keys), *columns[:count]], text)
+            if fold or (count == 1 and columns[0] in text and self._excess(table) > 0):
+                table.columns[-1].no_wrap = False
+                self._narrow.print(table)
+            else:
+                self._print_wide(table)
+            self.line()
+            columns = columns[count:]
+
+    def _print_wide(self, table: Grid) -> None:
+        if self._wide is not self._narrow:
+            self._wide.print(table)
+            return
+        # Nothing after the last word of a line in a pipe.
+        with self._wide.capture() as printed:
+            self._wide.print(table)
+        for line in printed.get().splitlines():  # with its colours, and its cells fitted
+            self._wide.print(Text(line.rstrip()), soft_wrap=True)
+
+    def _build(
+        self,
+        head: Sequence[str],
+        rows: Sequence[Sequence[str]],
+        columns: list[int],
+        text: Container[int],
+    ) -> Grid:
+        box: Box = ASCII if self._ascii else SIMPLE_HEAD
+        table = Grid(box=box, pad_edge=False, show_edge=False, header_style="")
+        table.show_header = any(head)
+        for column in columns:
+            table.add_column(
+                Text(self._fit(head[column]), style="cyan"),
+                justify="left" if column in text else "right",
+                no_wrap=True,
+                overflow="fold",
+            )
+        for row in rows:
+            table.add_row(*(Text(row[column]) for column in columns))
+        return table
+
+    def _excess(self, table: Grid) -> int:
+        """Columns that a table has more than the terminal."""
+        return Measurement.get(self._wide, self._wide.options, table).maximum - self.width
+
+
+def _console(stream: TextIO, width: int | None) -> Console:
+    # NO_COLOR means no bold letters either: no escape sequence at all.
+    plain: dict[str, Any] = {"color_system": None} if os.environ.get("NO_COLOR") else {}
+    return _Console(file=stream, width=width, highlight=False, markup=False, emoji=False, **plain)
+
+
+def _is_terminal(stream: TextIO) -> bool:
+    try:
+        return stream.isatty()
+    except (AttributeError, ValueError):
+        return False
+
 
 MOST_ROWS = 40
 

@@ -61,9 +61,9 @@ def document(batch: Batch) -> Document:
         ("Computed in this run", str(batch.computed)),
     )
     blocks: list[Block] = [Facts("Items", counts)]
+    reasons = tuple((outcome["item"], outcome["reason"]) for outcome in failed)
     if failed:
         heads = (Column("item", "Item"), Column("reason", "Reason"))
-        reasons = tuple((outcome["item"], outcome["reason"]) for outcome in failed)
         blocks.append(Table("Failed", heads, reasons, noun="items"))
     sections = [Section("Items", tuple(blocks))]
     if completed:
@@ -92,7 +92,13 @@ def document(batch: Batch) -> Document:
     }
     files = (
         text_file("items.csv", lambda: _items(completed, columns)),
-        text_file("failures.csv", lambda: _failures(failed)),
+        text_file(
+            "failures.csv",
+            lambda: csv_text(
+                ("item", "reason"),
+                ([text_cell(o[key]) for key in ("item", "reason")] for o in failed),
+            ),
+        ),
     )
     figure = "batch" if is_drawn else ""
     return listed(Document(KIND, "Batch", answer, tuple(sections), data, (), number, figure, files))
@@ -182,7 +188,7 @@ def plot(columns: dict[str, Floats]) -> Plot:
             panel = Panel(Axis("Displacement amplitude [µm]", log=True), Axis(label, log=True))
             panel.marks(amplitude * 1e6, columns[name], "#2b7bba", size=2.5, filled=True)
             panels.append(panel)
-    return stacked(panels, 3.2 * len(panels) + 0.6, (1.0,) * len(panels))
+    return stacked(panels, 3.2 * len(panels) + 0.6)
 
 
 def _items(completed: list[Outcome], columns: dict[str, Floats]) -> str:
@@ -191,11 +197,6 @@ def _items(completed: list[Outcome], columns: dict[str, Floats]) -> str:
     numbers = (map(repr, values.tolist()) for values in columns.values())
     heads = ["item", *(f"{name} [{UNITS.get(name, '-')}]" for name in columns)]
     return csv_text(heads, zip(items, *numbers, strict=True))
-
-
-def _failures(failed: list[Outcome]) -> str:
-    rows = ((text_cell(outcome["item"]), text_cell(outcome["reason"])) for outcome in failed)
-    return csv_text(("item", "reason"), rows)
 
 
 def finish(batch: Batch, folder: Path) -> None:

@@ -146,6 +146,4 @@ def plot(search: Search, curve: Sequence[DesignPoint]) -> Plot:
     probability.add(Rule(100.0 * search.probability))
     for panel in (values, probability):
         panel.add(Rule(search.target.value, "x"))
-    figure = stacked([values, probability], 6.0, (3.0, 2.0))
-    figure.legend, figure.title = tuple(entries), search.study.title
-    return figure
+    return stacked([values, probability], 6.0, (3.0, 2.0), entries, search.study.title)

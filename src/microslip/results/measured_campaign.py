@@ -13,7 +13,7 @@ from microslip._core.wording import shorten
 from microslip.report import cells
 from microslip.report.document import Column, Items, Note, Picture, Section, Table
 from microslip.report.files import csv_text, plain, text_cell
-from microslip.tribometer import campaign_figures as figures_of
+from microslip.tribometer import campaign_figures as figures
 from microslip.tribometer.campaign import Campaign, LoadLaw
 from microslip.tribometer.cycle_columns import LABELS, UNITS
 from microslip.tribometer.manifest import text_of
@@ -80,11 +80,6 @@ def rows_of(campaign: Campaign) -> list[tuple[Any, ...]]:
     return rows
 
 
-def table_of(campaign: Campaign) -> Table:
-    """The rows as a table."""
-    return Table("Records", _columns(campaign), tuple(rows_of(campaign)), noun="records")
-
-
 def csv_of(campaign: Campaign) -> str:
     """The rows as a file, all digits."""
     heads = [c.key if c.unit is None else f"{c.key} [{c.unit or '-'}]" for c in _columns(campaign)]
@@ -104,17 +99,24 @@ def csv_of(campaign: Campaign) -> str:
     )
 
 
-def pictures(campaign: Campaign, confidence: float = 0.95) -> dict[str, Picture]:
-    """Figures of several records, by the names of their files."""
-    figures = [
-        Picture(
-            "evolution",
-            "Every cycle of the records over its number, and over the cumulative dissipated "
-            "energy of the run; logarithmic axes.",
-            lambda: figures_of.evolution(campaign),
-            "Friction, stiffness and energy over cycles and cumulative energy",
-        )
-    ]
+def sections(
+    campaign: Campaign, skipped: Sequence[tuple[str, str]], confidence: float
+) -> tuple[list[Section], list[Section]]:
+    """Sections before and after the single records."""
+    table = Table("Records", _columns(campaign), tuple(rows_of(campaign)), noun="records")
+    first = [Section("Records", (table,))]
+    if skipped:
+        texts = tuple(f"{shorten(name, 80)}: {why}" for name, why in skipped)
+        words = Note(f"{len(skipped)} file{'s' * (len(skipped) > 1)} could not be measured:")
+        first.append(Section("Left out", (words, Items(texts))))
+    picture = Picture(
+        "evolution",
+        "Every cycle of the records over its number, and over the cumulative dissipated energy of "
+        "the run; logarithmic axes.",
+        partial(figures.evolution, campaign),
+        "Friction, stiffness and energy over cycles and cumulative energy",
+    )
+    last = [Section("Evolution", (picture,), brief=False)]
     if campaign.fretting_map():
         caption = (
             "Regimes over amplitude and normal load (Vingsbo and Söderberg 1988); mixed where a "
@@ -122,68 +124,45 @@ def pictures(campaign: Campaign, confidence: float = 0.95) -> dict[str, Picture]
         )
         if campaign.borders is not None:
             caption += " The lines are the borders by the law with its rig in series."
-        plot = partial(figures_of.fretting_map, campaign)
-        figures.append(
-            Picture("fretting-map", caption, plot, "Regimes over amplitude and normal load")
-        )
-    if wear := campaign.wear_laws(confidence):
-        caption = (
-            "Worn volume over dissipated energy, and over load times sliding distance (Archard), "
-            "with straight lines through zero; dashed: with a threshold."
-        )
-        plot = partial(figures_of.worn, wear)
-        figures.append(Picture("wear", caption, plot, "Worn volume over dissipated energy"))
+        plot = partial(figures.fretting_map, campaign)
+        picture = Picture("fretting-map", caption, plot, "Regimes over amplitude and normal load")
+        last.append(Section("Fretting map", (picture,), brief=False))
     if campaign.drawn_over is not None:
         caption = f"Means of the records with their intervals, over {campaign.drawn_over}."
-        plot = partial(figures_of.means_figure, campaign)
-        figures.append(Picture("means", caption, plot, "Means of the records"))
-    if (load_law := campaign.load_law(confidence)) is not None:
-        caption = "Stiffness after reversal over normal load, and the power law through it."
-        plot = partial(figures_of.stiffness_figure, campaign, load_law)
-        figures.append(Picture("stiffness", caption, plot, "Stiffness over normal load"))
+        plot = partial(figures.means_figure, campaign)
+        picture = Picture("means", caption, plot, "Means of the records")
+        last.append(Section("Stages", (picture,), brief=False))
     if campaign.friction_logs():
         caption = (
             "Friction log: the force over displacement and cycle, for rising (left) and falling "
             "displacement (right); each cycle without its offsets."
         )
-        plot = partial(figures_of.friction_log_figure, campaign)
-        figures.append(Picture("friction-log", caption, plot, "Force over displacement and cycle"))
-    if laws := campaign.running_in(confidence):
-        caption = "Running-in cycles, and the exponential law through them."
-        plot = partial(figures_of.running_in_figure, laws)
-        figures.append(Picture("running-in", caption, plot, "Running in"))
-    return {figure.name: figure for figure in figures}
-
-
-def sections(
-    campaign: Campaign, skipped: Sequence[tuple[str, str]], confidence: float
-) -> tuple[list[Section], list[Section]]:
-    """Sections before and after the single records."""
-    first = [Section("Records", (table_of(campaign),))]
-    if skipped:
-        texts = tuple(f"{shorten(name, 80)}: {why}" for name, why in skipped)
-        words = Note(f"{len(skipped)} file{'s' * (len(skipped) > 1)} could not be measured:")
-        first.append(Section("Left out", (words, Items(texts))))
-    figures = pictures(campaign, confidence)
-    last = [Section("Evolution", (figures["evolution"],), brief=False)]
-    if "fretting-map" in figures:
-        last.append(Section("Fretting map", (figures["fretting-map"],), brief=False))
-    if "means" in figures:
-        last.append(Section("Stages", (figures["means"],), brief=False))
-    if "friction-log" in figures:
-        last.append(Section("Friction log", (figures["friction-log"],), brief=False))
+        plot = partial(figures.friction_log_figure, campaign)
+        picture = Picture("friction-log", caption, plot, "Force over displacement and cycle")
+        last.append(Section("Friction log", (picture,), brief=False))
     if found := campaign.pooled(confidence):
         pooled_table, means_table = _specimens(found, confidence)
         last.append(Section("Specimens", (pooled_table,)))
         last.append(Section("Each specimen", (means_table,), brief=False))
     if (load_law := campaign.load_law(confidence)) is not None:
+        caption = "Stiffness after reversal over normal load, and the power law through it."
+        plot = partial(figures.stiffness_figure, campaign, load_law)
+        picture = Picture("stiffness", caption, plot, "Stiffness over normal load")
         words = Note(_load_text(load_law, confidence))
-        last.append(Section("Stiffness and load", (words, figures["stiffness"])))
+        last.append(Section("Stiffness and load", (words, picture)))
     if laws := campaign.running_in(confidence):
-        last.append(Section("Running in", (_run_in(laws, confidence), figures["running-in"])))
+        caption = "Running-in cycles, and the exponential law through them."
+        plot = partial(figures.running_in_figure, laws)
+        picture = Picture("running-in", caption, plot, "Running in")
+        last.append(Section("Running in", (_run_in(laws, confidence), picture)))
     if wear := campaign.wear_laws(confidence):
-        texts = tuple(_wear_text(law) for law in wear)
-        last.append(Section("Wear", (Items(texts), figures["wear"])))
+        caption = (
+            "Worn volume over dissipated energy, and over load times sliding distance (Archard), "
+            "with straight lines through zero; dashed: with a threshold."
+        )
+        plot = partial(figures.worn, wear)
+        picture = Picture("wear", caption, plot, "Worn volume over dissipated energy")
+        last.append(Section("Wear", (Items(tuple(map(_wear_text, wear))), picture)))
     if campaign.worn_volumes is not None and (uncounted := campaign.uncounted()):
         texts = tuple(f"{shorten(name, 80)}: {why}" for name, why in uncounted.items())
         words = Note("No energy wear coefficient of records whose dissipated energy is not known:")
@@ -298,13 +277,12 @@ def _runs(campaign: Campaign, confidence: float) -> Table:
     rows = []
     for comparison in campaign.comparison(confidence):
         written = partial(cells.value, unit=UNITS[comparison.column])
-        ends = f"{written(comparison.mean.low)} … {written(comparison.mean.high)}"
         rows.append(
             (
                 LABELS[comparison.column],
                 comparison.condition,
                 len(comparison.runs),
-                f"{written(comparison.mean.value)} ({ends})",
+                _ends(comparison.mean, written),
                 written(comparison.within),
                 written(comparison.between),
             )

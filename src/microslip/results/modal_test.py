@@ -126,6 +126,4 @@ def curve_plot(tests: Sequence[ModalTest]) -> Plot:
             panel.marks(x, y, color)
         frequency = f"{f[0]:.5g} Hz" if math.isfinite(f[0]) else ""
         legend.append(Entry(f"{shorten(test.name, 40)}, {frequency}", color, dash, marker="o"))
-    plot = stacked([upper, lower], 5.6, (1.0, 1.3))
-    plot.legend = tuple(legend)
-    return plot
+    return stacked([upper, lower], 5.6, (1.0, 1.3), legend)

@@ -9,8 +9,8 @@ import numpy as np
 from microslip._core.checks import show
 from microslip._core.units import engineering, prefix
 from microslip.errors import InputError
+from microslip.report.kit import evenly
 from microslip.report.plot import COLORS, DASHES, Axis, Entry, Panel, Plot
-from microslip.report.scales import evenly
 
 MOST_LINES = 6
 _MOST_POINTS = 5000

@@ -10,6 +10,7 @@ import numpy as np
 
 from microslip._core.units import prefix, significant
 from microslip._core.wording import shorten
+from microslip.report.kit import evenly, length_prefix
 from microslip.report.plot import (
     COLORS,
     DASHES,
@@ -24,7 +25,6 @@ from microslip.report.plot import (
     beside,
     stacked,
 )
-from microslip.report.scales import evenly, length_prefix
 from microslip.tribometer.manifest import as_floats
 from microslip.tribometer.wear import ARCHARD
 

@@ -9,8 +9,8 @@ import numpy as np
 
 from microslip._core.units import engineering, prefix
 from microslip._core.wording import shorten
+from microslip.report.kit import evenly, force_prefix, length_prefix
 from microslip.report.plot import COLORS, DASHES, Axis, Entry, Panel, Plot, stacked
-from microslip.report.scales import evenly, force_prefix, length_prefix
 
 MOST_LOOPS = 6
 

@@ -203,7 +203,7 @@ def figure(groups: Groups) -> Plot:
             is_sure = number.verdict == "identified"
             panel.marks([place], [number.value / unit], COLORS[1], filled=is_sure)
         panels.append(panel)
-    return stacked(panels, 0.9 + 1.7 * len(panels), (1.0,) * len(panels))
+    return stacked(panels, 0.9 + 1.7 * len(panels))
 
 
 def data_of(groups: Groups, confidence: float) -> dict[str, Any]:

@@ -9,7 +9,17 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from microslip._core.units import engineering
-from microslip.report.kit import LOOKS, Look, between, drawable, pale, visible_values
+from microslip.report.kit import (
+    LOOKS,
+    Look,
+    between,
+    common_prefix,
+    drawable,
+    evenly,
+    length_prefix,
+    pale,
+    visible_values,
+)
 from microslip.report.plot import (
     DASHED,
     DOTTED,
@@ -24,7 +34,6 @@ from microslip.report.plot import (
     Words,
     stacked,
 )
-from microslip.report.scales import common_prefix, evenly, length_prefix
 from microslip.runs.columns import AmplitudeCurve, VaryingCycles, in_words
 from microslip.runs.prediction import Prediction
 

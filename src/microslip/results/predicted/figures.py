@@ -9,7 +9,14 @@ import numpy as np
 from microslip._core.units import engineering, prefix
 from microslip.errors import InputError
 from microslip.report.document import Picture
-from microslip.report.kit import in_rows, marked_line, visible_values
+from microslip.report.kit import (
+    common_prefix,
+    evenly,
+    far_apart,
+    in_rows,
+    marked_line,
+    visible_values,
+)
 from microslip.report.plot import (
     DASHED,
     GREY,
@@ -22,7 +29,6 @@ from microslip.report.plot import (
     Stems,
     stacked,
 )
-from microslip.report.scales import common_prefix, evenly, far_apart
 from microslip.results.predicted.curves import (
     AmplitudeAxis,
     add_legend,
@@ -261,7 +267,7 @@ def slider_density(result: Prediction) -> Plot:
     )
     draw_curves(share, result, axis, slipping_share)
     panels.append(share)
-    return add_legend(stacked(panels, 1.2 + 2.9 * len(panels), (1.0,) * len(panels)), result)
+    return add_legend(stacked(panels, 1.2 + 2.9 * len(panels)), result)
 
 
 def _peak(curve: AmplitudeCurve) -> float:

@@ -8,9 +8,8 @@ import numpy as np
 
 from microslip._core.units import engineering, prefix
 from microslip.friction import PressedJoint
-from microslip.report.kit import look_of
+from microslip.report.kit import common_prefix, evenly, far_apart, length_prefix, look_of
 from microslip.report.plot import GREY, THIN, WIDTH, Axis, Entry, Floats, Panel, Plot
-from microslip.report.scales import common_prefix, evenly, far_apart, length_prefix
 from microslip.results.predicted.curves import add_legend, drawn_loads
 from microslip.runs.prediction import Prediction
 

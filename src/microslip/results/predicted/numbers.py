@@ -20,11 +20,9 @@ from microslip.results.predicted.scatter_document import numbers as scatter_numb
 from microslip.results.structure.bolts import force_numbers, force_rows
 from microslip.results.structure.document import FIGURES as STRUCTURE_FIGURES
 from microslip.results.structure.document import numbers as structure_numbers
+from microslip.results.structure.driven import FIGURES as SHAKING_FIGURES
+from microslip.results.structure.driven import FORCED_FIGURE, FORCED_TABLES, RESPONSES
 from microslip.results.structure.fitted_study import FITTED_STUDY
-from microslip.results.structure.forced import FIGURE as FORCED_FIGURE
-from microslip.results.structure.forced import RESPONSES
-from microslip.results.structure.forced import TABLES as FORCED_TABLES
-from microslip.results.structure.shaking import FIGURES as SHAKING_FIGURES
 from microslip.runs.columns import (
     AmplitudeCurve,
     Columns,
@@ -254,7 +252,7 @@ def load_notes(study: StudyDescription, joint: Interface) -> list[str]:
 def _title_notes(study: StudyDescription, names: Sequence[str]) -> list[str]:
     if study.title.isascii() or not any(name.endswith((".png", ".pdf")) for name in names):
         return []  # what shows lines and text has fonts of its own
-    from microslip.report.drawing import missing_glyphs
+    from microslip.report.matplotlib_figure import missing_glyphs
 
     missing = missing_glyphs(study.title)
     return [f"title: the figures have no letters for {missing} and draw boxes."] if missing else []

@@ -27,7 +27,7 @@ from microslip.report.document import (
     Verdicts,
 )
 from microslip.report.files import csv_text, text_file
-from microslip.report.scales import evenly
+from microslip.report.kit import evenly
 from microslip.results.scanned import joint_section
 from microslip.results.scanned.height_pictures import (
     cutoff_plot,

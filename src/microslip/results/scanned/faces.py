@@ -28,8 +28,8 @@ from microslip.report.document import (
     Verdicts,
 )
 from microslip.report.files import header, plain, text_file
+from microslip.report.kit import length_prefix
 from microslip.report.plot import COLORS, Axis, Panel, Plot, beside
-from microslip.report.scales import length_prefix
 from microslip.results.scanned.numbers import FACES_KIND
 from microslip.results.scanned.surface_block import faces_block, faces_table
 from microslip.scans import SummitStatistics, combine

@@ -20,6 +20,8 @@ from microslip.report.kit import (
     drawable,
     edge_of,
     families,
+    length_prefix,
+    logarithmic,
     marked_line,
     scale_of_colours,
     sideways_histogram,
@@ -39,7 +41,6 @@ from microslip.report.plot import (
     Rule,
     beside,
 )
-from microslip.report.scales import length_prefix, logarithmic
 from microslip.scans.areal_parameters import autocorrelation, slope_over_distance
 from microslip.scans.distribution_fits import Fit
 from microslip.scans.figures import SHARE, trace_figure

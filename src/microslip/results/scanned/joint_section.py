@@ -19,7 +19,7 @@ from microslip.normal import NormalLaw, PerssonCurve
 from microslip.normal.measured_pictures import face_plot
 from microslip.report.document import Block, Column, Note, Picture, Section, Table
 from microslip.report.files import csv_text, plain
-from microslip.report.kit import EDGE, SHORT_DASH, Family, families, look_of
+from microslip.report.kit import EDGE, SHORT_DASH, Family, families, length_prefix, look_of
 from microslip.report.plot import (
     COLORS,
     DASHED,
@@ -32,7 +32,6 @@ from microslip.report.plot import (
     Rule,
     beside,
 )
-from microslip.report.scales import length_prefix
 from microslip.scans.findings import ESTIMATES, Findings
 from microslip.scans.height_laws import HeightLaws
 from microslip.scans.joint_over_cutoffs import JOINT_UNITS, JointOverCutoffs

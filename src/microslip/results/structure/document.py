@@ -26,8 +26,7 @@ from microslip.report.document import (
     Verdicts,
 )
 from microslip.report.files import plain
-from microslip.results.structure import forced
-from microslip.results.structure import shaking as told
+from microslip.results.structure import driven as told
 from microslip.results.structure.bolts import (
     assembly_numbers,
     assembly_rows,
@@ -36,6 +35,12 @@ from microslip.results.structure.bolts import (
     force_rows,
     names,
     tight_numbers,
+)
+from microslip.results.structure.driven import (
+    FORCED_FIGURE,
+    force_plot,
+    force_section,
+    response_numbers,
 )
 from microslip.results.structure.fitted_study import FITTED_STUDY
 from microslip.results.structure.pictures import (
@@ -111,7 +116,7 @@ def sections(prediction: StructurePrediction) -> tuple[Section, ...]:
     if prediction.tight:
         parts.append(comparison(prediction))
     if prediction.part.force is not None:
-        parts.append(forced.section(prediction))
+        parts.append(force_section(prediction))
     if prediction.convergence is not None:
         parts.append(_convergence_section(prediction.convergence, prediction.part.modes[0]))
     if ranking:
@@ -172,8 +177,8 @@ def pictures(prediction: StructurePrediction) -> tuple[Picture, ...]:
         ),
     }
     if prediction.part.force is not None:
-        figures[forced.FIGURE] = (
-            forced.plot,
+        figures[FORCED_FIGURE] = (
+            force_plot,
             f"Amplitude at the sensor against the frequency of the force, near each mode.{bands}",
             "Response of the modes to the force",
         )
@@ -283,7 +288,7 @@ def _mode_numbers(mode: Mode) -> dict[str, Any]:
         ],
     }
     if mode.forced:
-        result["forced_response"] = [forced.numbers(response) for response in mode.forced]
+        result["forced_response"] = [response_numbers(response) for response in mode.forced]
     if bands is not None:
         result["modal_frequency_bands"] = plain(bands.frequency)
         result["modal_damping_ratio_bands"] = plain(bands.damping_ratio)

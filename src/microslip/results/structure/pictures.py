@@ -101,9 +101,7 @@ def curve_plot(prediction: StructurePrediction) -> Plot:
         legend.append(Entry("quasi-static", COLORS[0], DASHED))
     if fitted:
         legend.append(Entry("fitted to the tests", COLORS[0], DOTTED))
-    plot = stacked([upper, lower], 6.2, (1.0, 1.3))
-    plot.legend = tuple(legend)
-    return plot
+    return stacked([upper, lower], 6.2, (1.0, 1.3), legend)
 
 
 def pressure_plot(prediction: StructurePrediction) -> Plot:
@@ -175,7 +173,7 @@ def _ramp() -> NDArray[np.uint8]:
 def shape_plot(prediction: StructurePrediction) -> Plot:
     """Each mode from the side that shows it, exaggerated, over the structure at rest."""
     panels = [_shape(prediction, mode) for mode in prediction.modes]
-    return stacked(panels, 1.5 * len(panels) + 0.7, (1.0,) * len(panels))
+    return stacked(panels, 1.5 * len(panels) + 0.7)
 
 
 def _shape(prediction: StructurePrediction, mode: Mode) -> Panel:

@@ -1,4 +1,4 @@
-"""Results of a structure on a moving ground: sections, figures, numbers and columns."""
+"""Results of a structure that is driven: by a harmonic force, on a moving ground, by shocks."""
 
 from __future__ import annotations
 
@@ -11,23 +11,149 @@ import numpy as np
 
 from microslip._core.checks import Floats
 from microslip._core.netcdf import Variable
-from microslip._core.quantities import QUANTITIES
+from microslip._core.quantities import QUANTITIES, named
 from microslip._core.units import engineering, prefix
 from microslip.report import cells
-from microslip.report.document import (
-    Block,
-    Column,
-    Facts,
-    Note,
-    Picture,
-    Section,
-    Table,
-    Verdicts,
-)
+from microslip.report.document import Block, Column, Facts, Note, Picture, Section, Table, Verdicts
 from microslip.report.files import plain
-from microslip.report.kit import look_of
+from microslip.report.kit import between, look_of
 from microslip.report.plot import COLORS, DASHED, Axis, Entry, Panel, Plot, stacked
+from microslip.results.structure.pictures import PALE
 from microslip.runs.shaking import ShakenBands, Shaking, Sweep
+from microslip.runs.structure_prediction import ForcedMode, StructurePrediction
+from microslip.structures.forced import response_columns
+
+FORCED_FIGURE = "forced_response"
+"""Name of the figure."""
+RESPONSES = "frf.uff"
+"""Universal file of the responses over the force."""
+FORCED_TABLES = ("forced_response", "frf")
+"""Names of the CSV files: near each mode with bands, and of all modes together."""
+
+
+def forced_columns(
+    prediction: StructurePrediction,
+) -> tuple[dict[str, dict[str, Floats]], dict[str, str]]:
+    """Columns of the CSV files, and the units that depend on what the sensor measures."""
+    responses = prediction.frequency_responses
+    unit = prediction.part.unit
+    units = dict.fromkeys(("amplitude", *_BAND), unit)
+    if not responses:
+        return {}, units
+    over_force = response_columns(responses)
+    parts = []
+    for mode in prediction.modes:
+        for forced in mode.forced:
+            size = forced.frequency.size
+            bands = np.full((3, size), math.nan) if forced.bands is None else forced.bands
+            parts.append(
+                {
+                    "mode": np.full(size, float(mode.number)),
+                    "force_amplitude": np.full(size, forced.force),
+                    "frequency": forced.frequency,
+                    "amplitude": forced.response,
+                    **(dict(zip(_BAND, bands, strict=True)) if prediction.inputs else {}),
+                }
+            )
+    near = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    frf = {name: values for name, (_, values) in over_force.items()}
+    units |= {name: unit for name, (unit, _) in over_force.items()}
+    return dict(zip(FORCED_TABLES, (near, frf), strict=True)), units
+
+
+_BAND = ("amplitude_low", "amplitude_median", "amplitude_high")
+
+
+def response_numbers(forced: ForcedMode) -> dict[str, Any]:
+    """A response near a mode in the summary."""
+    result: dict[str, Any] = {
+        "force": forced.force,
+        "peak": dict(zip(("amplitude", "frequency"), plain(forced.peak), strict=True)),
+        **plain(named(forced, "largest_force", "frequency")),
+        "amplitude": plain(forced.response),
+    }
+    if forced.bands is not None and forced.peak_bands is not None:
+        result["amplitude_bands"] = plain(forced.bands)
+        result["peak_bands"] = dict(
+            zip(("amplitude", "frequency"), plain(forced.peak_bands.T), strict=True)
+        )
+        result["sampling_error"] = plain(forced.error)
+        result["beyond"] = forced.beyond
+    return result
+
+
+def force_section(prediction: StructurePrediction) -> Section:
+    """Peaks of the response to each force, with their bands."""
+    unit = prediction.part.unit
+    listed = [
+        Column("mode", "Mode"),
+        Column("force", "Force", "N", 3),
+        Column("peak_amplitude", "Peak at the sensor", unit, 3),
+        Column("peak_frequency", "at", "Hz", write=lambda f: f"{f:.5g}"),
+    ]
+    modes = [(mode, forced) for mode in prediction.modes for forced in mode.forced]
+    banded = any(forced.peak_bands is not None for _, forced in modes)
+    if banded:
+        listed += [Column("peak_low", "Peak, 5 %", unit, 3), Column("peak_high", "95 %", unit, 3)]
+    rows = []
+    remarks = [
+        "Near each resonance by its modal curve; other modes are left out here, and where a "
+        "frequency has several motions the largest is given. Over the force, with the other modes "
+        "linear: frf.csv."
+    ]
+    for mode, forced in modes:
+        ends = [] if forced.peak_bands is None else forced.peak_bands[[0, 2], 0].tolist()
+        ends += [math.nan] * (2 * banded - len(ends))
+        rows.append((mode.number, forced.force, *plain(forced.peak), *plain(np.array(ends))))
+        name = f"Mode {mode.number} under {engineering(forced.force, 'N', 3)}"
+        if not np.isfinite(forced.peak[0]):
+            most = engineering(forced.largest_force, "N", 2)
+            remarks.append(
+                f"{name} moves beyond the largest amplitude, which about {most} reach: give a "
+                "larger amplitude.to."
+            )
+        elif forced.beyond:
+            remarks.append(
+                f"{name}: {forced.beyond:.0%} of the samples move beyond the largest amplitude, "
+                "which replaces theirs: the bands end there; give a larger amplitude.to."
+            )
+        if np.isfinite(forced.error):
+            remarks.append(
+                f"{name}: the sampling error of the quantiles of the peak is at most "
+                f"±{forced.error:.1%} (90 %)."
+            )
+    table = Table("Response to the force", tuple(listed), tuple(rows), noun="peaks")
+    return Section("Response to the force", (table, Note(" ".join(remarks), small=True)))
+
+
+def force_plot(prediction: StructurePrediction) -> Plot:
+    """Amplitude at the sensor against the frequency of the force, a panel a mode."""
+    si = prediction.part.unit.replace("^2", "²")
+    panels, legend = [], []
+    for mode in prediction.modes:
+        highest = [forced.response for forced in mode.forced]
+        highest += [forced.bands[2] for forced in mode.forced if forced.bands is not None]
+        unit, letter = prefix(float(np.nanmax(np.concatenate(highest), initial=0.0)) or 1.0)
+        panel = Panel(
+            Axis("Frequency of the force [Hz]", margin=0.0),
+            Axis(f"Amplitude at the sensor [{letter}{si}]", log=True),
+            note=f"Mode {mode.number}",
+        )
+        for index, forced in enumerate(mode.forced):
+            if forced.bands is not None:
+                low, high = forced.bands[[0, 2]] / unit
+                pale = PALE[index % len(PALE)]
+                panel.add(between(forced.frequency, low, high, pale))
+        for index, forced in enumerate(mode.forced):
+            look = look_of(index)
+            panel.line(forced.frequency, forced.response / unit, look.color, dash=look.dash)
+        panels.append(panel)
+    for index, force in enumerate(prediction.part.force.amplitude if prediction.part.force else ()):
+        look = look_of(index)
+        scale, letter = prefix(force)
+        legend.append(Entry(f"{force / scale:g} {letter}N", look.color, look.dash))
+    return stacked(panels, 2.9 * len(panels) + 0.5, legend=legend)
+
 
 FIGURES = {"base": "transmissibility", "random": "response_spectrum", "shock": "shock_peaks"}
 """Names of the figures, by the table of the study that asks for them."""
@@ -191,9 +317,7 @@ def sweep_plot(shaking: Shaking) -> Plot:
             panel.line(x, np.where(near, y, np.nan), look.color)
             panel.line(x, np.where(stable, np.nan, y), look.color, width=0.9, dash=DASHED)
         legend.append(Entry(_acceleration(sweep.level), look.color))
-    plot = stacked([upper, lower], 5.6, (1.0, 1.0))
-    plot.legend = tuple(legend)
-    return plot
+    return stacked([upper, lower], 5.6, legend=legend)
 
 
 def noise_plot(shaking: Shaking) -> Plot:
@@ -226,7 +350,7 @@ def shock_plot(shaking: Shaking) -> Plot:
         panel.line(x[order], y[order], COLORS[1])
         panel.marks(x, y, COLORS[1])
         panels.append(panel)
-    return stacked(panels, 5.0, (1.0, 1.0))
+    return stacked(panels, 5.0)
 
 
 def _of_sweep(sweep: Sweep) -> dict[str, Floats]:

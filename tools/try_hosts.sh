@@ -1,5 +1,6 @@
 #!/bin/sh
-# Runs the joint in other people's programs, each in a throwaway environment of its own.
+# Runs the joint in other people's programs, each in a throwaway environment of its own on top of
+# one that has microslip and what it needs.
 # WHEEL=dist/... is a wheel that is built already.
 # usage: tools/try_hosts.sh PYTHON [HOST...], of opensees, fmu, nastran, lsdyna, pyharm, jax, torch, octave, calculix
 # PAGE=docs/hosts.md writes what was run, and what came, into the table between the page's markers.
@@ -9,22 +10,27 @@ python=$1
 shift
 hosts=${*:-opensees fmu nastran lsdyna pyharm jax torch octave calculix}
 scratch=$(mktemp -d)
+touch "$scratch/rows"
 trap 'rm -rf "$scratch"' EXIT
 export OPENBLAS_NUM_THREADS=1 PIP_DISABLE_PIP_VERSION_CHECK=1
-cannot() { echo "cannot be tried: $1" >&2; exit 77; }
+cannot() { echo "cannot be tried: $name, $1" >&2; left=77; }
+left=0
 try() {  # NAME TESTS PACKAGES...
     name=$1
     tests=$2
     shift 2
     echo "== $name"
-    [ "$name" != calculix ] || command -v ccx >/dev/null || cannot "no ccx on the PATH; apt-get install calculix-ccx, say"
-    [ "$name" != octave ] || command -v mkoctfile >/dev/null || cannot "no mkoctfile on the PATH; apt-get install octave-dev, say"
+    [ "$name" != calculix ] || command -v ccx >/dev/null ||
+        { cannot "no ccx on the PATH; apt-get install calculix-ccx, say"; return; }
+    [ "$name" != octave ] || command -v mkoctfile >/dev/null ||
+        { cannot "no mkoctfile on the PATH; apt-get install octave-dev, say"; return; }
     "$python" -m venv "$scratch/$name"
-    "$scratch/$name/bin/python" -m pip install --quiet --quiet pytest hypothesis "$@" ||
-        cannot "its packages cannot be installed here"
+    site=$("$scratch/$name/bin/python" -c 'import sysconfig; print(sysconfig.get_path("purelib"))')
+    echo "$below" > "$site/below.pth"
+    [ $# -eq 0 ] || "$scratch/$name/bin/python" -m pip install --quiet --quiet "$@" ||
+        { cannot "its packages cannot be installed here"; return; }
     [ "$name" != opensees ] || "$scratch/$name/bin/python" -c 'import openseespy.opensees' 2>/dev/null ||
-        cannot "openseespy does not load here; apt-get install libblas3 liblapack3, say"
-    "$scratch/$name/bin/python" -m pip install --quiet --quiet "${WHEEL:-$root}"
+        { cannot "openseespy does not load here; apt-get install libblas3 liblapack3, say"; return; }
     # -rs, and a skip is a failure: here everything is installed.
     (cd "$root" && "$scratch/$name/bin/python" -m pytest -q -rs -p no:cacheprovider -m "slow or not slow" $tests) \
         > "$scratch/out" 2>&1 || { cat "$scratch/out"; exit 1; }
@@ -38,6 +44,9 @@ try() {  # NAME TESTS PACKAGES...
     ! grep -q "SKIPPED" "$scratch/out" || { echo "$name: skipped, which it must not be here"; exit 1; }
     rm -rf "${scratch:?}/$name"
 }
+"$python" -m venv "$scratch/below"
+"$scratch/below/bin/python" -m pip install --quiet --quiet pytest hypothesis "${WHEEL:-$root}"
+below=$("$scratch/below/bin/python" -c 'import sysconfig; print(sysconfig.get_path("purelib"))')
 for host in $hosts; do
     case $host in
     opensees) try opensees tests/physics/test_hosts_opensees.py "openseespy==3.5.1.12" ;;  # Python 3.11
@@ -64,3 +73,4 @@ kept |= {name(line): line for line in rows.read_text(encoding="utf-8").splitline
 head = ["| host | version | Python | its tests |", "| --- | --- | --- | --- |"]
 page.write_text(before + "\n".join([begin, *head, *kept.values(), end]) + after, encoding="utf-8")
 END
+exit "$left"

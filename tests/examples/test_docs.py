@@ -57,7 +57,13 @@ LANGUAGES = {
     *("python", "sh", "toml", "csv", "text", "matlab", "c", "julia", "{toctree}", "{eval-rst}")
 }
 # What takes seconds runs with the slow tests.
-LONG = {("docs/structures.md", "python"), ("docs/figures.md", "sh")}
+LONG = {
+    ("docs/structures.md", "python"),
+    ("docs/several-laps.md", "python"),
+    ("docs/from-a-scan.md", "python"),
+    ("docs/batches.md", "sh"),
+    ("docs/figures.md", "sh"),
+}
 NUMBER = r"[-+]?\d+(?:\.\d*)?(?:e[-+]?\d+)?"
 
 

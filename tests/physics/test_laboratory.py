@@ -49,22 +49,25 @@ def test_chance_at_other_separations_is_in_the_interval() -> None:
 def test_ordinary_records_cover() -> None:
     """Of each quantity nine in ten of the 95 % intervals that are identified hold it, of all 93 %.
 
-    Fifteen sets of each kind, fewer of those that take long; `make laboratory` has 360.
+    Eight sets of each kind, fewer of those that take long; `make laboratory` has 240.
     """
-    counts = {"summits": 6, "running in": 6, "never slid": 4, "moving": 0}
+    counts = {"summits": 3, "running in": 3, "never slid": 2, "moving": 0}
     step = len(KINDS)
-    seeds = [at + step * i for at, kind in enumerate(KINDS) for i in range(counts.get(kind, 15))]
+    seeds = [at + step * i for at, kind in enumerate(KINDS) for i in range(counts.get(kind, 8))]
     tally = whole(coverage(seeds))
-    assert tally.sets == 136
+    assert tally.sets == 72
     assert tally.held >= 0.93, tally.missed
     for name, number in tally.identified.items():
-        assert number > 80
+        assert number > 40
         assert tally.covered[name] >= 0.9 * number, (name, tally.missed)
 
 
 @pytest.mark.slow
 def test_no_wrong_physics_passes() -> None:
-    """28 kinds, two sets each: where a number is called identified its interval holds the truth."""
+    """A set of each of 28 kinds: what is called identified is inside its interval.
+
+    `make laboratory` has four of each.
+    """
     assert len(WRONG) >= 27
-    for name, tally in wrong(range(2)).items():
+    for name, tally in wrong(range(1)).items():
         assert tally.covered == tally.identified, (name, tally.missed)

@@ -242,7 +242,7 @@ def test_the_ratio_of_stiffnesses_includes_shape_and_lay() -> None:
     assert circle == pytest.approx(np.eye(2) / EQUAL, rel=0.01, abs=1e-3)
     # An ellipse 4:1 along x, of the elliptic summits of the house.
     from microslip import Material, MaterialPair
-    from microslip.normal.elliptic import hertz_ellipse, stiffness_ratio
+    from microslip.normal.greenwood_williamson import hertz_ellipse, stiffness_ratio
 
     body = Material(69e9, 0.33)
     ratio = next(k for k in np.geomspace(1e-3, 1.0, 4000) if hertz_ellipse(k).axis_ratio > 0.25)

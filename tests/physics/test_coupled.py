@@ -28,8 +28,7 @@ from hypothesis import strategies as st
 import microslip as ms
 from microslip import kernels
 from microslip.kernels import slip_runs
-from microslip.normal.scalar_curves import LawCurve, scalar_curve
-from microslip.normal.slip_losses import _summit_means
+from microslip.normal.exact_curves import LawCurve, _summit_means, scalar_curve
 from microslip.normal.spheres import Spheres
 
 JOINTS = joint_params()

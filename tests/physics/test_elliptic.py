@@ -11,9 +11,9 @@ from scipy import integrate
 from studies import SURFACE, edited
 
 import microslip as ms
-from microslip.normal.elliptic import hertz_ellipse, stiffness_ratio
+from microslip.normal.greenwood_williamson import hertz_ellipse, stiffness_ratio
 from microslip.scans import random_surface
-from microslip.scans.ellipses import elliptic_surface
+from microslip.scans.summit_set import elliptic_surface
 
 ALUMINIUM = ms.Material(69e9, 0.33)
 PAIR = ms.MaterialPair(ALUMINIUM, ALUMINIUM)

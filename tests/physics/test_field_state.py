@@ -13,7 +13,7 @@ import pytest
 import microslip as ms
 from microslip.memory import Diagram
 from microslip.normal import NORMAL_LAWS
-from microslip.normal.slip_losses import SlipLosses
+from microslip.normal.exact_curves import SlipLosses
 
 AL = ms.Material(69e9, 0.33)
 SURFACE = ms.GreenwoodWilliamson(

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 
 import microslip as ms
 from microslip.scans import filters
+from microslip.scans.conditioning import fill
 from microslip.scans.filters import smooth, transmission, weights
 from microslip.scans.levelling import level
-from microslip.scans.outliers_and_gaps import fill
 
 STEP = 2e-6
 RNG = np.random.default_rng(19)

@@ -23,8 +23,8 @@ from microslip.scans import (
     verdicts,
 )
 from microslip.scans.moments import moments_of
-from microslip.scans.nayak import NayakSummits
 from microslip.scans.spectrum import spectrum
+from microslip.scans.summit_statistics import NayakSummits
 
 SCANS = Path(__file__).parents[3] / "shared/data/scans"
 

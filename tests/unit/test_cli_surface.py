@@ -154,7 +154,7 @@ def test_why_a_scan_is_not_solved_point_by_point(
     few = run("surface", "ground.npy", *joint, "0.1 mN").stdout
     assert "Not solved point by point: " in few
     assert "at least 100 points into contact" in " ".join(few.split())
-    monkeypatch.setattr("microslip.scans.point_by_point.MOST_POINTS", 1000)
+    monkeypatch.setattr("microslip.scans.joints.MOST_POINTS", 1000)
     large = run("surface", "ground.npy", *joint, "0.9 N").stdout
     assert "9216 points take their time; ask for it by --point-by-point." in large
     assert "p/E*h'" in run("surface", "ground.npy", *joint, "0.9 N", "--point-by-point").stdout

@@ -21,7 +21,7 @@ from microslip.heights import HEIGHTS
 from microslip.normal import NORMAL_LAWS
 from microslip.normal.persson import PerssonSurface
 from microslip.normal.tightened import RecoveredHeights
-from microslip.scans.measured_surface import MeasuredSurface
+from microslip.scans.height_laws import MeasuredSurface
 from microslip.tribometer.virtual import InSeries
 
 PACKAGE = Path(ms.__file__).parent

@@ -13,7 +13,7 @@ from microslip.normal import measured_face
 from microslip.normal.boundary_elements import HalfSpace, closing, press
 from microslip.normal.measured_pictures import face_plot
 from microslip.report.plot import Line
-from microslip.scans.point_by_point import contact_words
+from microslip.scans.joints import contact_words
 
 STEEL = ms.Material(210e9, 0.3, hardness=2.5e9)
 PAIR = ms.MaterialPair(STEEL, STEEL)

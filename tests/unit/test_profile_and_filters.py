@@ -12,7 +12,7 @@ from scipy.stats import norm
 
 import microslip as ms
 from microslip.errors import InputError
-from microslip.scans.mean_surfaces import _Regression, robust_mean, spline_mean
+from microslip.scans.filters import _Regression, robust_mean, spline_mean
 
 STEP = 1e-6
 X = STEP * np.arange(8000)

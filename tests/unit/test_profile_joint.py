@@ -11,7 +11,7 @@ from scipy import stats
 import microslip as ms
 from microslip.heights.by_moments import heights_by_moments
 from microslip.scans import random_surface
-from microslip.scans.profile_joint import profile_joint, rough_of_profile
+from microslip.scans.joints import profile_joint, rough_of_profile
 
 STEEL = ms.Material(210e9, 0.3)
 PAIR = ms.MaterialPair(STEEL, STEEL)

@@ -16,7 +16,7 @@ from scipy.stats import norm
 
 import microslip as ms
 from microslip.scans import random_surface
-from microslip.scans.measured_surface import TAIL, MeasuredSurface
+from microslip.scans.height_laws import TAIL, MeasuredSurface
 
 STEEL = ms.Material(210e9, 0.3, 2e9)
 PAIR = ms.MaterialPair(STEEL, STEEL)

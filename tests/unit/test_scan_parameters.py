@@ -32,9 +32,8 @@ from microslip.scans import (
 )
 from microslip.scans import paraboloids as paraboloids
 from microslip.scans.height_fit import height_distribution_of
-from microslip.scans.moments import moments_of
+from microslip.scans.moments import moments_of, statistics_of
 from microslip.scans.spectrum import spectrum
-from microslip.scans.statistics import statistics_of
 
 RNG = np.random.default_rng(7)
 NOISE = Scan(RNG.normal(size=(60, 80)) * 1e-7, (1e-6, 2e-6))

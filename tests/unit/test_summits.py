@@ -13,7 +13,7 @@ import pytest
 import microslip as ms
 from microslip.friction import Verdict
 from microslip.scans import SummitStatistics, cut, find_summits, paraboloids, random_surface
-from microslip.scans.noise import noise_passed, noise_std, present
+from microslip.scans.height_map import noise_passed, noise_std, present
 
 AL = ms.Material(69e9, 0.33)
 PAIR = ms.MaterialPair(AL, AL)

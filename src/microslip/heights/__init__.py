@@ -9,9 +9,7 @@ import numpy as np
 from microslip._core.checks import show
 from microslip.errors import InputError
 from microslip.heights.base import HeightDistribution
-from microslip.heights.discrete import Discrete
-from microslip.heights.exponential import Exponential
-from microslip.heights.gaussian import Gaussian
+from microslip.heights.closed_forms import Discrete, Exponential, Gaussian
 from microslip.heights.statistical import Statistical
 from microslip.heights.tabulated import TabulatedHeights
 

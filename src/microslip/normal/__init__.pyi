@@ -1,11 +1,11 @@
 from .base import NormalLaw as NormalLaw
-from .elliptic import EllipticSummits as EllipticSummits
+from .given_summits import AsperityPopulation as AsperityPopulation
+from .given_summits import SphereOnFlat as SphereOnFlat
+from .greenwood_williamson import EllipticSummits as EllipticSummits
 from .greenwood_williamson import GreenwoodWilliamson as GreenwoodWilliamson
 from .laws import NORMAL_LAWS as NORMAL_LAWS
 from .measured import MeasuredContact as MeasuredContact
 from .persson import PerssonCurve as PerssonCurve
-from .population import AsperityPopulation as AsperityPopulation
 from .rough import RoughSurface as RoughSurface
-from .sphere import SphereOnFlat as SphereOnFlat
 from .table import TabulatedNormalLaw as TabulatedNormalLaw
 from .tightened import TightenedSurface as TightenedSurface

@@ -1,12 +1,10 @@
 """The list of all normal load laws."""
 
 from microslip.normal.base import NormalLaw
-from microslip.normal.elliptic import EllipticSummits
-from microslip.normal.greenwood_williamson import GreenwoodWilliamson
+from microslip.normal.given_summits import AsperityPopulation, SphereOnFlat
+from microslip.normal.greenwood_williamson import EllipticSummits, GreenwoodWilliamson
 from microslip.normal.measured import MeasuredContact
-from microslip.normal.population import AsperityPopulation
 from microslip.normal.rough import RoughSurface
-from microslip.normal.sphere import SphereOnFlat
 from microslip.normal.table import TabulatedNormalLaw
 from microslip.normal.tightened import TightenedSurface
 

@@ -14,9 +14,8 @@ from microslip._core.checks import Floats, show
 from microslip.errors import InputError
 from microslip.kernels.profile import Profile
 from microslip.normal.base import NormalLaw
+from microslip.normal.exact_curves import ScalarCurve, SlipLosses, scalar_curve
 from microslip.normal.grids import sum_over_pairs
-from microslip.normal.scalar_curves import ScalarCurve, scalar_curve
-from microslip.normal.slip_losses import SlipLosses
 
 _REACHES = 1.1 ** np.arange(-60.0, 150.0)  # decay lengths
 _FAINT_LOAD = 1e-30  # of the largest load: what is lighter counts as none

@@ -26,13 +26,16 @@ from microslip.normal.measured_face import (
     RESOLUTION,
     SCATTER,
     ContactNumbers,
+    StoredLaw,
     Task,
+    cached,
     check_pressure,
     face_of,
     ratio_of,
+    read_law,
     stiffness_scatter,
+    write_law,
 )
-from microslip.normal.measured_files import StoredLaw, cached, read_law, write_law
 from microslip.normal.table import TabulatedNormalLaw
 from microslip.normal.tightened import yield_stress_of
 

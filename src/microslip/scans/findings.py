@@ -19,26 +19,27 @@ from microslip.friction import Interface
 from microslip.materials import Material, MaterialPair
 from microslip.report.document import Progress
 from microslip.scans import Scan
-from microslip.scans.areal_parameters import areal_parameters, slope_over_distance
 from microslip.scans.conditioning import Steps, condition
 from microslip.scans.cutoffs import CutoffTable, default_cutoffs, over_cutoffs
-from microslip.scans.ellipses import elliptic_surface
 from microslip.scans.height_fit import HeightFit, height_distribution
-from microslip.scans.height_laws import HeightLaws
+from microslip.scans.height_laws import HeightLaws, MeasuredSurface
 from microslip.scans.height_map import HeightMap
 from microslip.scans.joint_over_cutoffs import JointOverCutoffs, joint_over_cutoffs
-from microslip.scans.measured_surface import MeasuredSurface
-from microslip.scans.moments import BY_MOMENTS, Moments
+from microslip.scans.joints import PointByPoint, ProfileJoint, point_by_point, profile_joint
+from microslip.scans.moments import BY_MOMENTS, Moments, Statistics
 from microslip.scans.options import DRAWING, READING
-from microslip.scans.patch_scatter import standard_errors
-from microslip.scans.point_by_point import PointByPoint, point_by_point
-from microslip.scans.profile_joint import ProfileJoint, profile_joint
-from microslip.scans.profile_parameters import ProfileParameters, profile_parameters
+from microslip.scans.patches import standard_errors
 from microslip.scans.scan_rules import judged, radius_in_pixels, verdicts
 from microslip.scans.spectrum import SelfAffineFit, Spectrum, spectrum
-from microslip.scans.statistics import Statistics
+from microslip.scans.summit_set import elliptic_surface
 from microslip.scans.summit_statistics import SummitStatistics
 from microslip.scans.summits import Summits, find_summits
+from microslip.scans.surface_parameters import (
+    ProfileParameters,
+    areal_parameters,
+    profile_parameters,
+    slope_over_distance,
+)
 
 ESTIMATES = {
     "mccool": "McCool's moments",

@@ -21,9 +21,9 @@ from microslip.materials import MaterialPair
 from microslip.normal.base import check_pair
 from microslip.scans.checks import area_of, length_of
 from microslip.scans.conditioning import Steps, band, condition
+from microslip.scans.height_laws import Heights
 from microslip.scans.height_map import HeightMap
 from microslip.scans.levelling import Level
-from microslip.scans.measured_surface import Heights
 from microslip.scans.patches import cut
 from microslip.scans.scan_rules import judged
 from microslip.scans.summit_set import Method, Summits

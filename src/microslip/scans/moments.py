@@ -24,8 +24,7 @@ import numpy as np
 
 from microslip._core.checks import Floats, positive
 from microslip.errors import InputError
-from microslip.scans.nayak import NayakSummits
-from microslip.scans.summit_statistics import SummitStatistics
+from microslip.scans.summit_statistics import NayakSummits, SummitStatistics
 
 SUMMIT_SHARE = 1.0 - 3.0 * math.sqrt(3.0) + 16.0 / math.pi
 """McCool's 0.8968: the variance m0 of the heights less that of the summits, times alpha/m0."""
@@ -280,3 +279,61 @@ def _blocks(grid: Floats, overlap: int = 2) -> Iterator[tuple[Floats, Floats]]:
     height = max(1, _BLOCK // columns)
     for start in range(0, rows, height):
         yield grid[start : start + height], grid[start : start + height + overlap]
+
+
+@dataclass(frozen=True)
+class Statistics:
+    """Height parameters of a scan, after ISO 25178-2:2021; of a profile, after ISO 21920-2:2021."""
+
+    mean: float
+    """Mean height [m]."""
+    rms: float
+    """Root mean square height Sq [m] about the mean."""
+    mean_deviation: float
+    """Mean absolute height Sa [m] about the mean."""
+    skewness: float
+    """Skewness Ssk [-]: 0 for a Gaussian surface, below it where plateaus prevail."""
+    kurtosis: float
+    """Kurtosis Sku [-]: 3 for a Gaussian surface."""
+    flatness: float
+    """From the lowest valley to the highest peak [m]: Sz."""
+    highest: float
+    """Height of the highest point above the mean [m]: Sp."""
+    count: int
+    """Points present."""
+    missing: float
+    """Share of points that are missing [-]."""
+
+
+def statistics_of(heights: Floats) -> Statistics:
+    """Height parameters, as they are: level the heights first."""
+    flat = heights.reshape(-1)
+    parts = [flat[start : start + _BLOCK] for start in range(0, flat.size, _BLOCK)]
+    count, total, low, high = 0, 0.0, math.inf, -math.inf
+    for part in parts:
+        values = present(part)
+        if values.size:
+            count, total = count + values.size, total + float(values.sum())
+            low, high = min(low, float(values.min())), max(high, float(values.max()))
+    # No spread means one height for all: the sums below would be rounding only.
+    if not high > low:
+        raise InputError(f"the heights must vary, got {count} that are all the same")
+    mean = total / count
+    scale = high - low  # so that fourth powers stay in range
+    sums = np.zeros(4)
+    for part in parts:
+        off = (present(part) - mean) / scale
+        square = off * off
+        sums += (np.abs(off).sum(), square.sum(), dot(square, off), dot(square, square))
+    deviation, second, third, fourth = (float(value) / count for value in sums)
+    return Statistics(
+        mean=mean,
+        rms=math.sqrt(second) * scale,
+        mean_deviation=deviation * scale,
+        skewness=third / second**1.5,
+        kurtosis=fourth / (second * second),
+        flatness=scale,
+        highest=high - mean,
+        count=count,
+        missing=1.0 - count / flat.size,
+    )

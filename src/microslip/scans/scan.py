@@ -16,13 +16,6 @@ from microslip.errors import InputError
 from microslip.materials import MaterialPair
 from microslip.normal import MeasuredContact
 from microslip.readers.files import POINTS
-from microslip.scans.areal_parameters import (
-    ArealParameters,
-    Autocorrelation,
-    areal_parameters,
-    autocorrelation,
-    slope_over_distance,
-)
 from microslip.scans.conditioning import Steps, condition
 from microslip.scans.cutoffs import CutoffTable, over_cutoffs
 from microslip.scans.file_reading import read
@@ -31,9 +24,17 @@ from microslip.scans.height_map import HeightMap
 from microslip.scans.heights_in_files import Wishes
 from microslip.scans.joint_over_cutoffs import joint_over_cutoffs as _joint_over_cutoffs
 from microslip.scans.levelling import Level
-from microslip.scans.profile_parameters import ProfileParameters, profile_parameters
 from microslip.scans.spectrum import Spectrum, spectrum
 from microslip.scans.summits import Summits, find_summits
+from microslip.scans.surface_parameters import (
+    ArealParameters,
+    Autocorrelation,
+    ProfileParameters,
+    areal_parameters,
+    autocorrelation,
+    profile_parameters,
+    slope_over_distance,
+)
 
 
 @dataclass(frozen=True, eq=False, repr=False, init=False)

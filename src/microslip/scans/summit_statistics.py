@@ -1,11 +1,27 @@
-"""Inputs of Greenwood and Williamson's model, and their sources."""
+"""Inputs of Greenwood and Williamson's model, and the summits of an isotropic Gaussian surface.
+
+After Nayak (1971), of such a field the height z, the mean curvature s at a summit (minus half the
+sum of the second derivatives) and the two differences of second derivatives are jointly normal, and
+the slopes are independent of them. The number of summits weighs a curvature with the determinant
+of the second derivatives. With t = s/sqrt(m4/3) and the differences integrated out, the weight is
+
+    w(t) = sqrt 3 (t^2 - 2 + 2 exp(-t^2/2)),   t > 0, t normal with variance 2,
+
+and given z = xi sqrt m0, t is normal with mean xi sqrt 2 r and variance 2 (1 - r^2), where
+r^2 = 3/(2 alpha). So the density of summit heights is phi(xi) times the expectation of w(t), in
+closed form.
+"""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
-from microslip._core.checks import number, positive, show
+import numpy as np
+from numpy.typing import ArrayLike
+
+from microslip._core.checks import Floats, floats, number, plain, positive, show
 from microslip._core.units import engineering, significant
 from microslip._core.wording import quoted
 from microslip.errors import InputError
@@ -125,3 +141,155 @@ class SummitStatistics:
             f"{significant(self.density * 1e-6)} summits/mm^2, radius "
             f"{engineering(self.radius, 'm')}, std {engineering(self.std, 'm')} ({self.estimate})"
         )
+
+
+LEAST_ALPHA = 1.5
+"""Nayak's alpha of a surface whose waves have all one length: the least that there is."""
+
+
+@dataclass(frozen=True)
+class NayakSummits:
+    """Summits of an isotropic Gaussian surface: Nayak (1971), DOI 10.1115/1.3451608.
+
+    Parameters
+    ----------
+    m0 : float
+        Variance of the heights [m^2].
+    m2 : float
+        Mean square slope of a profile [-].
+    m4 : float
+        Mean square curvature of a profile [1/m^2].
+    """
+
+    m0: float
+    m2: float
+    m4: float
+
+    def __post_init__(self) -> None:
+        for name, unit in (("m0", "m^2"), ("m2", ""), ("m4", "1/m^2")):
+            object.__setattr__(self, name, positive(name, getattr(self, name), unit))
+        if self.nayak < LEAST_ALPHA * (1.0 - 1e-9):
+            raise InputError(
+                "Nayak's alpha = m0 m4/m2^2 must be at least 1.5 for an isotropic Gaussian "
+                f"surface, got {self.nayak:.4g}: it is none, or its scan is disturbed"
+            )
+
+    @property
+    def nayak(self) -> float:
+        """Nayak's alpha [-], m0 m4/m2^2."""
+        return self.m0 / self.m2 * (self.m4 / self.m2)
+
+    @property
+    def density(self) -> float:
+        """Summits per area [1/m^2]."""
+        return self.m4 / self.m2 / (6.0 * math.pi * math.sqrt(3.0))
+
+    @property
+    def mean_height(self) -> float:
+        """Mean height of the summits above the mean plane [m]."""
+        return 4.0 * math.sqrt(self.m0 / (math.pi * self.nayak))
+
+    @property
+    def std(self) -> float:
+        """Standard deviation of the summit heights [m]."""
+        share = 1.0 - 3.0 * math.sqrt(3.0) + 16.0 / math.pi
+        return math.sqrt((1.0 - share / self.nayak) * self.m0)
+
+    @property
+    def mean_curvature(self) -> float:
+        """Mean over all summits of their mean curvature [1/m]."""
+        return 8.0 / 3.0 * math.sqrt(self.m4 / math.pi)
+
+    @property
+    def radius(self) -> float:
+        """One over the mean curvature [m]: McCool's radius."""
+        return 1.0 / self.mean_curvature
+
+    @property
+    def equivalent_radius(self) -> float:
+        """Radius of equal spheres that carry at equal indentation what the summits carry [m].
+
+        The load of a summit goes with the root of its equivalent radius 1/sqrt(k1 k2), so this is
+        the square of the mean root: 1.277 times McCool's radius, whatever the moments.
+        """
+        return BY_LOAD * self.radius
+
+    def height_density(self, height: ArrayLike) -> Any:
+        """Probability density of the summit heights.
+
+        Parameters
+        ----------
+        height : array_like
+            Heights above the mean plane of the surface [m], of any shape.
+
+        Returns
+        -------
+        float or ndarray
+            Density [1/m], of the shape of `height`; Nayak (1971), DOI 10.1115/1.3451608.
+        """
+        z = floats("height", height)
+        return plain(self._parts(z)[0] / math.sqrt(self.m0))
+
+    def share_below(self, height: ArrayLike) -> Any:
+        """Share of the summits below a height [-], to 1e-9; the rest as :meth:`height_density`."""
+        xi = floats("height", height) / math.sqrt(self.m0)
+        low, high, count = -9.0, 12.0, 2100
+        step = (high - low) / count
+        density = self._parts(np.linspace(low, high, 2 * count + 1) * math.sqrt(self.m0))[0]
+        first, middle, last = density[:-1:2], density[1::2], density[2::2]
+        # Simpson's rule, and within a step the integral of the same parabola.
+        share = np.append(0.0, np.cumsum(step / 6.0 * (first + 4.0 * middle + last)))
+        at = (np.clip(xi, low, high) - low) / step
+        cell = np.minimum(at.astype(np.intp), count - 1)
+        at = at - cell
+        f, m, e = first[cell], middle[cell], last[cell]
+        rise = f + at * ((4.0 * m - 3.0 * f - e) / 2.0 + at * (2.0 * f - 4.0 * m + 2.0 * e) / 3.0)
+        return plain(np.clip((share[cell] + step * at * rise) / share[-1], 0.0, 1.0))
+
+    def curvature_at(self, height: ArrayLike) -> Any:
+        """Mean curvature [1/m] of the summits of a height: the high ones are the sharp ones.
+
+        The rest as :meth:`height_density`.
+        """
+        weight, first = self._parts(floats("height", height))
+        mean = np.divide(first, weight, out=np.zeros_like(weight), where=weight > 0.0)
+        return plain(mean * math.sqrt(self.m4 / 3.0))
+
+    def statistics(self) -> SummitStatistics:
+        """Greenwood and Williamson's parameters: McCool's, with :attr:`equivalent_radius`."""
+        return SummitStatistics(
+            self.density, self.equivalent_radius, self.std, self.mean_height, "nayak", "load"
+        )
+
+    def _parts(self, z: Floats) -> tuple[Floats, Floats]:
+        """Density of xi = z/sqrt m0, and the same times the mean of t."""
+        from scipy.special import ndtr
+
+        xi = z / math.sqrt(self.m0)
+        r2 = min(1.5 / self.nayak, 1.0)
+        mean, s = xi * math.sqrt(2.0 * r2), max(math.sqrt(2.0 * (1.0 - r2)), 1e-9)
+        zeroth, first_moment, two, three = _above_zero(mean, s, ndtr)
+        # exp(-t^2/2) times the normal density of t is a narrower one, times a number.
+        wide = 1.0 + s * s
+        factor = np.exp(-0.5 * mean * mean / wide) / math.sqrt(wide)
+        tight = _above_zero(mean / wide, s / math.sqrt(wide), ndtr)
+        phi = math.sqrt(3.0 / (2.0 * math.pi)) * np.exp(-0.5 * xi * xi)
+        weight = phi * (two - 2.0 * zeroth + 2.0 * factor * tight[0])
+        first = phi * (three - 2.0 * first_moment + 2.0 * factor * tight[1])
+        # Far below the mean plane only the rounding of cancelling terms remains.
+        near = xi > -9.0
+        return (
+            np.where(near, np.maximum(weight, 0.0), 0.0),
+            np.where(near, np.maximum(first, 0.0), 0.0),
+        )
+
+
+def _above_zero(mean: Floats, s: float, ndtr: Any) -> tuple[Floats, Floats, Floats, Floats]:
+    """Moments of orders 0 to 3 of a normal variable, from zero upwards."""
+    x = mean / s
+    below = ndtr(x)
+    edge = s * np.exp(-0.5 * x * x) / math.sqrt(2.0 * math.pi)
+    first = mean * below + edge
+    two = mean * first + s * s * below
+    three = mean * two + 2.0 * s * s * first
+    return below, first, two, three

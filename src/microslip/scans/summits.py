@@ -13,12 +13,10 @@ from microslip._core.wording import quoted
 from microslip.errors import InputError
 from microslip.scans.checks import length_of
 from microslip.scans.conditioning import Steps, band, condition, remaining
-from microslip.scans.curvature import by_differences, equivalent_radii, fitted
-from microslip.scans.height_map import HeightMap
+from microslip.scans.height_map import HeightMap, present
 from microslip.scans.levelling import Level
-from microslip.scans.noise import present
 from microslip.scans.options import METHODS
-from microslip.scans.prominence import Peaks, find_peaks
+from microslip.scans.peaks import Peaks, by_differences, equivalent_radii, find_peaks, fitted
 from microslip.scans.summit_set import Method
 from microslip.scans.summit_set import Summits as Summits
 from microslip.scans.summit_statistics import SummitStatistics

@@ -16,7 +16,7 @@ from microslip._core.wording import shorten
 from microslip.normal import MeasuredContact, NormalLaw
 from microslip.report.document import Progress
 from microslip.scans import options
-from microslip.scans.point_by_point import contact_words
+from microslip.scans.joints import contact_words
 from microslip.study.fields import MATERIALS
 from microslip.study.part import key as key_of
 from microslip.study.part import tag

@@ -46,7 +46,7 @@ from microslip.results.scanned.numbers import (
 from microslip.results.scanned.surface_block import block
 from microslip.scans.file_reading import SUSPECT
 from microslip.scans.findings import ESTIMATES, Findings
-from microslip.scans.patch_scatter import HEIGHTS, MOMENTS, SUMMITS
+from microslip.scans.patches import HEIGHTS, MOMENTS, SUMMITS
 from microslip.scans.summits import Summits
 
 NO_CUTOFF = "none: limited by the pixel"

@@ -41,12 +41,12 @@ from microslip.report.plot import (
     Rule,
     beside,
 )
-from microslip.scans.areal_parameters import autocorrelation, slope_over_distance
-from microslip.scans.distribution_fits import Fit
 from microslip.scans.figures import SHARE, trace_figure
 from microslip.scans.findings import Findings
+from microslip.scans.height_fit import Fit
 from microslip.scans.height_map import HeightMap
 from microslip.scans.summits import Summits
+from microslip.scans.surface_parameters import autocorrelation, slope_over_distance
 
 MOST_MARKED = 150
 IN_DETAIL = 80

@@ -35,8 +35,7 @@ from microslip.report.plot import (
 from microslip.scans.findings import ESTIMATES, Findings
 from microslip.scans.height_laws import HeightLaws
 from microslip.scans.joint_over_cutoffs import JOINT_UNITS, JointOverCutoffs
-from microslip.scans.point_by_point import PointByPoint
-from microslip.scans.profile_joint import ProfileJoint
+from microslip.scans.joints import PointByPoint, ProfileJoint
 
 _LABELS = {
     "tangential_stiffness": "tangential stiffness",

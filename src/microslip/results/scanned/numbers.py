@@ -15,11 +15,10 @@ from microslip._version import __version__
 from microslip.report.document import Column, Note, Section, Table
 from microslip.report.files import csv_text, header, plain
 from microslip.results.scanned import joint_section
-from microslip.scans.areal_parameters import ArealParameters
 from microslip.scans.findings import Findings
-from microslip.scans.patch_scatter import HEIGHTS, MOMENTS, SUMMITS
-from microslip.scans.profile_parameters import ProfileParameters
+from microslip.scans.patches import HEIGHTS, MOMENTS, SUMMITS
 from microslip.scans.scan_rules import LOST_TO_PIXEL
+from microslip.scans.surface_parameters import ArealParameters, ProfileParameters
 
 KIND = "microslip-surface"
 """Kind of a folder of a measured scan in summary.json."""

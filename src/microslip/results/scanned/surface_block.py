@@ -12,9 +12,8 @@ from microslip._core.files import seen_from
 from microslip._core.units import engineering
 from microslip.errors import InputError
 from microslip.scans.findings import Findings, Request
+from microslip.scans.joints import PointByPoint, ProfileJoint
 from microslip.scans.options import LAWS_OF_HEIGHTS
-from microslip.scans.point_by_point import PointByPoint
-from microslip.scans.profile_joint import ProfileJoint
 
 _HEAD = """\
 # The surface of a study, from a scan: put it in place of [surface] in one that

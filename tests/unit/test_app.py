@@ -27,7 +27,7 @@ from microslip.app.jobs import Workspace, check_study, safe_name
 from microslip.app.preview import record_view
 from microslip.app.server import remove_abandoned
 from microslip.cli import main
-from microslip.cli.forms import COMMANDS, forms
+from microslip.cli.workbench import COMMANDS, forms
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 TOKEN = "a-token-of-the-tests"

@@ -10,8 +10,7 @@ from microslip.results.predicted.preview import preview
 from microslip.results.structure.bolts import force_rows
 from microslip.runs.structure import keys_of_model
 from microslip.structures.bolt_tightening import ClampedBolt, Thread, proof_stress, tension_band
-from microslip.study.build import build_surface
-from microslip.study.draws import Design, at_middle
+from microslip.study.build import Design, at_middle, build_surface
 
 # Fine threads by VDI 2230 (2001): diameter, pitch [mm], mu, F_M [kN] of 8.8, 10.9 and 12.9.
 PRINTED = (

@@ -11,7 +11,6 @@ import xml.etree.ElementTree as ET
 from functools import lru_cache
 from pathlib import Path
 
-import matplotlib
 import numpy as np
 import pytest
 from click.testing import CliRunner, Result
@@ -117,12 +116,6 @@ def test_letters() -> None:
         figure = drawn(number).figure
         bold = {t.get_text() for t in figure.findobj(Text) if t.get_fontweight() == "bold"}
         assert bold >= set("OABCD"), number
-
-
-def test_the_style_stays_at_home() -> None:
-    before = dict(matplotlib.rcParams)
-    NUMBERS["19.12"].draw()
-    assert dict(matplotlib.rcParams) == before
 
 
 # -- what they show --------------------------------------------------------------------------------
@@ -301,13 +294,6 @@ def test_the_overlay_is_identified() -> None:
     assert any(text.endswith("made with μ 0.55,\nrig 100 N/µm") for text in texts)
 
 
-def test_rig_figures_say_what_they_are() -> None:
-    # It says what it is, in the heading and in the assumptions.
-    for number in ("19.6", "19.7", "19.22"):
-        assert NUMBERS[number].title.endswith("(synthetic)")
-        assert "Synthetic" in NUMBERS[number].parameters
-
-
 def test_likeness_figure() -> None:
     """Cells with the asperity's own sliders come near it, evenly spread ones do not."""
     data, limit = columns("19.21"), summit().force_limit
@@ -389,11 +375,6 @@ def test_the_same_files_each_time(tmp_path: Path) -> None:
     stems = [NUMBERS[number].stem for number in ("19.12", "19.23")]
     for name in (f"{stem}.{kind}" for stem in stems for kind in ("svg", "png", "csv")):
         assert (folders[0] / name).read_bytes() == (folders[1] / name).read_bytes(), name
-
-
-def test_select() -> None:
-    assert select() == PLATES
-    assert [plate.number for plate in select(["19.14, 19.2", "19.2"])] == ["19.2", "19.14"]
 
 
 def test_the_page_is_in_step() -> None:

@@ -293,12 +293,6 @@ def test_a_full_output_is_one_line(arguments: list[str]) -> None:
     assert ("joint-result" in names()) == (arguments[0] == "predict")
 
 
-@pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no /dev/full")
-def test_an_error_that_cannot_be_written_is_one_all_the_same() -> None:
-    with Path("/dev/full").open("wb") as full:
-        assert process("predict", "jiont.toml", stderr=full).returncode == 2
-
-
 @pytest.mark.skipif(os.name == "nt", reason="pipes break otherwise there")
 @all_writing
 def test_a_pipe_that_nobody_reads_is_no_error(arguments: list[str]) -> None:

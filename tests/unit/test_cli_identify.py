@@ -12,8 +12,7 @@ import pytest
 from command import STUDY, fails, run
 
 import microslip as ms
-from microslip.cli.fit_values import contact_area_of, known_of, rig_stiffness_of
-from microslip.cli.records import calibration_of
+from microslip.cli.records import calibration_of, known_of, rig_stiffness_of
 
 JOINT = ms.Interface.examples()[0]
 RIG = 5e8
@@ -182,11 +181,6 @@ def test_rig_stiffness(text: str, value: Any) -> None:
         np.testing.assert_allclose(got, value, rtol=1e-15)
 
 
-def test_contact_area() -> None:
-    assert contact_area_of("6 mm^2, 1 mm^2, 2 kN") == (6e-6, 1e-6, 2000.0)
-    assert contact_area_of(None) is None
-
-
 @pytest.mark.parametrize(
     ("text", "factors", "error"),
     [
@@ -296,19 +290,6 @@ WRONG = {
 @pytest.mark.parametrize("words", WRONG, ids=" ".join)
 def test_command_refuses(words: tuple[str, ...]) -> None:
     assert WRONG[words] in fails("identify", "light.csv", "heavy.csv", "-o", "out", *words)
-
-
-def test_too_few_cycles() -> None:
-    rig = ms.VirtualTribometer(JOINT, sample_rate=2560)
-    rig.record(amplitude=6e-6, frequency=10.0, cycles=2).to_csv("short.csv")
-    assert "cycles" in fails("identify", "short.csv", "-o", "out")
-
-
-def test_a_missing_load() -> None:
-    record = ms.Record.read("light.csv")
-    bare = ms.Record(record.displacement, record.force, sample_rate=2560)
-    bare.to_csv("bare.csv")
-    assert "normal load" in fails("identify", "bare.csv", "-o", "out")
 
 
 def test_a_fit_that_does_not_converge(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -16,7 +16,7 @@ from click.testing import CliRunner
 from command import STUDY, fails, run
 
 from microslip.cli import main
-from microslip.cli.shell import SHELLS
+from microslip.cli.lists import SHELLS
 from microslip.materials import metals
 
 

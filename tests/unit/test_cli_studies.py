@@ -150,13 +150,6 @@ def test_check_finds_what_predict_would_find() -> None:
     )
 
 
-def test_check_says_what_it_assumes() -> None:
-    Path("joint.toml").write_text(STUDY[: STUDY.index("[excitation]")], encoding="utf-8")
-    text = run("check", "joint.toml").stdout
-    assert "excitation.amplitudes is not given: 0.1, 0.3, 1, 10 times the slip scale" in text
-    assert "To compute 4 loops, curves of 200 points in all" in text
-
-
 def test_check_of_a_structure_tells_of_no_joint_of_an_area_that_nobody_gave() -> None:
     text = run("check", str(Path(__file__).parents[2] / "examples" / "bolted_beam.toml")).stdout
     assert "\nSize\n" in text

@@ -419,23 +419,6 @@ def test_coordinates_and_heights_have_a_unit_each(folder: Path, undrawn: None) -
         ms.Study.from_toml(one, folder=folder / "out")
 
 
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        (("--cutoff", "5 um", "--cutoff", "6 um"), "--cutoff: wanted once, got 2 times"),
-        (("--level", "mean", "--level", "mean"), "--level: wanted once, got 2 times"),
-        (
-            ("--unit", "um", "--unit", "um"),
-            "--unit: wanted once, or twice for coordinates and heights, got 3 times",
-        ),
-    ],
-)
-def test_an_option_is_not_taken_from_the_last_of_two(
-    folder: Path, options: tuple[str, ...], message: str
-) -> None:
-    assert message in fails("surface", "ground.npy", *AS_IS, *options)
-
-
 def test_a_number_for_nothing_measured_is_reported(folder: Path) -> None:
     heights = np.load("ground.npy")
     heights[10:12, 20:30] = -9999.0

@@ -19,7 +19,7 @@ from studies import AMPLITUDES, GAUSSIAN, LOADS, MATERIAL, SURFACE, SURFACES, ed
 import microslip as ms
 from microslip.materials import metals
 from microslip.study.json_schema import json_schema, schema_tree
-from microslip.study.overrides import FILE_KEYS
+from microslip.study.toml_text import FILE_KEYS
 
 ROOT = Path(__file__).parents[2]
 LINE = f"amplitudes = {AMPLITUDES}"

@@ -16,8 +16,8 @@ import microslip as ms
 from microslip._core.netcdf import Variable
 from microslip.cli import main
 from microslip.runs.scatter import scatter
+from microslip.study.build import Design, at_middle, check_draws
 from microslip.study.description import StudyDescription
-from microslip.study.draws import Design, at_middle, check_draws
 
 SPHERE = """
 schema = 1

@@ -10,8 +10,7 @@ import pytest
 
 import microslip as ms
 from microslip.results.predicted.numbers import files
-from microslip.study.build import build_surface
-from microslip.study.draws import at_middle
+from microslip.study.build import at_middle, build_surface
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "shaker.toml"
 COARSE = ("structure.element_size=20 mm", "structure.patches=[2, 1]",

@@ -30,7 +30,7 @@ from microslip._core.units import (
     to_si,
 )
 from microslip.materials import metals
-from microslip.study.overrides import dump
+from microslip.study.toml_text import dump
 
 LINE = f"amplitudes = {AMPLITUDES}"
 
@@ -54,12 +54,6 @@ def test_quantities_are_si_floats_to_the_last_bit() -> None:
     assert study.excitation.amplitudes == (1e-7, 1e-6)
     with pytest.raises(Exception, match="frozen"):
         study.title = "another"
-
-
-@pytest.mark.parametrize("digit", range(1, 10))
-def test_a_decimal_quantity_is_the_nearest_double(digit: int) -> None:
-    for power, unit in ((-9, "nm"), (-6, "um"), (-3, "mm"), (-2, "cm")):
-        assert to_si(f"0.{digit} {unit}", LENGTH, "1 um") == float(f"0.{digit}e{power}")
 
 
 @pytest.mark.parametrize(
@@ -300,15 +294,6 @@ def test_an_oscillator_is_read() -> None:
     assert oscillator.viscous_damping_ratio == 0.01
 
 
-def test_all_formats_and_the_report_are_written_unless_told() -> None:
-    output = ms.Study.from_toml(edited(('[output]\nformats = ["csv"]\n', ""))).output
-    assert output.formats == ("netcdf", "csv", "svg")
-    assert output.report is True
-    output = ms.Study.from_toml(edited(('["csv"]', '["png", "netcdf"]\nreport = false'))).output
-    assert output.formats == ("png", "netcdf")
-    assert output.report is False
-
-
 # -- overrides --------------------------------------------------------------------------------
 
 
@@ -394,12 +379,6 @@ def test_a_study_in_python_is_the_same_as_in_a_file() -> None:
     assert again.notes == study.notes
 
 
-def test_the_text_of_a_study_in_python_holds_any_text() -> None:
-    keys = KEYS | {"title": 'Steel "on" al \\ \N{GREEK SMALL LETTER MU}'}
-    text = ms.Study(**keys).text
-    assert tomllib.loads(text)["title"] == keys["title"]
-
-
 @given(
     st.recursive(
         st.one_of(
@@ -430,54 +409,6 @@ def test_absurdly_deep_keys_are_refused_at_once() -> None:
             ms.Study.from_toml(f"schema = 1\n{text}\n")
     with pytest.raises(ms.StudyError, match=r'override "a\.a.*: a key of more than 200 levels'):
         ms.Study.from_toml("schema = 1\n", overrides=[f"{deep}=1"])
-
-
-def test_a_table_of_loads_with_keys_of_another_law_gets_its_line(tmp_path: Path) -> None:
-    (tmp_path / "record.csv").write_text("slider [um],load [N]\n0,2000\n1,2100\n0,1900\n")
-    text = """
-        schema = 1
-        [surface]
-        law = "table"
-        materials = ["steel", "steel"]
-        heights = { kind = "gaussian", std = "0.5 um" }
-        radius = "1 mm"
-        density = "100 1/mm^2"
-        area = "2 cm^2"
-        [joint]
-        friction_coefficient = 0.5
-        normal_load = "2 kN"
-        [excitation.history]
-        file = "record.csv"
-        column = "slider"
-        normal_load = { column = "load" }
-    """
-    with pytest.raises(ms.StudyError) as caught:
-        ms.Study.from_toml(text, "joint.toml", folder=tmp_path)
-    assert str(caught.value).startswith(
-        "joint.toml: surface.separation: missing; write for example"
-    )
-    assert "internal" not in str(caught.value)
-
-
-def test_usual_units_are_what_pint_says(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Those known without pint, in every spelling, agree with it in factor and dimension."""
-    from itertools import product
-
-    from microslip._core import units
-
-    names = [f"{prefix}{base}" for prefix, base in product(units._PREFIX, ("m", "N", "Pa"))]
-    written = [
-        *names,
-        *(f"{name}^{n}" for name, n in product(names, (2, 3))),
-        *(f"1/{name}" for name in names), *(f"1/{name}^2" for name in names),
-        *(f"{top}/{prefix}m" for top, prefix in product(names, units._PREFIX)),
-    ]  # fmt: skip
-    quick = {unit: units._simple(unit) for unit in written}
-    assert all(found is not None for found in quick.values())
-    assert all(units._simple(unit) is None for unit in ("mm2", "inch", "1/m/s", "%", "deg", "1"))
-    monkeypatch.setattr(units, "_simple", lambda unit: None)
-    for unit, found in quick.items():
-        assert found == units._parse.__wrapped__(unit), unit
 
 
 @pytest.mark.parametrize("extra", ["", '[oscillator]\nmass = "2 kg"\nstiffness = "1e6 N/m"\n'])

@@ -16,9 +16,8 @@ from microslip.friction.input_slopes import input_slopes
 from microslip.normal import NORMAL_LAWS
 from microslip.results.predicted.preview import preview
 from microslip.runs.scatter import RANKED, scatter
-from microslip.study.build import build_joints
+from microslip.study.build import at_middle, build_joints
 from microslip.study.description import StudyDescription
-from microslip.study.draws import at_middle
 
 
 def study(*edits: tuple[str, str]) -> ms.Study:

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 from command import STUDY, names, process, run
 
-from microslip.cli.work import stoppable
+from microslip.cli.options import stoppable
 
 
 @pytest.fixture(autouse=True)

@@ -7,7 +7,6 @@ import csv
 import io
 import json
 import math
-import re
 from pathlib import Path
 
 import h5py
@@ -115,17 +114,6 @@ def test_what_is_at_constant_load_is_that_of_the_study_without_variation() -> No
 def test_a_vanishing_variation_is_the_constant_load() -> None:
     cycles = ms.Study.from_toml(varying("share = 1e-9")).run().varying[1]
     np.testing.assert_allclose(cycles.energy_share, 1.0, rtol=1e-5)
-
-
-def test_out_of_phase_more_is_lost() -> None:
-    """Putignano, Ciavarella and Barber (2011)."""
-    energies = [
-        ms.Study.from_toml(varying(f'share = 0.5, phase = "{phase} deg"')).run().varying[1]
-        for phase in (0, 45, 90)
-    ]
-    lost = [cycles.dissipated_energy[0] for cycles in energies]
-    assert lost == sorted(lost)
-    assert lost[0] < lost[2] / 1.5
 
 
 def test_an_amplitude_is_the_same_at_every_load() -> None:
@@ -380,13 +368,6 @@ def test_without_contact_there_are_no_contacts() -> None:
     assert found[COUNT]["normal_load"] == 0.0
 
 
-def test_constant_loads_say_nothing_of_another_one() -> None:
-    result = ms.Study.from_toml(edited()).run()
-    for joint, found in zip(result.joints, judged(result), strict=True):
-        assert all("normal_load" not in verdict for verdict in found.values())
-        assert [v["value"] for v in found.values()] == [v.value for v in joint.validity]
-
-
 @pytest.mark.parametrize(
     ("loads", "lines"),
     [
@@ -530,13 +511,3 @@ def test_a_record_stays_within_its_table(tmp_path: Path) -> None:
         == [f"study: excitation.history.normal_load: {said} of the numbers; begin the table higher"]
         * 2
     )
-
-
-def test_the_terminal_shows_both_loads() -> None:
-    stream = io.StringIO()
-    show(document(ms.Study.from_toml(varying("share = 0.5")).run()), stream)
-    text = stream.getvalue()
-    assert "Cycles at constant load\n" in text
-    assert "Cycles as the normal load varies\n" in text
-    assert re.search(r"500 N +100 nm +250 N +750 N ", text)
-    assert "the loops are settled cycles under a normal load that varies about N by 50 %" in text

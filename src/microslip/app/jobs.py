@@ -18,8 +18,7 @@ from typing import Any
 
 from microslip._core.wording import show
 from microslip.errors import InputError
-from microslip.study.overrides import FILE_KEYS
-from microslip.study.toml_text import tables_of, text_of
+from microslip.study.toml_text import FILE_KEYS, tables_of, text_of
 
 LOOK = "look"
 """Begins the name of a form for a look into a file: "look record", "look scan"."""
@@ -96,7 +95,7 @@ class Run:
     def study(self) -> str | None:
         """A study of the joint that was found: the identified one, or the summits of a scan."""
         from microslip.study.new import template
-        from microslip.study.overrides import apply, as_toml
+        from microslip.study.toml_text import apply, as_toml
 
         files = self.files()
         if "joint.toml" in files:
@@ -351,7 +350,7 @@ def _text(name: str, value: Any) -> str:
 async def preview(arguments: list[str], folder: Path, question: Any) -> dict[str, Any]:
     """Look into a file of a folder, in a process of its own that may take two minutes."""
     process = await asyncio.create_subprocess_exec(
-        sys.executable, "-P", "-m", "microslip.cli.look", *arguments, cwd=folder,
+        sys.executable, "-P", "-m", "microslip.cli.workbench", *arguments, cwd=folder,
         stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.PIPE,
         stderr=asyncio.subprocess.DEVNULL,
     )  # fmt: skip

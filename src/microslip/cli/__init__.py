@@ -5,14 +5,12 @@ from __future__ import annotations
 import click
 
 from microslip._version import __version__
-from microslip.cli.batch import batch, design
 from microslip.cli.export import export
 from microslip.cli.group import Group
 from microslip.cli.identify import identify
-from microslip.cli.lists import app, explore, figures, materials, schema
+from microslip.cli.lists import app, completion, explore, figures, materials, schema
 from microslip.cli.measure import measure
-from microslip.cli.shell import completion
-from microslip.cli.studies import check, demo, new, predict
+from microslip.cli.studies import batch, check, demo, design, new, predict
 from microslip.cli.surface import surface
 
 __all__ = ["main"]

@@ -10,9 +10,8 @@ import click
 from microslip._core.parameters import option
 from microslip._core.units import AREA, LENGTH, MASS_DENSITY
 from microslip.cli.group import OneOf, echo_json
-from microslip.cli.options import flag, offers, output_option, switch
+from microslip.cli.options import Report, flag, offers, output_option, progress, stoppable, switch
 from microslip.cli.studies import overridable, study_argument
-from microslip.cli.work import Report, progress, stoppable
 
 if TYPE_CHECKING:
     from microslip.results import Study

@@ -9,15 +9,17 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from microslip.cli.fit_values import options_of
 from microslip.cli.group import OneOf
+from microslip.cli.lists import complete_study
 from microslip.cli.options import (
     ANY_PATH,
     FIGURES,
     NamedOption,
     Output,
     option,
+    progress,
     spelling,
+    stoppable,
     switch,
     writes,
 )
@@ -32,11 +34,10 @@ from microslip.cli.records import (
     calibration_of,
     each_of,
     listed,
+    options_of,
     reads,
 )
-from microslip.cli.shell import complete_study
 from microslip.cli.structures import BAND, has_structure, identify_structure
-from microslip.cli.work import progress, stoppable
 from microslip.identification.options import LAWS, LOSSES, NUISANCES
 
 if TYPE_CHECKING:

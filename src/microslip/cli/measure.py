@@ -7,13 +7,16 @@ from typing import TYPE_CHECKING
 
 import click
 
+from microslip.cli.lists import complete_study
 from microslip.cli.options import (
     ANY_PATH,
     FIGURES,
     Output,
     offers,
     option,
+    progress,
     spelling,
+    stoppable,
     switch,
     writes,
 )
@@ -29,9 +32,7 @@ from microslip.cli.records import (
     reads,
     slice_of,
 )
-from microslip.cli.shell import complete_study
 from microslip.cli.structures import BAND, are_modal, measure_modes
-from microslip.cli.work import progress, stoppable
 from microslip.tribometer.options import AREA, CONFIDENCE, DELAY, RIG_STIFFNESS
 
 if TYPE_CHECKING:

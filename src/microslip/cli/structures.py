@@ -11,9 +11,8 @@ import click
 
 from microslip._core.units import FREQUENCY
 from microslip.cli.group import echo_json
-from microslip.cli.options import Output, ends_in, option, quantity
+from microslip.cli.options import Output, ends_in, option, progress, quantity, stoppable
 from microslip.cli.studies import predict_into
-from microslip.cli.work import progress, stoppable
 from microslip.study.toml_text import tables_of, text_of
 
 BAND = option(
@@ -91,7 +90,7 @@ def identify_structure(
 ) -> None:
     """Predict the structure with a fit to its tests."""
     from microslip.results import Study
-    from microslip.study.overrides import as_toml
+    from microslip.study.toml_text import as_toml
 
     table = tables_of(text_of(study))["structure"]
     before = table.get("measured", {}) if isinstance(table, dict) else {}

@@ -8,8 +8,17 @@ from typing import Any
 
 import click
 
-from microslip.cli.options import ANY_PATH, FIGURES, Output, offers, spelling, switch, writes
-from microslip.cli.work import progress, stoppable
+from microslip.cli.options import (
+    ANY_PATH,
+    FIGURES,
+    Output,
+    offers,
+    progress,
+    spelling,
+    stoppable,
+    switch,
+    writes,
+)
 from microslip.scans import options as offered
 
 _TWICE = {"unit": "coordinates and heights", "pixel": "x and y", "crop": "x and y"}

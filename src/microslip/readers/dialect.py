@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from typing import NamedTuple
 
-from microslip.readers.headings import is_only_unit, name_and_unit, unbracketed
+from microslip.readers.tables import is_only_unit, name_and_unit, unbracketed
 
 _NOTHING = r"(?:[+-]?nan|#?n/?a|null|none|bad|no ?data|-+|\*+|\?|[+-]?\d*\.?#\w+)?"
 _MISSING = re.compile(_NOTHING, re.ASCII | re.I)

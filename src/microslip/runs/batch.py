@@ -21,7 +21,7 @@ from microslip._core.wording import one_line
 from microslip._version import __version__
 from microslip.errors import InputError
 from microslip.readers.files import reading
-from microslip.readers.sheets import rows_of
+from microslip.readers.laboratory import rows_of
 from microslip.readers.text import whole_text
 from microslip.report.document import Progress
 from microslip.report.files import plain
@@ -159,7 +159,7 @@ def _heading(item: Item) -> Outcome:
 
 
 def _predicted(item: Item) -> list[dict[str, float | None]]:
-    from microslip.runs.predict import rows_of
+    from microslip.runs.prediction import rows_of
     from microslip.study.description import StudyDescription
 
     changes = item.changes

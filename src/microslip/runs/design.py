@@ -29,9 +29,15 @@ from microslip.friction import Interface
 from microslip.kernels import Integers
 from microslip.normal import NormalLaw
 from microslip.report.document import Progress
-from microslip.study.build import build_joints, build_summits, surface_inputs
+from microslip.study.build import (
+    Design,
+    at_middle,
+    build_joints,
+    build_summits,
+    is_uncertain,
+    surface_inputs,
+)
 from microslip.study.description import StudyDescription
-from microslip.study.draws import Design, at_middle, is_uncertain
 from microslip.study.joints import Joint
 from microslip.study.surfaces import Elastic
 from microslip.study.uncertain import spreads_of, value_at, with_values

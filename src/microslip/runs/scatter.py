@@ -14,10 +14,9 @@ from microslip._core.netcdf import Variable
 from microslip.errors import InputError, StudyError
 from microslip.report.document import Progress
 from microslip.runs.columns import AmplitudeCurve
+from microslip.study.build import Design, Input
 from microslip.study.description import StudyDescription
-from microslip.study.draws import Design, Input
-from microslip.study.schema import Curve
-from microslip.study.uncertainty import GROUPS
+from microslip.study.schema import GROUPS, Curve
 from microslip.sweeps.quantiles import intervals
 from microslip.sweeps.ranking import ranking
 

@@ -13,9 +13,6 @@ from microslip._core.checks import Floats
 from microslip.errors import InputError
 from microslip.normal import NormalLaw
 from microslip.report.document import Progress
-from microslip.runs.shaken_bands import AXES, push_of, shaken_bands
-from microslip.runs.shaking import shaken
-from microslip.runs.structure_force import forced_modes, frequency_responses, gain_of
 from microslip.runs.structure_prediction import (
     SHARES,
     Bands,
@@ -23,6 +20,15 @@ from microslip.runs.structure_prediction import (
     Sampled,
     StructurePrediction,
     TightMode,
+    shaken,
+)
+from microslip.runs.structure_responses import (
+    AXES,
+    forced_modes,
+    frequency_responses,
+    gain_of,
+    push_of,
+    shaken_bands,
 )
 from microslip.structures import (
     Convergence,
@@ -36,14 +42,12 @@ from microslip.structures import (
 from microslip.structures.assembly import Assembly
 from microslip.structures.periodic_motion import moving_modes
 from microslip.structures.reduction_convergence import refined
-from microslip.study.build import blame, build_surface
+from microslip.study.build import Design, at_middle, blame, build_surface, is_uncertain
 from microslip.study.description import StudyDescription
-from microslip.study.draws import Design, at_middle, is_uncertain
 from microslip.study.measured_face import MeasuredFace
-from microslip.study.modal_tests import MeasuredPart
-from microslip.study.shaking import EXCITED
 from microslip.study.structure import StructurePart
 from microslip.study.uncertain import Spread, value_at
+from microslip.study.vibration import EXCITED, MeasuredPart
 from microslip.sweeps.quantiles import quantiles
 from microslip.sweeps.ranking import ranking
 

@@ -7,9 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from microslip.runs.structure import BASE, keys_of_model
-from microslip.study.build import blame
+from microslip.study.build import Design, at_middle, blame, is_uncertain
 from microslip.study.description import StudyDescription
-from microslip.study.draws import Design, at_middle, is_uncertain
 from microslip.study.structure import USUAL_PATCHES
 
 _PER_REDUCTION, _PER_POINT, _PER_LOOK = 4.0, 0.012, 0.6

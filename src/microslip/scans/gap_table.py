@@ -25,9 +25,9 @@ from microslip.errors import InputError
 from microslip.heights import TabulatedHeights
 from microslip.materials import MaterialPair
 from microslip.normal import GreenwoodWilliamson
+from microslip.readers.array_files import archived
 from microslip.readers.files import POINTS, reading
-from microslip.readers.numpy_files import archived
-from microslip.readers.scipy_files import whole_variables
+from microslip.readers.matlab import whole_variables
 
 MOST_BYTES = 100_000_000
 """Size of a file, and of a table in it once unpacked, beyond which it is refused."""

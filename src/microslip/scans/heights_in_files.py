@@ -12,19 +12,18 @@ import numpy as np
 from microslip._core.units import LENGTH, QuantityError, is_unit, to_si
 from microslip._core.wording import shorten
 from microslip.errors import InputError, in_python
-from microslip.readers import hdf5, matlab, numpy_files
+from microslip.readers import array_files, hdf5, matlab
 from microslip.readers.arrays import Arrays, leaves, single_array, values_of
 from microslip.readers.dialect import is_comment, split
 from microslip.readers.files import head_of, kind_of, refuse_beyond
 from microslip.readers.grid import on_grid
-from microslip.readers.headings import name_and_unit
 from microslip.readers.instruments import read_channel
-from microslip.readers.tables import fits
+from microslip.readers.tables import fits, name_and_unit
 from microslip.readers.text import TextFile, open_text
 
 ARRAY_FILES = {
-    "npy": numpy_files.read_npy,
-    "npz": numpy_files.read_npz,
+    "npy": array_files.read_npy,
+    "npz": array_files.read_npz,
     "mat": matlab.read_arrays,
     "hdf5": hdf5.read_arrays,
 }

@@ -16,10 +16,10 @@ from microslip._core.frozen import lock
 from microslip._core.packages import needed_for
 from microslip._core.wording import did_you_mean, shorten
 from microslip.errors import InputError
+from microslip.readers.array_files import archived
 from microslip.readers.child import parsed
 from microslip.readers.files import decoded, reading, refuse_beyond
-from microslip.readers.numpy_files import archived
-from microslip.readers.scipy_files import market_matrix, whole_variables
+from microslip.readers.matlab import market_matrix, whole_variables
 from microslip.structures.abaqus_files import load_abaqus, over_all_places
 
 _ASYMMETRY = 1e-8  # of the largest entry: what files with eight digits leave

@@ -19,8 +19,8 @@ from microslip._core.wording import quoted
 from microslip.errors import InputError
 from microslip.friction import JointField
 from microslip.normal import NormalLaw
+from microslip.readers.array_files import archived
 from microslip.readers.files import POINTS, reading
-from microslip.readers.numpy_files import archived
 from microslip.structures.bolts import each_bolt
 from microslip.structures.geometry import GeometryAttachment
 from microslip.structures.joint_groups import FieldAttachment

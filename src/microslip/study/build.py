@@ -1,22 +1,30 @@
-"""From the values of a study to the surface and the joints that it describes."""
+"""From a study, or a draw of its uncertain values, to its surface and joints."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from typing import Any, cast
 
+import numpy as np
+from numpy.typing import NDArray
+
+from microslip._core.checks import Floats
 from microslip.errors import InputError, StudyError, said
 from microslip.friction import Interface
 from microslip.materials import MaterialPair
-from microslip.normal import NormalLaw
+from microslip.normal import GreenwoodWilliamson, MeasuredContact, NormalLaw
 from microslip.report.document import Progress
-from microslip.study.consistency import lifting
+from microslip.study.consistency import check, lifting
 from microslip.study.description import StudyDescription
 from microslip.study.joints import Joint
 from microslip.study.measured_face import MeasuredFace
 from microslip.study.readers import KeyedError, as_key
+from microslip.study.schema import GROUPS, UncertaintyPart
+from microslip.study.surfaces import ScanSurface
+from microslip.study.uncertain import changed, followers_of, spreads_of, with_values
 
 _MOST_SURFACES = 1000
 
@@ -132,3 +140,250 @@ def blame(study: StudyDescription, key: str, names: Iterable[str] = ()) -> Itera
             key = f"{key}.{name}" if name in names else key
         message = " ".join(said(text, as_key).split())
         raise StudyError(f"{study.name}: {key}: {message}") from error
+
+
+_NEAR = 0.25  # scores to either side of the middle, for slopes
+_QUARTILE, _FURTHEST = 0.6744897501960817, 6.0  # scores of given values, for slopes
+_REPLICATES = 4096  # of a scan's patches
+
+
+@dataclass(frozen=True)
+class Input:
+    """One thing that is uncertain: its key, how it is written, and what it does at a score."""
+
+    key: str
+    written: str
+
+
+class Design:
+    """From normal scores, a column an input, to a study without anything uncertain."""
+
+    def __init__(self, study: StudyDescription) -> None:
+        study = with_model_spreads(study)
+        self.study = study
+        self.part = study.uncertainty or UncertaintyPart()
+        self.spreads = dict(spreads_of(study))
+        self.inputs = [Input(key, spread.written) for key, spread in self.spreads.items()]
+        self.correlation = np.eye(len(self.inputs))
+        if self.part.correlations:
+            self.correlation = self.part.matrix(tuple(self.spreads))
+        self._patches = self._replicates()
+        if self._patches is not None:
+            count = " x ".join(map(str, self.part.scan_patches or ()))
+            self.inputs.append(Input("surface.scan", f"{count} patches, resampled together"))
+        self._pieces = self._drawn_pieces()
+        if self._pieces is not None:
+            count = self._pieces.shape[1]
+            self.inputs.append(Input("surface.scan", f"{count} pieces, resampled together"))
+        names: tuple[str, ...] = ()
+        if self.part.identification is not None:
+            names, self._fitted, covariance = self.part.fit
+            self._root = np.linalg.cholesky(covariance + 1e-14 * np.diag(np.diag(covariance)))
+            self.inputs += [
+                Input(f"identified {name}", f"{value:.4g} ± {math.sqrt(square):.2g}")
+                for name, value, square in zip(
+                    names, self._fitted, np.diag(covariance), strict=True
+                )
+            ]
+        self._names = names
+        correlation = np.eye(len(self.inputs))
+        correlation[: len(self.spreads), : len(self.spreads)] = self.correlation
+        self.correlation = correlation
+
+    @property
+    def changed_keys(self) -> set[str]:
+        """Keys whose values the draws change, those that follow others included."""
+        return {*self.spreads, *followers_of(self.study)}
+
+    def _replicates(self) -> Floats | None:
+        """Spread, radius and density of means over patches drawn anew, over their means."""
+        counts = self.part.scan_patches
+        if counts is None:
+            return None
+        surface = self.study.surface
+        assert isinstance(surface, ScanSurface)  # looked at when read
+        from microslip.scans.patches import cut
+
+        estimate = "counted" if surface.estimate == "population" else surface.estimate
+        rows = []
+        for patch in cut(surface.conditioned, (counts[0], counts[-1])):
+            try:
+                summits = surface.summits_of(patch, surface.cutoff)
+                statistics = summits.statistics(estimate)  # type: ignore[arg-type]
+            except InputError:  # such as a patch without a summit
+                continue
+            rows.append((statistics.std, statistics.radius, statistics.density))
+        if len(rows) < 2:
+            raise StudyError(
+                f"{self.study.name}: uncertainty.scan_patches: wanted patches with summits, "
+                f"got {len(rows)}; write fewer, larger ones"
+            )
+        ratios = np.array(rows) / np.mean(rows, axis=0)
+        rng = np.random.default_rng([self.part.seed, 18])
+        means = ratios[rng.integers(0, len(rows), (_REPLICATES, len(rows)))].mean(axis=1)
+        # In the order of what varies most, so that one coordinate stands for all three.
+        logs = np.log(means)
+        axis = np.linalg.svd(logs - logs.mean(axis=0), full_matrices=False)[2][0]
+        return np.asarray(means[np.argsort(logs @ axis)])
+
+    def _drawn_pieces(self) -> NDArray[np.intp] | None:
+        """Pieces of a face solved point by point, drawn anew, in the order of the stiffness."""
+        if not isinstance(self.study.surface, MeasuredFace):
+            return None
+        law = build_summits(at_middle(self.study))
+        assert isinstance(law, MeasuredContact)
+        p, s = law.solution.pressure[0], law.solution.slope[0]
+        if p.size < 2:
+            return None
+        rng = np.random.default_rng([self.part.seed, 19])
+        rows = rng.integers(0, p.size, (_REPLICATES, p.size))
+        order = np.argsort(s[rows].mean(axis=1) / p[rows].mean(axis=1), kind="stable")
+        return np.asarray(rows[order])
+
+    def scores(self, points: Floats) -> Floats:
+        """Correlated normal scores of points in the unit cube."""
+        from scipy.special import ndtri
+
+        scores = ndtri(np.clip(points, 2.0**-33, 1.0 - 2.0**-33))
+        return np.asarray(scores @ np.linalg.cholesky(self.correlation).T)
+
+    def values(self, shares: Floats) -> dict[str, float]:
+        """The uncertain numbers below which shares of them lie, by key."""
+        return {
+            key: float(spread.quantiles(shares[i : i + 1])[0])
+            for i, (key, spread) in enumerate(self.spreads.items())
+        }
+
+    def near(self) -> tuple[Floats, Floats]:
+        """Scores a little below and above each middle, for slopes: what a difference is worth.
+
+        Gives scores, of an input a column, and what the difference of a result between them is
+        multiplied with for that of one standard deviation of the input in its own measure. The
+        quartiles of given values, which have nothing between them, and their ends where those are
+        one value.
+        """
+        from scipy.special import ndtr
+
+        reach, ratios = np.full(len(self.inputs), _NEAR), np.full(len(self.inputs), 0.5 / _NEAR)
+        for place, spread in enumerate(self.spreads.values()):
+            for score in (_QUARTILE, _FURTHEST) if spread.values else (_NEAR,):
+                ends = spread.quantiles(ndtr(np.array([-score, score]))).tolist()
+                distance = spread.measure(ends[1]) - spread.measure(ends[0])
+                reach[place] = score
+                ratios[place] = spread.deviation / distance if distance else 0.0
+                if distance:
+                    break
+        return reach, ratios
+
+    def at(self, scores: Floats) -> StudyDescription:
+        """The study at a row of scores."""
+        from scipy.special import ndtr
+
+        shares = ndtr(scores)
+        study: StudyDescription = with_values(self.study, self.values(shares))
+        place, std, radius, density = len(self.spreads), 1.0, 1.0, 1.0
+        if self._patches is not None:
+            row = min(int(shares[place] * _REPLICATES), _REPLICATES - 1)
+            std, radius, density = self._patches[row].tolist()
+            place += 1
+        if self._pieces is not None:
+            row = min(int(shares[place] * _REPLICATES), _REPLICATES - 1)
+            law = build_summits(study)
+            assert isinstance(law, MeasuredContact)
+            study._law = law.of_pieces(self._pieces[row])
+            place += 1
+        if self._names:
+            std, density = self._identified(study, scores[place:])
+        if (std, radius, density) != (1.0, 1.0, 1.0):
+            law = build_summits(study)
+            if not isinstance(law, GreenwoodWilliamson):
+                raise StudyError(
+                    f"{self.study.name}: uncertainty: wanted a surface of statistics, whose "
+                    f"spread, radius and density can be drawn, got {type(law).__name__}"
+                )
+            study._law = replace(
+                law,
+                heights=law.heights._scaled(std),
+                radius=law.radius * radius,
+                density=law.density * density,
+            )
+        return study
+
+    def _identified(self, study: StudyDescription, scores: Floats) -> tuple[float, float]:
+        """Factors on spread and density; the friction goes into the study."""
+        moved = dict(zip(self._names, self._root @ scores, strict=True))
+        value = dict(zip(self._names, self._fitted, strict=True))
+        friction, slip = (
+            math.exp(moved.get(name, 0.0) / value[name]) if name in value else 1.0
+            for name in ("friction_coefficient", "slip_scale")
+        )
+        joint = study.joint
+        assert isinstance(joint, Joint)  # looked at when read
+        coefficient = float(joint.friction_coefficient) * friction
+        study.__dict__["joint"] = joint.copy(friction_coefficient=coefficient)
+        std, density = slip / friction, (slip / friction) ** -1.5
+        if "standardised_separation" in moved:
+            law: Any = build_summits(self.study)
+            h, spread = value["standardised_separation"], law.heights.spread
+            there = law.load((h + moved["standardised_separation"]) * spread)
+            density *= float(law.load(h * spread)) / float(there)
+        return std, density
+
+    def points(self, samples: int | None = None, count: int = GROUPS) -> Floats:
+        """Points in the unit cube: groups, points of each, inputs."""
+        size = 2 ** max(3, math.ceil(math.log2((samples or self.part.samples) / count)))
+        groups = []
+        for group in range(count):
+            rng = np.random.default_rng([self.part.seed, group])
+            if self.part.method == "random":
+                groups.append(rng.random((size, len(self.inputs))))
+            else:
+                from scipy.stats import qmc
+
+                sobol = qmc.Sobol(len(self.inputs), scramble=True, rng=rng)
+                groups.append(sobol.random(size))
+        return np.array(groups)
+
+
+def with_model_spreads(part: Any) -> Any:
+    """The same table with the scatter of laws that are known to be off by so much."""
+    spreads = getattr(part, "model_spreads", None)
+    part = changed(part, lambda value, key: with_model_spreads(value))
+    return part.copy(**spreads) if spreads else part
+
+
+def is_uncertain(study: StudyDescription) -> bool:
+    """Whether anything in a study scatters, but for what only its structure knows."""
+    part = study.uncertainty
+    resampled = part is not None and (part.scan_patches or part.identification)
+    return bool(resampled) or next(spreads_of(study), None) is not None
+
+
+def check_draws(study: StudyDescription) -> None:
+    """Refuse what scatters so far that its draws cannot be predicted, before any is computed."""
+    if study.structure is not None or not is_uncertain(study):
+        return
+    design = Design(study)
+    from scipy.special import ndtr
+
+    refused: list[KeyedError] = []
+    points = np.concatenate(design.points())
+    for scores in design.scores(points):
+        draw = with_values(study, design.values(ndtr(scores)))
+        try:
+            check(draw.copy(uncertainty=None))  # nothing is left in it to correlate
+        except KeyedError as error:
+            refused.append(error)
+    if refused:
+        first = refused[0]
+        raise StudyError(
+            f"{study.name}: {first.key}: {len(refused)} of {len(points)} draws cannot be "
+            f"predicted, the first: {first}; narrow what scatters, or let one number follow the "
+            'other, such as tightening_load = { of = "joint.normal_load", factor = 1.5 }'
+        )
+
+
+def at_middle(study: StudyDescription) -> StudyDescription:
+    """The study with a plain number in place of each uncertain one."""
+    middle: StudyDescription = with_values(study, {})
+    return middle

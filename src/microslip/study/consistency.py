@@ -13,8 +13,7 @@ from microslip._core.packages import MissingPackageError
 from microslip._core.units import engineering, significant
 from microslip._core.wording import shorten
 from microslip.study.joints import Joint
-from microslip.study.laps import check_materials
-from microslip.study.metals import unknown
+from microslip.study.metals import check_described
 from microslip.study.readers import KeyedError
 from microslip.study.schema import History, StudyTables
 from microslip.study.surfaces import Elastic, Rigid, TableSurface
@@ -27,8 +26,6 @@ MAX_POINTS = 1_000_000
 MAX_SAMPLES = 10_000_000
 
 _NO_END = "this surface never lifts off: its heights, or the tail of its table, have no end"
-Problems = Iterator[tuple[str, str]]
-"""An error: the key, and the message."""
 
 
 def mean_load(study: StudyTables) -> float:
@@ -47,55 +44,46 @@ def check(study: StudyTables) -> None:
     of_joint = (_of_bodies, _of_loads, _of_variation, _of_pressure, _of_structure)
     rules = of_joint if isinstance(study.joint, Joint) else (_of_law,)
     for rule in (*rules, _of_uncertainty, _of_forces, _of_amount, _of_files):
-        for key, message in rule(study):
-            raise KeyedError(key, message)
+        rule(study)
 
 
-def _of_files(study: StudyTables) -> Problems:
+def _of_files(study: StudyTables) -> None:
     if "uff" in study.output.formats:
         if study.structure is None or study.structure.force is None:
-            yield "output.formats", 'wanted "uff" only with structure.force, got none'
+            raise KeyedError("output.formats", 'wanted "uff" only with structure.force, got none')
         from microslip.structures.forced import universal_files
 
         try:
             universal_files()
         except MissingPackageError as missing:
-            yield "output.formats", str(missing)
-
-
-def lifting(study: StudyTables, lightest: float) -> None:
-    """Refuse loads that go down to zero on a surface on which some summit always touches."""
-    for key, message in _lifting(study, lightest):
-        raise KeyedError(key, message)
+            raise KeyedError("output.formats", str(missing)) from None
 
 
 def _force(value: float) -> str:
     return engineering(value, "N", 6, trim=True)
 
 
-def _first_row(key: str, history: History, wrong: Any, expected: str, came: Floats) -> Problems:
+def _first_row(key: str, history: History, wrong: Any, expected: str, came: Floats) -> None:
     """The first row of a history that is wrong; ``{}`` stands for it in what was wanted."""
     for row in np.flatnonzero(wrong)[:1].tolist():
         where = f"{_force(float(came[row]))} in row {row + 1} of the numbers"
-        yield key, f"{shorten(history.file, 100)}: wanted {expected.format(where)}"
+        raise KeyedError(key, f"{shorten(history.file, 100)}: wanted {expected.format(where)}")
 
 
-def _of_bodies(study: StudyTables) -> Problems:
+def _of_bodies(study: StudyTables) -> None:
     surface = study.surface
     if surface is None:
-        yield "surface", "missing; write a table [surface]"
+        raise KeyedError("surface", "missing; write a table [surface]")
     names = surface.materials
-    for index, name in enumerate(names, start=1):
-        if name not in study.material:
-            yield f"surface.materials, item {index}", unknown(name, study.material)
+    check_described("surface.materials", names, study.material)
     if all(isinstance(study.material[name], Rigid) for name in names):
-        yield "surface.materials", "wanted one body that deforms, got two rigid ones"
+        raise KeyedError("surface.materials", "wanted one body that deforms, got two rigid ones")
     # A surface has at least one summit; a smaller number is a unit error.
     if {"density", "area"} <= surface.keys.keys() and surface.law != "scan":
         count = surface.density * surface.area
         if count < 1.0:
             message = f"wanted at least one summit on the area, got {count:.3g}"
-            yield "surface.density", f"{message} (density times area)"
+            raise KeyedError("surface.density", f"{message} (density times area)")
     for name, material in study.material.items():
         if isinstance(material, Elastic) and material.hardness is not None:
             modulus, hardness = (
@@ -104,7 +92,7 @@ def _of_bodies(study: StudyTables) -> Problems:
             )
             if material.hardness >= material.young_modulus:
                 key = f"material.{shorten(name, 40)}.hardness"
-                yield key, f"wanted less than Young's modulus {modulus}, got {hardness}"
+                raise KeyedError(key, f"wanted less than Young's modulus {modulus}, got {hardness}")
 
 
 def _largest_load(study: StudyTables) -> tuple[float, str, str]:
@@ -119,24 +107,26 @@ def _largest_load(study: StudyTables) -> tuple[float, str, str]:
     return load, f"the first load of the table, {_force(load)}", "begin the table higher"
 
 
-def _of_loads(study: StudyTables) -> Problems:
+def _of_loads(study: StudyTables) -> None:
     """A table carries no more than its first load; a tightened surface is tightened further."""
     loads = study.joint.normal_load
     largest, words, _ = _largest_load(study)
     for index, load in enumerate(loads, start=1):
         if load > largest and study.joint.tightening_load is None:
             item = f", item {index}" if len(loads) > 1 else ""
-            yield f"joint.normal_load{item}", f"wanted at most {words}, got {_force(load)}"
+            raise KeyedError(
+                f"joint.normal_load{item}", f"wanted at most {words}, got {_force(load)}"
+            )
 
 
-def _of_variation(study: StudyTables) -> Problems:
+def _of_variation(study: StudyTables) -> None:
     """A load that varies does not pull, and stays within a table."""
     variation, history = study.excitation.load_variation, study.excitation.history
     largest, words, remedy = _largest_load(study)
     if variation is not None:
         light, heavy = min(study.joint.normal_load), max(study.joint.normal_load)
         if variation.amplitude is not None and variation.amplitude > light:
-            yield (
+            raise KeyedError(
                 f"{VARIATION}.amplitude",
                 f"wanted at most the normal load {_force(light)}, got "
                 f"{_force(variation.amplitude)} (the load would go below zero)",
@@ -149,60 +139,61 @@ def _of_variation(study: StudyTables) -> Problems:
             name = "share" if variation.amplitude is None else "amplitude"
             size = f"{room:g}" if name == "share" else f'"{_force(room * heavy)}"'
             lower = f"{name} = {size} or less" if room > 0.0 else "a lower joint.normal_load"
-            yield (
+            raise KeyedError(
                 f"{VARIATION}.{name}",
                 f"wanted loads up to {words}, but the load {_force(heavy)} grows to "
                 f"{_force(top)}; write {lower}, or {remedy}",
             )
     if history is not None and (loads := history.loads) is not None:
         expected = f"loads up to {words}, got {{}}; {remedy}"
-        yield from _first_row(RECORDED, history, loads > largest, expected, loads)
+        _first_row(RECORDED, history, loads > largest, expected, loads)
 
 
-def _lifting(study: StudyTables, lightest: float) -> Problems:
+def lifting(study: StudyTables, lightest: float) -> None:
+    """Refuse loads that go down to zero on a surface on which some summit always touches."""
     variation, history = study.excitation.load_variation, study.excitation.history
     if variation is not None and variation.share_of(lightest) == 1.0:
         name, bound, value = "share", "1, such as 0.99", "1"
         if variation.amplitude is not None:
             name, bound = "amplitude", f"the normal load {_force(lightest)}"
             value = _force(variation.amplitude)
-        yield (
+        raise KeyedError(
             f"{VARIATION}.{name}",
             f"wanted less than {bound}, got {value}: the load {_force(lightest)} would go down to "
             f"0 N ({_NO_END})",
         )
     if history is not None and (loads := history.loads) is not None:
         expected = f"loads above zero, got {{}} ({_NO_END})"
-        yield from _first_row(RECORDED, history, loads == 0.0, expected, loads)
+        _first_row(RECORDED, history, loads == 0.0, expected, loads)
 
 
-def _of_pressure(study: StudyTables) -> Problems:
+def _of_pressure(study: StudyTables) -> None:
     """A pressure that is spread needs a surface with an area, and stays as it is."""
     if study.joint.pressure is None:
         return
     key, excitation = "joint.pressure", study.excitation
     if (load := study.joint.pressure.load) is not None and load <= 0.0:
-        yield (
+        raise KeyedError(
             key,
             "wanted bolts that still press once what embeds is lost and the axial load pulls, got "
             f"{_force(load)} between the plates",
         )
     if "area" not in study.surface.keys:
-        yield (
+        raise KeyedError(
             key,
             f'wanted a surface with an area to spread it over, got law = "{study.surface.law}"',
         )
     area, pressed = getattr(study.surface, "area", None), study.joint.pressure.spread().area
     if area is not None and pressed > area * (1.0 + 1e-9):
         within = f"wanted one within the area of the surface, {1e4 * area:.6g} cm^2"
-        yield key, f"{within}, got one on {1e4 * pressed:.6g} cm^2"
+        raise KeyedError(key, f"{within}, got one on {1e4 * pressed:.6g} cm^2")
     recorded = excitation.history and excitation.history.normal_load
     for name, value in ((VARIATION, excitation.load_variation), (RECORDED, recorded)):
         if value is not None:
-            yield name, "wanted none beside joint.pressure, which is at constant load"
+            raise KeyedError(name, "wanted none beside joint.pressure, which is at constant load")
 
 
-def _of_structure(study: StudyTables) -> Problems:
+def _of_structure(study: StudyTables) -> None:
     """Refuse bodies that do not bend, and a surface of unknown area."""
     part = study.structure
     if part is None:
@@ -211,35 +202,37 @@ def _of_structure(study: StudyTables) -> Problems:
     for name, remedy in (("tightening_load", yielding), ("pressure", "")):
         if getattr(study.joint, name) is not None:
             unlike = "wanted none beside a [structure], whose patches bear unlike pressures"
-            yield f"joint.{name}", unlike + remedy
+            raise KeyedError(f"joint.{name}", unlike + remedy)
     if isinstance(study.material[study.surface.materials[0]], Rigid):
-        yield "surface.materials, item 1", "wanted a body that bends, got a rigid one"
+        raise KeyedError("surface.materials, item 1", "wanted a body that bends, got a rigid one")
     if part.mesh is not None:
-        part.mesh.check_materials(study.material)
-    check_materials(part, study.material)
+        check_described("structure.mesh.materials", part.mesh.materials or (), study.material)
+    check_described("structure.materials", part.materials, study.material)
     if part.tension.min() <= 0.0:
-        yield (
+        raise KeyedError(
             "structure.bolts.embedding" if part.bolts.rz is None else "structure.bolts.rz",
             f"wanted less than takes all tension, got {_force(float(part.tension.min()))} left",
         )
     if getattr(study.surface, "area", None) is None:
         spread = "wanted a surface with an area, which a [structure] spreads over its patches"
-        yield "surface", spread
+        raise KeyedError("surface", spread)
 
 
-def _of_law(study: StudyTables) -> Problems:
+def _of_law(study: StudyTables) -> None:
     """A friction law by its own parameters has no surface and no normal load."""
     law, excitation = study.joint.law, study.excitation
     for name in ("structure", "surface"):
         if getattr(study, name) is not None:
-            yield name, f'wanted none beside joint.law = "{law}", got one; remove it'
+            raise KeyedError(name, f'wanted none beside joint.law = "{law}", got one; remove it')
     recorded = excitation.history and excitation.history.loads
     for name, value in ((VARIATION, excitation.load_variation), (RECORDED, recorded)):
         if value is not None:
-            yield name, f'wanted none, got a table; the law "{law}" knows no normal load'
+            raise KeyedError(
+                name, f'wanted none, got a table; the law "{law}" knows no normal load'
+            )
 
 
-def _of_uncertainty(study: StudyTables) -> Problems:
+def _of_uncertainty(study: StudyTables) -> None:
     """Uncertain inputs exist, and are drawn once."""
     part = study.uncertainty
     if part is None:
@@ -247,23 +240,25 @@ def _of_uncertainty(study: StudyTables) -> Problems:
     names = tuple(key for key, _ in spreads_of(study))
     part.matrix(names)
     if part.scan_patches is not None and getattr(study.surface, "law", "") != "scan":
-        yield "uncertainty.scan_patches", 'wanted only beside surface.law = "scan"'
+        raise KeyedError("uncertainty.scan_patches", 'wanted only beside surface.law = "scan"')
     if part.identification is not None:
         if not isinstance(study.joint, Joint):
-            yield "uncertainty.identification", "wanted only for an interface"
+            raise KeyedError("uncertainty.identification", "wanted only for an interface")
         fitted = ("joint.friction_coefficient", "surface.heights", "surface.density")
         for key in names:
             if key.startswith(fitted):
-                yield key, "wanted a number: uncertainty.identification says how far it is known"
+                raise KeyedError(
+                    key, "wanted a number: uncertainty.identification says how far it is known"
+                )
     if not names and part.scan_patches is None and part.identification is None:
-        yield (
+        raise KeyedError(
             "uncertainty",
             "wanted an uncertain number in the study, got none; write for example "
             'normal_load = { mean = "2 kN", cv = 0.15 }',
         )
 
 
-def _of_forces(study: StudyTables) -> Problems:
+def _of_forces(study: StudyTables) -> None:
     """No force reaches the limit at the lightest load."""
     excitation, joint, history = study.excitation, study.joint, study.excitation.history
     if isinstance(joint, Joint):
@@ -274,27 +269,29 @@ def _of_forces(study: StudyTables) -> Problems:
     for index, force in enumerate(excitation.force_amplitudes or (), start=1):
         if force >= limit:
             expected = f"wanted less than the force limit {_force(limit)}{place}"
-            yield f"excitation.force_amplitudes, item {index}", f"{expected}, got {_force(force)}"
+            raise KeyedError(
+                f"excitation.force_amplitudes, item {index}", f"{expected}, got {_force(force)}"
+            )
     if history is None or history.quantity != "force":
         return
     if (loads := history.loads) is not None and isinstance(joint, Joint):
         limits = joint.friction_coefficient * loads
         for row in np.flatnonzero(np.abs(history.values) >= limits)[:1].tolist():
-            yield (
+            raise KeyedError(
                 "excitation.history",
                 f"{shorten(history.file, 100)}: wanted forces within the force limit, "
                 f"±{_force(float(limits[row]))} in row {row + 1} of the numbers, "
                 f"got {_force(float(history.values[row]))}",
             )
     elif abs(force := max(history.values, key=abs)) >= limit:
-        yield (
+        raise KeyedError(
             "excitation.history",
             f"{shorten(history.file, 100)}: wanted forces within ±{_force(limit)}, the force "
             f"limit{place}, got {_force(force)}",
         )
 
 
-def _of_amount(study: StudyTables) -> Problems:
+def _of_amount(study: StudyTables) -> None:
     excitation, loads = study.excitation, max(len(study.joint.loads), 1)
     key = "amplitudes" if excitation.force_amplitudes is None else "force_amplitudes"
     loops = len(excitation.amplitudes or excitation.force_amplitudes or ())
@@ -307,7 +304,7 @@ def _of_amount(study: StudyTables) -> Problems:
     ):
         if count > limit:
             message = f"wanted at most {limit} {noun}, got {count} (loads times {times})"
-            yield f"excitation.{where}", message
+            raise KeyedError(f"excitation.{where}", message)
 
 
 class Usual(NamedTuple):

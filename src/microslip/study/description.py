@@ -9,15 +9,14 @@ from typing import Any, Self
 from microslip._core.wording import shorten
 from microslip.errors import StudyError
 from microslip.normal import NormalLaw
-from microslip.study.bolt_forces import clamp
 from microslip.study.consistency import check, mean_load
 from microslip.study.joints import Joint
-from microslip.study.overrides import Override, apply, dump, relocated_text
 from microslip.study.part import one_line
+from microslip.study.pressure import clamp
 from microslip.study.readers import FAILED, Place, Reading
 from microslip.study.schema import StudyTables
 from microslip.study.structure import StructurePart
-from microslip.study.toml_text import tables_of, text_of
+from microslip.study.toml_text import Override, apply, dump, relocated_text, tables_of, text_of
 
 
 class StudyDescription(StudyTables):

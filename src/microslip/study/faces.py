@@ -246,7 +246,6 @@ class TwoFaces(FacedSurface):
         _ANY_FACE,
         "The face of the second body, likewise; smooth if absent.",
         '{ std = "0.4 um", radius = "20 um", density = "3000 1/mm^2" }',
-        default=None,
     )
 
     def face_tables(self) -> dict[str, AnyFace]:

@@ -102,12 +102,14 @@ FILE = option(
     "file",
     "CSV file with a line of column names; relative to the folder of the study.",
     noun="the name of a CSV file",
+    default=REQUIRED,
     example="record.csv",
 )
 COLUMN = option(
     "column",
     'Name of the column, with or without the unit of its header: "x" or "x [um]".',
     noun="the name of a column",
+    default=REQUIRED,
     example="x",
 )
 COLUMN_UNIT = option(
@@ -127,8 +129,8 @@ class SiValues(tuple[float, ...]):
 class Column(Part):
     """A column of a CSV file: its header says the unit, as in "x [um]", or `unit` does."""
 
-    file: str = key(FILE, default=REQUIRED)
-    column: str = key(COLUMN, default=REQUIRED)
+    file: str = key(FILE)
+    column: str = key(COLUMN)
     unit: str | None = key(COLUMN_UNIT)
 
     def values(self, declared: Parameter, place: Place) -> SiValues:

@@ -52,25 +52,21 @@ class Joint(Part):
         "Largest normal load that the joint has carried: summits yielded under it and "
         "are elastic since; the normal loads are at most that.",
         '"5 kN"',
-        default=None,
     )
     yield_stress: float | None = key(
         Unsure(YIELD_STRESS),
         "Yield stress of the softer body, for tightening_load; by default that of its "
         "hardness, H/2.84.",
-        default=None,
     )
     tightening_model: str | None = key(
         one_of(*MODELS),
         "Model of a summit that yields under tightening_load; Jackson and Green (2005) by default.",
-        default=None,
     )
     pressure: PressurePart | None = key(
         ANY_PRESSURE,
         "Distribution of the pressure over the faces; even over the whole area if absent. "
         "Bolts with a tension or a torque give the load, too.",
         '{ kind = "bolt", size = "M8", preload = "15 kN", plates = ["10 mm", "10 mm"] }',
-        default=None,
     )
 
     def check(self, place: Place) -> None:

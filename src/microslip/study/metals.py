@@ -8,7 +8,7 @@ from typing import Any
 from microslip._core.units import engineering
 from microslip._core.wording import did_you_mean, quoted, shorten, show
 from microslip.materials import Metal, metal_called, metals
-from microslip.study.readers import Reading
+from microslip.study.readers import KeyedError, Reading
 
 _KEYS = ("young_modulus", "poisson_ratio", "hardness")
 
@@ -60,8 +60,14 @@ def _completed(entry: dict[str, Any], metal: Metal, notes: list[str], name: str)
     return entry
 
 
-def unknown(name: str, described: Iterable[str]) -> str:
-    """Message on a body that is neither a material of the study nor a metal of the table."""
+def check_described(key: str, names: Iterable[str], materials: Iterable[str]) -> None:
+    """Refuse a body that is neither a material of the study nor a metal of the table."""
+    for item, name in enumerate(names, start=1):
+        if name not in materials:
+            raise KeyedError(f"{key}, item {item}", _unknown(name, materials))
+
+
+def _unknown(name: str, described: Iterable[str]) -> str:
     described = [candidate for candidate in described if metal_called(candidate) is None]
     table = 'a metal of the table (see "microslip materials")'
     if described:

@@ -88,7 +88,8 @@ def key(
 ) -> Any:  # fmt: skip
     """A key of a table: how it is read, and what it is called to users.
 
-    What is not said here is as declared; ``default`` says that it may be left out.
+    What is not said here is as declared. It may be left out where a default is given, or where the
+    annotation of the attribute has None.
     """
     reader = declared if isinstance(declared, Reader) else Plain(declared)
     return Key(
@@ -178,8 +179,11 @@ class Part:
                     name = item.name or attribute
                     keys[name], attributes[name] = item, attribute
         cls._declared = {n: i for n, i in vars(cls).items() if isinstance(i, Key)}
-        for name in cls._declared:
+        for name, item in cls._declared.items():
             delattr(cls, name)
+            words = item.declared is not None and item.declared.none  # for None in the file
+            if item.required and not words and cls.__annotations__.get(name, "").endswith("| None"):
+                item.default = None
         cls.keys, cls.attributes = keys, attributes
 
     _declared: ClassVar[dict[str, Key]] = {}
@@ -306,6 +310,10 @@ class Part:
     def __repr__(self) -> str:
         values = (f"{a}={getattr(self, a)!r}" for a in self.attributes.values())
         return f"{type(self).__name__}({', '.join(values)})"
+
+    def keep(self, **values: Any) -> None:
+        """Attributes that are no keys: what was found when the keys were checked."""
+        self.__dict__.update(values)
 
     def copy(self, **changes: Any) -> Self:
         """The same table with other values of some attributes, in SI units and not checked."""

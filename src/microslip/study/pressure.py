@@ -1,20 +1,137 @@
-"""Distribution of the normal load of a study over the faces."""
+"""Keys of tightened bolts, and the distribution of the normal load of a study over the faces."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 from microslip._core.quantities import named
 from microslip._core.units import AREA, FORCE, LENGTH, PRESSURE
 from microslip.friction.pressure import BOLTS, RINGS, Pressure
-from microslip.structures.bolt_tightening import BoltForces
+from microslip.structures.bolt_tightening import (
+    GRADES,
+    TIGHTENING_FACTOR,
+    BoltForces,
+    ClampedBolt,
+    embedding_of,
+    tension_band,
+)
 from microslip.structures.bolts import Bolts
-from microslip.study.bolt_forces import TightenedBolts
 from microslip.study.fields import ANGLE, SHARE, Numbers, one_of, optional, quantity, whole_number
 from microslip.study.part import Part, Table, key, tag
 from microslip.study.readers import Items, KeyedError, Place
-from microslip.study.uncertain import Unsure
+from microslip.study.uncertain import Spread, Unsure
+
+_LOST = "; the tension falls by f_Z over the resiliences of bolt and plates."
+
+
+class TightenedBolts(Part):
+    """Keys common to bolts of a structure and bolts that press a joint."""
+
+    torque: float | None = optional(Bolts, "torque")
+    nut_factor: float | None = optional(Bolts, "nut_factor")
+    thread_friction: float | None = optional(Bolts, "thread_friction")
+    bearing_friction: float | None = optional(Bolts, "bearing_friction")
+    hole: float | None = optional(Bolts, "hole")
+    grade: str | None = key(
+        one_of(*GRADES), "Property class, whose proof stress bounds the tension.", '"8.8"'
+    )
+    tightening_factor: float | None = optional(
+        Bolts,
+        "tightening_factor",
+        help="Largest over smallest preload at one torque (VDI 2230's alpha_A), so the torque is "
+        "an uncertain input; where others are uncertain it is 1.6 unless given.",
+    )
+    embedding: float | None = key(
+        Unsure(quantity(LENGTH, "8 um")), f"Embedding f_Z of all faces of a bolt (VDI 2230){_LOST}"
+    )
+    rz: float | None = key(
+        Unsure(quantity(LENGTH, "6.3 um")),
+        f"Rz of the faces, for f_Z by the table of VDI 2230, in place of embedding{_LOST}",
+    )
+    interfaces: int = key(
+        whole_number(1, 20), "Number of faces between the plates, for rz.", default=1
+    )
+    size: str | None
+
+    _plate_modulus: float | None = None  # of what the bolts clamp, once the materials are read
+
+    @property
+    def model_spreads(self) -> dict[str, Spread]:
+        """Scatter of the tension at a given torque."""
+        if self.torque is None or isinstance(self.torque, Spread):
+            return {}
+        low, high = tension_band(self.tightening_factor or TIGHTENING_FACTOR)
+        return {"torque": Spread.between(low * self.torque, high * self.torque)}
+
+    def check(self, place: Place) -> None:
+        """Refuse embedding given twice or without a size; a given factor always scatters."""
+        if self.embedding is not None and self.rz is not None:
+            raise KeyedError(".rz", "wanted embedding or rz, got both; remove one")
+        for name in ("embedding", "rz"):
+            if getattr(self, name) is not None and self.size is None:
+                raise KeyedError(
+                    ".size", f'missing; {name} wants the resilience of a size such as size = "M8"'
+                )
+        if self.rz is not None:
+            embedding_of(self.rz, self.interfaces)
+        if self.tightening_factor is not None:
+            self.__dict__.update(self.model_spreads)
+
+    @property
+    def embeds(self) -> bool:
+        """Whether any tension is lost."""
+        return self.embedding is not None or self.rz is not None
+
+    def clamped(self, length: float) -> ClampedBolt | None:
+        """A bolt through plates so thick together [m]; None where size or plates are not known."""
+        if self.size is None or self._plate_modulus is None:
+            return None
+        return ClampedBolt(self.size, length, self._plate_modulus)
+
+    def forces(self, assembly: float, length: float, utilisation: float | None) -> BoltForces:
+        """Forces of a bolt by its tension after tightening [N] and the thickness clamped [m]."""
+        clamped, embedded = self.clamped(length), self.embedding or 0.0
+        if self.rz is not None:
+            embedded = embedding_of(self.rz, self.interfaces)
+        factor = self.tightening_factor or (1.0 if self.torque is None else TIGHTENING_FACTOR)
+        return BoltForces(
+            assembly,
+            tightening_factor=factor,
+            embedding=float(embedded),
+            loss=0.0 if clamped is None else clamped.loss(float(embedded)),
+            load_factor=None if clamped is None else clamped.load_factor(),
+            utilisation=utilisation,
+        )
+
+
+def clamp(study: Any) -> None:
+    """Tell bolts and a structure of which materials of a study their plates and parts are."""
+    pressure, part = getattr(study.joint, "pressure", None), study.structure
+    bodies = tuple(getattr(study.surface, "materials", ()))
+    if pressure is not None and isinstance(pressure, TightenedBolts):
+        modulus = _modulus(study, bodies, pressure.plates)  # type: ignore[attr-defined]
+        joint = study.joint.copy(pressure=pressure.copy(_plate_modulus=modulus))
+        joint.settle()
+        study.__dict__["joint"] = joint
+    if part is not None:
+        names = part.materials or bodies[:1]
+        modulus = _modulus(study, names, [1.0] * len(names))
+        metals = {name: material.build() for name, material in study.material.items()}
+        study.__dict__["structure"] = part.copy(
+            bolts=part.bolts.copy(_plate_modulus=modulus), _metals=(metals, *bodies[:1])
+        )
+
+
+def _modulus(study: Any, names: Sequence[str], thickness: Sequence[float]) -> float | None:
+    """Modulus of plates on each other [Pa]; None if one is not described, or is rigid."""
+    metals = [study.material.get(name) for name in names]
+    moduli = [getattr(metal, "young_modulus", None) for metal in metals]
+    soft = sum(t / float(e) for t, e in zip(thickness, moduli, strict=True) if e is not None)
+    return None if None in metals or not soft else sum(thickness) / soft
+
 
 _LENGTH = Unsure(quantity(LENGTH, "12 mm"))
 _COUNT = whole_number(1, 10_000, "4")
@@ -47,9 +164,7 @@ class _Round(PressurePart):
     """Round, between two radii."""
 
     outer: float = key(_LENGTH, "Outer radius.", '"8 mm"')
-    inner: float | None = key(
-        _LENGTH, "Radius of the hole, if there is one.", '"4.5 mm"', default=None
-    )
+    inner: float | None = key(_LENGTH, "Radius of the hole, if there is one.", '"4.5 mm"')
     count: int = key(_COUNT, "Number of such contacts, equal and separate.", default=1)
 
     def spread(self, rings: int = RINGS) -> Pressure:
@@ -131,29 +246,21 @@ class BoltPressure(TightenedBolts, PressurePart):
     axial_load: float | None = key(
         Unsure(quantity(FORCE, "2 kN")),
         "Axial load on each bolt, which parts the plates; all but the bolt's share relieves them.",
-        default=None,
     )
     load_factor: float | None = key(
         Unsure(SHARE),
         "The bolt's share of it (VDI 2230's Phi); by the resiliences if absent, for a load that "
         "enters half-way (n = 0.5).",
         "0.1",
-        default=None,
     )
     head: float | None = key(
-        _LENGTH,
-        "Bearing diameter of head, nut or washer on the plates.",
-        '"16 mm"',
-        default=None,
+        _LENGTH, "Bearing diameter of head, nut or washer on the plates.", '"16 mm"'
     )
     angle: float = key(
         Unsure(ANGLE), "Half angle of the cone.", '"30 deg"', default=math.radians(30.0)
     )
     edge: float | None = key(
-        _LENGTH,
-        "Diameter at which the plates end, or half-way to the next bolt.",
-        '"30 mm"',
-        default=None,
+        _LENGTH, "Diameter at which the plates end, or half-way to the next bolt.", '"30 mm"'
     )
 
     def check(self, place: Place) -> None:

@@ -76,7 +76,8 @@ class ReadScan(SurfaceTable):
     valid: tuple[float, ...] | None = key_of(options.VALID, example='["-1 mm", "1 mm"]')
     limit: int = key_of(options.LIMIT)
 
-    _scan: Scan
+    read_scan: Scan
+    """The scan as it is in the file."""
 
     def read_file(self, place: Place, file: str) -> None:
         """Read the scan, or say at its key what is wrong."""
@@ -85,7 +86,7 @@ class ReadScan(SurfaceTable):
         reading, name = place.reading, shorten(file, 100)
         here = reading.path(file)
         try:
-            self._scan = Scan.read(
+            scan = Scan.read(
                 here,
                 self.format,
                 unit=_single(self.unit),
@@ -101,13 +102,9 @@ class ReadScan(SurfaceTable):
             if not here.exists():
                 message = reading.message(message, file)
             raise KeyedError(".scan", message) from None
-        notes = " ".join(said(note, as_key) for note in self._scan.notes)
+        notes = " ".join(said(note, as_key) for note in scan.notes)
         reading.notes.append(f"{place.key}.scan: {notes}")
-
-    @property
-    def read_scan(self) -> Scan:
-        """The scan as it is in the file."""
-        return self._scan
+        self.keep(read_scan=scan)
 
     @property
     def conditioned(self) -> Scan:
@@ -144,7 +141,7 @@ class ScanSurface(Scanned):
         """Read the scan, and refuse what goes with none such."""
         self._other_summits = {}
         self.read_file(place, self.scan)
-        if self._scan.is_profile:
+        if self.read_scan.is_profile:
             self._check_profile()
         # Summits one by one are counted ones, and have their own heights.
         if self.is_population and (

@@ -6,14 +6,19 @@ what is wrong with it, is the work of :mod:`microslip.study.description`.
 
 from __future__ import annotations
 
+import json
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip._core.parameters import REQUIRED, parameter_of
+from microslip._core.checks import Floats
+from microslip._core.frozen import lock
+from microslip._core.parameters import parameter_of
 from microslip._core.units import FORCE, LENGTH, TIME, engineering
 from microslip._core.wording import shorten
+from microslip.readers.files import Unusable, decoded
+from microslip.readers.text import whole_text
 from microslip.structures.oscillator import Oscillator
 from microslip.study.fields import (
     AMPLITUDE,
@@ -27,6 +32,7 @@ from microslip.study.fields import (
     YES_NO,
     column_values,
     key_for,
+    number,
     one_of,
     quantity,
     text,
@@ -35,11 +41,122 @@ from microslip.study.fields import (
 from microslip.study.joints import ANY_JOINT
 from microslip.study.metals import with_metals
 from microslip.study.part import HOMES, Part, Table, homes_of, key
-from microslip.study.readers import FAILED, Items, KeyedError, Named, Place
+from microslip.study.readers import FAILED, Items, KeyedError, Named, Place, Reading
 from microslip.study.structure import StructurePart
 from microslip.study.surfaces import ANY_MATERIAL, ANY_SURFACE
 from microslip.study.uncertain import Unsure, with_followers
-from microslip.study.uncertainty import UncertaintyPart
+
+MOST_SAMPLES = 65_536
+GROUPS = 8
+"""Scramblings of their own, from whose differences the error of a quantile is told."""
+
+_KEYS = '["surface.radius", "surface.density"]'
+
+
+class CorrelationPart(Part):
+    """Correlation of two uncertain numbers: that of their normal scores."""
+
+    between: tuple[str, ...] = key(Items(LINE, _KEYS, (1, 2)), "Keys of the two.")
+    value: float = key(number("-0.5", above=-1.0, below=1.0), "Correlation of their normal scores.")
+
+
+class UncertaintyPart(Part):
+    """Sampling of the uncertain inputs, and the quantiles reported."""
+
+    samples: int = key(
+        whole_number(64, MOST_SAMPLES, "512"),
+        "Points, rounded up to eight times a power of two.",
+        default=512,
+    )
+    seed: int = key(
+        whole_number(0, 2**32 - 1, noun="a whole number of at least 0"),
+        "Of the scrambling: the same seed gives the same bytes.",
+        default=0,
+    )
+    quantiles: tuple[float, ...] = key(
+        Items(number("0.05", above=0.0, below=1.0), "[0.05, 0.5, 0.95]", (1, 9), distinct=True),
+        "Shares that lie below the bands.",
+        default=(0.05, 0.5, 0.95),
+    )
+    method: str = key(
+        one_of("sobol", "random"), "Scrambled Sobol' points, or independent ones.", default="sobol"
+    )
+    indices: bool = key(
+        YES_NO, "Whether Sobol' indices are computed, too; they cost as much.", default=False
+    )
+    correlations: tuple[CorrelationPart, ...] = key(
+        Items(Table(CorrelationPart), f"[{{ between = {_KEYS}, value = -0.5 }}]", (1, 100)),
+        "Correlations of the uncertain numbers.",
+        default=(),
+    )
+    scan_patches: tuple[int, ...] | None = key(
+        Items(whole_number(1, 30), "[3, 3]", (1, 2)),
+        "Patches of a scanned surface, across and down, that are resampled together: "
+        "spread, radius and density of the summits keep their correlation.",
+    )
+    identification: str | None = key(
+        text("the name of a folder", "records-identified"),
+        "Folder that microslip identify wrote: friction, spread of the heights and "
+        "density scatter as its covariance says.",
+    )
+    fit: tuple[tuple[str, ...], Floats, Floats]
+    """Names, values and covariance of what was identified."""
+
+    def check(self, place: Place) -> None:
+        """Read what was identified."""
+        self.__dict__["quantiles"] = tuple(sorted(self.quantiles))
+        if self.identification is None:
+            return
+        try:
+            self.keep(fit=read_fit(place.reading, self.identification))
+        except (OSError, ValueError) as error:
+            raise KeyedError(".identification", f"{self.identification}: {error}") from None
+
+    def matrix(self, names: tuple[str, ...]) -> Floats:
+        """Correlations of the normal scores of the uncertain numbers."""
+        matrix = np.eye(len(names))
+        for index, pair in enumerate(self.correlations, start=1):
+            where = f"uncertainty.correlations, item {index}"
+            if len(pair.between) != 2 or pair.between[0] == pair.between[1]:
+                raise KeyedError(where, "wanted the keys of two different numbers")
+            for name in pair.between:
+                if name not in names:
+                    listed = ", ".join(names) or "none"
+                    raise KeyedError(where, f'wanted uncertain keys ({listed}), got "{name}"')
+            i, j = map(names.index, pair.between)
+            matrix[i, j] = matrix[j, i] = pair.value
+        if names and np.linalg.eigvalsh(matrix).min() < 1e-9:
+            raise KeyedError(
+                "uncertainty.correlations",
+                "wanted correlations that numbers can have, and no numbers have all of these at "
+                "once (their matrix is not positive)",
+            )
+        return matrix
+
+
+_FITTED = ("friction_coefficient", "slip_scale", "standardised_separation")
+
+
+def read_fit(reading: Reading, folder: str) -> tuple[tuple[str, ...], Floats, Floats]:
+    """Names, values and covariance of an identified interface, from the summary of its folder."""
+    path = reading.path(folder) / "summary.json"
+    if not path.exists():
+        raise ValueError("no such folder of an identification (it has no summary.json)")
+    with decoded("result of identify"):
+        fit = json.loads(whole_text(path))
+        while "parameters" not in fit:
+            fit = fit["fits"][0] if "fits" in fit else fit["identification"]
+        names = tuple(name for name in fit["correlation"]["names"] if name in _FITTED)
+        if "friction_coefficient" not in names:
+            raise Unusable("wanted the identification of an interface")
+        places = [fit["correlation"]["names"].index(name) for name in names]
+        correlation = np.array(fit["correlation"]["matrix"])[np.ix_(places, places)]
+        errors = np.array([float(fit["parameters"][name]["standard_error"]) for name in names])
+        values = np.array([float(fit["parameters"][name]["value"]) for name in names])
+        if not (np.abs(correlation) <= 1.0 + 1e-9).all() or not (errors < 1e40).all():
+            raise Unusable("wanted correlations within -1 and 1 and finite standard errors")
+    return names, values, correlation * np.outer(errors, errors)
+
 
 SCHEMA = 1
 MAX_POINTS = 1_000_000
@@ -70,13 +187,9 @@ class LoadVariation(Part):
 
     rules = {"oneOf": [{"required": ["amplitude"]}, {"required": ["share"]}]}  # noqa: RUF012
 
-    amplitude: float | None = key(
-        Unsure(LOAD), "Amplitude of the load, at every load.", '"400 N"', default=None
-    )
+    amplitude: float | None = key(Unsure(LOAD), "Amplitude of the load, at every load.", '"400 N"')
     share: float | None = key(
-        Unsure(SHARE),
-        "Amplitude of the load as a share of each normal load, in its place.",
-        default=None,
+        Unsure(SHARE), "Amplitude of the load as a share of each normal load, in its place."
     )
     phase: float = key(
         Unsure(ANGLE),
@@ -110,7 +223,6 @@ class LoadColumn(Part):
         COLUMN,
         'Name of the column, with or without the unit of its header: "N" or "N [kN]".',
         '"load"',
-        default=REQUIRED,
     )
     unit: str | None = key(
         COLUMN_UNIT,
@@ -130,16 +242,14 @@ _TIMES = quantity(TIME, "1 s", "any")
 class History(Part):
     """A history of the joint from rest, displacements [m] or forces [N], in a CSV file."""
 
-    file: str = key(FILE, default=REQUIRED)
-    column: str = key(COLUMN, default=REQUIRED)
+    file: str = key(FILE)
+    column: str = key(COLUMN)
     unit: str | None = key(COLUMN_UNIT)
     quantity: Literal["displacement", "force"] = key(
         one_of(*_QUANTITIES), "Quantity in the column.", default="displacement"
     )
     normal_load: LoadColumn | None = key(
-        Table(LoadColumn),
-        "Normal loads along the history, where they are not constant.",
-        default=None,
+        Table(LoadColumn), "Normal loads along the history, where they are not constant."
     )
     time: str | None = key(
         COLUMN,
@@ -148,43 +258,34 @@ class History(Part):
         '"t [s]"',
     )
 
-    _values: tuple[float, ...] = ()
-    _loads: tuple[float, ...] | None = None
-    _times: tuple[float, ...] | None = None
+    values: NDArray[np.float64]
+    """The history [m], or [N] for forces, one value a sample."""
+    loads: NDArray[np.float64] | None = None
+    """Normal loads [N], one for each value; None where the load is that of the joint."""
+    times: NDArray[np.float64] | None = None
+    """Times [s], one for each value; None where there are none."""
 
     def check(self, place: Place) -> None:
         """Read the columns."""
         name = shorten(self.file, 100)
         declared = _QUANTITIES[self.quantity]
-        self._values = column_values(declared, place, self.file, self.column, self.unit)
-        if len(self._values) < 2:
+        values = column_values(declared, place, self.file, self.column, self.unit)
+        if len(values) < 2:
             raise ValueError(f"{name}: wanted at least two rows, got one")
         if self.normal_load is not None:
             column, unit = self.normal_load.column, self.normal_load.unit
             here = place.at("normal_load")
             loads = here.attempt(lambda: column_values(_LOADS, here, self.file, column, unit))
-            self._loads = loads
+            if loads is not FAILED:
+                self.keep(loads=lock(np.array(loads)))
         if self.time is not None:
             time, here = self.time, place.at("time")
             times = here.attempt(lambda: column_values(_TIMES, here, self.file, time))
-            if times is not FAILED and not np.all(np.diff(times) > 0.0):
-                raise KeyedError(".time", f"{name}: wanted times that rise")
-            self._times = times
-
-    @property
-    def values(self) -> NDArray[np.float64]:
-        """The history [m], or [N] for forces, one value a sample."""
-        return np.array(self._values)
-
-    @property
-    def loads(self) -> NDArray[np.float64] | None:
-        """Normal loads [N], one for each value; None where the load is that of the joint."""
-        return None if self._loads is None else np.array(self._loads)
-
-    @property
-    def times(self) -> NDArray[np.float64] | None:
-        """Times [s], one for each value; None where there are none."""
-        return None if self._times is None else np.array(self._times)
+            if times is not FAILED:
+                if not np.all(np.diff(times) > 0.0):
+                    raise KeyedError(".time", f"{name}: wanted times that rise")
+                self.keep(times=lock(np.array(times)))
+        self.keep(values=lock(np.array(values)))
 
 
 class Excitation(Part):
@@ -195,26 +296,18 @@ class Excitation(Part):
     amplitudes: tuple[float, ...] | None = key(
         Items(Unsure(AMPLITUDE), '["0.1 um", "1 um"]', distinct=True),
         "Displacement amplitudes of the loops, one loop each at every load.",
-        default=None,
     )
     force_amplitudes: tuple[float, ...] | None = key(
         Items(Unsure(quantity(FORCE, "100 N")), '["50 N", "200 N"]', distinct=True),
         "Force amplitudes of the loops, instead of displacement amplitudes.",
-        default=None,
     )
     curve: Curve | None = key(
-        Table(Curve),
-        "Displacement amplitudes of the curves, evenly spaced on a log axis.",
-        default=None,
+        Table(Curve), "Displacement amplitudes of the curves, evenly spaced on a log axis."
     )
     load_variation: LoadVariation | None = key(
-        Table(LoadVariation),
-        "Variation of the normal load over the cycles of the loops.",
-        default=None,
+        Table(LoadVariation), "Variation of the normal load over the cycles of the loops."
     )
-    history: History | None = key(
-        Table(History), "A history from rest, in a column of a CSV file.", default=None
-    )
+    history: History | None = key(Table(History), "A history from rest, in a column of a CSV file.")
 
     @property
     def load_varies(self) -> bool:
@@ -283,7 +376,6 @@ class StudyTables(Part):
         Items(text("a key", "surface.radius"), '["surface.radius"]', (1, 20), single=True),
         "Keys whose values the loops did not determine, as `microslip identify` writes them: "
         "they are flagged until they are known.",
-        default=None,
     )
     material: dict[str, Any] = key(
         Named(ANY_MATERIAL, '{ mine = { young_modulus = "69 GPa", poisson_ratio = 0.33 } }'),
@@ -301,15 +393,13 @@ class StudyTables(Part):
         Table(Excitation), "Amplitudes, curves and histories.", default=Excitation()
     )
     oscillator: OscillatorPart | None = key(
-        Table(OscillatorPart), "A mass held by a spring and by the joint.", default=None
+        Table(OscillatorPart), "A mass held by a spring and by the joint."
     )
     structure: StructurePart | None = key(
-        Table(StructurePart), "A bolted structure that the surface holds together.", default=None
+        Table(StructurePart), "A bolted structure that the surface holds together."
     )
     uncertainty: UncertaintyPart | None = key(
-        Table(UncertaintyPart),
-        "Sampling of the uncertain inputs.",
-        default=None,
+        Table(UncertaintyPart), "Sampling of the uncertain inputs."
     )
     output: Output = key(Table(Output), "What is written.", default=Output())
 

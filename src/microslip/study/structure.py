@@ -8,67 +8,53 @@ from typing import TYPE_CHECKING, Any, Literal, cast
 import numpy as np
 
 from microslip._core.checks import Floats
-from microslip._core.parameters import REQUIRED
-from microslip._core.units import ACCELERATION, VELOCITY
 from microslip.errors import InputError
-from microslip.friction.pressure import BOLTS
 from microslip.structures.bolt_tightening import BoltForces
-from microslip.structures.bolted_beam import BoltedBeam, Drawing
-from microslip.structures.bolts import SIZED, Bolts, by_size, tensions
+from microslip.structures.bolted_beam import GROUNDS, BoltedBeam, Drawing
 from microslip.structures.bolts import TIGHTENING as RULES
+from microslip.structures.bolts import Bolts, tensions
 from microslip.structures.geometry import HARMONICS, Sensors, strip_sensors
 from microslip.structures.lap_joint import LapJoint
 from microslip.structures.mesh import loosened, tight
-from microslip.study.bolt_forces import TightenedBolts
-from microslip.study.fields import (
-    AMPLITUDE,
-    FILE,
-    LENGTH,
-    LINE,
-    MASS,
-    MASS_DENSITY,
-    PLACE,
-    VISCOUS_RATIO,
-    YES_NO,
-    column_values,
-    number,
-    one_of,
-    optional,
-    quantity,
-    whole_number,
-)
-from microslip.study.laps import (
-    DENSITIES_OF_PARTS,
+from microslip.study.bodies import (
     DRAWING_KEYS,
-    GROUND,
-    LAPS,
-    MATERIALS_OF_PARTS,
-    ORDER,
-    PASSES,
-    SLACK,
+    MOST_LAPS,
+    BoltsPart,
     LapPart,
+    MeshPart,
     beam_of,
     check_bolts,
-    check_places,
     needed,
 )
-from microslip.study.mesh import MeshPart
-from microslip.study.modal_tests import MODE, MOST_MODES, TESTS, MeasuredPart
+from microslip.study.fields import (
+    LENGTH,
+    LINE,
+    MASS_DENSITY,
+    VISCOUS_RATIO,
+    YES_NO,
+    one_of,
+    optional,
+    whole_number,
+)
 from microslip.study.part import Part, Table, key
-from microslip.study.readers import Items, KeyedError, Place, Plain
-from microslip.study.shaking import (
-    BASE,
-    GEOMETRY,
-    RANDOM,
-    SHOCK,
+from microslip.study.readers import Items, KeyedError, Place
+from microslip.study.uncertain import Spread, Unsure
+from microslip.study.vibration import (
+    AMPLITUDES,
+    MODE,
+    MOST_MODES,
+    AmplitudeRange,
     BasePart,
     ForcePart,
+    FormPart,
     GeometryPart,
+    MassPart,
+    MeasuredPart,
     RandomPart,
+    SensorPart,
     ShockPart,
     check_ground,
 )
-from microslip.study.uncertain import Spread, Unsure
 
 if TYPE_CHECKING:
     from microslip.materials import Material
@@ -77,156 +63,8 @@ if TYPE_CHECKING:
     from microslip.structures import Convergence, ReducedJoint
     from microslip.structures.reduction import Reducer
 
-AMPLITUDES = {
-    "displacement": AMPLITUDE,
-    "velocity": quantity(VELOCITY, "1 mm/s"),
-    "acceleration": quantity(ACCELERATION, "1 m/s^2"),
-}
-MOST_POINTS, MOST_SAMPLES = 100, 4096
+MOST_SAMPLES = 4096
 USUAL_PATCHES = (15, 2)
-
-_PLACES = Unsure(PLACE)
-_ALONG = Items(_PLACES, '["-30 mm", "0 mm", "30 mm"]', (1, 200), single=True)
-
-
-class BoltsPart(TightenedBolts):
-    """Equal bolts through the lap: places from its middle, diameters, tension or torque."""
-
-    positions: tuple[float, ...] | None = key(
-        _ALONG, "Places along the lap, from its middle; a mesh has them itself.", default=None
-    )
-    across: tuple[float, ...] | None = key(
-        _ALONG,
-        "Places across the lap, one a bolt; all in the middle unless given.",
-        '["0 mm", "0 mm", "0 mm"]',
-        default=None,
-    )
-    slack: tuple[int, ...] = SLACK
-    order: tuple[int, ...] = ORDER
-    passes: int = PASSES
-    shank: float | None = optional(Bolts, "shank")
-    washer: float | None = optional(Bolts, "washer")
-    head: float | None = optional(Bolts, "head")
-    tension: float | None = optional(Bolts, "tension")
-    thread: float | None = optional(Bolts, "thread")
-    pitch: float | None = optional(Bolts, "pitch")
-    size: str | None = key(
-        one_of(*BOLTS), "Size of the bolts, in place of diameters and pitch.", '"M8"', default=None
-    )
-    clamp_length: float | None = key(
-        Unsure(LENGTH),
-        "Thickness of all that a bolt clamps, for what embeds; that of the drawing unless given.",
-        '"25 mm"',
-        default=None,
-    )
-
-    def check(self, place: Place) -> None:
-        """The size that the thread gives, and one place across for each along."""
-        if self.size is not None:
-            given = {name: getattr(self, name) for name in SIZED}
-            self.__dict__.update(by_size(self.size, self.thread_friction, **given))
-        super().check(place)
-        check_places(self.positions, self.across)
-
-    @property
-    def bearing(self) -> float | None:
-        """Mean diameter of what presses on the plates [m]."""
-        return None if self.hole is None or self.washer is None else 0.5 * (self.hole + self.washer)
-
-
-class SensorPart(Part):
-    """Sensor at which amplitudes are meant, as in a test."""
-
-    at: tuple[float, float, float] = key(
-        Items(_PLACES, '["0.36 m", "0 m", "0 m"]', (3, 3)),
-        "Its place from the middle of the lap: along, across, upwards.",
-    )
-    direction: str = key(
-        one_of("x", "y", "z"),
-        "Direction: along (x), across (y) or upwards (z).",
-        '"z"',
-        default="z",
-    )
-
-
-class MassPart(Part):
-    """A mass fixed to the structure, such as a sensor or the armature of a shaker."""
-
-    at: tuple[float, float, float] = key(
-        Items(_PLACES, '["0.3 m", "0 m", "12.7 mm"]', (3, 3)),
-        "Its place from the middle of the lap: along, across, upwards.",
-    )
-    mass: float = key(Unsure(MASS), "What it weighs.")
-
-
-class SensedAmplitude(float):
-    """An amplitude at the sensor in SI units, and of which quantity it is."""
-
-    quantity: str
-
-
-class _Sensed(Plain):
-    """An amplitude of displacement, velocity or acceleration, as its unit says."""
-
-    def read(self, raw_value: object, place: Place) -> Any:
-        """The amplitude with its quantity."""
-        for name, declared in AMPLITUDES.items():
-            try:
-                value = SensedAmplitude(declared.read(raw_value))
-            except ValueError:
-                continue
-            value.quantity = name
-            return value
-        return super().read(raw_value, place)  # says what is wrong with it
-
-
-class AmplitudeRange(Part):
-    """Amplitudes at the sensor, of displacement, velocity or acceleration, even on a log axis."""
-
-    start: SensedAmplitude = key(
-        _Sensed(AMPLITUDE),
-        "Smallest amplitude: a displacement, velocity or acceleration, by its unit.",
-        '"0.1 um"',
-        alias="from",
-    )
-    to: SensedAmplitude = key(_Sensed(AMPLITUDE), "Largest amplitude.", '"30 um"')
-    points: int = key(whole_number(2, MOST_POINTS, "10"), "How many.", default=10)
-
-    def check(self, place: Place) -> None:
-        """Refuse amplitudes that do not rise, or of two quantities."""
-        if self.start.quantity != self.to.quantity:
-            raise KeyedError(
-                ".to", f"wanted {self.start.quantity} as in `from`, got {self.to.quantity}"
-            )
-        if not self.start < self.to:
-            raise KeyedError(".to", "wanted more than `from`")
-
-
-class FormPart(Part):
-    """Gap between the unloaded faces: columns x, y and gap of a CSV file."""
-
-    file: str = key(FILE, example='"form.csv"', default=REQUIRED)
-    x: str = key(LINE, "Column of the places along the lap.", '"x"', default="x")
-    y: str = key(LINE, "Column of the places across it.", '"y"', default="y")
-    gap: str = key(LINE, "Column of the gaps.", '"gap"', default="gap")
-    factor: float = key(
-        Unsure(number("1.0")),
-        "Factor on the gaps: 0 is flat, -1 the reversed form.",
-        default=1.0,
-    )
-    _table: Floats
-
-    def check(self, place: Place) -> None:
-        """Read the columns."""
-        names = {"x": self.x, "y": self.y, "gap": self.gap}
-        self._table = np.array(
-            [column_values(PLACE, place.at(to), self.file, name) for to, name in names.items()]
-        ).T
-
-    @property
-    def table(self) -> Floats:
-        """Columns x, y and gap [m]."""
-        return self._table
 
 
 class StructurePart(Part):
@@ -236,8 +74,20 @@ class StructurePart(Part):
     width: float | None = optional(LapJoint, "width")
     thickness: float | None = optional(LapJoint, "thickness")
     lap: float | None = optional(LapJoint, "lap")
-    laps: tuple[LapPart, ...] = LAPS
-    ground: tuple[str, ...] = GROUND
+    laps: tuple[LapPart, ...] = key(
+        Items(
+            Table(LapPart),
+            '[{ at = "-80 mm", length = "30 mm", positions = "0 mm" }]',
+            (1, MOST_LAPS),
+        ),
+        "Several laps from left to right, in place of `lap` and the bolts' positions.",
+        default=(),
+    )
+    ground: tuple[str, ...] = key(
+        Items(one_of(*GROUNDS), '["left"]', (1, 2), single=True, distinct=True),
+        "Ends that a lap bolts to rigid ground.",
+        default=(),
+    )
     rise: float | None = optional(BoltedBeam, "rise")
     style: Literal["half-lap", "single-lap"] = key(
         one_of("half-lap", "single-lap"),
@@ -245,19 +95,24 @@ class StructurePart(Part):
         default="half-lap",
     )
     mesh: MeshPart | None = key(
-        Table(MeshPart),
-        "Your own mesh in place of length, width, thickness and lap.",
-        default=None,
+        Table(MeshPart), "Your own mesh in place of length, width, thickness and lap."
     )
-    density: float | None = key(Unsure(MASS_DENSITY), "Mass density of the parts.", default=None)
-    materials: tuple[str, ...] = MATERIALS_OF_PARTS
-    densities: tuple[float, ...] = DENSITIES_OF_PARTS
+    density: float | None = key(Unsure(MASS_DENSITY), "Mass density of the parts.")
+    materials: tuple[str, ...] = key(
+        Items(LINE, '["steel", "aluminium", "steel"]', (1, MOST_LAPS + 1)),
+        "Material of each part from left to right; the first of the surface unless given.",
+        default=(),
+    )
+    densities: tuple[float, ...] = key(
+        Items(MASS_DENSITY, '["7850 kg/m^3", "2700 kg/m^3"]', (1, MOST_LAPS + 1)),
+        "Mass density of each part from left to right; `density` unless given.",
+        default=(),
+    )
     bolts: BoltsPart = key(Table(BoltsPart), "The bolts.")
     patches: tuple[int, int] | None = key(
         Items(whole_number(1, 100), "[15, 2]", (2, 2)),
         "Contact patches along and across the lap; 15 x 2 unless given, those that lose most of "
         "the energy halved along.",
-        default=None,
     )
     masses: tuple[MassPart, ...] = key(
         Items(Table(MassPart), '[{ at = ["0.3 m", "0 m", "12.7 mm"], mass = "10 g" }]', (1, 100)),
@@ -269,11 +124,8 @@ class StructurePart(Part):
         "Size of the finite elements in the lap; a 24th of the lap or a quarter of the "
         "width, whichever is less, unless given.",
         '"5 mm"',
-        default=None,
     )
-    form: FormPart | None = key(
-        Table(FormPart), "Form of the faces; flat unless given.", default=None
-    )
+    form: FormPart | None = key(Table(FormPart), "Form of the faces; flat unless given.")
     modes: tuple[int, ...] = key(
         Items(MODE, "[1, 3]", (1, MOST_MODES), distinct=True),
         "Elastic modes, counted from 1.",
@@ -282,19 +134,16 @@ class StructurePart(Part):
     amplitude: AmplitudeRange | None = key(
         Table(AmplitudeRange),
         "Amplitudes at the sensor; from 1e-7 to 5e-5 of the length unless given.",
-        default=None,
     )
     sensor: SensorPart | None = key(
         Table(SensorPart),
         "Point of the amplitudes; the right end unless given, and required with a mesh.",
         '{ at = ["0.36 m", "0 m", "0 m"], direction = "z" }',
-        default=None,
     )
     force: ForcePart | None = key(
         Table(ForcePart),
         "A harmonic force and the response near each mode.",
         '{ amplitude = "5 N" }',
-        default=None,
     )
     base_damping_ratio: float = key(
         Unsure(VISCOUS_RATIO),
@@ -319,12 +168,14 @@ class StructurePart(Part):
         "finer elements, more kept modes and more harmonics; takes minutes.",
         default=False,
     )
-    geometry: GeometryPart | None = GEOMETRY
-    base: BasePart | None = BASE
-    random: RandomPart | None = RANDOM
-    shock: ShockPart | None = SHOCK
+    geometry: GeometryPart | None = key(
+        Table(GeometryPart), "Geometric nonlinearity of thin or curved parts in bending."
+    )
+    base: BasePart | None = key(Table(BasePart), "Sine sweeps of the ground, as on a shaker table.")
+    random: RandomPart | None = key(Table(RandomPart), "Random vibration of the ground.")
+    shock: ShockPart | None = key(Table(ShockPart), "Shock pulses of the ground.")
     measured: tuple[MeasuredPart, ...] = key(
-        TESTS,
+        Items(Table(MeasuredPart), '[{ file = "test.csv" }]', (0, 20), single=True),
         "A test, or several of them as [[structure.measured]], drawn over the prediction.",
         default=(),
     )

@@ -189,7 +189,6 @@ class TableSurface(Surface):
     tail: str | None = key(
         one_of("exponential"),
         "Extrapolation beyond the last separation, where the load there is not zero.",
-        default=None,
     )
 
     def build(self, pair: MaterialPair) -> NormalLaw:
@@ -210,28 +209,23 @@ class SpectralSurface(Surface):
         Numbers(quantity(PER_LENGTH, "10 1/mm"), '["10 1/mm", "100 1/mm", "1000 1/mm"]'),
         "Wavenumbers 2 pi/wavelength, rising: a list or a column, as spectrum.csv of "
         "`microslip surface` has it.",
-        default=None,
     )
     spectrum: tuple[float, ...] | None = key(
         Numbers(
             quantity(SPECTRAL_DENSITY, "10 um^4", "any"), '["10 um^4", "2 um^4", "0.003 um^4"]'
         ),
         "Power spectral densities C(q) of the heights there: a list or a column.",
-        default=None,
     )
     rms: float | None = key(
-        ROUGHNESS, "Rms height of a self-affine surface, in place of a spectrum.", default=None
+        ROUGHNESS, "Rms height of a self-affine surface, in place of a spectrum."
     )
-    hurst: float | None = key(SHARE, "Its Hurst exponent.", "0.8", default=None)
-    longest: float | None = key(ROUGHNESS, "Its longest wave.", '"2 mm"', default=None)
+    hurst: float | None = key(SHARE, "Its Hurst exponent.", "0.8")
+    longest: float | None = key(ROUGHNESS, "Its longest wave.", '"2 mm"')
     roll_off: float | None = key(
-        ROUGHNESS,
-        "Wavelength below which its spectrum falls; the longest if absent.",
-        '"0.5 mm"',
-        default=None,
+        ROUGHNESS, "Wavelength below which its spectrum falls; the longest if absent.", '"0.5 mm"'
     )
     shortest: float | None = key(
-        ROUGHNESS, "Its shortest wave, which determines the slope.", '"5 um"', default=None
+        ROUGHNESS, "Its shortest wave, which determines the slope.", '"5 um"'
     )
     area: float = key(AREA, "Apparent area.")
 
@@ -266,29 +260,26 @@ class RoughFaceSurface(Surface):
     """A rough face by what a drawing says of it; no summits, and what is pressed flat yields."""
 
     law: str = tag("rough", "A rough face by Rq or Ra, its cut-offs and Hurst exponent.")
-    rq: float | None = key(Unsure(RQ), default=None)
-    ra: float | None = key(Unsure(RA), default=None)
+    rq: float | None = key(Unsure(RQ))
+    ra: float | None = key(Unsure(RA))
     roll_off: float = key_for(
         parameter_of(RoughSurface, "roll_off"),
         help="Longest wave of the roughness: the cut-off of the filter, or RSm times two to four.",
         example='"0.8 mm"',
     )
-    shortest: float | None = key(
-        ROUGHNESS, "Shortest wave; or the slope says it.", '"10 um"', default=None
-    )
+    shortest: float | None = key(ROUGHNESS, "Shortest wave; or the slope says it.", '"10 um"')
     slope: float | None = key(
         Unsure(number("0.1", above=0.0, most=2.0)),
         "Rms slope Rdq of profiles, in place of the shortest wave.",
-        default=None,
     )
     hurst: float = key(
         Unsure(SHARE), "Hurst exponent; 0.8 if it was not measured.", "0.8", default=0.8
     )
     skewness: float | None = key(
-        number("-0.4"), "Skewness of the heights (Ssk or Rsk), for verdicts.", default=None
+        number("-0.4"), "Skewness of the heights (Ssk or Rsk), for verdicts."
     )
     kurtosis: float | None = key(
-        number("3.5", above=1.0), "Their kurtosis (Sku or Rku), for verdicts.", default=None
+        number("3.5", above=1.0), "Their kurtosis (Sku or Rku), for verdicts."
     )
     area: float = key(AREA, "Apparent area.")
     stiffness_factor: float = key_for(

@@ -1,15 +1,256 @@
-"""The text of a study and its tables, or one line that says what is wrong with them."""
+"""The text of a study: its tables, keys replaced from outside, and tables as TOML."""
 
 from __future__ import annotations
 
+import copy
+import json
 import re
 import tomllib
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from microslip._core.wording import shorten
+from microslip._core.files import seen_from
+from microslip._core.wording import shorten, show
+from microslip.errors import StudyError
 from microslip.readers.files import usable
-from microslip.study.overrides import MAX_DEPTH, is_too_deep
+
+_EXAMPLE = """joint.normal_load="3 kN\""""
+_LISTS = """such as joint.normal_load=["1 kN", "3 kN"]"""
+# What the other keys of a table may be depends on these.
+_CHOICES = ("law", "kind", "rigid", "quantity")
+
+
+MAX_DEPTH = 200
+"""Levels of a key; a study has five, and what reads TOML takes the square of them in time."""
+
+_LEVELS = re.compile(r"""(?:\.[ \t]*(?:[\w-]+|"[^"\n]*"|'[^'\n]*')[ \t]*)+""")
+
+
+def is_too_deep(text: str) -> bool:
+    """Whether some key of a TOML text has absurdly many levels."""
+    return any(levels[0].count(".") >= MAX_DEPTH for levels in _LEVELS.finditer(text))
+
+
+@dataclass
+class Override:
+    """One key and what it is to be."""
+
+    text: str
+    path: tuple[str, ...]
+    value: Any
+    blamed: str = ""
+    """Key or table that the override made, or changed the kind of."""
+
+    @property
+    def note(self) -> str:
+        """Replaced values, in a sentence."""
+        value = self.text.partition("=")[2].strip()
+        return f"{dotted(self.path)} was overridden: {shorten(value, 80)}."
+
+
+def apply(
+    overrides: Sequence[str], text: str, data: dict[str, Any]
+) -> tuple[str, dict[str, Any], list[Override]]:
+    """Replace keys of a study."""
+    if not isinstance(overrides, (list, tuple)):
+        raise StudyError(f"overrides: wanted a list such as ['{_EXAMPLE}'], got {show(overrides)}")
+    changes = [_read(override) for override in overrides]
+    data = copy.deepcopy(data)
+    for change in changes:
+        _set_key(data, change)
+    return _with_comments(text, data, changes), data, changes
+
+
+FILE_KEYS = ("file", "scan", "identification")
+"""Keys whose text names a file or a folder."""
+
+
+def edited_text(text: str, values: Mapping[tuple[str, ...], Any]) -> str:
+    """A study with other values at some keys; None takes a key out."""
+    data = tomllib.loads(text)
+    changes = [Override("", path, value) for path, value in values.items()]
+    for change in changes:
+        _set_key(data, change)
+    return _with_comments(text, data, changes)
+
+
+def relocated_text(text: str, folder: Path, new_folder: Path) -> str:
+    """Name the files that a study uses as they are seen from another folder."""
+
+    def from_elsewhere(name: str) -> str:
+        return name if Path(name).is_absolute() else seen_from(new_folder, folder / name)
+
+    files = dict(_files(tomllib.loads(text), from_elsewhere))
+    return edited_text(text, files) if files else text
+
+
+def _files(
+    node: dict[str, Any], relocated: Callable[[str], str], above: tuple[str, ...] = ()
+) -> Iterator[tuple[tuple[str, ...], Any]]:
+    """Keys that name files, and what they hold seen from elsewhere; lists of tables as a whole."""
+    for key, value in node.items():
+        if isinstance(value, dict):
+            yield from _files(value, relocated, (*above, key))
+        elif isinstance(value, list) and any(isinstance(item, dict) for item in value):
+            items = [
+                item | {name[0]: file for name, file in _files(item, relocated)}
+                if isinstance(item, dict)
+                else item
+                for item in value
+            ]
+            if items != value:
+                yield (*above, key), items
+        elif key in FILE_KEYS and isinstance(value, str):
+            yield (*above, key), relocated(value)
+        elif (
+            key in FILE_KEYS and isinstance(value, list) and all(isinstance(v, str) for v in value)
+        ):
+            yield (*above, key), [relocated(name) for name in value]
+
+
+def dotted(path: Sequence[str]) -> str:
+    """A path of keys as one text."""
+    return ".".join(shorten(word, 40) for word in path)
+
+
+def _read(text: object) -> Override:
+    """An override from its text."""
+    if not isinstance(text, str):
+        raise StudyError(f"override: wanted a text such as '{_EXAMPLE}', got {show(text)}")
+    key, equals, value = text.partition("=")
+    if not equals:
+        raise _error(text, f"wanted KEY=VALUE such as {_EXAMPLE}")
+    if not value.strip():
+        raise _error(text, f"no value; wanted KEY=VALUE such as {_EXAMPLE}")
+    path = _path(text, key)
+    return Override(text, path, _value(text, value.strip()), dotted(path))
+
+
+def _error(text: str, message: str) -> StudyError:
+    return StudyError(f'override "{shorten(text, 80)}": {message}')
+
+
+def _path(text: str, key: str) -> tuple[str, ...]:
+    if "[" in key:
+        raise _error(text, f"no item of a list can be set; give all of the list, {_LISTS}")
+    if is_too_deep(key):
+        raise _error(text, f"a key of more than {MAX_DEPTH} levels")
+    try:
+        node: Any = {} if "\n" in key or "#" in key else tomllib.loads(f"{key} = 0")
+    except (ValueError, RecursionError):
+        node = {}
+    path: list[str] = []
+    while isinstance(node, dict) and len(node) == 1:
+        ((word, node),) = node.items()
+        path.append(word)
+    if node != 0 or not path:
+        example = 'a key such as joint.normal_load before "="'
+        raise _error(text, f"wanted {example}, got {show(key.strip())}")
+    return tuple(path)
+
+
+def _value(override: str, text: str) -> Any:
+    """TOML, or the text itself: a shell takes quotes away."""
+    try:
+        parsed = tomllib.loads(f"value = {text}")
+    except (ValueError, RecursionError):
+        parsed = {}
+    if parsed.keys() == {"value"}:
+        return parsed["value"]
+    if text[0] in "[{\"'":
+        quoted = "in a shell put single quotes around all of it"
+        raise _error(override, f"its value is not TOML; {quoted}, {_LISTS.replace('such as ', '')}")
+    return text
+
+
+def _set_key(data: Any, change: Override) -> None:
+    """Set one key; tables on the way that are missing are made."""
+    *words, last = change.path
+    node = data
+    for count, word in enumerate(words, start=1):
+        if word not in node:
+            node[word] = {}
+            change.blamed = min(change.blamed, dotted(words[:count]), key=len)
+        node = node[word]
+        if not isinstance(node, dict):
+            path = dotted(words[:count])
+            wrong = f"{path} is {show(node)} and has no keys; write {path}=VALUE"
+            if isinstance(node, list):
+                wrong = f"no item of a list can be set; give all of the list, {path}=[…]"
+            raise _error(change.text, wrong)
+    if change.value is None:
+        node.pop(last, None)
+        return
+    node[last] = change.value
+    if last in _CHOICES and words:
+        change.blamed = dotted(words)
+
+
+def _with_comments(text: str, data: dict[str, Any], changes: Sequence[Override]) -> str:
+    """The text with the changes, or all of it anew where it is too intricate to be edited."""
+    import tomlkit
+    from tomlkit.exceptions import TOMLKitError
+
+    try:
+        document = tomlkit.parse(text)
+        for change in changes:
+            if isinstance(change.value, (dict, list)):  # on one line, as it is read best
+                change = replace(change, value=tomlkit.value(as_toml(change.value)))
+            _set_key(document, change)
+        edited = tomlkit.dumps(document)
+        if _canonical(tomllib.loads(edited)) == _canonical(data):
+            return edited
+    except (TOMLKitError, ValueError, TypeError, KeyError, AttributeError, RecursionError):
+        pass
+    return dump(data)
+
+
+def _canonical(data: dict[str, Any]) -> str:
+    return json.dumps(data, sort_keys=True, default=str)
+
+
+def dump(study: dict[str, Any]) -> str:
+    """Values of a study, as TOML."""
+    plain = {key: value for key, value in study.items() if not isinstance(value, dict)}
+    tables = {(key,): value for key, value in study.items() if isinstance(value, dict)}
+    blocks = [_lines(plain)] if plain else []
+    for path, table in tables.items():
+        # Such as [material.steel] of material.
+        split = table and all(isinstance(value, dict) for value in table.values())
+        for name, values in (
+            [((*path, key), value) for key, value in table.items()] if split else [(path, table)]
+        ):
+            blocks.append(f"[{'.'.join(map(_key, name))}]\n{_lines(values)}")
+    return "\n".join(blocks)
+
+
+def _lines(table: dict[str, Any]) -> str:
+    return "".join(f"{_key(key)} = {as_toml(value)}\n" for key, value in table.items())
+
+
+def _key(key: str) -> str:
+    return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else as_toml(key)
+
+
+def as_toml(value: Any) -> str:
+    """A value as TOML writes it on one line."""
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, int):
+        return str(int(value))
+    if isinstance(value, float):
+        return repr(float(value))
+    if isinstance(value, dict):
+        inside = ", ".join(f"{_key(key)} = {as_toml(item)}" for key, item in value.items())
+        return f"{{ {inside} }}" if inside else "{}"
+    if isinstance(value, (list, tuple)):
+        return f"[{', '.join(map(as_toml, value))}]"
+    return str(value)  # a date or a time
+
 
 MAX_BYTES = 16_000_000
 

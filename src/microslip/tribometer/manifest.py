@@ -16,8 +16,8 @@ from microslip._core.units import FORCE, LENGTH, VOLUME, Kind, QuantityError, en
 from microslip._core.wording import did_you_mean, quoted, shorten, show
 from microslip.errors import InputError
 from microslip.readers.files import head_of, kind_of, usable
-from microslip.readers.headings import name_and_unit, spelt
-from microslip.readers.sheets import rows_of
+from microslip.readers.laboratory import rows_of
+from microslip.readers.tables import name_and_unit, spelt
 from microslip.tribometer.counting import Count
 from microslip.tribometer.measurement import Measurement
 from microslip.tribometer.record import Record, path_text

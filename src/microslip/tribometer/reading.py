@@ -21,13 +21,11 @@ from microslip._core.wording import plural, quoted, shorten, show
 from microslip.errors import InputError, in_python
 from microslip.numerics.runs import runs_of
 from microslip.readers import (
+    array_files,
     arrays,
     hdf5,
-    json_files,
     laboratory,
     matlab,
-    numpy_files,
-    sheets,
     text,
 )
 from microslip.readers.files import foreign_kind, head_of, kind_of
@@ -46,12 +44,12 @@ READERS: Mapping[str, Callable[[Path], Table]] = {
     "tdms": laboratory.tdms_table,
     "mat": lambda path: arrays.table(matlab.read_arrays(path)),
     "hdf5": lambda path: arrays.table(hdf5.read_arrays(path)),
-    "npy": lambda path: arrays.table(numpy_files.read_npy(path)),
-    "npz": lambda path: arrays.table(numpy_files.read_npz(path)),
-    "json": lambda path: arrays.table(json_files.read_arrays(path)),
+    "npy": lambda path: arrays.table(array_files.read_npy(path)),
+    "npz": lambda path: arrays.table(array_files.read_npz(path)),
+    "json": lambda path: arrays.table(array_files.read_json(path)),
     "parquet": laboratory.parquet_table,
     "uff": laboratory.uff_table,
-    "excel": sheets.excel_table,
+    "excel": laboratory.excel_table,
     "text": text.table,
 }
 """Readers of the columns of a file, by its format."""

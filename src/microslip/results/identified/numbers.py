@@ -17,7 +17,7 @@ from microslip.identification import Identification, rules
 from microslip.identification.caveats import HAS_VALUE, joined
 from microslip.identification.labels import ends_text, label, number_text
 from microslip.report.document import Number
-from microslip.study.overrides import dump
+from microslip.study.toml_text import dump
 
 if TYPE_CHECKING:
     from microslip.study.description import StudyDescription

@@ -29,11 +29,10 @@ from microslip.runs.columns import (
     HistoryResponse,
     OscillatorCurve,
 )
-from microslip.runs.predict import Defaults, oscillator_of
-from microslip.runs.prediction import Prediction, leading_inputs, scalars
+from microslip.runs.prediction import Defaults, Prediction, leading_inputs, oscillator_of, scalars
 from microslip.study import surfaces as u
+from microslip.study.build import is_uncertain
 from microslip.study.description import StudyDescription
-from microslip.study.draws import is_uncertain
 from microslip.study.schema import OscillatorPart
 
 KIND = "microslip-result"

@@ -19,7 +19,7 @@ from microslip.results.predicted.numbers import (
     load_notes,
 )
 from microslip.results.predicted.tables import rest_section, validity
-from microslip.runs.predict import DEFAULT_AMPLITUDES, DEFAULT_POINTS, Defaults
+from microslip.runs.prediction import DEFAULT_AMPLITUDES, DEFAULT_POINTS, Defaults
 from microslip.runs.structure_cost import Cost, cost_of
 from microslip.study.build import build_joints, check_loads
 from microslip.study.consistency import questions

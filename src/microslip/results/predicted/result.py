@@ -35,8 +35,7 @@ from microslip.runs.columns import Columns, Floats, VaryingLoop, blocks
 from microslip.runs.columns import HistoryResponse as HistoryResponse
 from microslip.runs.columns import Limits as Limits
 from microslip.runs.columns import OscillatorCurve as OscillatorCurve
-from microslip.runs.predict import run
-from microslip.runs.prediction import Prediction, labelled, variables
+from microslip.runs.prediction import Prediction, labelled, run, variables
 from microslip.runs.scatter import Scatter
 from microslip.structures.forced import write_universal
 from microslip.study.description import StudyDescription

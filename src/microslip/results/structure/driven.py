@@ -19,8 +19,13 @@ from microslip.report.files import plain
 from microslip.report.kit import between, look_of
 from microslip.report.plot import COLORS, DASHED, Axis, Entry, Panel, Plot, stacked
 from microslip.results.structure.pictures import PALE
-from microslip.runs.shaking import ShakenBands, Shaking, Sweep
-from microslip.runs.structure_prediction import ForcedMode, StructurePrediction
+from microslip.runs.structure_prediction import (
+    ForcedMode,
+    ShakenBands,
+    Shaking,
+    StructurePrediction,
+    Sweep,
+)
 from microslip.structures.forced import response_columns
 
 FORCED_FIGURE = "forced_response"

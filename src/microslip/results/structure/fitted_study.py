@@ -11,9 +11,9 @@ import numpy as np
 
 from microslip._version import __version__
 from microslip.runs.structure_prediction import StructurePrediction
+from microslip.study.build import at_middle
 from microslip.study.description import StudyDescription
-from microslip.study.draws import at_middle
-from microslip.study.overrides import edited_text
+from microslip.study.toml_text import edited_text
 
 FITTED_STUDY = "fitted.toml"
 """Its name in a folder of results."""

@@ -1,0 +1,297 @@
+"""Bodies of a structure in a study: parts and laps of a drawing, or a mesh of the user's own."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
+
+from microslip._core import units
+from microslip._core.wording import show
+from microslip.errors import InputError
+from microslip.friction.pressure import BOLTS
+from microslip.materials import Material
+from microslip.structures.beam_mesh import Lap
+from microslip.structures.bolted_beam import BoltedBeam, Drawing
+from microslip.structures.bolts import SIZED, Bolts, by_size
+from microslip.structures.lap_joint import LapJoint
+from microslip.structures.mesh import slack_bolts
+from microslip.study.fields import (
+    COLUMN_UNIT,
+    LENGTH,
+    LINE,
+    MASS_DENSITY,
+    PLACE,
+    number,
+    one_of,
+    optional,
+    text,
+    whole_number,
+)
+from microslip.study.part import Part, key
+from microslip.study.pressure import TightenedBolts
+from microslip.study.readers import Items, KeyedError, Place
+from microslip.study.uncertain import Unsure
+
+if TYPE_CHECKING:
+    from microslip.structures import MeshedJoint
+
+
+MOST_LAPS, MOST_BOLTS = 10, 200
+DRAWING_KEYS = ("length", "width", "thickness", "lap")
+
+
+class LapPart(Part):
+    """One of several laps: where it lies, how long it is, and where its bolts are."""
+
+    at: float = key(PLACE, "Its middle, from the middle of the beam.", '"-200 mm"')
+    length: float = key(LENGTH, "Length of the overlap.", '"60 mm"')
+    positions: tuple[float, ...] = key(
+        Items(PLACE, '["-15 mm", "15 mm"]', (1, MOST_BOLTS), single=True),
+        "Places of its bolts along it, from its middle.",
+    )
+    across: tuple[float, ...] | None = key(
+        Items(PLACE, '["0 mm", "0 mm"]', (1, MOST_BOLTS), single=True),
+        "Places across, one a bolt; all in the middle unless given.",
+    )
+
+    def check(self, place: Place) -> None:
+        """One place across for each along."""
+        check_places(self.positions, self.across)
+
+
+_PLACES = Unsure(PLACE)
+
+
+class BoltsPart(TightenedBolts):
+    """Equal bolts through the lap: places from its middle, diameters, tension or torque."""
+
+    positions: tuple[float, ...] | None = key(
+        Items(_PLACES, '["-30 mm", "0 mm", "30 mm"]', (1, 200), single=True),
+        "Places along the lap, from its middle; a mesh has them itself.",
+    )
+    across: tuple[float, ...] | None = key(
+        Items(_PLACES, '["-30 mm", "0 mm", "30 mm"]', (1, 200), single=True),
+        "Places across the lap, one a bolt; all in the middle unless given.",
+        '["0 mm", "0 mm", "0 mm"]',
+    )
+    slack: tuple[int, ...] = key(
+        Items(whole_number(1, MOST_BOLTS, "3"), "[3]", (1, MOST_BOLTS), single=True, distinct=True),
+        "Slack bolts, counted from 1 along the laps; the report compares with all tight.",
+        default=(),
+    )
+    order: tuple[int, ...] = key(
+        Items(whole_number(1, MOST_BOLTS, "2"), "[2, 1, 3]", (1, MOST_BOLTS), distinct=True),
+        "Order in which the bolts that are not slack are tightened, with friction in the faces; "
+        "all at once and without, unless given.",
+        default=(),
+    )
+    passes: int = key(whole_number(1, 20, "2"), "Number of rounds in that order.", default=1)
+    shank: float | None = optional(Bolts, "shank")
+    washer: float | None = optional(Bolts, "washer")
+    head: float | None = optional(Bolts, "head")
+    tension: float | None = optional(Bolts, "tension")
+    thread: float | None = optional(Bolts, "thread")
+    pitch: float | None = optional(Bolts, "pitch")
+    size: str | None = key(
+        one_of(*BOLTS), "Size of the bolts, in place of diameters and pitch.", '"M8"'
+    )
+    clamp_length: float | None = key(
+        Unsure(LENGTH),
+        "Thickness of all that a bolt clamps, for what embeds; that of the drawing unless given.",
+        '"25 mm"',
+    )
+
+    def check(self, place: Place) -> None:
+        """The size that the thread gives, and one place across for each along."""
+        if self.size is not None:
+            given = {name: getattr(self, name) for name in SIZED}
+            self.__dict__.update(by_size(self.size, self.thread_friction, **given))
+        super().check(place)
+        check_places(self.positions, self.across)
+
+    @property
+    def bearing(self) -> float | None:
+        """Mean diameter of what presses on the plates [m]."""
+        return None if self.hole is None or self.washer is None else 0.5 * (self.hole + self.washer)
+
+
+def check_bolts(slack: Sequence[int], order: Sequence[int], count: int) -> None:
+    """Refuse numbers of bolts that are not there, or not in order."""
+    try:
+        tight_ones = set(range(count)) - set(slack_bolts(slack, count))
+    except InputError as error:
+        raise KeyedError(".bolts.slack", str(error)) from None
+    if order and {number - 1 for number in order} != tight_ones:
+        listed = ", ".join(str(number + 1) for number in sorted(tight_ones))
+        raise KeyedError(".bolts.order", f"wanted each of the tight bolts {listed}, got {order}")
+
+
+def check_places(along: Sequence[float] | None, across: Sequence[float] | None) -> None:
+    """Refuse places across that do not go with those along."""
+    if across is not None and len(across) != len(along or ()):
+        raise KeyedError(
+            ".across",
+            f"wanted one place a bolt, {len(along or ())} of them, got {len(across)}",
+        )
+
+
+def needed(part: Any) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Keys of a drawing and of its bolts that must be there; others beside laps must not."""
+    bolts: tuple[str, ...] = ("shank", "hole", "washer")
+    sizes = ("length", "width", "thickness") if part.laps else DRAWING_KEYS
+    if not part.densities:
+        sizes = (*sizes, "density")
+    if not part.laps:
+        return sizes, ("positions", *bolts)
+    beside = {".lap": part.lap}
+    beside |= {f".bolts.{name}": getattr(part.bolts, name) for name in ("positions", "across")}
+    for where, value in beside.items():
+        if value is not None:
+            raise KeyedError(where, "wanted none beside structure.laps, which have it one by one")
+    if part.sensor is None and "right" in part.ground:
+        raise KeyedError(".sensor", "missing; the right end lies on the ground")
+    return sizes, bolts
+
+
+def _bolts(part: Any, places: Sequence[float], across: Sequence[float] | None) -> Bolts:
+    sizes: dict[str, Any] = {
+        name: getattr(part, name)
+        for name in part.keys
+        if name in Bolts.__dataclass_fields__ and name != "positions"
+    }
+    where = places if across is None else np.stack([places, across], axis=1)
+    return Bolts(where, **{k: v for k, v in sizes.items() if v is not None})
+
+
+def beam_of(part: Any) -> Drawing:
+    """The beam of a drawing: one lap in the middle, or several."""
+    sizes: dict[str, Any] = {name: getattr(part, name) for name in DRAWING_KEYS}
+    if not part.laps:
+        if part.ground:
+            raise KeyedError(".ground", "wanted structure.laps beside it, which say where they lie")
+        if part.rise:
+            raise KeyedError(".rise", "wanted structure.laps beside it: it is of parts between two")
+        places = part.bolts.positions or ()
+        bolts = _bolts(part.bolts, places, part.bolts.across)
+        return LapJoint(**sizes, bolts=bolts, style=part.style)
+    del sizes["lap"]
+    laps = [
+        Lap(lap.at, lap.length, _bolts(part.bolts, lap.positions, lap.across)) for lap in part.laps
+    ]
+    return BoltedBeam(
+        **sizes, laps=laps, style=part.style, ground=part.ground, rise=part.rise or 0.0
+    )
+
+
+_MOST_ITEMS = 200
+_STAND_IN = Material(1.0, 0.0)  # stands for a body's own, which other tables of the study describe
+
+
+def _names(example: str, distinct: bool = True) -> Items:
+    return Items(LINE, example, (1, _MOST_ITEMS), distinct=distinct)
+
+
+class MeshPart(Part):
+    """A mesh in place of a drawing: hexahedra or tetrahedra with named bodies, faces and bolts."""
+
+    file: str = key(
+        text("the name of a mesh", "beam.msh"),
+        "File that meshio reads, such as Gmsh's .msh with physical groups or Abaqus' "
+        ".inp with sets; relative to the folder of the study.",
+    )
+    unit: str = key(COLUMN_UNIT, "Unit of length of the mesh.", '"mm"', default="m")
+    bodies: tuple[str, ...] = key(
+        _names('["left", "right", "bolts"]'),
+        "Names of the volumes; together they hold all cells. Those that share nodes are joined.",
+    )
+    contacts: tuple[tuple[str, str], ...] = key(
+        Items(
+            Items(LINE, '["left face", "right face"]', (2, 2)),
+            '[["left face", "right face"]]',
+            (1, 20),
+        ),
+        "Names of the two faces of each contact, the lower first: surfaces, or sets "
+        "of nodes. Their meshes need not match.",
+    )
+    bolts: tuple[str, ...] = key(
+        _names('["shank 1", "shank 2"]'),
+        "Names of the volumes of the shanks, each a body or a part of one.",
+    )
+    ground: tuple[str, ...] = key(
+        _names('["foot"]'), "Names of volumes or faces that do not move.", default=()
+    )
+    materials: tuple[str, ...] | None = key(
+        _names('["steel", "steel", "titanium"]', distinct=False),
+        "Material of each body; the first of the surface unless given.",
+    )
+    densities: tuple[float, ...] | None = key(
+        Items(MASS_DENSITY, '["7850 kg/m^3", "7850 kg/m^3", "4430 kg/m^3"]', (1, _MOST_ITEMS)),
+        "Mass density of each body; `structure.density` unless given.",
+    )
+    along: tuple[float, float, float] | None = key(
+        Items(number("1.0"), "[1, 0, 0]", (3, 3)),
+        "Direction along the contacts; that in which they are longest unless "
+        "given, and places in them then count from their middle.",
+    )
+    joint: MeshedJoint
+    """The mesh as it was read; its materials and tensions are still to come."""
+
+    def check(self, place: Place) -> None:
+        """Read the mesh, and find what the study names in it."""
+        from microslip.structures import MeshedJoint
+        from microslip.structures.reduction_patches import contact_frame
+
+        for name in ("materials", "densities"):
+            values = getattr(self, name)
+            if values is not None and len(values) != len(self.bodies):
+                raise KeyedError(
+                    f".{name}",
+                    f"wanted one a body, {len(self.bodies)} of them, got {len(values)}",
+                )
+        refusal = f'wanted a unit such as "mm", got {show(self.unit)}'
+        try:
+            scale = units.factor_of(self.unit, units.LENGTH, refusal)
+        except ValueError as error:
+            raise KeyedError(".unit", str(error)) from None
+        try:
+            joint = MeshedJoint.read(
+                place.reading.path(self.file),
+                bodies=dict.fromkeys(self.bodies, (_STAND_IN, 1.0)),
+                contacts=self.contacts,
+                bolts=dict.fromkeys(self.bolts, 1.0),
+                ground=self.ground,
+                scale=float(scale),
+            )
+        except InputError as error:
+            message = str(error).replace("write scale=1e-3", 'write unit = "mm"')
+            raise ValueError(message) from None
+        self.keep(joint=joint)
+        along = None if self.along is None else np.array(self.along)
+        for contact in joint.mesh.contacts:
+            try:
+                contact_frame(joint.mesh, contact, along)
+            except InputError as error:
+                key = place.key if along is None else ".along"
+                raise KeyedError(key, str(error)) from None
+        place.reading.notes.append(
+            f"{place.key}: {len(joint.mesh.cells)} {joint.mesh.kind} cells from {self.file}."
+        )
+
+    def build(
+        self, materials: Mapping[str, Material], usual: str, density: float | None
+    ) -> MeshedJoint:
+        """The joint, its bodies of what the study says."""
+        from microslip.structures.mesh import check_elastic
+
+        names = self.materials or (usual,) * len(self.bodies)
+        densities = self.densities or (cast(float, density),) * len(self.bodies)
+        for name in names:
+            check_elastic(materials[name])
+        bodies = tuple(
+            body._replace(material=materials[name], density=heavy)
+            for body, name, heavy in zip(self.joint.mesh.bodies, names, densities, strict=True)
+        )
+        return replace(self.joint, mesh=replace(self.joint.mesh, bodies=bodies))

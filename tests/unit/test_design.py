@@ -12,8 +12,8 @@ from click.testing import CliRunner
 
 import microslip as ms
 from microslip.cli import main
-from microslip.runs.design import AnySearch, Range, Search, Target
-from microslip.runs.modal_design import open_search
+from microslip.runs.design import Range, Search, Target
+from microslip.runs.modal_design import AnySearch, open_search
 from microslip.sweeps.derivatives import QUANTITIES, log_derivatives
 
 STUDY = """

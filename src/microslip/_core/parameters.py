@@ -244,7 +244,17 @@ class Parameter:
     @property
     def dimension(self) -> tuple[int, int] | None:
         """Powers of newton and metre in its unit; None where there is something else in it."""
-        return dimension_of(self.unit)
+        above, _, under = self.unit.partition("/")
+        powers = {"N": 0, "m": 0}
+        for part, sign in ((above, 1), (under, -1)):
+            for word in part.replace("*", " ").split():
+                base, _, power = word.partition("^")
+                if base in ("1", "rad"):
+                    continue
+                if base not in powers or not re.fullmatch(r"-?\d*", power):
+                    return None
+                powers[base] += sign * int(power or 1)
+        return powers["N"], powers["m"]
 
     def holds(self, value: float) -> bool:
         """Whether a value is in its range."""
@@ -339,7 +349,7 @@ class Parameter:
     def read_item(self, raw_value: object) -> Any:
         """One of its values."""
         if isinstance(self.kind, Kind):
-            if self.bare and _is_number(raw_value):
+            if self.bare and is_number(raw_value):
                 raw_value = f"{raw_value} {self.unit}".strip()
             example = f'{self.example_text}", or "{self.none}' if self.none else self.example_text
             sign: Sign = "positive" if self.is_positive else "any"
@@ -426,7 +436,8 @@ class WrongValue(ValueError):
         self.expected, self.came = expected, came
 
 
-def _is_number(raw_value: object) -> bool:
+def is_number(raw_value: object) -> bool:
+    """Whether something is a plain number, or a text of one."""
     if isinstance(raw_value, bool) or not isinstance(raw_value, (str, int, float)):
         return False
     try:
@@ -523,21 +534,6 @@ def key_of(kind: type) -> str:
 def values_of(item: Any) -> dict[str, Any]:
     """Values of all parameters of an instance, by their names."""
     return {entry.name: getattr(item, entry.name) for entry in parameters_of(type(item))}
-
-
-def dimension_of(unit: str) -> tuple[int, int] | None:
-    """Powers of newton and metre in an SI unit such as "N/m^2"; None for another one."""
-    above, _, under = unit.partition("/")
-    powers = {"N": 0, "m": 0}
-    for part, sign in ((above, 1), (under, -1)):
-        for word in part.replace("*", " ").split():
-            base, _, power = word.partition("^")
-            if base in ("1", "rad"):
-                continue
-            if base not in powers or not re.fullmatch(r"-?\d*", power):
-                return None
-            powers[base] += sign * int(power or 1)
-    return powers["N"], powers["m"]
 
 
 def rescaled(kind: type, values: Mapping[str, Any], force: float, length: float) -> dict[str, Any]:

@@ -105,32 +105,19 @@ def kind_of(unit: str) -> Kind:
 
 
 # Names for what came instead of what was wanted; the first of equal dimensions is used.
-_NAMED_DIMENSIONS = (
-    ("m", "a length"),
-    ("m^2", "an area"),
-    ("m^3", "a volume"),
-    ("N", "a force"),
-    ("Pa", "a pressure"),
-    ("1/m^2", "a number per area"),
-    ("1/m", "a number per length"),
-    ("1/m^3", "a number per volume"),
-    ("", "a plain number"),
-    ("N/m", "a stiffness"),
-    ("kg", "a mass"),
-    ("kg/m^3", "a mass per volume"),
-    ("kg/m^2", "a mass per area"),
-    ("s", "a time"),
-    ("Hz", "a frequency"),
-    ("m/s", "a velocity"),
-    ("m/s^2", "an acceleration"),
-    ("J", "an energy or a torque"),
-    ("W", "a power"),
-    ("K", "a temperature"),
-    ("A", "a current"),
-    ("V", "a voltage"),
-    ("mol", "an amount of substance"),
-    ("mol/m^3", "a concentration"),
-)
+_NAMED_DIMENSIONS = {
+    "": "a plain number",
+    "J": "an energy or a torque",
+    **{unit: kind.with_article for unit, kind in _KINDS.items() if kind is not SPECTRAL_DENSITY},
+    "1/m^3": "a number per volume",
+    "kg/m^2": "a mass per area",
+    "W": "a power",
+    "K": "a temperature",
+    "A": "a current",
+    "V": "a voltage",
+    "mol": "an amount of substance",
+    "mol/m^3": "a concentration",
+}
 
 
 def to_si(raw_value: object, kind: Kind, example: str, sign: Sign = "positive") -> float:
@@ -360,7 +347,7 @@ def _parse(unit: str) -> tuple[Decimal, tuple[tuple[str, str], ...]] | None:
 
 
 def _dimension_name(dimension: tuple[tuple[str, str], ...]) -> str:
-    for unit, name in _NAMED_DIMENSIONS:
+    for unit, name in _NAMED_DIMENSIONS.items():
         parsed = _parse(unit) if unit else (Decimal(1), ())
         if parsed is not None and parsed[1] == dimension:
             return name

@@ -197,6 +197,7 @@ def identify(
             identified,
             measured_together,
         )
+        from microslip.study.description import StudyDescription
 
         say = spelling(click.get_current_context())
 
@@ -211,7 +212,7 @@ def identify(
         _, gain_errors = calibration_of(reading.calibration)
         options = {**options_of(values, laws), "rigs": list(rig_labels) or None}
         options["gain_errors"] = gain_errors or None
-        description = None if study is None else _study(study)
+        description = None if study is None else StudyDescription.load(study)
         with output.staged(KIND, "identification") as stage:
             with progress("Reading") as report:
                 read, skipped = _read(files, reading, options, report)
@@ -279,12 +280,6 @@ def _groups(
         return identified(records, laws[:1], study, {**options, "rigs": rigs}, lambda _: None).first
 
     return Groups.of(column, list(map(text_of, values)), values, read, fit, accept_unconverged)
-
-
-def _study(path: Path) -> StudyDescription:
-    from microslip.study.description import StudyDescription
-
-    return StudyDescription.load(path)
 
 
 def _read(

@@ -153,14 +153,11 @@ def _settings(option: Parameter) -> dict[str, Any]:
     low, high = option.items
     if high > 1:
         settings |= (
-            {"nargs": high} if low == high else {"multiple": True, "callback": _values_or_none}
+            {"nargs": high}
+            if low == high
+            else {"multiple": True, "callback": lambda context, param, value: value or None}
         )
     return settings
-
-
-def _values_or_none(context: click.Context, param: click.Parameter, value: Any) -> Any:
-    """The values of an option that may be repeated; None where it is not there."""
-    return value or None
 
 
 def spelling(context: click.Context | None) -> Spelling:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
+from microslip._core.parameters import is_number
 from microslip._core.quantities import named
 from microslip._core.units import (
     AREA,
@@ -426,12 +427,3 @@ def with_deviation(text: str) -> tuple[str, str | None]:
         return value, None
     value, deviation = with_one_unit((value, deviation))
     return value, deviation
-
-
-def is_number(text: str) -> bool:
-    """Whether a text is a plain number."""
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True

@@ -27,12 +27,11 @@ from microslip.cli.options import (
     writes,
 )
 from microslip.scans.options import PROCESSES
+from microslip.study.new import LAWS, TEMPLATES, command_line, demo_text, write
 
 if TYPE_CHECKING:
     from microslip.results import Study
 
-
-LAWS = ("greenwood-williamson", "population", "sphere", "table")
 
 study_argument = click.argument("study", type=ANY_PATH, shell_complete=complete_study)
 overridable = option(
@@ -94,7 +93,6 @@ def demo(beam: bool, output: Output, overrides: tuple[str, ...]) -> None:
 
     def read() -> Study:
         from microslip.results import Study
-        from microslip.study.new import demo_text
 
         name = "demo_beam.toml" if beam else "demo.toml"
         load = partial(Study.from_toml, demo_text(beam), name)
@@ -160,7 +158,6 @@ def check(study: Path, overrides: tuple[str, ...], as_json: bool) -> None:
         echo_json(look.data)
     else:
         from microslip.report.terminal import show, show_command
-        from microslip.study.new import command_line
 
         words = [word for override in overrides for word in ("--set", override)]
         show(look, sys.stdout)
@@ -168,13 +165,8 @@ def check(study: Path, overrides: tuple[str, ...], as_json: bool) -> None:
         show_command(next_step(look), command, sys.stdout)
 
 
-TEMPLATES = ("joint", "structure", "mesh", "scan", "record", "batch")
-
-
 def _list_templates(context: click.Context, param: click.Parameter, value: bool) -> None:
     if value:
-        from microslip.study.new import TEMPLATES
-
         for name, meaning in TEMPLATES.items():
             click.echo(f"{name:<10} {meaning}")
         from microslip.scans.finish import PROCESSES as TABLE
@@ -189,7 +181,7 @@ def _list_templates(context: click.Context, param: click.Parameter, value: bool)
 @click.command(short_help="Write a study to begin with.")
 @click.argument("name", metavar="NAME.toml", type=ANY_PATH)
 @click.option(
-    "--template", "kind", type=OneOf(TEMPLATES), default=TEMPLATES[0], show_default=True,
+    "--template", "kind", type=OneOf(tuple(TEMPLATES)), default="joint", show_default=True,
     help="Kind of study.",
 )  # fmt: skip
 @click.option(
@@ -208,9 +200,7 @@ def new(name: Path, kind: str, law: str, process: str | None) -> None:
 
     Existing files are never changed.
     """
-    from microslip.study.new import command_line, write
-
-    if process is not None and (kind, law) != (TEMPLATES[0], LAWS[0]):
+    if process is not None and (kind, law) != ("joint", LAWS[0]):
         raise click.UsageError("--process: wanted without --template and --law")
     steps = write(name, law, kind, process)
     click.echo(f"Written to {command_line(name)}. Next:")

@@ -8,8 +8,8 @@ from dataclasses import dataclass, fields
 from typing import Literal, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from microslip._core.checks import Floats
 from microslip._core.frozen import Locked, lock
 from microslip._core.units import engineering
 from microslip.friction import Interface
@@ -19,7 +19,6 @@ from microslip.report.document import Progress
 from microslip.structures import Oscillator
 from microslip.study.schema import LoadVariation
 
-Floats = NDArray[np.float64]
 _Columns = TypeVar("_Columns", bound="Columns")
 
 _BLOCK = 20_000

@@ -1,33 +1,180 @@
-"""Inverse design of a structure: a mode's frequency or damping by bolts, form, friction or lap."""
+"""Inverse design of any study with a joint, and of a mode of a structure, by its own models."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
-from microslip._core.checks import Floats
-from microslip.errors import StudyError
+from microslip._core.checks import Floats, show
+from microslip.errors import InputError, StudyError
+from microslip.friction import Interface
+from microslip.kernels import Integers
+from microslip.normal import NormalLaw
 from microslip.report.document import Progress
 from microslip.runs.design import (
     KEYS,
-    AnySearch,
     DesignPoint,
     Range,
     Search,
     Target,
     is_pointwise,
+    parts_of,
+    range_error,
 )
 from microslip.runs.structure import keys_of_model, refined_model, scales, scaling_keys, tightened
 from microslip.structures import ReducedJoint
-from microslip.study.build import blame
+from microslip.study.build import (
+    Design,
+    at_middle,
+    blame,
+    build_joints,
+    is_uncertain,
+    surface_inputs,
+)
 from microslip.study.description import StudyDescription
-from microslip.study.uncertain import value_at, with_values
+from microslip.study.joints import Joint
+from microslip.study.uncertain import spreads_of, value_at, with_values
 
 _TURNS = 8
 _MARGIN, _CLOSE = 2e-3, 0.015
 """Shares of a key by which a step goes beyond what slopes ask for, and by which a design may."""
+
+
+_SAMPLES = 32  # where the study does not say how many: each builds its joints
+_SMALLEST = 1e-300  # a joint that loses nothing has no logarithm
+
+
+class AnySearch(Search):
+    """Keys of any study with a joint; of several loads the one that is furthest from the target."""
+
+    is_costly = True
+    _difference = 1e-4
+    """Step of a logarithm for central differences: 1e-8 of the slopes."""
+
+    def __init__(
+        self, study: StudyDescription, target: Target, texts: Sequence[str], probability: float
+    ) -> None:
+        part = study.uncertainty
+        if part is not None and (part.scan_patches or part.identification):
+            raise StudyError(
+                f"{study.name}: uncertainty: a design needs uncertain keys here; patches of a scan "
+                "and identifications go with a Greenwood–Williamson surface and one load"
+            )
+        self._varied = study
+        self._surfaces: dict[str, NormalLaw] = {}
+        self._joints: dict[str, list[Interface]] = {}
+        self._values_by_place: dict[bytes, Floats] = {}
+        self._quantiles_by_place: dict[bytes, tuple[float, Floats]] = {}
+        ranges = [self._read(text) for text in texts]
+        rows: list[dict[str, float]] = [{}]
+        if is_uncertain(study):
+            from scipy.special import ndtr
+
+            design = Design(study)
+            count = self._count(study)
+            points = design.points() if count is None else design.points(count, 1)
+            scores = design.scores(points.reshape(-1, len(design.inputs)))
+            rows = [design.values(ndtr(row)) for row in scores]
+        self._rows = rows
+        super().__init__(study, target, ranges, probability)
+
+    def _count(self, study: StudyDescription) -> int | None:
+        """Samples; None where the study says how many groups of them there are."""
+        return _SAMPLES if study.uncertainty is None else None
+
+    def _read(self, text: str) -> Range:
+        """A range by the study's own reading of its ends; the key is free in it from now on."""
+        key, low, high = parts_of(text)
+        change = f"{key}={{low={_toml(low)}, high={_toml(high)}}}"
+        study = self._varied
+        self._varied = StudyDescription.from_toml(study.text, study.name, [change], study._folder)
+        spread = dict(spreads_of(self._varied)).get(key)
+        if spread is None or spread.low is None or spread.high is None or not spread.low > 0.0:
+            raise range_error(key, text)
+        return Range(key, spread.low, spread.high)
+
+    def _start(self) -> tuple[list[str], dict[str, Any]]:
+        middle, values = at_middle(self.study), {}
+        for r in self.ranges:
+            value = value_at(middle, r.key)
+            if value is None or value <= 0.0:
+                raise StudyError(
+                    f"{self.study.name}: {r.key}: wanted one number above zero in the study, got "
+                    f"{'none or several' if value is None else show(value)}; give it one by --set "
+                    f"{r.key}=VALUE"
+                )
+            values[r.key] = value
+        return list(values), values
+
+    def _of_samples(self, logs: Floats, samples: Integers) -> Floats:
+        """Ln of the quantity of some samples."""
+        targets = dict(zip(self.names, np.exp(logs).tolist(), strict=True))
+        worst = min if self.target.at_least else max
+        quantities = []
+        for row in (self._rows[i] for i in samples):
+            scaled = {
+                k: v * row.get(k, self.middle[k]) / self.middle[k] for k, v in targets.items()
+            }
+            quantities.append(worst(self._of_joints(with_values(self._varied, {**row, **scaled}))))
+        return np.log(np.maximum(quantities, _SMALLEST))
+
+    def _of_joints(self, study: StudyDescription) -> list[float]:
+        """The quantity of each joint of a study.
+
+        Friction only scales: T/mu is a function of delta/mu. So samples that differ in it alone
+        share their joints, with what those have tabulated.
+        """
+        amplitude, measure, factor = self.target.amplitude, self.target.quantity, 1.0
+        if not isinstance(study.joint, Joint):
+            joints = build_joints(study)
+        else:
+            mu = float(study.joint.friction_coefficient)
+            alike = study.joint.copy(friction_coefficient=1.0).by_keys()
+            inputs = repr((surface_inputs(study), alike))
+            if inputs not in self._joints:
+                self._joints[inputs] = build_joints(study, self._surfaces)
+            joints = self._joints[inputs]
+            amplitude *= joints[0].friction_coefficient / mu
+            if measure == "dissipated_energy":
+                factor = (mu / joints[0].friction_coefficient) ** 2
+        return [factor * float(getattr(joint, measure)(amplitude)) for joint in joints]
+
+    def values(self, logs: Floats) -> Floats:
+        """Ln of the quantity over the samples; the search asks for a place more than once."""
+        place = np.asarray(logs).tobytes()
+        if place not in self._values_by_place:
+            self._values_by_place[place] = self._of_samples(logs, np.arange(len(self._rows)))
+        return self._values_by_place[place]
+
+    def quantile(self, logs: Floats) -> tuple[float, Floats]:
+        """Quantile as of any search, computed once a place."""
+        place = np.asarray(logs).tobytes()
+        if place not in self._quantiles_by_place:
+            self._quantiles_by_place[place] = super().quantile(logs)
+        return self._quantiles_by_place[place]
+
+    def _slopes(self, logs: Floats, near: Integers) -> Floats:
+        ends = [
+            [float(self._of_samples(logs + sign * step, near).mean()) for sign in (-1.0, 1.0)]
+            for step in self._difference * np.eye(len(logs))
+        ]
+        return np.array([(high - low) / (2.0 * self._difference) for low, high in ends])
+
+
+def _toml(end: str) -> str:
+    """A plain number as it is, a quantity as text."""
+    text = end.strip()
+    try:
+        value = float(text)
+    except ValueError:
+        quoted = text.replace('"', "")
+        return f'"{quoted}"'
+    if not math.isfinite(value):
+        raise InputError(f"`vary` must have finite ends, got {text!r}")
+    return repr(value)
 
 
 class ModalSearch(AnySearch):

@@ -11,10 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from microslip._core.checks import whole_number
+from microslip._core.checks import Floats, whole_number
 from microslip._core.netcdf import Variable
 from microslip._core.quantities import QUANTITIES
 from microslip._core.units import engineering
+from microslip._core.wording import plural
 from microslip.errors import InputError
 from microslip.friction import Interface
 from microslip.friction.input_slopes import input_slopes
@@ -23,7 +24,6 @@ from microslip.report.document import Progress
 from microslip.runs.columns import (
     AmplitudeCurve,
     Columns,
-    Floats,
     HistoryResponse,
     Limits,
     OscillatorCurve,
@@ -63,20 +63,16 @@ class Prediction:
     def __repr__(self) -> str:
         parts = [
             *([repr(self.study.title)] if self.study.title else []),
-            _count(len(self.joints), "load"),
-            _count(len(self.rows[0].amplitude), "amplitude"),
+            plural(len(self.joints), "load"),
+            plural(len(self.rows[0].amplitude), "amplitude"),
             f"curves of {len(self.curves[0].amplitude)} points",
-            *(f"history of {_count(len(h.force), 'sample')}" for h in self.histories[:1]),
+            *(f"history of {plural(len(h.force), 'sample')}" for h in self.histories[:1]),
             *("oscillator" for _ in self.oscillators[:1]),
             *("varying load" for _ in self.varying[:1]),
             *(["scatter"] if self.scatter is not None else []),
             *(["structure"] if self.structure is not None else []),
         ]
         return f"Result({', '.join(parts)})"
-
-
-def _count(count: int, word: str) -> str:
-    return f"{count} {word}" if count == 1 else f"{count} {word}s"
 
 
 MEANINGS = {

@@ -120,21 +120,18 @@ class Unsure(Plain):
 
     def read(self, raw_value: object, place: Place) -> Any:
         """The number, or its :class:`Spread`."""
-        return self._read(raw_value, lambda value: Plain.read(self, value, place))
-
-    def _read(self, raw_value: object, inner: Callable[[object], Any]) -> Any:
         if isinstance(raw_value, Spread):
             return raw_value
         if isinstance(raw_value, Followed):
-            value = self._read(raw_value.source, inner)
+            value = self.read(raw_value.source, place)
             if isinstance(value, Spread):
                 return value.following(raw_value.key, raw_value.factor)
             return raw_value.factor * value
         if not isinstance(raw_value, dict):
-            return inner(raw_value)
+            return super().read(raw_value, place)
         for form in _FORMS:
             if set(raw_value) == set(form):
-                spread = self._spread(raw_value, inner)
+                spread = self._spread(raw_value)
                 spread.unit = self.declared.unit or ""
                 return spread
         odd = next((key for key in raw_value if key not in _MEANINGS), None)
@@ -147,21 +144,22 @@ class Unsure(Plain):
             else f"wanted a value such as {self.example}, got an empty table"
         )
 
-    def _spread(self, table: dict[str, object], inner: Callable[[object], Any]) -> Spread:
+    def _spread(self, table: dict[str, object]) -> Spread:
+        inner = self.declared.read
         if "values" in table:
             values = table["values"]
             if not isinstance(values, list) or not 2 <= len(values) <= _MOST_VALUES:
                 raise ValueError(f"wanted two values or more in a list, got {show(values)}")
             return Spread.among([inner(value) for value in values])
         if "mean" in table:
-            return self._about(table, inner)
+            return self._about(table)
         low, high = inner(table["low"]), inner(table["high"])
         if not low < high:
             raise ValueError(f"wanted low below high, got {show(table['low'])} and "
                              f"{show(table['high'])}")  # fmt: skip
         return Spread.between(low, high)
 
-    def _about(self, table: dict[str, object], inner: Callable[[object], Any]) -> Spread:
+    def _about(self, table: dict[str, object]) -> Spread:
         cv, kind = table["cv"], table.get("distribution", _KINDS[0])
         plain = isinstance(cv, (int, float)) and not isinstance(cv, bool)
         if not plain or not 0.0 < float(cv) <= 1.0:  # type: ignore[arg-type]
@@ -177,7 +175,7 @@ class Unsure(Plain):
                 f"{lost:.2g} of it would lie below zero; leave distribution out, and it is "
                 "lognormal"
             )
-        mean = inner(table["mean"])
+        mean = self.declared.read(table["mean"])
         if mean == 0.0:
             raise ValueError("wanted a mean other than zero, of which cv is a share; write low and "
                              "high")  # fmt: skip

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from microslip import kernels
-from microslip._core.checks import show
+from microslip._core.checks import Floats, show
 from microslip._core.netcdf import Contents, Variable, dataset
 from microslip._core.quantities import UNITS
 from microslip._version import __version__
@@ -31,7 +31,7 @@ from microslip.results.structure.driven import columns as shaking_columns
 from microslip.results.structure.driven import labelled as shaking_arrays
 from microslip.results.structure.fitted_study import FITTED_STUDY, fitted_text
 from microslip.runs.columns import AmplitudeCurve as AmplitudeCurve
-from microslip.runs.columns import Columns, Floats, VaryingLoop, blocks
+from microslip.runs.columns import Columns, VaryingLoop, blocks
 from microslip.runs.columns import HistoryResponse as HistoryResponse
 from microslip.runs.columns import Limits as Limits
 from microslip.runs.columns import OscillatorCurve as OscillatorCurve

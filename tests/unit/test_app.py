@@ -209,14 +209,6 @@ def test_a_study_names_no_file(key: str, text: str, tmp_path: Path) -> None:
         check_study(file)
 
 
-def test_a_study_cannot_exhaust_memory(tmp_path: Path) -> None:
-    """A key of so many levels takes the square of them in time and memory: 24 GB."""
-    file = tmp_path / "study.toml"
-    file.write_text("a" + ".a" * 200_000 + " = 1")
-    with pytest.raises(ms.InputError, match="a key of more than 200 levels"):
-        check_study(file)
-
-
 def test_a_study_that_names_a_file_is_not_run(tmp_path: Path, bench: Bench) -> None:
     file = tmp_path / "study.toml"
     file.write_text(NAMES_A_FILE)

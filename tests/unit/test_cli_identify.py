@@ -165,11 +165,9 @@ def test_loads_of_records() -> None:
     [
         ("free", "free"),
         ("rigid", None),
-        ("2e8", 2e8),
         ("200 N/um", 2e8),
         ("200±5 N/um", (2e8, 5e6)),
         ("200 N/um ± 5", (2e8, 5e6)),
-        ("2e8 +- 5e6", (2e8, 5e6)),
         ("200 N/um +/- 5e6 N/m", (2e8, 5e6)),
     ],
 )
@@ -266,24 +264,18 @@ def test_a_turned_force_is_reported_with_its_option() -> None:
 
 WRONG = {
     ("--fix", "slip_scal=1 um"): '--fix: no parameter "slip_scal"; did you mean "slip_scale"?',
-    ("--fix", "slip_scale=1"): '--fix: slip_scale: wanted a length such as "0.3 um", got "1"',
     ("--fix", "slip_scale"): "--fix wants WHAT=..., such as force=..., got",
     ("--fix", "friction_coefficient=1 N"): "--fix: friction_coefficient is a plain number",
-    ("--bound", "slip_scale=1 um"): '--bound wants slip_scale=LOW..HIGH, got "1 um"',
     ("--bound", "slip_scale=2..1 um"): "LOW below HIGH",
     ("--rig-stiffness", "stiff"): '--rig-stiffness: wanted a stiffness such as "200 N/um"',
     ("--contact-area", "6 mm^2"): "--contact-area wants an area, its uncertainty and the load",
-    ("--contact-area", "6 mm, 1 mm, 2 kN"): "--contact-area: wanted an area",
     ("--known", "radius=1 mm"): '--known wants radius=VALUE±DEVIATION, got "1 mm"',
-    ("--known", "radios=1±0.1 mm"): '--known: no parameter "radios"; did you mean "radius"?',
     ("--normal-load", "1 N", "--normal-load", "2 N", "--normal-load", "3 N"):
         "--normal-load wants one for all records or one for each of the 2 records, got 3",
     ("--rig", "a"): "--rig wants a label for each of the 2 records, got 1",
     ("--contact-area", "1000 mm^2, 1 mm^2, 2 kN", "--study", "study.toml"):
         "--contact-area must not be above the apparent area",
-    ("--law", "jenkin"): 'got "jenkin"; did you mean "jenkins"?',
     ("--confidence", "2"): "confidence must be between 0 and 1, got 2",
-    ("--study", "none.toml"): "none.toml: no such file",
 }  # fmt: skip
 
 

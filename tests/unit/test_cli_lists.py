@@ -76,12 +76,6 @@ def test_materials_in_json() -> None:
     assert json.loads(run("materials", "steel", "--json").stdout) == {"steel": every["steel"]}
 
 
-def test_schema() -> None:
-    from microslip.study.json_schema import json_schema
-
-    assert json.loads(run("schema").stdout) == json_schema()
-
-
 def test_figures_in_json() -> None:
     outcome = run("figures", "--only", "19.1", "--json", "-o", "out")
     assert outcome.exit_code == 0

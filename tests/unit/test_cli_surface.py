@@ -358,15 +358,12 @@ def test_a_profile(folder: Path, undrawn: None) -> None:
     ("options", "message"),
     [
         (("--cutoff", "10"), '--cutoff: wanted a length such as "10 um", or "none", got "10"'),
-        (("--cutoff", "2 kg"), '--cutoff: wanted a length such as "10 um", or "none", got "2 kg"'),
         (("--long-cutoff", "0"), '--long-cutoff: wanted a length such as "0.8 mm", got "0"'),
-        (("--area", "2 cm"), '--area: wanted an area such as "2 cm^2", got "2 cm" (a length)'),
         (
             ("--cutoff", "0.5 um"),
             "--cutoff must be between two pixels (2 µm) and the size of the scan "
             "(96 µm), got 500 nm: below two pixels",
         ),
-        (("--cutoff", "2 um"), "(96 µm), got 2 µm: exactly two pixels"),
         (
             ("--long-cutoff", "1 m"),
             "--long-cutoff must be between two pixels (2 µm) and the size of "
@@ -374,7 +371,6 @@ def test_a_profile(folder: Path, undrawn: None) -> None:
         ),
         (("--prominence", "-1 nm"), '--prominence: wanted a positive length such as "2 nm", got'),
         (("--valid", "1 mm", "-1 mm"), "--valid: the first must be the lower, got 1 mm and -1 mm"),
-        (("--valid", "1", "2 mm"), '--valid: wanted a length such as "1 mm", got "1"'),
         (("--outliers", "1"), "--outliers: wanted a number of at least 2 such as 6, got 1"),
         (
             ("--level", "cubic"),

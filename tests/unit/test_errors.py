@@ -8,11 +8,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 import microslip as ms
-from microslip.errors import InputError, StudyError
+from microslip.errors import InputError
 
 AL = ms.Material(69e9, 0.33)
 PAIR = ms.MaterialPair(AL, AL)
@@ -42,12 +40,6 @@ def refusal(call: Callable[..., Any], *args: object, **kwargs: object) -> str:
     message = str(caught.value)
     assert "\n" not in message
     return message
-
-
-def test_input_errors_are_value_errors() -> None:
-    assert issubclass(InputError, ValueError)
-    assert issubclass(StudyError, InputError)
-    assert ms.InputError is InputError
 
 
 # -- arrays ----------------------------------------------------------------------------------------
@@ -122,6 +114,7 @@ NOT_NUMBERS: list[object] = [
     [[1.0], [1.0, 2.0]],
     {"a": 1.0},
     {1.0, 2.0},
+    [10**400],
     np.array(["1"]),
     np.array([1e-7, None]),
     np.array(["2020"], dtype="M8[D]"),
@@ -159,19 +152,6 @@ def test_not_finite(bad: float) -> None:
         refused_everywhere(value, lambda name, text=text: f"{name} must be finite: {text}")
 
 
-@pytest.mark.parametrize(
-    "value", [[math.inf, -math.inf], [-math.inf, math.nan, math.inf]], ids=["two", "three"]
-)
-def test_infinities_that_cancel(value: list[float]) -> None:
-    count = f"{len(value)} of {len(value)} values"
-    refused_everywhere(value, lambda name: f"{name} must be finite: {count}")
-
-
-@pytest.mark.parametrize("value", [10**400, [10**400], [1, -(10**400)]], ids=["one", "list", "two"])
-def test_integers_too_big_for_a_float(value: object) -> None:
-    refused_everywhere(value, lambda name: f"{name} must be")
-
-
 @pytest.mark.parametrize("value", [True, [True, False], np.array([True])], ids=repr)
 def test_booleans_are_no_numbers(value: object) -> None:
     # As for single numbers: True is no displacement.
@@ -198,21 +178,6 @@ def test_records_have_one_dimension(name: str, shape: tuple[int, ...]) -> None:
     call, argument = ARRAYS[name]
     message = refusal(call, np.full(shape, 1e-8))
     assert message == f"{argument} must be one-dimensional, got shape {shape}"
-
-
-@given(
-    values=st.lists(st.floats(-1e-6, 1e-6), min_size=1, max_size=20),
-    bad=st.sampled_from([math.nan, math.inf, -math.inf]),
-    data=st.data(),
-)
-def test_one_bad_sample_anywhere(values: list[float], bad: float, data: st.DataObject) -> None:
-    index = data.draw(st.integers(0, len(values) - 1))
-    values[index] = bad
-    message = refusal(JOINTS["gaussian"].force, values)
-    assert message == (
-        f"displacement must be finite: 1 of {len(values)} values are not, "
-        f"the first is {bad} at index {index}"
-    )
 
 
 # -- amplitudes ------------------------------------------------------------------------------------

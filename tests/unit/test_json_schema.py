@@ -17,7 +17,6 @@ from jsonschema import Draft7Validator
 from studies import AMPLITUDES, GAUSSIAN, LOADS, MATERIAL, SURFACE, SURFACES, edited
 
 import microslip as ms
-from microslip.materials import metals
 from microslip.study.json_schema import json_schema, schema_tree
 from microslip.study.toml_text import FILE_KEYS
 
@@ -66,19 +65,13 @@ def test_every_law_and_kind_is_valid(name: str) -> None:
 OSCILLATOR = '[oscillator]\nmass = "2 kg"\nstiffness = "1e6 N/m"\n'
 VALID = [
     (LOADS, '"2 kN"'),
-    (LOADS, '"2kN"'),
     (LOADS, '".5 kN"'),
     (LOADS, '"1_000 N"'),
-    (LOADS, '"+1e3 N"'),
     ('"1 mm"', '"1 µm"'),
-    ('"1 mm"', '"1 in"'),
     ('"2 cm^2"', '"2 cm²"'),
     ('"100 1/mm^2"', '"100 mm⁻²"'),
-    ('"100 1/mm^2"', '"100 /mm^2"'),
     ('"100 1/mm^2"', '"100/mm^2"'),
-    ('"69 GPa"', '"69000 N/mm^2"'),
     (MATERIAL, MATERIAL + "[material.anvil]\nrigid = true\n"),
-    (MATERIAL, MATERIAL + "[material.steel]\n"),
     (MATERIAL, MATERIAL + "[material.steel]\nrigid = true\n"),
     (MATERIAL, MATERIAL + '[material.steel]\nyoung_modulus = "205 GPa"\n'),
     (GAUSSIAN, '{ kind = "gaussian", std = "1 um", mean = "-1 um" }'),
@@ -123,36 +116,25 @@ def test_columns_are_valid(old: str, new: str, tmp_path: Path) -> None:
 
 
 GROSS = [
-    ("schema = 1\n", ""),
     ("schema = 1", "schema = 2"),
-    ("schema = 1", 'schema = "1"'),
     ('title = "A joint"', "title = 3"),
     ('title = "A joint"', 'titel = "A joint"'),
     ("[joint]", "[joints]"),
-    ("[joint]", "[[joint]]"),
     ("0.33", "0.7"),
     ("0.33", '"0.33"'),
     ("0.55", "0"),
-    ("0.55", "-0.55"),
     ('"69 GPa"', "69e9"),
-    ('"69 GPa"', '"69"'),
-    ('"69 GPa"', '"GPa"'),
     ('"69 GPa"', '"-69 GPa"'),
     ('"69 GPa"', '"69,5 GPa"'),
     ('"69 GPa"', '"69 000 MPa"'),
     ('young_modulus = "69 GPa"\n', ""),
-    ("young_modulus", "youngs_modulus"),
     (MATERIAL, MATERIAL + '[material.anvil]\nrigid = true\nhardness = "1 GPa"\n'),
     (MATERIAL, MATERIAL + '[material.steel]\nstiffness = "1 GPa"\n'),
     ('["al", "al"]', '["al"]'),
-    ('["al", "al"]', '"al"'),
     ('"greenwood-williamson"', '"greenwood"'),
     ('"greenwood-williamson"', '"sphere"'),
-    ("radius =", "raduis ="),
     ('radius = "1 mm"\n', ""),
-    ('"gaussian"', '"gauss"'),
     ("std =", "scale ="),
-    (GAUSSIAN, '"0.5 um"'),
     (GAUSSIAN, '{ kind = "values" }'),
     (GAUSSIAN, '{ kind = "values", values = [] }'),
     (GAUSSIAN, '{ kind = "values", values = [1e-6] }'),
@@ -161,18 +143,14 @@ GROSS = [
     (GAUSSIAN, '{ kind = "scipy", scale = "1 um" }'),
     (GAUSSIAN, '{ kind = "scipy", distribution = "expon", parameters = { c = "2" } }'),
     (LOADS, "[]"),
-    (LOADS, "2000"),
     (LOADS, '["2 kN", 500]'),
     (AMPLITUDES, '"1 um"'),
     (LINE, LINE + '\nforce_amplitudes = ["50 N"]'),
-    (LINE, 'history = "x.csv"'),
     (LINE, 'history = { file = "x.csv" }'),
     (LINE, 'history = { file = "x.csv", column = "x", quantity = "velocity" }'),
     ("points = 20", "points = 1"),
-    ("points = 20", "points = 20.5"),
     ('from = "1 nm", ', ""),
     ('["csv"]', '["gif"]'),
-    ('["csv"]', '"csv"'),
     ('["csv"]', '["csv"]\nreport = "yes"'),
     ("[output]", '[oscillator]\nmass = "2 kg"\n[output]'),
     ("[output]", f"{OSCILLATOR}viscous_damping_ratio = 1\n[output]"),
@@ -211,24 +189,6 @@ def test_every_key_is_explained_to_an_editor() -> None:
             Draft7Validator(schema).validate(example)
         if "default" in schema:
             Draft7Validator(schema).validate(schema["default"])
-
-
-def test_metals_of_the_table_are_offered() -> None:
-    offered = schema_tree()["properties"]["material"]["properties"]
-    assert list(offered) == list(metals())
-    assert all(metals()[name].description in offered[name]["description"] for name in offered)
-
-
-def test_laws_and_kinds_are_named() -> None:
-    surfaces = schema_tree()["properties"]["surface"]["oneOf"]
-    assert [surface["title"] for surface in surfaces] == [
-        *("greenwood-williamson", "population", "sphere", "table", "elliptic-summits"),
-        *("rough", "persson", "scan", "measured", "drawing", "two-faces"),
-    ]
-    heights = surfaces[0]["properties"]["heights"]["oneOf"]
-    assert [kind["title"] for kind in heights] == [
-        *("gaussian", "exponential", "values", "scipy", "table")
-    ]
 
 
 def test_what_is_said_twice_stands_there_once() -> None:

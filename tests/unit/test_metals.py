@@ -5,10 +5,8 @@ from __future__ import annotations
 import copy
 import pickle
 import re
-import tomllib
 from collections.abc import Iterator
 from dataclasses import FrozenInstanceError
-from pathlib import Path
 from types import MappingProxyType
 
 import pytest
@@ -18,8 +16,6 @@ from microslip.materials import Metal, metals
 
 PSI = 6894.757
 HB = 9.80665e6
-TABLE = Path(ms.__file__).with_name("metals.toml")
-
 # E, G and nu typed again from the documents: in 10^6 psi, or in GPa where that is printed. G is
 # printed by each of them but the standards on cast iron and stainless steel.
 PRINTED = {
@@ -55,23 +51,13 @@ HARDNESS = dict(zip(PRINTED, _NUMBERS, strict=True))
 NAMES = sorted(metals())
 
 
-def refusal(name: object) -> str:
-    with pytest.raises(ms.InputError) as caught:
-        ms.Material.named(name)  # type: ignore[arg-type]
-    return str(caught.value)
-
-
 # -- values ----------------------------------------------------------------------------------------
-
-
-def test_the_table_holds_what_was_typed_again() -> None:
-    assert set(metals()) == set(PRINTED)
-    assert 15 <= len(metals()) <= 25
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_values_are_those_printed(name: str) -> None:
     metal = metals()[name]
+    assert set(metals()) == set(PRINTED)
     modulus, _, ratio, unit = PRINTED[name]
     expected = modulus * (PSI / 1e3 if unit == "Msi" else 1.0)
     assert metal.young_modulus / 1e9 == pytest.approx(expected, abs=0.0501)
@@ -99,16 +85,6 @@ def test_hardness_is_that_of_the_source(name: str) -> None:
     assert re.search(rf"H[BV] {number}\b", metal.sources["hardness"])
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_values_are_those_of_metals(name: str) -> None:
-    metal = metals()[name]
-    assert 40e9 < metal.young_modulus < 450e9
-    assert 0.2 < metal.poisson_ratio < 0.4
-    # Three times a yield strain of a ten-thousandth (annealed) to a hundredth (tool steel).
-    assert metal.hardness is not None
-    assert 3e-3 < metal.hardness / metal.young_modulus < 5e-2
-
-
 def test_the_pair_of_the_worked_example() -> None:
     al = ms.Material.named("al2017")
     assert (al.young_modulus, al.poisson_ratio) == (69e9, 0.33)
@@ -118,49 +94,7 @@ def test_the_pair_of_the_worked_example() -> None:
 # -- sources ---------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_every_value_has_its_document_and_year(name: str) -> None:
-    metal = metals()[name]
-    values = {"young_modulus", "poisson_ratio"} | {"hardness"}
-    assert set(metal.sources) == values
-    for source in metal.sources.values():
-        year = re.match(
-            r"(?:(?:EN|EN ISO) \d+(?:-\d)*:|ASTM A564/A564M, |AMS 5662M, |MIL-HDBK-5J, "
-            r"|Samsonov, Handbook of the Physicochemical Properties of the Elements, "
-            r"|Metals Handbook Desk Edition, ASM, "
-            r"|The Mechanics of Jointed Structures, Springer, )(\d{4})\b",
-            source,
-        )
-        assert year is not None, source
-        assert 1968 <= int(year[1]) <= 2024
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_a_printed_psi_is_the_value(name: str) -> None:
-    printed = re.search(r": ([\d.]+)e6 psi", metals()[name].sources["young_modulus"])
-    assert (printed is not None) == (PRINTED[name][3] == "Msi")
-    if printed:
-        expected = float(printed[1]) * PSI / 1e3
-        assert metals()[name].young_modulus / 1e9 == pytest.approx(expected, abs=0.0501)
-
-
 # -- names -----------------------------------------------------------------------------------------
-
-
-def test_names_are_written_one_way() -> None:
-    for name, metal in metals().items():
-        assert metal.name == name
-        assert re.fullmatch(r"[a-z0-9]+(-[a-z0-9]+)*", name)
-        assert metal.description.strip() == metal.description
-        assert len(metal.description) > len(name) or name in ("copper", "tungsten", "nickel")
-    plain = [name.replace("-", "") for name in metals()]
-    assert len(set(plain)) == len(plain)
-
-
-def test_names_and_descriptions_are_unique() -> None:
-    heads = re.findall(r"(?m)^\[(.+)\]$", TABLE.read_text(encoding="utf-8"))
-    assert heads == list(metals())
-    assert len({metal.description for metal in metals().values()}) == len(metals())
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -173,26 +107,7 @@ def test_every_entry_makes_a_material(name: str) -> None:
     assert 0.5e9 < pair.composite_shear_modulus < pair.composite_modulus < 500e9
 
 
-@pytest.mark.parametrize(
-    ("written", "name"),
-    [
-        ("Steel", "steel"),
-        ("Ti 6Al 4V", "ti-6al-4v"),
-        ("  INCONEL_718 ", "inconel-718"),
-        ("grey iron", "grey-iron"),
-        ("Al2017", "al2017"),
-    ],
-)
-def test_capitals_and_spaces_do_not_matter(written: str, name: str) -> None:
-    assert ms.Material.named(written) == metals()[name].material
-
-
 # -- errors ----------------------------------------------------------------------------------------
-
-
-def test_every_name_in_the_messages_is_one() -> None:
-    listed = refusal("oak").partition("there are ")[2].split(", ")
-    assert [ms.Material.named(name) for name in listed]
 
 
 # -- frozen ----------------------------------------------------------------------------------------
@@ -225,20 +140,14 @@ def test_copies_are_equal() -> None:
                 other.sources["young_modulus"] = "hearsay"  # type: ignore[index]
 
 
-def test_the_file_holds_nothing_else() -> None:
-    allowed = {"description", "young_modulus", "poisson_ratio", "hardness", "sources"}
-    allowed |= {"aliases"}
-    for entry in tomllib.loads(TABLE.read_text(encoding="utf-8")).values():
-        assert set(entry) <= allowed
-        assert allowed - {"hardness"} <= set(entry)
-
-
 # -- aliases and unlike pairs ----------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
     ("alias", "name"),
     [
+        ("Ti 6Al 4V", "ti-6al-4v"),
+        ("  INCONEL_718 ", "inconel-718"),
         ("S355", "steel-s355"),
         ("316L", "stainless-316l"),
         ("EN AW-6082", "al6082"),

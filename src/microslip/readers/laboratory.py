@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 
 from microslip._core.checks import Floats
-from microslip._core.packages import needed_for
 from microslip._core.wording import show
 from microslip.readers.child import parsed
 from microslip.readers.dialect import NUMBER, Line, find_layout, is_missing
@@ -26,8 +25,7 @@ from microslip.readers.text import whole_text
 
 def tdms_table(path: Path) -> Table:
     """Channels such as "Log/Force", with the unit and rate that LabVIEW keeps."""
-    with needed_for("TDMS files are read by", "tdms"):
-        nptdms: Any = import_module("nptdms")
+    nptdms = library("nptdms", "TDMS", "npTDMS", "tdms")
     # What it thinks of a damaged file, it also raises.
     import_module("nptdms.log").log_manager.set_level(logging.CRITICAL)
     with decoded("TDMS file"), path.open("rb") as raw, nptdms.TdmsFile.open(raw) as file:
@@ -62,8 +60,7 @@ def _of_channel(channel: Any) -> Column | None:
 
 def parquet_table(path: Path) -> Table:
     """Columns of numbers of a data frame, with the unit that a field's metadata may have."""
-    with needed_for("Parquet files are read by", "parquet"):
-        parquet: Any = import_module("pyarrow.parquet")
+    parquet = library("pyarrow.parquet", "Parquet", "pyarrow", "parquet")
     with decoded("Parquet file"):
         file = parquet.ParquetFile(path)
         fields, rows = file.schema_arrow, int(file.metadata.num_rows)
@@ -97,8 +94,7 @@ def _unit(field: Any) -> str | None:
 
 def uff_table(path: Path) -> Table:
     """Functions of time (data sets 58), with their names, units and sample rate."""
-    with needed_for("UFF files are read by", "uff"):
-        pyuff: Any = import_module("pyuff")
+    pyuff = library("pyuff", "UFF", "pyuff", "uff")
     with decoded("UFF file"), warnings.catch_warnings():
         warnings.simplefilter("ignore")
         file = pyuff.UFF(str(path))
@@ -122,6 +118,17 @@ def _of_set(part: dict[str, Any]) -> Column:
     heading = next((name for name in labels if name and name.upper() != "NONE"), "")
     unit = str(part.get("ordinate_axis_units_lab") or "").strip()
     return Column(heading, None if unit.upper() in ("", "NONE") else unit, None, rate)
+
+
+def library(module: str, kind: str, name: str, extra: str) -> Any:
+    """The module that reads a kind of file, or an error that says how to install it."""
+    try:
+        return import_module(module)
+    except ImportError:
+        raise Unusable(
+            f"{kind} files are read by {name}, which is not installed: "
+            f'pip install "microslip[{extra}]"'
+        ) from None
 
 
 _BYTES = 64
@@ -206,8 +213,7 @@ def _sheets(path: Path) -> dict[str, Rows]:
 
 def read_sheets(path: Path) -> dict[str, Rows]:
     """The same by openpyxl."""
-    with needed_for("Excel files are read by", "excel"):
-        openpyxl: Any = import_module("openpyxl")
+    openpyxl = library("openpyxl", "Excel", "openpyxl", "excel")
     # What the archive declares is what is unpacked: a longer member fails by its checksum.
     with zipfile.ZipFile(path) as archive:
         declared = sum(member.file_size for member in archive.infolist())

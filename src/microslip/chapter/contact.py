@@ -81,36 +81,33 @@ def section(joint: Asperity, *states: AsperityFields) -> Floats:
     return np.concatenate((-half[:0:-1], half))
 
 
-def _look(zone: Zone, first: int) -> dict[str, Any]:
-    """Fill of a zone; slip against the first one is grey and hatched the other way."""
+def _look(zone: Zone) -> dict[str, Any]:
+    """Fill of a zone; slip against the first loading is grey and hatched the other way."""
     if zone.kind == "stick":
         return {"facecolor": STICK}
     if zone.kind == "stuck":
         return {"facecolor": STUCK, "edgecolor": LIGHT, "hatch": "..."}
-    if zone.direction == first:
+    if zone.direction == 1:
         return {"facecolor": SLIP, "edgecolor": HATCH, "hatch": "///"}
     return {"facecolor": BACK, "edgecolor": LIGHT, "hatch": "\\\\\\"}
 
 
-def shade(axes: Axes, fields: AsperityFields, first: int = 1) -> None:
+def shade(axes: Axes, fields: AsperityFields) -> None:
     """The zones behind a section."""
     for zone in fields.zones:
         for low, high in ((zone.inner, zone.outer), (-zone.outer, -zone.inner)):
-            axes.axvspan(low / MICRO, high / MICRO, linewidth=0.0, zorder=0, **_look(zone, first))
+            axes.axvspan(low / MICRO, high / MICRO, linewidth=0.0, zorder=0, **_look(zone))
 
 
-def zone_handles(stuck: bool = True) -> list[Patch]:
+def zone_handles() -> list[Patch]:
     """A legend of the fills."""
-    kinds = [
+    kinds = (
         (Zone("stick", 0.0, 1.0, 0), "stick"),
         (Zone("slip", 0.0, 1.0, 1), "slip"),
         (Zone("stuck", 0.0, 1.0, 1), "stuck again after slip"),
         (Zone("slip", 0.0, 1.0, -1), "reversed slip"),
-    ]
-    return [
-        Patch(**_look(zone, 1), linewidth=0.0, label=text)
-        for zone, text in (kinds if stuck else kinds[:2])
-    ]
+    )
+    return [Patch(**_look(zone), linewidth=0.0, label=text) for zone, text in kinds]
 
 
 @as_plate(
@@ -212,7 +209,7 @@ def _contact_area(plate: Plate) -> Drawing:
                 "edgecolor": "none",
             }
             for look in (
-                ring | _look(zone, 1),
+                ring | _look(zone),
                 {"fill": False, "linewidth": 0.9, "edgecolor": INK},
             ):
                 axes.add_patch(Wedge((0.0, 0.0), zone.outer / a, 0.0, 360.0, **look))
@@ -235,11 +232,6 @@ def _contact_area(plate: Plate) -> Drawing:
     names = ("state", "inner radius [m]", "outer radius [m]", "direction", "slips now")
     columns = dict(zip(names, np.array(rows, dtype=float).T, strict=True))
     return Drawing(figure, columns)
-
-
-def _time(corners: int, samples: int = 80) -> Floats:
-    """Time of a record through so many corners, one for each run between two."""
-    return np.linspace(0.0, corners - 1.0, (corners - 1) * (samples - 1) + 1)
 
 
 def _levels(axes: Axes, joint: Asperity, horizontal: bool) -> None:
@@ -278,12 +270,22 @@ def _loop_axes(axes: Axes, joint: Asperity, reach: float, levels: bool = True) -
         _levels(axes, joint, horizontal=False)
 
 
-def _branches(axes: Axes, record: Floats, force: Floats, samples: int, *labels: str) -> None:
-    """First loading, unloading and reloading, of so many samples each."""
-    looks = ((INK, DASHES), (BLUE, "-"), (RED, (0, (6, 1.5))))
-    for number, (label, (color, line)) in enumerate(zip(labels, looks, strict=True)):
-        part = slice((samples - 1) * number, (samples - 1) * (number + 1) + 1)
-        axes.plot(record[part] / MICRO, force[part], color=color, linestyle=line, label=label)
+def _branches(
+    axes: Axes, record: Floats, force: Floats, *pieces: tuple[int, int, dict[str, Any], str]
+) -> None:
+    """Runs of a record from one corner to another; all have as many samples."""
+    size = (record.size - 1) // max(stop for _, stop, *_ in pieces)
+    for start, stop, look, label in pieces:
+        part = slice(size * start, size * stop + 1)
+        axes.plot(record[part] / MICRO, force[part], label=label, **look)
+
+
+_FIRST, _BACK, _AGAIN, _CLOSING = (
+    {"color": color, "linestyle": line}
+    for color, line in (
+        (INK, DASHES), (BLUE, "-"), (RED, (0, (6, 1.5))), (GREEN, (0, (6, 2, 1, 2))),
+    )
+)  # fmt: skip
 
 
 @as_plate(
@@ -350,7 +352,7 @@ def _draw_path(
 ) -> tuple[Floats, Floats]:
     """A displacement path over time; letters by their time and offset sign."""
     record = path(*(corner * joint.slip_limit for corner in corners))
-    time = _time(len(corners))
+    time = np.linspace(0.0, len(corners) - 1.0, record.size)
     axes.plot(time, record / MICRO, color=BLUE)
     axes.axhline(0.0, color=GREY, linewidth=0.6, zorder=1)
     axes.set(ylabel="Displacement δ [µm]", xlabel="Time [half cycles]")
@@ -393,8 +395,10 @@ def _partial_loop(plate: Plate) -> Drawing:
     record = path(0.0, top, -top, top)
     force = joint.force(record)
     figure, body, axes = plate.sheet(4.3)
-    labels = ("O–A, first loading", "A–B–C, unloading", "C–D–A, reloading")
-    _branches(axes, record, force, 80, *labels)
+    _branches(
+        axes, record, force, (0, 1, _FIRST, "O–A, first loading"),
+        (1, 2, _BACK, "A–B–C, unloading"), (2, 3, _AGAIN, "C–D–A, reloading"),
+    )  # fmt: skip
     _loop_axes(axes, joint, 1.2)
     at_b = joint.force([top, 0.0])[-1]
     for name, x, y, dx, dy in (
@@ -424,7 +428,10 @@ def _total_loop(plate: Plate) -> Drawing:
     record = path(0.0, top, -top, top, samples=160)
     force = joint.force(record)
     figure, body, axes = plate.sheet(4.3)
-    _branches(axes, record, force, 160, "first loading", "unloading", "reloading")
+    _branches(
+        axes, record, force, (0, 1, _FIRST, "first loading"), (1, 2, _BACK, "unloading"),
+        (2, 3, _AGAIN, "reloading"),
+    )  # fmt: skip
     _loop_axes(axes, joint, 2.1)
     high = 1.13 * joint.force_limit
     arrow(axes, (limit / MICRO, high), (top / MICRO, high), double=True, linewidth=0.9)
@@ -490,19 +497,11 @@ def _variable_loop(plate: Plate) -> Drawing:
     record = path(*corners, samples=160)
     force = joint.force(record)
     figure, body, axes = plate.sheet(4.6)
-    pieces = (
-        (0, 1, INK, DASHES, "O–A"),
-        (1, 2, BLUE, "-", "A–B"),
-        (2, 3, RED, (0, (6, 1.5)), "B–C"),
-        (3, 4, GREEN, (0, (6, 2, 1, 2)), "C–D"),
-        (4, 6, LIGHT, "-", "on to gross slip, both ways"),
-    )
-    for start, stop, color, line, label in pieces:
-        part = slice(159 * start, 159 * stop + 1)
-        axes.plot(
-            record[part] / MICRO, force[part], color=color, linestyle=line, label=label,
-            zorder=2.0 if color == LIGHT else 2.5,
-        )  # fmt: skip
+    rest = {"color": LIGHT, "zorder": 2.0}
+    _branches(
+        axes, record, force, (0, 1, _FIRST, "O–A"), (1, 2, _BACK, "A–B"), (2, 3, _AGAIN, "B–C"),
+        (3, 4, _CLOSING, "C–D"), (4, 6, rest, "on to gross slip, both ways"),
+    )  # fmt: skip
     _loop_axes(axes, joint, 1.75)
     offsets = {"O": (-9, 8), "A": (5, 10), "B": (10, -6), "C": (8, -8), "D": (-8, 9)}
     for index, (name, (dx, dy)) in enumerate(offsets.items()):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
@@ -13,20 +12,17 @@ from microslip.chapter.contact import assumed as one_summit
 from microslip.chapter.contact import path, summit
 from microslip.chapter.plate import (
     BLUE,
-    COLORS,
     DASHES,
     DOTS,
     GOLD,
-    GREEN,
     GREY,
     INK,
     KILO,
     LIGHT,
-    LINES,
+    LOOKS,
     MICRO,
     MILLI,
     NANO,
-    PINK,
     RED,
     Drawing,
     Plate,
@@ -65,13 +61,13 @@ def _loops(plate: Plate) -> Drawing:
     amplitudes = (0.15e-6, 0.4e-6, 1e-6, 2e-6)
     figure, body, axes = plate.sheet(4.3)
     columns: dict[str, Floats] = {}
-    for top, color, line in zip(amplitudes, COLORS, LINES, strict=False):
+    for top, look in zip(amplitudes, LOOKS, strict=False):
         name = f"±{engineering(top, 'm', trim=True)}"
         record = path(0.0, top, -top, top, samples=200)
         force = joint.force(record)
         columns[f"displacement to {top:g} m [m]"] = record
         columns[f"force to {top:g} m [N]"] = force
-        axes.plot(record / MICRO, force / KILO, color=color, linestyle=line, label=name)
+        axes.plot(record / MICRO, force / KILO, label=name, **look)
     cross(axes)
     for sign, text in ((1.0, "μN"), (-1.0, "−μN")):
         axes.axhline(sign * joint.force_limit / KILO, color=LIGHT, linestyle=DASHES, linewidth=0.9)
@@ -108,19 +104,13 @@ def _many_summits(plate: Plate) -> Drawing:
     figure, body, axes = plate.sheet(4.6)
     record = path(top, -top, top, samples=200)
     columns = {"displacement [m]": record}
-    for factor, color, line in zip((1.0, 1e2, 1e4, 1e6), COLORS, LINES, strict=False):
+    for factor, look in zip((1.0, 1e2, 1e4, 1e6), LOOKS, strict=False):
         law = _more_summits(joint, factor)
         force = law.force(record)
         contacts = f"{(law.contact_count or 0.0) / KILO:.1f} thousand"
         columns[f"force with {factor:g} times as many summits [N]"] = force
         label = f"× {factor:,.0f}".replace(",", " ") if factor > 1.0 else "as it is"
-        axes.plot(
-            record / MICRO,
-            force / KILO,
-            color=color,
-            linestyle=line,
-            label=f"{label}, {contacts} touch",
-        )
+        axes.plot(record / MICRO, force / KILO, label=f"{label}, {contacts} touch", **look)
     box = joint.force_limit / KILO
     axes.plot(
         [-1.0, 1.0, 1.0, -1.0, -1.0], [box, box, -box, -box, box],
@@ -159,18 +149,16 @@ def _likeness(plate: Plate) -> Drawing:
     axes.plot(
         box[0] * top / MICRO, box[1] * joint.force_limit, color=GOLD, linewidth=1.1, label="Coulomb"
     )
-    for cells, color, line in ((1, GREEN, LINES[3]), (3, RED, LINES[2]), (12, BLUE, LINES[1])):
+    for cells, look in ((1, LOOKS[3]), (3, LOOKS[2]), (12, LOOKS[1])):
         force = joint.to_iwan(cells).force(record)
         columns[f"force of {cells} cells [N]"] = force
         label = f"Iwan, {cells} cells" if cells > 1 else "Jenkins: one cell"
         # The one that the asperity all but hides shows on both sides of it.
         width = 2.8 if cells == 12 else 1.4
-        axes.plot(record / MICRO, force, color=color, linestyle=line, linewidth=width, label=label)
+        axes.plot(record / MICRO, force, linewidth=width, label=label, **look)
     columns["force of 1000 even cells [N]"] = _even_cells(joint, 1000).force(record)
-    axes.plot(
-        record / MICRO, columns["force of 1000 even cells [N]"], color=PINK, linestyle=LINES[4],
-        label="Iwan, 1000 cells, evenly spread",
-    )  # fmt: skip
+    even, label = columns["force of 1000 even cells [N]"], "Iwan, 1000 cells, evenly spread"
+    axes.plot(record / MICRO, even, label=label, **LOOKS[4])
     columns["force of one asperity [N]"] = joint.force(record)
     axes.plot(
         record / MICRO, columns["force of one asperity [N]"], color=INK, linewidth=1.0,
@@ -224,14 +212,6 @@ def _energy(plate: Plate) -> Drawing:
     return Drawing(figure, columns)
 
 
-def _half(y: Any) -> Any:
-    return 0.5 * y
-
-
-def _twice(y: Any) -> Any:
-    return 2.0 * y
-
-
 @as_plate(
     "19.24",
     "damping-ratio",
@@ -244,19 +224,17 @@ def _damping(plate: Plate) -> Drawing:
     a = np.geomspace(1e-9, 1e-4, 400)
     figure, body, axes = plate.sheet(4.2)
     columns = {"amplitude [m]": a}
-    for load, color, line in zip((500.0, 2000.0, 5000.0), COLORS, LINES, strict=False):
-        columns[f"loss factor at {load:g} N"] = worked_example(load).loss_factor(a)
-        axes.plot(
-            a / MICRO, columns[f"loss factor at {load:g} N"], color=color, linestyle=line,
-            label=engineering(load, "N", trim=True),
-        )  # fmt: skip
+    for load, look in zip((500.0, 2000.0, 5000.0), LOOKS, strict=False):
+        eta = columns[f"loss factor at {load:g} N"] = worked_example(load).loss_factor(a)
+        axes.plot(a / MICRO, eta, label=engineering(load, "N", trim=True), **look)
     top = 4.0 / math.pi
     axes.axhline(top, color=LIGHT, linestyle=DASHES, linewidth=0.9)
     words(axes, "rigid–plastic: 4/π", 3e-3, top, color=GREY)
     log_scale(axes, "x")
     axes.set(xlabel=r"Displacement amplitude $δ_m$ [µm]", ylabel="ξ of (19.30): loss factor η [–]")
     axes.set_ylim(0.0, 1.4)
-    right = axes.secondary_yaxis("right", functions=(_half, _twice))
+    to_ratio: Any = (lambda y: 0.5 * y, lambda y: 2.0 * y)
+    right = axes.secondary_yaxis("right", functions=to_ratio)
     right.set_ylabel("Damping ratio ζ = η/2 [–]")
     body.legend(loc="outside lower center", ncols=3, title="Normal load")
     return Drawing(figure, columns)
@@ -294,11 +272,9 @@ def _measures(plate: Plate) -> Drawing:
     )
     figure, body, axes = plate.sheet(4.6)
     at = int(np.searchsorted(x, 1.0))
-    for (values, label), color, line in zip(
-        zip(list(columns.values())[1:], labels, strict=True), COLORS, LINES, strict=True
-    ):
-        axes.plot(x, values, color=color, linestyle=line, label=label)
-        axes.plot([1.0], [values[at]], "o", color=color, markersize=4.0, zorder=4)
+    for values, label, look in zip(list(columns.values())[1:], labels, LOOKS, strict=True):
+        axes.plot(x, values, label=label, **look)
+        axes.plot([1.0], [values[at]], "o", color=look["color"], markersize=4.0, zorder=4)
     marks = zip("ADBηζ", list(columns.values())[1:], strict=True)
     listed = "\n".join(f"{name} = {values[at]:.4f}" for name, values in marks)
     words(axes, f"at the slip limit\n{listed}", 0.055, 1.0, ha="left")
@@ -351,7 +327,7 @@ def _by_phase(plate: Plate) -> Drawing:
         (right, [(2e-7, r) for r in (0.75, 0.5, 0.25)], "(b) amplitude 0.2 µm"),
     )
     for axes, pairs, title in cases:
-        for (amplitude, ripple), color, line in zip(pairs, COLORS, LINES, strict=False):
+        for (amplitude, ripple), look in zip(pairs, LOOKS, strict=False):
             constant = float(joint.dissipated_energy(amplitude))
             lost = [_last(cycles(joint, amplitude, ripple, phase)) for phase in phases]
             share = np.array(lost) / constant
@@ -359,7 +335,7 @@ def _by_phase(plate: Plate) -> Drawing:
             label = (
                 f"{amplitude / MICRO:g} µm" if axes is first else f"{ripple:.0%}".replace("%", " %")
             )
-            axes.plot(phases, share, color=color, linestyle=line, label=label)
+            axes.plot(phases, share, label=label, **look)
         axes.axhline(1.0, color=LIGHT, linestyle=DASHES, linewidth=0.9, zorder=1)
         axes.set(xlabel="Phase ψ of the load before δ [°]", title=title)
         axes.set_xlim(0.0, 180.0)
@@ -387,30 +363,25 @@ def _by_ripple(plate: Plate) -> Drawing:
     figure, body = plate.page(4.2)
     first, right = body.subplots(1, 2)
     columns = {"ripple": ripples}
-    looks = list(zip(COLORS, LINES, strict=True))
-    for phase, (color, line) in zip((0.0, 45.0, 90.0, 135.0), looks[1:], strict=True):
+    for phase, look in zip((0.0, 45.0, 90.0, 135.0), LOOKS[1:], strict=True):
         share = (
             np.array([_last(cycles(joint, top, ripple, phase)) for ripple in ripples]) / constant
         )
         columns[f"energy ratio at {phase:g} deg"] = share
-        first.plot(ripples, share, color=color, linestyle=line, label=f"{phase:g}°")
+        first.plot(ripples, share, label=f"{phase:g}°", **look)
     first.axhline(1.0, color=LIGHT, linestyle=DASHES, linewidth=0.9, zorder=1)
     first.set(xlabel="Load ripple ΔN/N [–]", title="(a) energy of a cycle")
     first.set(ylabel="Energy per cycle over that at constant load [–]")
     first.set(xlim=(0.0, 1.0), ylim=(0.0, 3.5))
     first.legend(loc="upper left", title="ψ, load before δ")
-    for ripple, phase, (color, line) in (
-        (0.0, 0.0, looks[0]),
-        (1.0, 0.0, looks[1]),
-        (1.0, 90.0, looks[3]),
-    ):
+    for ripple, phase, look in ((0.0, 0.0, LOOKS[0]), (1.0, 0.0, LOOKS[1]), (1.0, 90.0, LOOKS[3])):
         response = cycles(joint, top, ripple, phase)
         x, force = (v[SAMPLES - 1 :: 2] for v in (response.displacement, response.force))
         name = f"ripple 1, {phase:g} deg" if ripple else "constant load"
         columns[f"displacement: {name} [m]".replace(",", "")] = x
         columns[f"force: {name} [N]".replace(",", "")] = force
         label = f"lift-off, {phase:g}°" if ripple else "constant load"
-        right.plot(x / NANO, force / MILLI, color=color, linestyle=line, label=label)
+        right.plot(x / NANO, force / MILLI, label=label, **look)
     cross(right)
     right.set(xlabel="Tangential displacement δ [nm]", ylabel="Tangential force T [mN]")
     right.set_title("(b) loops, up to full ripple")

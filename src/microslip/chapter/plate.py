@@ -40,7 +40,11 @@ HATCH = "#b98a6d"
 DASHES = (0, (4, 2))
 DOTS = (0, (1, 1.5))
 LINES = ("-", (0, (6, 2)), (0, (1, 1)), (0, (6, 2, 1, 2)), (0, (3, 1)))
-COLORS = (INK, BLUE, RED, GREEN, PINK)
+LOOKS: tuple[dict[str, Any], ...] = tuple(
+    {"color": color, "linestyle": line}
+    for color, line in zip((INK, BLUE, RED, GREEN, PINK), LINES, strict=True)
+)
+"""Looks of the lines of a family, each told by its dashes as well."""
 
 
 # Letters as outlines: their indices and hatches are drawn, not written.

@@ -12,14 +12,13 @@ from microslip._core.units import engineering, significant
 from microslip.chapter.joint import assumed as worked_out
 from microslip.chapter.plate import (
     BLUE,
-    COLORS,
     DASHES,
     DOTS,
     GREY,
     INK,
     KILO,
     LIGHT,
-    LINES,
+    LOOKS,
     MICRO,
     MILLI,
     RED,
@@ -83,19 +82,15 @@ def _normalised(plate: Plate) -> Drawing:
     top = 4e-5
     figure, body, axes = plate.sheet(4.6)
     columns: dict[str, Floats] = {}
-    for seed, (load, color, line) in enumerate(
-        zip((500.0, 1000.0, 2000.0, 5000.0), COLORS, LINES, strict=False)
-    ):
+    for seed, (load, look) in enumerate(zip((500.0, 1000.0, 2000.0, 5000.0), LOOKS, strict=False)):
         rig = virtual_rig(worked_example(load), seed)
         record = rig.record(amplitude=top, frequency=FREQUENCY, cycles=1)
         # From peak to peak, without the way from rest to the first one.
         x, force = record.displacement[-SAMPLES - 1 :], record.force[-SAMPLES - 1 :]
         columns[f"displacement at {load:g} N [m]"] = x
         columns[f"force at {load:g} N [N]"] = force
-        axes.plot(
-            x / MICRO, force / load, color=color, linestyle=line, linewidth=1.1,
-            label=engineering(load, "N", trim=True),
-        )  # fmt: skip
+        label = engineering(load, "N", trim=True)
+        axes.plot(x / MICRO, force / load, linewidth=1.1, label=label, **look)
     joint = worked_example()
     for sign, text in ((1.0, "μ"), (-1.0, "−μ")):
         place = sign * joint.friction_coefficient

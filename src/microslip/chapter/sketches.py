@@ -41,10 +41,10 @@ def _box(
     axes.add_patch(Rectangle((x, y), width, height, **options))  # type: ignore[arg-type]
 
 
-def _ground(axes: Axes, x: float, y: float, width: float, below: bool = True) -> None:
+def _ground(axes: Axes, x: float, y: float, width: float) -> None:
     """A fixed support: a line with hatching on its far side."""
     depth = 0.18
-    _box(axes, x, y - depth if below else y, width, depth, "none", linewidth=0.0, hatch="////")
+    _box(axes, x, y - depth, width, depth, "none", linewidth=0.0, hatch="////")
     axes.plot([x, x + width], [y, y], color=INK, linewidth=1.2)
 
 

@@ -18,7 +18,7 @@ from microslip._core.checks import Floats
 from microslip._core.wording import show
 from microslip.readers.child import parsed
 from microslip.readers.dialect import NUMBER, Line, find_layout, is_missing
-from microslip.readers.files import decoded, refuse_beyond
+from microslip.readers.files import Unusable, decoded, refuse_beyond
 from microslip.readers.tables import Column, Table, refuse_long
 from microslip.readers.text import whole_text
 

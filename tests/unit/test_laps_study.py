@@ -74,17 +74,13 @@ def test_bolts_in_turn_are_those_of_the_library(study: str) -> None:
 
 BAD = [
     ("structure.bolts.slack=5", r"slack must be an integer from 1 to 4"),
-    ("structure.bolts.slack=[1, 1]", "wanted values that differ"),
     ("structure.bolts.order=[1, 2]", "wanted each of the tight bolts 1, 2, 3, 4, got (1, 2)"),
-    ("structure.bolts.passes=0", "wanted a whole number from 1 to 20"),
     ("structure.lap=30 mm", "wanted none beside structure.laps"),
     ("structure.bolts.positions=0 mm", "wanted none beside structure.laps"),
-    ('structure.materials=["steel"]', "wanted one a part, 2 of them, got 1"),
     ('structure.materials=["steel", "stele"]', 'got "stele"'),
     ("structure.ground=top", 'wanted "left" or "right"'),
     ("structure.ground=right", "missing; the right end lies on the ground"),
     ("structure.length=300 mm", "write at=-0.13"),
-    ("structure.laps=[]", "wanted a list such as"),
 ]
 
 

@@ -9,8 +9,8 @@ from own_laws import HEIGHTS, LAWS
 
 import microslip as ms
 from microslip._core.parameters import (
+    Parameter,
     Parametric,
-    dimension_of,
     key_of,
     parameter,
     parameters_of,
@@ -65,7 +65,7 @@ def test_names_of_classes() -> None:
 def test_units_say_how_a_value_scales() -> None:
     units = ("N/m", "N", "", "1/m^2", "N*m^-1.5", "Pa", "m^2", "N/m^2")
     dimensions = [(1, -1), (1, 0), (0, 0), (0, -2), None, None, (0, 2), (1, -2)]
-    assert [dimension_of(unit) for unit in units] == dimensions
+    assert [Parameter("", unit=unit).dimension for unit in units] == dimensions
     cell = ms.Jenkins(stiffness=4.0, force_limit=6.0)
     assert rescaled(ms.Jenkins, values_of(cell), 2.0, 10.0) == {
         "stiffness": pytest.approx(0.8, rel=1e-15),

@@ -52,16 +52,6 @@ def test_every_surface_law_runs_and_saves(name: str, tmp_path: Path) -> None:
     assert ("contact_area" in result.to_xarray()) == (not unknown)
 
 
-def test_a_rigid_body_is_a_material() -> None:
-    text = edited(
-        ("[surface]", "[material.stone]\nrigid = true\n\n[surface]"),
-        ('["al", "al"]', '["al", "stone"]'),
-    )
-    joints = ms.Study.from_toml(text).run().joints
-    alone = ms.MaterialPair(ms.Material(69e9, 0.33), ms.Material.rigid())
-    assert joints[0].surface.pair.composite_modulus == alone.composite_modulus
-
-
 def test_amplitudes_left_open_are_said_in_the_result() -> None:
     text = edited((f"amplitudes = {AMPLITUDES}\ncurve = {CURVE}", ""))
     result = ms.Study.from_toml(text).run()
@@ -74,13 +64,6 @@ def test_amplitudes_left_open_are_said_in_the_result() -> None:
         f"excitation.amplitudes is not given: 0.1, 0.3, 1, 10 {of}",
         f"excitation.curve is not given: 0.001 to 100 {of}",
     ]
-
-
-def test_progress_rises_to_one() -> None:
-    shares: list[float] = []
-    ms.Study.from_toml(STUDY).run(shares.append)
-    assert shares == sorted(shares)
-    assert shares[-1] == 1.0
 
 
 def test_a_scipy_distribution_is_the_one_of_the_api() -> None:
@@ -118,15 +101,6 @@ def test_force_amplitudes_stand_for_displacement_amplitudes() -> None:
     assert result.rows[0].amplitude[0] != result.rows[1].amplitude[0]
     notes = " ".join(result.summary["notes"])
     assert "amplitudes is not given" not in notes
-
-
-def test_a_curve_left_open_is_said_with_force_amplitudes_too() -> None:
-    text = edited((f"amplitudes = {AMPLITUDES}\ncurve = {CURVE}", 'force_amplitudes = ["50 N"]'))
-    result = ms.Study.from_toml(text).run()
-    assert len(result.curves[0].amplitude) == 200
-    assert result.summary["notes"][0].startswith(
-        "excitation.curve is not given: 0.001 to 100 times"
-    )
 
 
 def test_a_history_is_what_the_joint_does(record: Path) -> None:
@@ -188,12 +162,6 @@ def test_an_oscillator_is_that_of_the_api(record: Path) -> None:
     assert [row["damping_ratio"] for row in rows] == oscillator.damping_ratio([1e-7, 1e-6]).tolist()
 
 
-def test_there_is_no_history_or_oscillator_unless_asked_for() -> None:
-    result = ms.Study.from_toml(STUDY).run()
-    assert result.histories == result.oscillators == ()
-    assert not {"history", "oscillator"} & set(result.summary["joints"][0])
-
-
 def test_a_curve_is_the_backbone_of_the_joint_piece_by_piece() -> None:
     """However it is cut into pieces, each number is the one of the interface."""
     joint = ms.Interface.examples()[0]
@@ -223,19 +191,6 @@ def test_pieces_cover_everything_once(size: int) -> None:
     assert [piece.start for piece in pieces[1:]] == [piece.stop for piece in pieces[:-1]]
     assert pieces[-1].stop == size
     assert max(piece.stop - piece.start for piece in pieces) <= 20_000
-
-
-def test_a_result_names_its_kind(record: Path) -> None:
-    result = ms.Study.from_toml(with_history("x", "displacement"), folder=record).run()
-    assert repr(result) == (
-        "Result('A joint', 2 loads, 2 amplitudes, curves of 20 points, history of 8 samples, "
-        "oscillator)"
-    )
-    plain = ms.Study.from_toml(edited(('title = "A joint"', ""), (LOADS, '"2 kN"'))).run()
-    assert repr(plain) == "Result(1 load, 2 amplitudes, curves of 20 points)"
-    assert (
-        repr(result.histories[0]) == "HistoryResponse(8 of displacement, force, dissipated_energy)"
-    )
 
 
 def test_a_result_is_frozen_and_survives_copies(record: Path) -> None:

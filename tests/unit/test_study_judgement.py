@@ -101,14 +101,6 @@ def test_odd_values_are_flagged() -> None:
     assert any("joint.friction_coefficient: is it really 15" in text for text in said)
 
 
-def test_sensitivities_are_reported() -> None:
-    found = preview(study())
-    told = found.data["joints"][0]["sensitivities"]
-    assert next(iter(told["tangential_stiffness"])) == "normal_load"
-    tables = [block.title for block in found.blocks() if hasattr(block, "columns")]
-    assert "Sensitivities" in tables
-
-
 def test_a_sphere_has_hertz_numbers() -> None:
     found = preview(study((SURFACE, SURFACES["sphere"]), (LOADS, '"50 N"')))
     (joint,) = found.data["joints"]

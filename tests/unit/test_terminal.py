@@ -74,8 +74,7 @@ def test_a_terminal_gets_colours_unless_it_wants_none() -> None:
     assert b"\x1b" not in both.stdout
 
 
-@pytest.mark.parametrize("columns", [40, 80])
-@pytest.mark.parametrize("command", ["predict", "check"])
+@pytest.mark.parametrize(("command", "columns"), [("predict", 80), ("check", 40)])
 def test_nothing_is_cut_on_a_narrow_terminal(command: str, columns: int) -> None:
     text = plain(on_a_terminal(command, "joint.toml", columns=columns, NO_COLOR="1")[0])
     for line in text.splitlines():

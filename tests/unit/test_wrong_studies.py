@@ -129,26 +129,12 @@ def test_a_missing_file_is_named_with_the_nearest_one(tmp_path: Path) -> None:
     assert message_of(path) == f"{path}: no such file"
 
 
-def test_a_folder_is_no_study(tmp_path: Path) -> None:
-    assert message_of(tmp_path) == f"{tmp_path}: wanted a study file, got a folder"
-
-
 def test_a_file_that_is_not_utf8_is_located(tmp_path: Path) -> None:
     path = tmp_path / "joint.toml"
     path.write_bytes(STUDY.replace("A joint", "Füge").encode("latin-1"))
     assert message_of(path) == (
         f"{path}: line 2: not UTF-8 text (byte 0xfc); save the file as UTF-8"
     )
-
-
-def test_an_unreadable_file_is_reported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def refuse(*_: object, **__: object) -> None:
-        raise PermissionError(13, "Permission denied")
-
-    path = tmp_path / "joint.toml"
-    path.write_text(STUDY)
-    monkeypatch.setattr(Path, "open", refuse)
-    assert message_of(path) == f"{path}: cannot be read: permission denied"
 
 
 def test_odd_paths_and_sizes_are_reported(tmp_path: Path) -> None:

@@ -497,7 +497,7 @@ def _variable_loop(plate: Plate) -> Drawing:
     record = path(*corners, samples=160)
     force = joint.force(record)
     figure, body, axes = plate.sheet(4.6)
-    rest = {"color": LIGHT, "zorder": 2.0}
+    rest = {"color": LIGHT, "zorder": 1.9}
     _branches(
         axes, record, force, (0, 1, _FIRST, "O–A"), (1, 2, _BACK, "A–B"), (2, 3, _AGAIN, "B–C"),
         (3, 4, _CLOSING, "C–D"), (4, 6, rest, "on to gross slip, both ways"),

@@ -4,7 +4,7 @@ from .card_files import write_card as write_card
 from .contact_card import CardErrors as CardErrors
 from .contact_card import ContactCard as ContactCard
 from .contact_card import VirtualLayer as VirtualLayer
-from .formats import KINDS as KINDS
 from .request import Accuracy as Accuracy
+from .writing import KINDS as KINDS
 from .writing import Exported as Exported
 from .writing import write as write

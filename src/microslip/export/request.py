@@ -16,8 +16,7 @@ from microslip._core.checks import Floats, exact, show
 from microslip._core.wording import did_you_mean
 from microslip._version import __version__
 from microslip.errors import InputError
-from microslip.export.backbone_panels import BackbonePanels
-from microslip.export.load_panels import LoadPanels
+from microslip.export.backbone_panels import BackbonePanels, LoadPanels
 from microslip.friction import (
     BackboneLaw,
     Interface,

@@ -126,7 +126,7 @@ def evaluate(
     arrays = {name: value for name, value in arguments.items() if name not in NO_ARRAYS}
     settings = {name: value for name, value in arguments.items() if name in NO_ARRAYS}
     if any(type(value).__module__.startswith(("xarray", "dask")) for value in arrays.values()):
-        from microslip.sweeps.labelled import evaluate_labelled
+        from microslip.sweeps.arguments import evaluate_labelled
 
         return evaluate_labelled(evaluate, arrays, settings, names)
     return _evaluated(checked(arguments), names)

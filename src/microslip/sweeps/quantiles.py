@@ -166,3 +166,19 @@ def _interpolated(scores: Floats, values: Floats, places: Floats) -> Floats:
     from scipy.interpolate import RBFInterpolator
 
     return np.asarray(RBFInterpolator(scores, values, kernel="cubic")(places))
+
+
+def ranking(scores: Floats, logs: Floats) -> tuple[Floats, float]:
+    """Shares of the inputs in the scatter of a logarithm, from their normal scores (n, inputs).
+
+    And the share of the scatter that the regression explains. What is not finite is left out.
+    """
+    finite = np.isfinite(logs)
+    matrix = np.column_stack([np.ones(int(finite.sum())), scores[finite]])
+    target = logs[finite]
+    solved = np.linalg.lstsq(matrix, target, rcond=None)[0]
+    squares = np.asarray(solved[1:] ** 2, dtype=np.float64)
+    scatter = float(((target - target.mean()) ** 2).sum())
+    residual = float(((target - matrix @ solved) ** 2).sum())
+    shares: Floats = np.asarray(squares / (squares.sum() or 1.0), dtype=np.float64)
+    return shares, 1.0 - residual / scatter if scatter > 0.0 else 1.0

@@ -173,25 +173,14 @@ def test_every_way_gives_the_same(
     u = length * np.concatenate(([0.0], np.geomspace(1e-6, 1e3, 30)))
     wanted = np.array([getattr(surface, f"_{kind}")(float(place), u) for place in d])
     monkeypatch.setattr(grids, "_ROW", 0.0)  # a table for each row, where there can be one
-    costs = grids._costs
-    monkeypatch.setattr(grids, "_PROFILE", 0.0)
-    for way in costs(surface, kind, d.size, u.size):
-
-        def only(*shape: Any, way: str = way) -> dict[str, float]:
-            ways = costs(*shape)
-            return {way: 0.0} if way in ways else ways
-
-        monkeypatch.setattr(grids, "_costs", only)
-        shares: list[float] = []
-        values = grids.on_grid(surface, kind, d, u, shares.append)
-        np.testing.assert_allclose(
-            values, wanted, rtol=2e-13 * kinked(surface), atol=0, err_msg=way
-        )
-        assert shares == sorted(shares)
-        assert shares[-1] == pytest.approx(1.0)
-        # With steps of its own for each row, the same.
-        own = grids.on_grid(surface, kind, d, np.tile(u, (d.size, 1)))
-        np.testing.assert_allclose(own, wanted, rtol=2e-13 * kinked(surface), atol=0, err_msg=way)
+    curve = grids.Pointwise(surface)
+    rows, steps = np.repeat(d, u.size), np.tile(u, d.size)
+    for way in (True, False):
+        monkeypatch.setattr(grids, "_by_rows", lambda *_, way=way: way)
+        for values in (curve._exact(kind, rows, steps), curve.sum(kind, rows, steps)):
+            np.testing.assert_allclose(
+                values, wanted.ravel(), rtol=2e-13 * kinked(surface), atol=0, err_msg=str(way)
+            )
 
 
 @pytest.mark.parametrize("shape", [(1, 5000), (10, 500), (70, 70), (2000, 3), (5000, 1)])
@@ -207,40 +196,15 @@ def test_any_shape(shape: tuple[int, int]) -> None:
             np.testing.assert_allclose(swept[name][j], getattr(each, name)(amplitudes), rtol=3e-13)
 
 
-def test_the_way_follows_the_shape() -> None:
-    """A million points are in every shape a matter of a second or two, by the estimates."""
-    law = ms.Interface.examples()[0].surface
-    for rows, wanted in ((1, "rows"), (10, "rows"), (1000, "profile"), (10**5, "profile")):
-        costs = grids._costs(law, "excess", rows, 10**6 // rows)
-        assert min(costs, key=lambda way: costs[way]) == wanted
-        assert min(costs.values()) < 2.0
-
-
 @pytest.mark.parametrize("surface", SURFACES.values(), ids=SURFACES)
-def test_separations_of_very_many_loads(
-    surface: ms.NormalLaw, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """By a table and one step of Newton's method, or not: the same to rounding."""
-    monkeypatch.setattr(grids, "_MANY_LOADS", 0)
+def test_separations_of_many_loads(surface: ms.NormalLaw) -> None:
+    """By a profile and one step of Newton's method, or not: the same to rounding."""
     _, loads, _ = joint_on(surface)
     many = np.concatenate((np.geomspace(loads.min(), loads.max(), 2001), loads))
-    d = grids.separations(surface, many)
+    d = grids.pointwise_of(surface).separations(many)
     wanted = surface.separation(many)
     length = many / surface.stiffness(wanted)
     assert np.all(np.abs(d - wanted) <= 4e-16 * np.abs(wanted) + 2e-15 * length)
-    same = grids.separations(surface, np.full(7, loads[0]))
-    np.testing.assert_allclose(same, surface.separation(np.full(7, loads[0])), rtol=4e-16)
-
-
-def test_the_inverse_is_one() -> None:
-    for surface in SURFACES.values():
-        _, loads, _ = joint_on(surface)
-        d = surface.separation(loads)
-        load = surface.load(d)
-        drops = load[:, None] * np.array([0.0, 1e-9, 0.1, 0.9, 1.0 - 1e-9])
-        u = grids.inverse_on_grid(surface, drops, d)
-        again = grids.on_grid(surface, "drop", d, u)
-        np.testing.assert_allclose(again, drops, rtol=1e-13, atol=0)
 
 
 def test_scaling() -> None:

@@ -1,15 +1,15 @@
-"""Grids of a normal law for an interface: many separations and many steps at once.
+"""Sums of a normal law for many interfaces: many separations and many steps at once.
 
 The sums are those of :class:`NormalLaw`: the drop N(d) - N(d + u), the fall -N'(d + u), the excess
 (half the integral of v (u - v) N''(d + v) over 0 <= v <= u) and its derivative by u. An interface
-asks for them at one d; here every step has its own. Where the law is smooth, rows (one separation,
-many steps) become tables or, if that is quicker, its whole load curve a profile.
+asks for them at one d; here every step has its own. Where the law is smooth its whole load curve
+becomes a profile; elsewhere rows (one separation, many steps) become tables, if that is quicker.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from functools import cached_property, lru_cache, partial
+from collections.abc import Callable
+from functools import cached_property, lru_cache
 from typing import Literal
 
 import numpy as np
@@ -24,16 +24,13 @@ from microslip.normal.spline import over_pairs
 from microslip.numerics.quadrature import gauss_legendre
 
 Kind = Literal["drop", "fall", "excess", "excess_slope"]
-Progress = Callable[[float], None]
 
 _POWERS = {"drop": 1, "excess": 3, "excess_slope": 2}
 _BLOCK = 1 << 14  # points a pass, as many as a cache holds
-_MANY_LOADS = 10_000  # loads that a table is made for
 
 # What things cost [s], to choose the quickest way; a factor of two either way does not matter.
 _POINT = 2e-6
 _ROW = 4e-4
-_PROFILE = 2e-2
 _TERM = 8e-9
 _PIECE = 6e-9
 
@@ -43,113 +40,15 @@ _FAINT_LOAD = 1e-30  # of the largest load; fainter ones are rare, and cost wide
 _ALL_TOUCH = 0.345  # N N'' / N'^2, which is 1 for an exponential and 1/3 where all summits touch
 
 
-def on_grid(
-    law: NormalLaw, kind: Kind, d: Floats, u: Floats, progress: Progress | None = None
-) -> Floats:
-    """A sum at separations d (n,) and steps u >= 0 from each, (m,) or, own ones a row, (n, m)."""
-    shape = d.size, u.shape[-1]
-    result = np.empty(shape)
-    report = progress or _silent
-    steps = np.broadcast_to(u, shape)
-    if kind == "fall" and law._spheres is None:
-        for part in _parts(*shape):
-            result[part] = -law._derivative(d[part, None] + steps[part], 1)
-            report(min(part.stop / d.size, 1.0))
-        return result
-    pairs = pairs_of(law)
-    costs = _costs(law, kind, *shape)
-    way = min(costs, key=lambda name: costs[name]) if pairs else "rows"
-    if way == "rows" or pairs is None:
-        for i in range(d.size):
-            result[i] = _row(law, kind, float(d[i]), steps[i])
-            report((i + 1) / d.size)
-        return result
-    for part in _parts(*shape):
-        flat = np.repeat(d[part], shape[1])
-        step = np.ascontiguousarray(steps[part]).reshape(-1)
-        value = (pointwise_of(law).sum if way == "profile" else partial(pairs, law))(
-            kind, flat, step
-        )
-        result[part] = value.reshape(-1, shape[1])
-        report(min(part.stop / d.size, 1.0))
-    return result
-
-
-def separations(law: NormalLaw, loads: Floats) -> Floats:
-    """Separations of many loads, ``law.separation(loads)`` to rounding.
-
-    Those of very many on a smooth law come from its profile.
-    """
-    curve = pointwise_of(law)
-    if loads.size < _MANY_LOADS or not curve.is_profile:
-        return np.asarray(law.separation(loads))
-    result = np.empty(loads.size)
-    for part in _parts(loads.size, 1):
-        result[part] = curve.separations(loads[part])
-    return result
-
-
-def inverse_on_grid(
-    law: NormalLaw, drop: Floats, d: Floats, progress: Progress | None = None
-) -> Floats:
-    """Steps u (n, m) at which the drops from d (n,) are ``drop`` (n, m), below N(d).
-
-    The drop is concave: from the left Newton's method stays on the left, and rises to the answer.
-    """
-    fall = on_grid(law, "fall", d, np.zeros(1))
-    u = drop / fall
-    before = np.zeros_like(u)
-    rows = np.arange(d.size)
-    report = progress or _silent
-    for count in range(200):
-        reached = on_grid(law, "drop", d[rows], u[rows])
-        slope = on_grid(law, "fall", d[rows], u[rows])
-        miss = drop[rows] - reached
-        with np.errstate(divide="ignore", invalid="ignore"):
-            step = np.where(miss > 0.0, miss / slope, 0.0)
-        # Where the law ends the slope may be zero: rounding then lets no step come nearer.
-        step = np.where(np.isfinite(step), step, 0.0)
-        before = u[rows]
-        u[rows] = before + step
-        going = (step > 4e-16 * u[rows]) & (miss > 2e-16 * drop[rows])
-        rows = rows[going.any(axis=1)]
-        report(1.0 - 0.5 ** (count + 1.0))
-        if rows.size == 0:
-            break
-    return u
-
-
-def _silent(_: float) -> None:
-    return
-
-
-def _parts(rows: int, columns: int) -> Iterator[slice]:
-    step = max(1, _BLOCK // max(1, columns))
-    for start in range(0, rows, step):
-        yield slice(start, start + step)
-
-
-# -- which way -------------------------------------------------------------------------------------
-
-
-def _costs(law: NormalLaw, kind: Kind, rows: int, columns: int) -> dict[str, float]:
-    """Seconds that each way takes, roughly."""
-    points = rows * columns
-    spheres = law._spheres
-    if spheres is not None:
-        count = spheres.heights.size
+def _by_rows(law: NormalLaw, points: int, rows: int) -> bool:
+    """Whether rows of equal separations are quicker than pairs, by what each costs, roughly."""
+    if law._spheres is not None:
+        count = law._spheres.heights.size
         build = 4e-5 + (5e-6 * count if count > 24 else 0.0)
-        return {
-            "points": points * count * _TERM,
-            "rows": rows * build + points * min(count * 1e-8, 8e-7),
-        }
+        return points * count * _TERM > rows * build + points * min(count * 1e-8, 8e-7)
     if law._spline is not None:
-        pieces = law._spline.knots.size
-        return {"points": points * pieces * _PIECE, "rows": rows * 9e-5 + points * 1e-7}
-    costs = {"points": points * _POINT, "rows": rows * _ROW + points * 3e-8}
-    if kind in ("drop", "excess") and points * _POINT > _PROFILE and pointwise_of(law).is_profile:
-        costs["profile"] = points * 1.5e-7
-    return costs
+        return points * law._spline.knots.size * _PIECE > rows * 9e-5 + points * 1e-7
+    return points * _POINT > rows * _ROW + points * 3e-8
 
 
 def pairs_of(law: NormalLaw) -> Callable[[NormalLaw, Kind, Floats, Floats], Floats] | None:
@@ -254,11 +153,6 @@ class Pointwise:
         bends = profile.coefficients[:, 2:] * (k * (k - 1))
         return profile, (lock(np.ascontiguousarray(bends)), lock(law._derivative(middles, -1)))
 
-    @property
-    def is_profile(self) -> bool:
-        """Whether a profile serves it, which is quick."""
-        return self._profile is not None
-
     def separations(self, load: Floats) -> Floats:
         """Separations of loads."""
         if self._profile is None:
@@ -307,14 +201,18 @@ class Pointwise:
 
     def _exact(self, kind: Kind, d: Floats, u: Floats) -> Floats:
         pairs = pairs_of(self.law)
+        # Neighbours of one separation are a row.
+        ends = np.append(np.flatnonzero(np.diff(d)) + 1, d.size)
         result = np.empty(d.size)
-        for part in _parts(d.size, 1):
-            if pairs is not None:
-                result[part] = pairs(self.law, kind, d[part], u[part])
-                continue
-            sum_at = _sum_of(self.law, kind)
-            rows = zip(d[part].tolist(), u[part, None], strict=True)
-            result[part] = [float(sum_at(at, step)[0]) for at, step in rows]
+        if pairs is None or _by_rows(self.law, d.size, ends.size):
+            begin = 0
+            for end in ends.tolist():
+                result[begin:end] = _row(self.law, kind, float(d[begin]), u[begin:end])
+                begin = end
+            return result
+        for begin in range(0, d.size, _BLOCK):
+            part = slice(begin, begin + _BLOCK)
+            result[part] = pairs(self.law, kind, d[part], u[part])
         return result
 
 

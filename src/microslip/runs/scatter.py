@@ -17,8 +17,7 @@ from microslip.runs.columns import AmplitudeCurve
 from microslip.study.build import Design, Input
 from microslip.study.description import StudyDescription
 from microslip.study.schema import GROUPS, Curve
-from microslip.sweeps.quantiles import intervals
-from microslip.sweeps.ranking import ranking
+from microslip.sweeps.quantiles import intervals, ranking
 
 Variables = Mapping[str, Variable]
 Compute = Callable[[StudyDescription], Variables]

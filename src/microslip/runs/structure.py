@@ -48,8 +48,7 @@ from microslip.study.measured_face import MeasuredFace
 from microslip.study.structure import StructurePart
 from microslip.study.uncertain import Spread, value_at
 from microslip.study.vibration import EXCITED, MeasuredPart
-from microslip.sweeps.quantiles import quantiles
-from microslip.sweeps.ranking import ranking
+from microslip.sweeps.quantiles import quantiles, ranking
 
 _NAMES = {
     "surface.stiffness_factor": "factor on the normal stiffness",

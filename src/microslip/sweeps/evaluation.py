@@ -33,6 +33,7 @@ _OF_POINTS = (
     "secant_stiffness",
     "tangent_stiffness",
     "dissipation_exponent",
+    "stick_area",
 )
 _OF_JOINTS = (
     "normal_load",
@@ -46,7 +47,9 @@ _OF_JOINTS = (
     "contact_area",
 )
 _LOOPS = ("loop_displacement", "loop_force")
-_COSTLY = ("tangent_stiffness", "dissipation_exponent", "contact_count", "contact_area")
+_COSTLY = (
+    *("tangent_stiffness", "dissipation_exponent", "stick_area", "contact_count", "contact_area"),
+)
 """Only where they are asked for: they cost as much as all others."""
 
 
@@ -104,9 +107,10 @@ def evaluate(
     quantities : sequence of str, optional
         Quantities wanted: amplitude, force_amplitude (or backbone, the same), dissipated_energy,
         energy_ratio, loss_factor, damping_ratio, secant_stiffness, tangent_stiffness,
-        dissipation_exponent; normal_load, separation, standardised_separation,
+        dissipation_exponent, stick_area; normal_load, separation, standardised_separation,
         slip_per_indentation, normal_stiffness, tangential_stiffness, force_limit, contact_count,
-        contact_area. Without it all but tangent_stiffness, dissipation_exponent and contacts.
+        contact_area. Without it all but tangent_stiffness, dissipation_exponent, areas and
+        contacts.
 
     Returns
     -------
@@ -129,7 +133,7 @@ def evaluate(
         from microslip.sweeps.arguments import evaluate_labelled
 
         return evaluate_labelled(evaluate, arrays, settings, names)
-    return _evaluated(checked(arguments), names)
+    return evaluated(checked(arguments), names)
 
 
 _ARRAYS = frozenset(evaluate.__kwdefaults__ or ()) - {*NO_ARRAYS}
@@ -195,7 +199,7 @@ class Joints:
         if "separation" in args:
             self.place = (args["separation"] - self.origin) / self.length
             self.unit_load, self.fall = self._at_places()
-            self.load = self.scale * self.unit_load
+            self.load = args.get("normal_load", self.scale * self.unit_load)
             if float(self.load.min()) < FAINTEST:
                 raise InputError(
                     "`separation` must be one at which the surface carries a load, and at "
@@ -283,7 +287,8 @@ def _composite(args: Arguments) -> tuple[Floats, Floats]:
     return np.asarray(1.0 / soft), np.asarray(1.0 / shear)
 
 
-def _evaluated(args: Arguments, names: tuple[str, ...]) -> Mapping[str, Any]:
+def evaluated(args: Arguments, names: tuple[str, ...]) -> Mapping[str, Any]:
+    """The results of checked arguments."""
     shape = args["shape"]
     arrays = {name: value for name, value in args.items() if name in _ARRAYS}
     driven = {"amplitude", "force_amplitude"}
@@ -348,9 +353,10 @@ def _points(
     stretch = joints.kappa * joints.length
     stiffness = joints.tangential_stiffness
     inputs = (driven, joints.place, stretch, joints.factor, joints.limit, stiffness)
-    results = {name: np.empty(shape) for name in names if name != "backbone"}
-    if "backbone" in names:
-        results.setdefault("force_amplitude", np.empty(shape))
+    results = {name: np.empty(shape) for name in names if name not in ("backbone", "stick_area")}
+    for name, source in (("backbone", "force_amplitude"), ("stick_area", "amplitude")):
+        if name in names:
+            results.setdefault(source, np.empty(shape))
     flat = {name: array.reshape(-1) for name, array in results.items()}
     size, begin = math.prod(shape), 0
     curves: list[Floats] = []
@@ -379,6 +385,10 @@ def _points(
                 curve[here.start + i] = values
     if "backbone" in names:
         results["backbone"] = results["force_amplitude"]
+    if "stick_area" in names:
+        steps = np.minimum(results["amplitude"], 1e200) / stretch
+        area = joints.surface.contact_area(joints.place + steps)
+        results["stick_area"] = np.asarray(area * joints.disc)
     return results
 
 

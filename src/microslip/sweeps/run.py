@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any
@@ -10,17 +9,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import LARGEST, Floats, check_one_of, exact, floats, positives, show
+from microslip._core.checks import LARGEST, Floats, check_one_of, floats, positives, show
 from microslip._core.netcdf import Variable
 from microslip._core.quantities import QUANTITIES, Quantity
 from microslip._version import __version__
 from microslip.errors import InputError
 from microslip.friction import BackboneLaw, Interface
-from microslip.normal.grids import inverse_on_grid, on_grid, separations
-from microslip.sweeps.arguments import check_names
+from microslip.sweeps.arguments import Arguments, check_names
 from microslip.sweeps.arrays import Sweep
+from microslip.sweeps.evaluation import evaluated
 
 _GRID = ("friction_coefficient", "normal_load", "amplitude")
+_POINTS = 1 << 13  # at a time, after which progress is told
 _OF_CYCLES = (
     "dissipated_energy",
     "energy_ratio",
@@ -57,7 +57,7 @@ def sweep(
     force_amplitude: ArrayLike | None = None,
     friction_coefficient: ArrayLike | None = None,
     quantities: Sequence[str] | None = None,
-    progress: Progress | None = None,
+    progress: Callable[[float], None] | None = None,
 ) -> Sweep:
     """One joint at many loads, amplitudes and coefficients of friction, as labelled arrays.
 
@@ -91,9 +91,8 @@ def sweep(
 
     Notes
     -----
-    The same numbers as of one interface after the other, to rounding (1e-13), but not one after
-    the other: separations are found together, and (19.29) is integrated for many loads at once, or
-    tabulated along whichever of loads and amplitudes there is more of.
+    The same numbers as of one interface after the other, to rounding (1e-13), as
+    :func:`microslip.evaluate` computes (19.15) and (19.29): all points at once.
     """
     if not isinstance(joint, BackboneLaw):
         raise InputError(
@@ -135,7 +134,7 @@ def sweep(
         "normal_load": _positive_axis("normal_load", load, "N"),
         **axes,
     }
-    return _labelled(joint, axes, Grid(joint, axes, name, progress).values(names), name)
+    return _labelled(joint, axes, _of_interface(joint, axes, names, progress), name)
 
 
 def _axis(name: str, value: Any) -> Floats:
@@ -211,142 +210,35 @@ def _of_law(
     return {name: np.asarray(calls[name](), dtype=float) for name in names}
 
 
-Progress = Callable[[float], None]
-
-
-class Grid:
-    """An interface on the grid of coefficients, loads and amplitudes (i, j, k)."""
-
-    def __init__(
-        self, joint: Interface, axes: Mapping[str, Floats], name: str, progress: Progress | None
-    ) -> None:
-        self.surface = joint.surface
-        self.friction = axes["friction_coefficient"].reshape(-1)
-        self.load = axes["normal_load"].reshape(-1)
-        self.given = axes[name].reshape(-1)
-        self.by_force = name == "force_amplitude"
-        if np.all(self.load == joint.normal_load):
-            # Of a joint that was given by its separation that very one.
-            self.separation = np.full(self.load.size, joint.separation)
-        else:
-            self.separation = separations(self.surface, self.load)
-        self.kappa = self.friction * self.surface.stiffness_ratio
-        self.limit = self.friction[:, None] * self.load
-        # As in an interface: with it the limit is met exactly.
-        self.factor = self.limit / self.surface._derivative(self.separation, 0)
-        self.done = 0
-        self.passes = 1
-        self.progress = progress
-
-    def values(self, names: Sequence[str]) -> dict[str, Floats]:
-        """The quantities of these names."""
-        needed = set(names)
-        ratios = needed & {"energy_ratio", "loss_factor", "damping_ratio"}
-        backbone = bool(ratios or needed & {"force_amplitude", "secant_stiffness"})
-        energy = bool(ratios or needed & {"dissipated_energy", "dissipation_exponent"})
-        self.passes = (
-            self.by_force
-            + (backbone and not self.by_force)
-            + energy
-            + len(needed & {"dissipation_exponent", "tangent_stiffness"})
-        ) or 1
-        if self.by_force:
-            self.amplitude = self._amplitudes()
-            force = np.broadcast_to(self.given, self.amplitude.shape)
-        else:
-            shape = self.friction.size, self.load.size, self.given.size
-            self.amplitude = np.broadcast_to(self.given, shape)
-            if backbone:
-                force = np.minimum(
-                    self.factor[..., None] * self._sum("drop"), self.limit[..., None]
-                )
-        a = self.amplitude
-        if energy:
-            lost = 8.0 * (self.factor * self.kappa[:, None])[..., None] * self._sum("excess")
-        result: dict[str, Floats] = {}
-        for name in names:
-            if name == "amplitude":
-                result[name] = a
-            elif name == "force_amplitude":
-                result[name] = force
-            elif name == "dissipated_energy":
-                result[name] = lost
-            elif name in ratios:
-                box = 4.0 * a * force
-                ratio = np.divide(lost, box, out=np.zeros(a.shape), where=box > 0.0)
-                scale = {"energy_ratio": 1.0, "loss_factor": 4.0, "damping_ratio": 2.0}[name]
-                result[name] = ratio if scale == 1.0 else scale / math.pi * ratio
-            elif name == "secant_stiffness":
-                stiffness = np.broadcast_to(self._stiffness()[:, None], a.shape).copy()
-                result[name] = np.divide(force, a, out=stiffness, where=a > 0.0)
-            elif name == "dissipation_exponent":
-                result[name] = self._exponent(lost)
-            elif name == "tangent_stiffness":
-                slope = (self.factor / self.kappa[:, None])[..., None]
-                result[name] = slope * self._sum("fall")
-            else:
-                result[name] = self._scalar(name)
-        if self.progress is not None:
-            self.progress(1.0)
-        return result
-
-    def _scalar(self, name: str) -> Floats:
-        if name == "separation":
-            return self.separation
-        if name == "normal_stiffness":
-            return np.asarray(self.surface.stiffness(self.separation))
-        if name == "tangential_stiffness":
-            return self._stiffness()
-        if name == "force_limit":
-            return self.limit
-        if name == "slip_per_indentation":
-            return self.kappa
-        if name == "stick_area":
-            steps = np.minimum(self.amplitude, 1e200) / self.kappa[:, None, None]
-            return np.asarray(self.surface.contact_area(self.separation[:, None] + steps))
-        return np.asarray(getattr(self.surface, name)(self.separation))
-
-    def _stiffness(self) -> Floats:
-        return np.asarray(self.surface.stiffness(self.separation) / self.surface.stiffness_ratio)
-
-    def _report(self, share: float) -> None:
-        if self.progress is not None:
-            self.progress(min((self.done + share) / self.passes, 1.0))
-
-    def _sum(self, kind: Any) -> Floats:
-        """A sum of the normal law over the whole grid."""
-        if self.by_force:
-            steps = np.minimum(self.amplitude, 1e200) / self.kappa[:, None, None]
-            rows = np.tile(self.separation, self.friction.size)
-            flat = on_grid(self.surface, kind, rows, steps.reshape(rows.size, -1), self._report)
-            result = flat.reshape(self.amplitude.shape)
-        else:
-            # All loads share the steps, those of every coefficient of friction side by side.
-            steps = np.minimum(self.given, 1e200) / self.kappa[:, None]
-            flat = on_grid(self.surface, kind, self.separation, steps.reshape(-1), self._report)
-            result = np.moveaxis(flat.reshape(self.load.size, *steps.shape), 0, 1)
-        self.done += 1
-        return result
-
-    def _amplitudes(self) -> Floats:
-        """Displacement amplitudes that belong to the given forces."""
-        i, j = np.unravel_index(int(np.argmin(self.limit)), self.limit.shape)
-        largest = float(self.given.max())
-        if largest >= self.limit[i, j]:
-            raise InputError(
-                "`force_amplitude` must stay below the force limit at every load, and at "
-                f"{exact(self.load[j])} N it is {self.limit[i, j]:.10g} N; got {largest:.10g} N"
-            )
-        drops = self.given / self.factor[..., None]
-        rows = np.tile(self.separation, self.friction.size)
-        steps = inverse_on_grid(self.surface, drops.reshape(rows.size, -1), rows, self._report)
-        self.done += 1
-        return np.asarray(self.kappa[:, None, None] * steps.reshape(drops.shape))
-
-    def _exponent(self, lost: Floats) -> Floats:
-        slope = 8.0 * self.factor[..., None] * self._sum("excess_slope")
-        nothing = np.full(lost.shape, np.nan)
-        exponent = np.divide(self.amplitude * slope, lost, out=nothing, where=lost > 0.0)
-        # Where the energy underflows the limit of small amplitudes holds, if there is one.
-        bends = self.surface._derivative(self.separation, 2) > 0.0
-        return np.where(np.isnan(exponent) & bends[:, None], 3.0, exponent)
+def _of_interface(
+    joint: Interface,
+    axes: Mapping[str, Floats],
+    names: Sequence[str],
+    progress: Callable[[float], None] | None,
+) -> dict[str, Floats]:
+    """Results of an interface on the grid of its axes, some loads at a time."""
+    friction, load, given = (axis.reshape(-1) for axis in axes.values())
+    along = tuple(axes)[-1]
+    args: Arguments = {"surface": joint.surface, "normal_load": load}
+    if np.all(load == joint.normal_load):
+        # Of a joint that was given by its separation that very one.
+        args["separation"] = np.full(load.size, joint.separation)
+    at_rest = tuple(name for name in names if DIMENSIONS[name] != _GRID)
+    shape = friction.size, load.size
+    fixed = evaluated({**args, "friction_coefficient": friction[:, None], "shape": shape}, at_rest)
+    places = {_GRID[:2]: ..., _GRID[:1]: (slice(None), 0), _GRID[1:2]: 0}
+    values = {name: np.asarray(fixed[name][places[DIMENSIONS[name]]]) for name in at_rest}
+    cyclic = tuple(name for name in names if name not in values)
+    values |= {name: np.empty((*shape, given.size)) for name in cyclic}
+    step = max(1, _POINTS // (friction.size * given.size)) if cyclic else load.size
+    for start in range(0, load.size, step):
+        part = slice(start, min(start + step, load.size))
+        here = {name: args[name][part, None] for name in args if name != "surface"}
+        here |= {"surface": joint.surface, "friction_coefficient": friction[:, None, None]}
+        shape_here = friction.size, part.stop - start, given.size
+        found = evaluated({**here, along: given, "shape": shape_here}, cyclic)
+        for name in cyclic:
+            values[name][:, part] = found[name]
+        if progress is not None:
+            progress(part.stop / load.size)
+    return {name: values[name] for name in names}

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple, cast
 import h5py
 import numpy as np
 from foreign_files import NAMED, mesh_file, output2, punched
-from laps import small_joint
+from laps import STRIP, small_joint
 from scipy import io as scipy_io
 from scipy import sparse
 
@@ -340,37 +340,12 @@ amplitudes = ["0.1 um", "1 um"]
 """
 
 
-BEAM = """schema = 1
-
-[surface]
-law = "greenwood-williamson"
-materials = ["steel", "steel"]
-heights = { kind = "gaussian", std = "1 um" }
-radius = "1 mm"
-density = "50 1/mm^2"
-area = "2 cm^2"
-
-[joint]
-friction_coefficient = { low = 0.1, high = 0.6 }
-
-[structure]
-length = "200 mm"
-width = "20 mm"
-thickness = "12 mm"
-lap = "30 mm"
-density = "7800 kg/m^3"
-patches = [3, 2]
-modes = [1, 3]
+_MORE = """modes = [1, 3]
 amplitude = { from = "0.1 um", to = "10 um", points = 3 }
-base_damping_ratio = 0.0005
 sensor = { at = ["0.1 m", "0 m", "0 m"], direction = "z" }
-
-[structure.bolts]
-positions = ["0 mm"]
-shank = "6 mm"
-hole = "6.6 mm"
-washer = "12 mm"
-torque = { mean = "10 N m", cv = 0.15 }
+samples"""
+_BOLT = """torque = { mean = "10 N m", cv = 0.15 }
 thread = "6 mm"
-nut_factor = 0.2
-"""
+nut_factor = 0.2"""
+BEAM = STRIP.replace("samples", _MORE).replace('tension = "5 kN"', _BOLT)
+BEAM = BEAM.replace("= 0.35", "= { low = 0.1, high = 0.6 }")

@@ -1,10 +1,16 @@
-"""A free decay shows other damping ratios than steady motion: against motion in time, let go."""
+"""Frequency and damping of a curve beside each other, and the damping that a free decay shows.
+
+A frequency that falls by friction adds damping in a known ratio; by geometry it does not. A decay
+shows other damping ratios than steady motion.
+"""
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from usual import JOINT, SLIP
 
 import microslip as ms
+from microslip.structures.modal_curve import added_damping, judge_shift
 
 
 def by_swings(turning: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -66,3 +72,37 @@ def test_a_test_is_held_against_its_own_kind() -> None:
     assert (decay.damping_of(curve) > curve.damping_ratio).all()
     with pytest.raises(ms.InputError, match='motion must be "steady" or "decay"'):
         ms.ModalTest(*values, motion="free")
+
+
+def judged(curve: ms.ModalCurve) -> tuple[float | None, str]:
+    verdict = judge_shift("test", curve.amplitude, curve.frequency, curve.damping_ratio)
+    return verdict.value, verdict.word
+
+
+def test_microslip_adds_the_damping_of_a_bent_backbone() -> None:
+    """By harmonic balance of a mass on a spring and a rough joint."""
+    mass = ms.Structure([[2.0]], [[4.0 * JOINT.tangential_stiffness]])
+    jointed = mass.attach(JOINT, directions=[1.0])
+    curve = jointed.modes(0, SLIP * np.geomspace(0.03, 0.3, 9), at=[1.0])
+    value, word = judged(curve)
+    assert value == pytest.approx(1.0, abs=0.15)
+    assert word == "ok"
+    shift = 1.0 - curve.frequency[0] / curve.linear_frequency
+    assert curve.damping_ratio[0] == pytest.approx(added_damping(shift), rel=0.1)
+
+
+@pytest.mark.parametrize("quartic", [6e23, -6e23])
+def test_geometry_is_distinguished(quartic: float) -> None:
+    mass = ms.Structure([[2.0]], [[4.0 * JOINT.tangential_stiffness]])
+    jointed = mass.attach(JOINT, directions=[1.0])
+    whole = jointed.with_geometry([1.0], quartic=np.full((1,) * 4, quartic))
+    curve = whole.modes(0, SLIP * np.geomspace(0.03, 0.3, 5), at=[1.0])
+    value, word = judged(curve)
+    assert value is not None
+    assert word == "outside", (value, curve.frequency)
+
+
+def test_what_does_not_move_is_not_judged() -> None:
+    still = judge_shift("t", np.array([1.0, 2.0]), np.full(2, 100.0), np.array([0.01, 0.02]))
+    assert still.word == "not judged"
+    assert "t" in still.name

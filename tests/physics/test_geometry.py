@@ -11,12 +11,6 @@ from scipy import optimize, special
 
 import microslip as ms
 
-METAL = ms.Material(69e9, 0.33)
-SURFACE = ms.GreenwoodWilliamson(
-    ms.MaterialPair(METAL, METAL), ms.Gaussian(std=5e-7), radius=1e-3, density=1e8, area=2e-4
-)
-JOINT = ms.Interface(SURFACE, 0.55, normal_load=2000.0)
-
 
 @pytest.mark.parametrize("hardening", [3.0, -0.4])
 def test_a_cubic_spring_swings_as_elliptic_functions_have_it(hardening: float) -> None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import time
-
 import numpy as np
 import pytest
 from exported import JOINT
@@ -368,33 +366,3 @@ def test_what_is_no_law_for_an_element_is_refused():
     ):
         with pytest.raises(ms.InputError, match=says):
             maestro({}, 1, {"joint": {**joint_connector(), **change}})
-
-
-def test_speed_beside_its_own_jenkins(record_property, capsys):
-    """One evaluation of residual and Jacobian; the ratio is told and not judged."""
-    jenkins = {
-        "type": "Jenkins", "connect": {"beam": [1]}, "dirs": [0], "mu": 0.55, "N0": 2000.0,
-        "k": JOINT.tangential_stiffness,
-    }  # fmt: skip
-    told = []
-    for nh in ([0, 1], [0, 1, 3], list(range(8))):
-        times = {}
-        kinds = {"joint": joint_connector(), "Jenkins": jenkins}
-        for name, connector in kinds.items():
-            element = element_of(maestro({}, nh, {"joint": connector}, nti=256))
-            x = np.zeros(2 * len(element.indices) + 1)
-            rng = np.random.default_rng(0)
-            places = 2e-7 * rng.normal(size=(60, len(element.indices)))
-            for k in range(2):  # compiled in the first round
-                start = time.process_time()
-                for place in places + 1e-12 * k:
-                    x[element.indices] = place
-                    element.evalResidual(x, 1.0)
-                    element.evalJacobian(x, 1.0)
-                times[name] = (time.process_time() - start) / len(places)
-        each = ", ".join(f"{name} {1e6 * value:.0f} us" for name, value in times.items())
-        told.append(f"{nh}: {each}")
-    record_property("speed", told)
-    with capsys.disabled():
-        print("\n" + "\n".join(told))
-    assert len(told) == 3

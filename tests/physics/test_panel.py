@@ -195,7 +195,7 @@ def test_a_released_arch_decays_along_its_modal_curve() -> None:
     state.commit()
     first, h = math.sqrt(squares[0]), 1.5 / math.sqrt(squares[-1])
     period = round(2.0 * math.pi / first / h)
-    v, seen, drag = np.zeros(x.size), np.empty(24 * period), inverse @ dashpots
+    v, seen, drag = np.zeros(x.size), np.empty(16 * period), inverse @ dashpots
     for k in range(seen.size):
         pull = float(state.try_(float(end @ x))[0])
         state.commit()

@@ -6,15 +6,10 @@ import math
 
 import numpy as np
 import pytest
+from usual import JOINT, SLIP, SURFACE
 
 import microslip as ms
 
-METAL = ms.Material(69e9, 0.33)
-SURFACE = ms.GreenwoodWilliamson(
-    ms.MaterialPair(METAL, METAL), ms.Gaussian(std=5e-7), radius=1e-3, density=1e8, area=2e-4
-)
-JOINT = ms.Interface(SURFACE, 0.55, normal_load=2000.0)
-SLIP = JOINT.force_limit / JOINT.tangential_stiffness
 MASS = np.array([2.0, 3.0, 2.0])
 STIFFNESS = 2e9 * np.array([[2.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 2.0]])
 TIP = np.array([0.0, 0.0, 1.0])

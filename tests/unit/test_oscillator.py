@@ -48,11 +48,6 @@ def test_harmonic_balance_in_blocks() -> None:
     np.testing.assert_array_equal(whole[[0, 1999, 2000, 4000]], some)
 
 
-def test_frequency_is_in_hertz() -> None:
-    a = [1e-7, 1e-5]
-    np.testing.assert_allclose(MODE.frequency(a), MODE.angular_frequency(a) / (2.0 * np.pi))
-
-
 def test_the_dashpot_of_the_oscillator() -> None:
     assert MODE.viscous_coefficient == 0.0
     assert DAMPED.viscous_coefficient == pytest.approx(2.0 * 0.01 * np.sqrt(2.0 * 8e7), rel=1e-15)

@@ -35,6 +35,23 @@ for _plain, _changed in (
     ('tension = "5 kN"', 'tension = { mean = "5 kN", cv = 0.15 }'),
 ):
     STUDY = STUDY.replace(_plain, _changed)
+KNOWN = (
+    ("{ low = 0.1, high = 0.6 }", "0.35"),
+    ('{ mean = "5 kN", cv = 0.15 }', '"5 kN"'),
+    ('form = { file = "form.csv", factor = { low = 0.0, high = 1.0 } }\n', ""),
+    ('measured = { file = "test.csv" }\n', ""),
+)
+
+
+def text_of(*changes: tuple[str, str]) -> str:
+    """The study with some of its text changed."""
+    text = STUDY
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    return text
+
+
 FORM = "x [mm],y [mm],gap [um]\n" + "".join(
     f"{x},{y},{1e-3 * x * x}\n" for x in range(-15, 16, 5) for y in (-10, 0, 10)
 )
@@ -117,7 +134,7 @@ def test_bands_hold_what_was_drawn_and_inputs_are_ranked(result: ms.Result) -> N
 
 @pytest.mark.slow
 def test_bands_are_those_of_a_monte_carlo_of_balances() -> None:
-    """The demo's beam, 100 draws in layers, each balanced, against 64 samples: within 10 %."""
+    """The demo's beam, 60 draws in layers, each balanced, against 64 samples: within 10 %."""
     text = files_of("microslip.study").joinpath("demo_beam.toml").read_text(encoding="utf-8")
     text = text.replace("[1, 3]", "[1]").replace("samples = 32", "samples = 64")
     text = text.replace("[structure]", '[structure]\nforce = { amplitude = "0.1 N" }')
@@ -126,7 +143,7 @@ def test_bands_are_those_of_a_monte_carlo_of_balances() -> None:
     assert predicted is not None
     (mode,), joint = predicted.modes, predicted.joint
     design, sensor = Design(study), predicted.joint.sensor("sensor")
-    layers = stats.qmc.LatinHypercube(len(design.inputs), rng=np.random.default_rng(4)).random(100)
+    layers = stats.qmc.LatinHypercube(len(design.inputs), rng=np.random.default_rng(4)).random(60)
     places, lost, peaks = mode.curve.amplitude, [], []
     for scores in stats.norm.ppf(layers):
         drawn = design.at(scores)
@@ -173,18 +190,11 @@ def test_pictures_show_bands_and_the_test(result: ms.Result) -> None:
 def test_a_fit_reports_what_the_test_determines(folder: Path, tmp_path: Path) -> None:
     near = TEST.replace("900", "984").replace("899", "983")
     (folder / "near.csv").write_text(near, encoding="utf-8")
-    text = (
-        STUDY.replace(
-            'file = "test.csv"',
-            'file = "near.csv", fit = ["friction_coefficient", "base_damping_ratio"]',
-        )
-        .replace("{ low = 0.1, high = 0.6 }", "0.35")
-        .replace("{ low = 0.0, high = 1.0 }", "0.5")
-    )
-    text = text.replace('{ mean = "5 kN", cv = 0.15 }', '"5 kN"')
-    text = text.replace(
-        'from = "0.1 um", to = "10 um", points = 3', 'from="1 um", to="10 um", points=2'
-    )
+    text = text_of(
+        *KNOWN[:2], ("{ low = 0.0, high = 1.0 }", "0.5"),
+        ('"test.csv"', '"near.csv", fit = ["friction_coefficient", "base_damping_ratio"]'),
+        ('from = "0.1 um", to = "10 um", points = 3', 'from="1 um", to="10 um", points=2'),
+    )  # fmt: skip
     result = ms.Study.from_toml(text, folder=folder).run()
     told = document(result)
     (section,) = [s for s in told.sections if s.title == "Fitted to the test"]
@@ -261,11 +271,7 @@ def test_a_band_is_for_ring_downs(folder: Path, ring: Path) -> None:
 
 @pytest.mark.slow
 def test_identify_takes_several_tests_of_a_structure(folder: Path, ring: Path) -> None:
-    text = STUDY.replace("measured = {", "# measured = {").replace("form = {", "# form = {")
-    text = text.replace("{ low = 0.1, high = 0.6 }", "0.35")
-    (folder / "known.toml").write_text(
-        text.replace('{ mean = "5 kN", cv = 0.15 }', '"5 kN"'), encoding="utf-8"
-    )
+    (folder / "known.toml").write_text(text_of(*KNOWN), encoding="utf-8")
     words = ["--study", folder / "known.toml", "--band", "700..1100 Hz", "-o", folder / "found"]
     outcome = run("identify", folder / "test.csv", ring, *words)
     assert outcome.exit_code == 0, outcome.output
@@ -327,14 +333,10 @@ def test_cycles_of_the_joint_are_there_where_they_are_asked_for(folder: Path) ->
 
 @pytest.mark.slow
 def test_a_study_tells_how_good_its_model_is(folder: Path) -> None:
-    text = STUDY.replace("measured = {", "# measured = {").replace(
-        "samples = 16", "converge = true"
-    )
-    text = text.replace("{ low = 0.1, high = 0.6 }", "0.35").replace(
-        "patches = [3, 2]", "patches = [2, 1]"
-    )
-    text = text.replace("{ low = 0.0, high = 1.0 }", "0.5")
-    text = text.replace('{ mean = "5 kN", cv = 0.15 }', '"5 kN"')
+    text = text_of(
+        *KNOWN[:2], KNOWN[3], ("samples = 16", "converge = true"),
+        ("patches = [3, 2]", "patches = [2, 1]"), ("{ low = 0.0, high = 1.0 }", "0.5"),
+    )  # fmt: skip
     shares: list[float] = []
     result = ms.Study.from_toml(text, folder=folder).run(shares.append)
     assert shares == sorted(shares)
@@ -498,15 +500,11 @@ def test_each_wrong_mesh_gets_its_own_line(
 @pytest.mark.slow
 def test_the_drawing_and_the_surface_of_a_structure_scatter(folder: Path) -> None:
     """Bending goes as the thickness; what else scatters is drawn and ranked with it."""
-    text = (
-        STUDY.replace("{ low = 0.1, high = 0.6 }", "0.35")
-        .replace('thickness = "12 mm"', 'thickness = { mean = "12 mm", cv = 0.05 }')
-        .replace('density = "50 1/mm^2"', 'density = { mean = "50 1/mm^2", cv = 0.1 }')
-        .replace('form = { file = "form.csv", factor = { low = 0.0, high = 1.0 } }\n', "")
-        .replace('measured = { file = "test.csv" }\n', "")
-        .replace('{ mean = "5 kN", cv = 0.15 }', '"5 kN"')
-        .replace("samples = 16", "samples = 8")
-    )
+    text = text_of(
+        *KNOWN, ("samples = 16", "samples = 8"),
+        ('thickness = "12 mm"', 'thickness = { mean = "12 mm", cv = 0.05 }'),
+        ('density = "50 1/mm^2"', 'density = { mean = "50 1/mm^2", cv = 0.1 }'),
+    )  # fmt: skip
     pair = '["surface.density", "structure.thickness"]'
     more = f"\n[uncertainty]\ncorrelations = [{{ between = {pair}, value = 0.5 }}]\n"
     result = ms.Study.from_toml(text + more, folder=folder).run()
@@ -546,21 +544,9 @@ def test_a_structure_needs_no_law_of_its_own(folder: Path) -> None:
         ms.Study.from_toml(text, folder=folder)
 
 
-KNOWN = (
-    ("{ low = 0.1, high = 0.6 }", "0.35"),
-    ('{ mean = "5 kN", cv = 0.15 }', '"5 kN"'),
-    ('form = { file = "form.csv", factor = { low = 0.0, high = 1.0 } }\n', ""),
-    ('measured = { file = "test.csv" }\n', ""),
-)
-
-
 def known(*changes: tuple[str, str]) -> Any:
     """The structure of the study above, all of it known but for some changes."""
-    text = STUDY
-    for old, new in (*KNOWN, *changes):
-        assert old in text
-        text = text.replace(old, new)
-    result = ms.Study.from_toml(text).run()
+    result = ms.Study.from_toml(text_of(*KNOWN, *changes)).run()
     assert result.structure is not None
     return result.structure
 
@@ -679,8 +665,8 @@ def test_the_response_to_a_force_is_that_of_the_balance_of_harmonics() -> None:
     # Base damping as a dashpot in proportion to the mass, which damps this mode as much.
     base = 2.0 * 5e-4 * 2.0 * np.pi * mode.curve.linear_frequency * joint.mass
     held = ms.Structure(joint.mass, joint.stiffness, base)
-    field = joint.field(ms.Study.from_toml(STUDY.replace("form =", "# ").replace("measured =", "# "))
-                        .run().joints[0].surface, 0.35)  # fmt: skip
+    surface = build_surface(at_middle(ms.Study.from_toml(text_of(*KNOWN))))
+    field = joint.field(surface, 0.35)
     rest = held.attach(field, directions=joint.directions).preload(state.static_force)
     row = joint.sensor("sensor")
     near = np.linspace(0.99, 1.004, 15) * force.peak[1]
@@ -714,10 +700,9 @@ def test_the_response_to_a_force_is_that_of_the_balance_of_harmonics() -> None:
 def test_responses_to_forces_are_files_that_other_programs_read(unit: str, tmp_path: Path) -> None:
     """Read back by pyuff and as a table: values, frequencies, units and places."""
     pyuff = pytest.importorskip("pyuff", reason="the extra uff is not installed")
-    text = STUDY
-    for old, new in (*KNOWN, *FORCED):
-        text = text.replace(old, new)
-    text = text.replace('"0.3 N", "200 N"] }', '"0.3 N", "0.6 N"], at = ["-90 mm", "0 m", "0 m"] }')
+    text = text_of(*KNOWN, *FORCED).replace(
+        '"0.3 N", "200 N"] }', '"0.3 N", "0.6 N"], at = ["-90 mm", "0 m", "0 m"] }'
+    )
     if unit == "m/s^2":
         text = text.replace('from = "0.1 um", to = "30 um"', 'from = "4 m/s^2", to = "1200 m/s^2"')
     result = ms.Study.from_toml(f'{text}\n[output]\nformats = ["csv", "uff"]\n').run()

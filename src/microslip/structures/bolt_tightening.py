@@ -147,14 +147,10 @@ class ClampedBolt:
         ratio = length / bolt.head
         slope = 0.362 + 0.032 * math.log(0.5 * ratio) + 0.153 * math.log(1.0 + 1.2 * ratio)
         wide = bolt.head + length * slope
-        (a, b), (c, e) = (
-            (bolt.head + bolt.hole, bolt.head - bolt.hole),
-            (wide - bolt.hole, wide + bolt.hole),
-        )
-        return (
-            2.0 * math.log(a * c / (b * e))
-            / (self.plate_modulus * math.pi * bolt.hole * slope)
-        )  # fmt: skip
+        a, b = bolt.head + bolt.hole, bolt.head - bolt.hole
+        c, e = wide - bolt.hole, wide + bolt.hole
+        cones = 2.0 * math.log(a * c / (b * e))
+        return cones / (self.plate_modulus * math.pi * bolt.hole * slope)
 
     def load_factor(self, introduction: float = 0.5) -> float:
         """Phi = n delta_P/(delta_S + delta_P) [-]: what the bolt bears of an axial load."""

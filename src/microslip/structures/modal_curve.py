@@ -356,9 +356,9 @@ SHIFT = Rule(
 )
 
 
-def added_damping(shift: float, exponent: float = 1.0) -> float:
+def added_damping(shift: float) -> float:
     """Damping ratio that friction adds as it lowers a frequency by a share ``shift`` [-]."""
-    return 2.0 / math.pi * 2.0 * shift * exponent / (2.0 + exponent)
+    return 2.0 / math.pi * 2.0 * shift / 3.0
 
 
 def judge_shift(name: str, amplitude: Floats, frequency: Floats, damping: Floats) -> Verdict:

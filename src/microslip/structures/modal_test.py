@@ -306,8 +306,9 @@ def read(
             )
         how = ""
         verdicts: tuple[Verdict, ...] = ()
+        if kind != "ring-down" and band is not None:
+            raise InputError(f"`band` is for a ring-down, this is a {kind}")
         if kind == "stepped sine":
-            _refuse_band(kind, band)
             sine = _stepped_sine(table, roles, points)
             values, verdicts = sine.values, sine.verdicts
             how = f" at controlled {sine.controlled}" if sine.verdicts else ""
@@ -370,13 +371,7 @@ def _kind(roles: Mapping[str, Named], columns: Sequence[Named]) -> str | None:
     return None
 
 
-def _refuse_band(kind: str, band: Any) -> None:
-    if kind != "ring-down" and band is not None:
-        raise InputError(f"`band` is for a ring-down, this is a {kind}")
-
-
 def _values(kind: str, table: Table, roles: dict[str, Named], band: Any, points: Any) -> Values:
-    _refuse_band(kind, band)
     if kind == "curve":
         sensed, frequency = _sensed(table, roles), _column(table, roles, "frequency")
         amplitude = sensed[0] / (2.0 * math.pi * frequency) ** POWERS[sensed[1]]

@@ -56,9 +56,7 @@ class Motion(Answer, PlottableAtSensor):
     message: str
     """Outcome in a sentence: where and why it stopped, and what to try."""
     _with_steps: Callable[[int], Floats] | None = None
-    _least_gain: float = (
-        4.0  # of steps half as long, counted on; turning points may take their part
-    )
+    _least_gain: float = 4.0  # of steps half as long: turning points may take their part
 
     @cached_property
     def step_error(self) -> float:

@@ -143,20 +143,10 @@ _SMALLEST = 1e-6  # of the first amplitude: where a mode of sticking joints is t
 _FINEST = 0.01  # shortest step in the logarithm of the amplitude
 
 
-@dataclass(frozen=True, eq=False)
-class Continuation:
-    """Results at each amplitude."""
-
-    solutions: list[Solution | None]
-    """In the order of the amplitudes; None where it was not reached."""
-    iterations: int
-    steps: int
-    stopped_at: float | None
-    """The amplitude beyond which nothing was found."""
-
-
-def follow(equations: ModeEquations, amplitudes: Floats) -> Continuation:
-    """Solve the balance of harmonics at amplitudes.
+def follow(
+    equations: ModeEquations, amplitudes: Floats
+) -> tuple[list[Solution | None], int, int, float]:
+    """Solutions at amplitudes, None where there is none; iterations, steps, and how far it came.
 
     The predictor goes on straight in the logarithm of the amplitude: what grows in proportion to
     it, as all does for sticking joints, is predicted exactly.
@@ -164,7 +154,7 @@ def follow(equations: ModeEquations, amplitudes: Floats) -> Continuation:
     lowest = float(amplitudes.min())
     first, iterations, steps = _first_solution(equations, lowest)
     if first is None:
-        return Continuation([None] * amplitudes.size, iterations, steps, lowest)
+        return [None] * amplitudes.size, iterations, steps, lowest
 
     def attempt(track: Track[Solution], at: float) -> Solution | None:
         nonlocal iterations, steps
@@ -175,9 +165,7 @@ def follow(equations: ModeEquations, amplitudes: Floats) -> Continuation:
         return candidate if near else None
 
     track = [(lowest, first)]
-    solutions = climb(amplitudes, track, attempt, _FINEST)
-    stopped = track[-1][0] if None in solutions else None
-    return Continuation(solutions, iterations, steps, stopped)
+    return climb(amplitudes, track, attempt, _FINEST), iterations, steps, track[-1][0]
 
 
 def _first_solution(equations: ModeEquations, target: float) -> tuple[Solution | None, int, int]:
@@ -191,8 +179,8 @@ def _first_solution(equations: ModeEquations, target: float) -> tuple[Solution |
             if start == target:
                 return candidate, iterations, steps
             rising = np.geomspace(start, target, 2 + round(math.log10(target / start)))
-            climb = follow(equations, rising)
-            return climb.solutions[-1], iterations + climb.iterations, steps + climb.steps
+            solutions, more, further, _ = follow(equations, rising)
+            return solutions[-1], iterations + more, steps + further
         start *= 0.1
     return None, iterations, steps
 
@@ -257,9 +245,9 @@ class ModeSolver:
         joints = self._joints()
         balance = Balance(self.model, joints, self.basis)
         equations = ModeEquations(balance, self.index, self.measure)
-        followed = follow(equations, self.amplitudes)
+        solutions, iterations, steps, reached = follow(equations, self.amplitudes)
         rows = []
-        for i, solution in enumerate(followed.solutions):
+        for i, solution in enumerate(solutions):
             if solution is None:
                 continue
             q, omega, zeta = solution.point
@@ -271,25 +259,24 @@ class ModeSolver:
             ]
             first = (q[:, 1] - 1j * q[:, 2]) / modal
             rows.append(_Row(i, modal, omega, zeta, first, np.concatenate([*loss, np.zeros(0)])))
-        if followed.stopped_at is None:
-            message = f"solved in {followed.iterations} iterations and {followed.steps} steps"
-        else:
+        message = f"solved in {iterations} iterations and {steps} steps"
+        if None in solutions:
             message = (
-                f"stopped beyond the amplitude {followed.stopped_at:.4g}: harmonic balance "
-                f"did not converge in steps of 1 %, after {followed.iterations} iterations; try "
+                f"stopped beyond the amplitude {reached:.4g}: harmonic balance "
+                f"did not converge in steps of 1 %, after {iterations} iterations; try "
                 "more samples, fewer harmonics, or amplitudes that end there (the mode may meet "
                 "another one, or all joints may slide)"
             )
 
         def more_harmonics() -> Floats:
             changes = np.full((self.amplitudes.size, 2), np.nan)
-            for i, solution in enumerate(followed.solutions):
+            for i, solution in enumerate(solutions):
                 if solution is not None:
                     changes[i] = equations.unbalanced(solution.point, float(self.amplitudes[i]))
             return changes
 
         return self._curve(
-            "harmonic-balance", joints, rows, followed.iterations, message, self.quasi_static,
+            "harmonic-balance", joints, rows, iterations, message, self.quasi_static,
             more_harmonics,
         )  # fmt: skip
 

@@ -62,23 +62,17 @@ class Decay(LockedArrays):
 
 
 def slow_flow(
-    joint: BackboneLaw,
-    mass: float,
-    spring: float,
-    dashpot: float,
-    stuck: float,
-    amplitude: float,
-    cycles: int | None,
-    duration: float | None,
+    mode: Oscillator, amplitude: float, cycles: int | None, duration: float | None
 ) -> Decay:
     """The envelope after 0, 1, 2 ... cycles, see :meth:`microslip.Oscillator.decay`."""
     from scipy.integrate import solve_ivp
     from scipy.interpolate import CubicSpline
 
+    joint, spring, stuck = mode.joint, mode.stiffness, mode._stuck
     periods = math.inf if duration is None else duration * stuck / (2.0 * math.pi)
     places = np.linspace(math.log(amplitude) - 20.0, math.log(amplitude), 257)
     averaged = averaged_stiffness(joint, np.exp(places))
-    omega = CubicSpline(places, np.sqrt((spring + averaged) / mass))
+    omega = CubicSpline(places, np.sqrt((spring + averaged) / mode.mass))
 
     def rates(a: Floats) -> tuple[Floats, Floats, Floats]:
         """Amplitude lost a cycle, angular frequency and damping ratio."""
@@ -86,7 +80,7 @@ def slow_flow(
         natural = omega(np.maximum(np.log(a), places[0]))
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             friction = joint._energy(a) / a / stiffness
-            viscous = 0.5 * dashpot * natural / stiffness
+            viscous = 0.5 * mode.viscous_coefficient * natural / stiffness
             slowed = np.sqrt(1.0 - viscous**2)
             lost = friction + 2.0 * math.pi * a * viscous / slowed
         # As a logarithmic decrement would show it.
@@ -123,15 +117,9 @@ def slow_flow(
     for event in events:
         event.terminal = True  # type: ignore[attr-defined]  # as SciPy wants it
     solution = solve_ivp(
-        flow,
-        (0.0, limit),
-        (1.0, 0.0),
-        method="DOP853",
-        rtol=1e-10,
-        atol=(1e-3 * _FAINTEST, 1e-10),
-        dense_output=True,
-        events=events,
-    )
+        flow, (0.0, limit), (1.0, 0.0), method="DOP853", rtol=1e-10,
+        atol=(1e-3 * _FAINTEST, 1e-10), dense_output=True, events=events,
+    )  # fmt: skip
     count = math.floor(float(solution.t[-1]) * (1.0 + 1e-12))
     share, time = solution.sol(np.arange(count + 1.0))
     share[0], time[0] = 1.0, 0.0
@@ -371,9 +359,7 @@ class Oscillator:
         decay is exact. Times follow from the balance of the fundamental.
         """
         a = positive("amplitude", amplitude, "m", 1e-6)
-        length = _length("decay", cycles, duration)
-        system = self.joint, self.mass, self.stiffness, self.viscous_coefficient, self._stuck
-        return slow_flow(*system, a, *length)
+        return slow_flow(self, a, *_length("decay", cycles, duration))
 
     def ring_down(
         self,

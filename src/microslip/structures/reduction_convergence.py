@@ -274,12 +274,12 @@ def _largest(frequency: Floats, damping: Floats) -> tuple[float, float]:
     return next(largest), next(largest)
 
 
-def losing_patches(loss: Floats, share: float = _SHARE) -> Any:
+def losing_patches(loss: Floats) -> Any:
     """The patches that lose most, together this share at any of the amplitudes."""
     selected = np.zeros(loss.shape[1], dtype=bool)
     for row in loss[np.isfinite(loss).all(axis=1)]:
         order = np.argsort(-row)
-        until = np.searchsorted(np.cumsum(row[order]), share * row.sum()) + 1
+        until = np.searchsorted(np.cumsum(row[order]), _SHARE * row.sum()) + 1
         selected[order[:until]] = True
     return selected
 

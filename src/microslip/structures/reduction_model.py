@@ -538,8 +538,5 @@ class ReducedJoint(LockedArrays):
             if f.name not in _NESTED and (f.name in arrays or f.name not in _NEWER)
         }
         values["sensor_names"] = tuple(str(name) for name in values["sensor_names"])
-        values["full_size"], values["left_out"] = (
-            int(values["full_size"]),
-            float(values["left_out"]),
-        )
+        values |= {"full_size": int(values["full_size"]), "left_out": float(values["left_out"])}
         return cls(**values, samples=samples, surface=surface)

@@ -17,10 +17,7 @@ from microslip.structures.periodic_motion import POWERS, power_of
 _NEAR = 0.3  # least sine of the phase behind the force, which is one at resonance
 _FEWEST = 5
 _KNOTS = 8
-_LEVEL_SCATTER, _LEVEL_STEP = (
-    0.03,
-    0.1,
-)  # of ln(amplitude): its scatter in a level, and from level to level
+_LEVEL_SCATTER, _LEVEL_STEP = 0.03, 0.1  # of ln(amplitude), in a level and from level to level
 _FORCED = 0.2  # of ln(force): how far it goes in a level of controlled response, at least
 
 LINEAR = Rule(
@@ -175,7 +172,8 @@ def _by_levels(
         left = in_phase - stiff - inertia * (w**2 / middle - 1.0), behind - viscous * w
         misfit = math.sqrt(float(np.mean(left[0] ** 2 + left[1] ** 2))) / (viscous * natural)
         close = int(np.count_nonzero(np.abs(in_phase) <= behind))
-        at = float(np.exp(np.interp(natural, *_sorted(w, np.log(a[level])))))
+        order = np.argsort(w, kind="stable")
+        at = float(np.exp(np.interp(natural, w[order], np.log(a[level])[order])))
         zeta = 0.5 * p * viscous / natural
         read.append(_Level(at, natural / (2.0 * math.pi), zeta, p, misfit, close))
     if not read:
@@ -194,11 +192,6 @@ def _by_levels(
         AGREEING.judge(spread),
     )
     return SteppedSine((rows[0], rows[1], rows[2]), "response", verdicts)
-
-
-def _sorted(places: Floats, values: Floats) -> tuple[Floats, Floats]:
-    order = np.argsort(places, kind="stable")
-    return places[order], values[order]
 
 
 def _modal_constant(omega: Floats, level: Floats, cosine: Floats) -> float:

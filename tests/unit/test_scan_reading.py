@@ -25,7 +25,7 @@ from scipy.io import savemat
 import microslip as ms
 from microslip.readers import instruments, text
 from microslip.readers.files import limited
-from microslip.readers.grid import on_grid
+from microslip.readers.instruments import on_grid
 from microslip.scans.heights_in_files import ARRAY_FILES, GAP_TABLE, TEXTS
 
 REAL = Path(__file__).parents[3] / "shared/data/scans"

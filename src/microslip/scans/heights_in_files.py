@@ -16,8 +16,7 @@ from microslip.readers import array_files, hdf5, matlab
 from microslip.readers.arrays import Arrays, leaves, single_array, values_of
 from microslip.readers.dialect import is_comment, split
 from microslip.readers.files import head_of, kind_of, refuse_beyond
-from microslip.readers.grid import on_grid
-from microslip.readers.instruments import read_channel
+from microslip.readers.instruments import on_grid, read_channel
 from microslip.readers.tables import fits, name_and_unit
 from microslip.readers.text import TextFile, open_text
 

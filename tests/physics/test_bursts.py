@@ -16,8 +16,8 @@ from command import run
 from numpy.typing import NDArray
 
 import microslip as ms
+from microslip.tribometer.blocks import dissipated
 from microslip.tribometer.campaign import Campaign
-from microslip.tribometer.counting import dissipated
 
 Floats = NDArray[np.float64]
 

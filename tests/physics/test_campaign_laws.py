@@ -7,11 +7,9 @@ import math
 import numpy as np
 import pytest
 
+from microslip.tribometer.campaign_laws import pooled, proportional, running_in, with_threshold
 from microslip.tribometer.estimates import Estimate
 from microslip.tribometer.regimes import borders_of
-from microslip.tribometer.running_in import running_in
-from microslip.tribometer.specimens import pooled
-from microslip.tribometer.wear import proportional, with_threshold
 
 
 @pytest.mark.parametrize("number", [3, 6, 12])

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 import microslip as ms
 from microslip.identification import fold
-from microslip.identification.cycle_branches import delayed
+from microslip.identification.answers import delayed
 from microslip.tribometer.motion import phase_derivative
 
 Floats = NDArray[np.float64]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from microslip._core.verdicts import worst
-from microslip.identification.rules import verdicts
+from microslip.identification.verdicts import verdicts
 
 
 @pytest.mark.parametrize(

@@ -16,10 +16,9 @@ import pytest
 
 import microslip as ms
 from microslip.identification import fold
+from microslip.identification.coordinates import levels_of, stiffness_after_reversal
 from microslip.identification.fit_quality import _held_back_rows
-from microslip.identification.load_levels import levels_of
 from microslip.identification.models.interface import InterfaceModel
-from microslip.identification.rigs import stiffness_after_reversal
 
 CELL = ms.Jenkins(stiffness=5e7, force_limit=100.0)
 JOINT = ms.Interface.examples()[0]
@@ -561,9 +560,9 @@ def test_curvature_is_near_the_profile() -> None:
 def test_loads_that_share_nothing_are_parts() -> None:
     """On a rigid rig the loads of a law without load have nothing in common, on a free one all."""
     from microslip.identification import fold, models
+    from microslip.identification.coordinates import rig_coordinates
     from microslip.identification.parameter_choice import coordinates_for
     from microslip.identification.problem import Problem
-    from microslip.identification.rigs import rig_coordinates
 
     folded = [fold(one) for one in three_loads()]
     model = models.model_of("jenkins")
@@ -610,7 +609,7 @@ def test_what_is_open_has_no_number() -> None:
 
 def test_prefixes_have_the_power_one() -> None:
     """A millionth of a square metre is no square micrometre."""
-    from microslip.identification.labels import number_text
+    from microslip.identification.caveats import number_text
 
     assert number_text(5.58e-6, "m^2") == "5.58e-06 m²"
     assert number_text(2.5e6, "m^-1.5") == "2.50e+06 m⁻¹·⁵"

@@ -19,6 +19,7 @@ from microslip.identification.caveats import (
     IDENTIFIED,
     NOT,
     Caveat,
+    number_text,
 )
 from microslip.identification.coordinates import (
     AREA,
@@ -29,12 +30,10 @@ from microslip.identification.coordinates import (
     SUMMIT_DATA,
     Coordinate,
     Quantity,
+    levels_of,
 )
 from microslip.identification.intervals import Profiled
-from microslip.identification.labels import number_text
-from microslip.identification.load_levels import levels_of
-from microslip.identification.prior_data import compare_data
-from microslip.identification.quantities import of_coordinate
+from microslip.identification.quantities import compare_data, of_coordinate
 from microslip.identification.result import (
     AT_BOUND,
     CONVERGED,
@@ -42,8 +41,8 @@ from microslip.identification.result import (
     NOT_CONVERGED,
     Identification,
 )
-from microslip.identification.rules import WRONG_FROM
 from microslip.identification.verdicts import (
+    WRONG_FROM,
     Direction,
     Fitted,
     design_of,

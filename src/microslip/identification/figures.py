@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from microslip._core.units import engineering, prefix
+from microslip.identification.caveats import label, short_symbol
 from microslip.identification.fit_quality import RecordFit
-from microslip.identification.labels import label, short_symbol
 from microslip.identification.verdicts import Fitted
 from microslip.report.document import Picture
 from microslip.report.kit import evenly, length_prefix

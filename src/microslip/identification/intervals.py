@@ -18,10 +18,9 @@ from microslip.identification.profiles import (
     Walk,
     curvature,
     cycle_ratio,
+    over_separations,
 )
-from microslip.identification.rules import MISFIT
-from microslip.identification.summit_chance import over_separations
-from microslip.identification.verdicts import WIDEST_RATIO
+from microslip.identification.verdicts import MISFIT, WIDEST_RATIO
 
 Progress = Callable[[float], None]
 

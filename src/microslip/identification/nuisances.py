@@ -10,13 +10,11 @@ import numpy as np
 
 from microslip._core.checks import Floats
 from microslip.identification.caveats import IDENTIFIED, NOT, Caveat
-from microslip.identification.effects import EFFECTS, columns_of
 from microslip.identification.fit import Fit, covariance_of
 from microslip.identification.intervals import Profiled
 from microslip.identification.models.base import BackboneModel
-from microslip.identification.problem import Problem
-from microslip.identification.rules import CAUSES_FROM, WRONG_FROM
-from microslip.identification.verdicts import Fitted
+from microslip.identification.problem import EFFECTS, Problem, columns_of
+from microslip.identification.verdicts import CAUSES_FROM, WRONG_FROM, Fitted
 from microslip.tribometer.folding import CLIPPED
 
 _EXPLAINED, _SIGNIFICANT = 0.5, 1e-3

@@ -9,8 +9,7 @@ from types import MappingProxyType
 
 from microslip.errors import InputError
 from microslip.heights import Exponential
-from microslip.identification.caveats import BEYOND, Caveat
-from microslip.identification.labels import number_text
+from microslip.identification.caveats import BEYOND, Caveat, number_text
 from microslip.identification.result import Identification
 from microslip.identification.verdicts import Fitted, mark
 

@@ -15,10 +15,11 @@ from microslip.identification.coordinates import (
     RIG,
     Coordinate,
     coordinate_of,
+    labels_of,
+    levels_of,
     limits_of,
     option_mapping,
 )
-from microslip.identification.load_levels import labels_of, levels_of
 from microslip.identification.models.base import Model
 from microslip.identification.problem import Problem
 from microslip.loops import Loop

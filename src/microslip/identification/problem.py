@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import replace
-from typing import Any, Self
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip._core.checks import Floats
-from microslip.identification.answers import Answers
+from microslip._core.checks import Floats, show
+from microslip.errors import InputError
+from microslip.identification.answers import Answers, delayed
 from microslip.identification.coordinates import Datum, Quantity
-from microslip.identification.cycle_branches import delayed
-from microslip.identification.effects import columns_of
 from microslip.identification.models.base import BackboneModel
-from microslip.identification.whitening import Metric, metric_of
+from microslip.identification.options import NUISANCES
+from microslip.tribometer.folding import Folded
 from microslip.tribometer.motion import phase_derivative
 
 _LOAD_STEP = 1e-4  # of the load, for differences
@@ -312,3 +312,88 @@ class Problem(Answers):
             nuisance = metric.directions @ (keep * (metric.directions.T @ residual[span]))
             answers[i] = self.force[span] + (residual[span] - nuisance) / self.weight[span]
         return answers
+
+
+# -- forces beside the law ------------------------------------------------------------------------
+
+
+class Effect(NamedTuple):
+    """A force beside that of the law, of unknown size in each record."""
+
+    words: str
+    shape: Callable[[Folded], Floats]
+    """Its course over the bins of a record, of any size."""
+
+
+def _centred(values: Floats) -> Floats:
+    return np.asarray(values - 0.5 * (values.max() + values.min()))
+
+
+EFFECTS: Mapping[str, Effect] = {
+    "parallel": Effect("a spring beside the joint", lambda f: _centred(f.displacement(f.phase))),
+    "viscous": Effect("a force proportional to velocity", lambda f: f.displacement(f.phase, 1)),
+    "inertia": Effect("a mass behind the force sensor", lambda f: f.displacement(f.phase, 2)),
+    "tilt": Effect(
+        "friction that changes along the displacement, as of tilted faces (to first order)",
+        lambda f: np.asarray(_centred(f.force) * _centred(f.displacement(f.phase))),
+    ),
+}
+"""Forces that may be asked for, by name."""
+
+
+def checked_effects(names: Sequence[str] | None) -> tuple[str, ...]:
+    """The names of effects that were asked for."""
+    if names is None:
+        return ()
+    if isinstance(names, str) or not isinstance(names, Sequence):
+        raise InputError(f"`nuisances` must be a list of {', '.join(NUISANCES)}, got {show(names)}")
+    for name in names:
+        if name not in NUISANCES:
+            raise InputError(f"`nuisances` must be among {', '.join(NUISANCES)}, got {show(name)}")
+    return tuple(dict.fromkeys(names))
+
+
+def columns_of(folded: Folded, names: Sequence[str]) -> Floats:
+    """Courses of the effects in a record, a column each of the norm 1."""
+    columns = []
+    for name in names:
+        column = EFFECTS[name].shape(folded)
+        size = float(np.linalg.norm(column))
+        columns.append(column / (size or 1.0))
+    return np.array(columns).T.reshape(folded.phase.size, len(names))
+
+
+# -- weights without what nuisances take ----------------------------------------------------------
+
+_SMALL = 0.02  # of the noise: a nuisance that moves the answer less is left where it is
+
+
+@dataclass(frozen=True, eq=False)
+class Metric:
+    """Weights of the residuals of a record once its nuisances are taken out."""
+
+    directions: Floats
+    shrink: Floats
+
+    def apply(self, rows: Floats) -> Floats:
+        """Rows (..., bins) of weighted residuals or derivatives, whitened."""
+        return rows - ((rows @ self.directions) * self.shrink) @ self.directions.T
+
+    @property
+    def log_determinant(self) -> float:
+        """Log-determinant of the covariance, over that of the force's noise alone."""
+        limited = self.shrink[self.shrink < 1.0]
+        return float(-2.0 * np.log1p(-limited).sum())
+
+
+def metric_of(flat: Floats, uncertain: Floats) -> Metric:
+    """The metric of nuisances without limits and of variance 1 (bins, nuisances)."""
+    basis, _ = np.linalg.qr(flat)
+    uncertain = uncertain - basis @ (basis.T @ uncertain)
+    square, turned = np.linalg.eigh(uncertain.T @ uncertain)
+    matters = square > _SMALL**2
+    basis_uncertain = (uncertain @ turned[:, matters]) / np.sqrt(square[matters])
+    shrink = 1.0 - 1.0 / np.sqrt(1.0 + square[matters])
+    return Metric(
+        np.hstack((basis, basis_uncertain)), np.concatenate((np.ones(basis.shape[1]), shrink))
+    )

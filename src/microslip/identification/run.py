@@ -14,8 +14,12 @@ from microslip.errors import InputError
 from microslip.identification import parameter_choice
 from microslip.identification.caveats import Caveat
 from microslip.identification.conclusions import Conclusions
-from microslip.identification.coordinates import gain_coordinate
-from microslip.identification.effects import checked_effects
+from microslip.identification.coordinates import (
+    FAR_SOFTER,
+    gain_coordinate,
+    is_rigid,
+    rig_coordinates,
+)
 from microslip.identification.fit import Fit, solve
 from microslip.identification.fit_quality import held_back_error
 from microslip.identification.intervals import Profiled, Progress
@@ -25,10 +29,9 @@ from microslip.identification.models.interface import InterfaceModel
 from microslip.identification.nuisances import PLAY, play_of
 from microslip.identification.options import LOSSES
 from microslip.identification.other_laws import spread_over_laws
-from microslip.identification.problem import Problem
+from microslip.identification.problem import Problem, checked_effects
 from microslip.identification.quantities import known_data, quantities_of, summit_prior, summits_of
 from microslip.identification.result import Identification
-from microslip.identification.rigs import FAR_SOFTER, is_rigid, rig_coordinates
 from microslip.materials import MaterialPair
 from microslip.normal import GreenwoodWilliamson
 from microslip.numerics.threads import single_threaded

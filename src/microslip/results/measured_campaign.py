@@ -13,13 +13,11 @@ from microslip._core.wording import shorten
 from microslip.report import cells
 from microslip.report.document import Column, Items, Note, Picture, Section, Table
 from microslip.report.files import csv_text, plain, text_cell
-from microslip.tribometer import campaign_figures as figures
+from microslip.tribometer import figures
 from microslip.tribometer.campaign import Campaign, LoadLaw
+from microslip.tribometer.campaign_laws import Pooled, RunningIn, Wear
 from microslip.tribometer.cycle_columns import LABELS, UNITS
 from microslip.tribometer.manifest import text_of
-from microslip.tribometer.running_in import RunningIn
-from microslip.tribometer.specimens import Pooled
-from microslip.tribometer.wear import ARCHARD, Wear
 
 _COLUMNS_SHOWN = (
     "amplitude",
@@ -186,7 +184,7 @@ def _wear_text(wear: Wear) -> str:
     beside = (
         "" if math.isnan(wear.scatter) else f", scatter {significant(1e9 * wear.scatter, 2)} mm³"
     )
-    if wear.law == ARCHARD:
+    if wear.is_archard:
         return f"Archard's coefficient: {text} µm³/(N m), {count}{beside}."
     if wear.threshold is None:
         return (

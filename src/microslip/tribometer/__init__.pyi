@@ -1,4 +1,6 @@
 from .campaign import Campaign as Campaign
+from .campaign_laws import rate_dependence as rate_dependence
+from .campaign_laws import rig_stiffness_of as rig_stiffness_of
 from .conditioning import condition as condition
 from .conditioning import delay_of as delay_of
 from .estimates import Estimate as Estimate
@@ -6,6 +8,4 @@ from .measurement import Measurement as Measurement
 from .measurement import measure as measure
 from .record import Record as Record
 from .regimes import Thresholds as Thresholds
-from .several_loads import rate_dependence as rate_dependence
-from .several_loads import rig_stiffness_of as rig_stiffness_of
 from .virtual import VirtualTribometer as VirtualTribometer

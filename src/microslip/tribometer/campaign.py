@@ -15,15 +15,24 @@ from microslip._core.frozen import Locked
 from microslip._core.units import engineering
 from microslip._core.wording import did_you_mean, quoted
 from microslip.errors import InputError
-from microslip.tribometer.counting import Dissipated, dissipated
+from microslip.tribometer.blocks import Dissipated, dissipated
+from microslip.tribometer.campaign_laws import (
+    ARCHARD,
+    Pooled,
+    RunningIn,
+    Wear,
+    of_one,
+    pooled,
+    proportional,
+    running_in,
+    unlogged,
+    with_threshold,
+)
 from microslip.tribometer.cycle_columns import gain_error
 from microslip.tribometer.estimates import Estimate, quantile, with_gain
 from microslip.tribometer.manifest import Cell, numeric, text_of
 from microslip.tribometer.measurement import Measurement
 from microslip.tribometer.regimes import RegimeBorders
-from microslip.tribometer.running_in import RunningIn, running_in
-from microslip.tribometer.specimens import Pooled, of_one, pooled
-from microslip.tribometer.wear import ARCHARD, Wear, proportional, unlogged, with_threshold
 
 PerCycle = Callable[[Measurement], Floats]
 """Contribution of each cycle of a record to a sum."""
@@ -174,6 +183,12 @@ class Campaign(Locked):
         """The column of numbers over which the means are drawn."""
         stages = self.columns.get("stage")
         return self.over or ("stage" if stages is not None and numeric(stages) else None)
+
+    @property
+    def places(self) -> Floats:
+        """The numbers of that column; not a number where there is none."""
+        values = self.columns[self.drawn_over or ""]
+        return np.array([v if isinstance(v, float) else math.nan for v in values])
 
     @property
     def specimens(self) -> tuple[str, ...]:

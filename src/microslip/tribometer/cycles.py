@@ -19,10 +19,9 @@ from microslip._core.checks import Floats, exact, show
 from microslip._core.units import engineering, significant
 from microslip._core.wording import plural
 from microslip.errors import InputError
-from microslip.tribometer.blocks import Block, Blocks, blocks_of
-from microslip.tribometer.counting import Count, count_of
+from microslip.tribometer.blocks import Block, Blocks, Count, blocks_of, count_of
+from microslip.tribometer.conditioning import lag_of, looks_late
 from microslip.tribometer.cycle_columns import columns_of
-from microslip.tribometer.delays import lag_of, looks_late
 from microslip.tribometer.estimates import trend
 from microslip.tribometer.record import Record, once_a_record
 from microslip.tribometer.settling import (

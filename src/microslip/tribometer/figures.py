@@ -3,14 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from microslip._core.units import engineering, prefix
+from microslip._core.units import engineering, prefix, significant
 from microslip._core.wording import shorten
 from microslip.report.kit import evenly, force_prefix, length_prefix
-from microslip.report.plot import COLORS, DASHES, Axis, Entry, Panel, Plot, stacked
+from microslip.report.plot import (
+    COLORS,
+    DASHES,
+    GREY,
+    MARKERS,
+    Axis,
+    Entry,
+    Marker,
+    Panel,
+    Pixels,
+    Plot,
+    beside,
+    stacked,
+)
 
 MOST_LOOPS = 6
 
@@ -90,3 +104,280 @@ def record_figure(record: Any) -> Plot:
         panels.append(panel)
     panels[0].note = shorten(record.name, 60)
     return stacked(panels, 0.9 + 1.8 * len(panels), (1.0,) * len(panels))
+
+
+# -- campaigns -----------------------------------------------------------------------------------
+
+MOST_LOGS = 3
+"""Contacts whose friction log is drawn, and laws of running in."""
+_PIXEL_ROWS, _MOST_LEGENDS = 120, 24
+MOST_COLORS = len(COLORS)
+_REGIMES: dict[str, tuple[Marker, str]] = {
+    "stick": ("o", COLORS[1]),
+    "partial slip": ("s", COLORS[3]),
+    "mixed": ("D", COLORS[5]),
+    "gross slip": ("^", COLORS[2]),
+}
+
+
+def evolution(campaign: Any) -> Plot:
+    """Friction, stiffness and energy of each cycle, over cycles and over cumulative energy."""
+    measurements = campaign.measurements
+    drawn_rows = evenly(len(measurements), MOST_COLORS)
+    totals = campaign.cumulative()
+    energies_known = np.concatenate([totals[i] for i in drawn_rows])
+    energies_known = np.abs(energies_known[np.isfinite(energies_known)])
+    largest = float(energies_known.max(initial=0.0)) or 1.0
+    unit, letter = prefix(largest)
+    loaded = all("friction_peak" in measurements[i].cycles for i in drawn_rows)
+    rows = [
+        ("friction_peak", "Friction T_m/N [–]") if loaded else ("force_amplitude", "Force"),
+        ("reversal_stiffness", "Stiffness"),
+        ("dissipated_energy", "Energy per cycle"),
+    ]
+    panels = []
+    for row, (name, label) in enumerate(rows):
+        values = [np.abs(measurements[i].cycles[name]) for i in drawn_rows]
+        finite = np.concatenate([value[np.isfinite(value)] for value in values])
+        si = {"force_amplitude": "N", "reversal_stiffness": "N/m", "dissipated_energy": "J"}
+        scale = 1.0
+        if name in si:
+            scale, letters = prefix(float(np.median(finite)) if finite.size else 1.0)
+            label = f"{label} [{letters}{si[name]}]"
+        for column in range(2):
+            panel = Panel(
+                Axis(
+                    ("Cycle", f"Dissipated so far [{letter}J]")[column],
+                    log=True,
+                    bare=row < len(rows) - 1,
+                    unit=(1.0, unit)[column],
+                ),
+                Axis(label if column == 0 else "", log=name != "friction_peak", unit=scale),
+                cell=(row, row, column, column),
+            )
+            for at, i in enumerate(drawn_rows):
+                color, dash = COLORS[at % MOST_COLORS], DASHES[at % len(DASHES)]
+                numbers = measurements[i].count and measurements[i].count.numbers
+                if numbers is None:
+                    numbers = np.arange(1.0, values[at].size + 1.0)
+                x = np.maximum(numbers, 1.0) if column == 0 else totals[i] / unit
+                y = values[at] / scale
+                if not np.isfinite(x).all():
+                    continue  # what was dissipated between is not known
+                if x.size < 4:
+                    panel.marks(x, y, color, marker=MARKERS[at % len(MARKERS)])
+                panel.line(x, y, color, dash=dash)
+            panels.append(panel)
+    runs = campaign.runs
+    names = [m.name if runs is None else f"{runs[i]}: {m.name}" for i, m in enumerate(measurements)]
+    legend = tuple(
+        Entry(shorten(names[i], 40), COLORS[at % MOST_COLORS], DASHES[at % len(DASHES)])
+        for at, i in enumerate(drawn_rows)
+    )
+    undrawn = len(measurements) - len(drawn_rows)
+    title = f"{undrawn} more records are in the tables" if undrawn else ""
+    return Plot(
+        panels, 7.2, heights=(1.0,) * 3, widths=(1.0, 1.0), legend=legend, legend_title=title
+    )
+
+
+def fretting_map(campaign: Any) -> Plot:
+    """Regimes over amplitude and load."""
+    points = campaign.fretting_map()
+    unit, letter = length_prefix(max(point.amplitude for point in points))
+    scale, load_letter = prefix(max(point.normal_load for point in points))
+    sizes = [point.amplitude / unit for point in points]
+    # Amplitudes that are alike are not drawn as if they differed.
+    low, high = min(sizes), max(sizes)
+    is_one = high < 1.2 * low
+    panel = Panel(
+        Axis(
+            f"Amplitude [{letter}m]",
+            0.5 * low if is_one else None,
+            2.0 * high if is_one else None,
+            log=True,
+            margin=0.12,
+            unit=unit,
+        ),
+        Axis(f"Normal load [{load_letter}N]", log=True, margin=0.12, unit=scale),
+    )
+    legend = []
+    for regime, (marker, color) in _REGIMES.items():
+        of = [point for point in points if point.regime == regime]
+        if of:
+            x, y = [p.amplitude / unit for p in of], [p.normal_load / scale for p in of]
+            panel.marks(x, y, color, marker=marker, filled=True, size=6.0)
+            legend.append(Entry(regime, color, marker=marker, filled=True, line=False))
+    if (borders := campaign.borders) is not None:
+        for name, dash in (("stick", DASHES[1]), ("gross", DASHES[0])):
+            amplitudes = getattr(borders, name)
+            panel.line(amplitudes / unit, borders.normal_load / scale, GREY, dash=dash)
+        legend.append(Entry(f"end of stick: {borders.source}", GREY, DASHES[1]))
+        legend.append(Entry("begin of gross slip", GREY))
+    return Plot([panel], 4.4, legend=tuple(legend))
+
+
+def worn(laws: Any) -> Plot:
+    """Worn volume over dissipated energy, and over Archard's work, with the lines."""
+    panels: list[Panel] = []
+    for law in laws:
+        if law.threshold is not None:
+            start, end = law.threshold.value, 1.1 * float(law.energy.max())
+            unit = panels[0].x.unit
+            line = law.coefficient.value * np.array([0.0, end - start])
+            panels[0].line(np.array([start, end]) / unit, line / 1e-9, COLORS[2], dash=DASHES[1])
+            continue
+        is_archard, (unit, letter) = law.is_archard, prefix(float(law.energy.max()))
+        noun = "Load × sliding distance" if is_archard else "Dissipated energy"
+        label = f"{noun} [{letter}{'N m' if is_archard else 'J'}]"
+        panel = Panel(
+            Axis(label, low=0.0, unit=unit),
+            Axis(
+                "" if is_archard else "Worn volume [mm³]",
+                low=0.0,
+                unit=1e-9,
+                bare=is_archard,
+            ),
+            note=f"{'k' if is_archard else 'α'} = {significant(1e18 * law.coefficient.value, 4)} "
+            f"µm³/{'(N m)' if is_archard else 'J'}",
+        )
+        x = np.array([0.0, 1.1 * float(law.energy.max())])
+        panel.line(x / unit, law.coefficient.value * x / 1e-9, COLORS[1])
+        panel.marks(law.energy / unit, law.volume / 1e-9, COLORS[0], filled=True)
+        panels.append(panel)
+    return beside(panels, 3.8)
+
+
+# -- laws of a campaign ----------------------------------------------------------------------------
+
+
+def friction_log_figure(campaign: Any) -> Plot:
+    """Force over displacement and cycle, of the contacts with most cycles."""
+    logs = campaign.friction_logs()[:MOST_LOGS]
+    largest = max(float(np.nanmax(np.abs(values))) for _, _, _, values in logs)
+    loaded = all(log[1] for log in logs)
+    unit, letter = (1.0, "") if loaded else prefix(largest)
+    label = "Force / normal load [–]" if loaded else f"Force [{letter}N]"
+    panels = []
+    for row, (name, _, numbers, values) in enumerate(logs):
+        cycles = np.geomspace(max(numbers[0], 1.0), max(numbers[-1], 2.0), _PIXEL_ROWS)
+        nearest = np.abs(np.log(np.maximum(numbers, 1.0))[:, None] - np.log(cycles)).argmin(axis=0)
+        for column, way in enumerate(("there", "back")):
+            panel = Panel(
+                Axis("Displacement / amplitude [–]", low=-1.0, high=1.0, bare=row < len(logs) - 1,
+                     ticks=((-1.0, "−1"), (0.0, "0"), (1.0, "1"))),
+                Axis("Cycle" if column == 0 else "", low=cycles[0], high=cycles[-1], log=True,
+                     bare=column == 1),
+                note=f"{shorten(name, 32)}, {way}",
+                grid=False,
+                cell=(row, row, column, column),
+            )  # fmt: skip
+            force_shares = np.nan_to_num(values[column][nearest][::-1] / largest)
+            panel.add(
+                Pixels(_diverging(force_shares), -1.0, 1.0, float(cycles[0]), float(cycles[-1]))
+            )
+            panels.append(panel)
+    ramp = np.linspace(1.0, -1.0, 65)[:, None]
+    scale = Panel(
+        Axis(ticks=(), low=0.0, high=1.0),
+        Axis(label, low=-largest / unit, high=largest / unit, opposite=True, unit=unit),
+        grid=False,
+        cell=(0, len(logs) - 1, 2, 2),
+    )
+    scale.add(Pixels(_diverging(ramp), 0.0, 1.0, -largest / unit, largest / unit))
+    rows = (1.0,) * len(logs)
+    return Plot([*panels, scale], 1.2 + 2.3 * len(logs), heights=rows, widths=(1.0, 1.0, 0.06))
+
+
+def _diverging(values: Any) -> Any:
+    """Blue below zero, white at it, vermilion above: bytes of numbers from -1 to 1."""
+    low, high = np.array([0, 114, 178.0]), np.array([213, 94, 0.0])
+    strength = np.clip(np.abs(values), 0.0, 1.0)[..., None]
+    colors = np.where(values[..., None] < 0.0, low, high)
+    return np.rint(255.0 + strength * (colors - 255.0)).astype(np.uint8)
+
+
+def stiffness_figure(campaign: Any, law: Any) -> Plot:
+    """Stiffness after reversal over the load, with its power law."""
+    rows = [m for m in campaign.measurements if "normal_load" in m.mean]
+    loads = np.array([m.mean["normal_load"].value for m in rows])
+    stiffnesses = np.array([m.mean["reversal_stiffness"].value for m in rows])
+    x_unit, x_letter = prefix(float(loads.max()))
+    y_unit, y_letter = prefix(float(np.nanmax(stiffnesses)))
+    panel = Panel(
+        Axis(f"Normal load [{x_letter}N]", log=True, margin=0.1, unit=x_unit),
+        Axis(f"Stiffness after reversal [{y_letter}N/m]", log=True, margin=0.1, unit=y_unit),
+        note=f"n = {significant(law.exponent.value)} ({significant(law.exponent.low)} … "
+        f"{significant(law.exponent.high)})",
+    )
+    legend = _by_specimen(campaign, panel, loads / x_unit, stiffnesses / y_unit)
+    grid = np.geomspace(loads.min(), loads.max(), 40)
+    curve = law.stiffness * (grid / law.load) ** law.exponent.value
+    panel.line(grid / x_unit, curve / y_unit, GREY, dash=DASHES[1])
+    return Plot([panel], 4.2, legend=legend)
+
+
+def means_figure(campaign: Any) -> Plot:
+    """Means of the records with their intervals over a column of numbers, by specimens."""
+    over = campaign.drawn_over
+    x = campaign.places
+    panels: list[Panel] = []
+    legend: tuple[Entry, ...] = ()
+    columns = [("friction_energy", "Friction E_d/4Nδ_g [–]", ""), ("dissipated_energy", "E_d", "J")]
+    columns.append(("reversal_stiffness", "Stiffness", "N/m"))
+    for name, label, si in columns:
+        means = [m.mean.get(name) for m in campaign.measurements]
+        if any(mean is None for mean in means):
+            continue
+        scale, letter = 1.0, ""
+        if si:
+            values = np.abs([mean.value for mean in means])
+            scale, letter = prefix(float(np.nanmax(values)))
+            label = f"{label} [{letter}{si}]"
+        is_whole = bool(np.all(np.mod(x[np.isfinite(x)], 1.0) == 0.0))
+        across = Axis(over.replace("_", " ").capitalize(), integer=is_whole)
+        panel = Panel(across, Axis(label, unit=scale))
+        for place, mean in zip(x, means, strict=True):
+            if mean.number > 1:
+                panel.line([place] * 2, np.array([mean.low, mean.high]) / scale, GREY, width=0.8)
+        legend = _by_specimen(campaign, panel, x, np.array([m.value for m in means]) / scale, True)
+        panels.append(panel)
+    return replace(stacked(panels, 0.9 + 1.9 * len(panels), (1.0,) * len(panels)), legend=legend)
+
+
+def running_in_figure(laws: Sequence[Any]) -> Plot:
+    """Running-in over the cycle, with its law."""
+    panels = []
+    laws = laws[:MOST_LOGS]
+    for law in laws:
+        scale, label = 1.0, "Friction [–]"
+        numbers, values = law.numbers, law.values
+        if law.column == "dissipated_energy":
+            scale, letter = prefix(float(np.nanmax(np.abs(values))))
+            label = f"E_d [{letter}J]"
+        panel = Panel(Axis("Cycle", log=True), Axis(label, unit=scale), note=shorten(law.label, 60))
+        panel.marks(np.maximum(numbers, 1.0), values / scale, GREY, size=2.0)
+        grid = np.geomspace(max(law.first, 1.0), numbers[-1], 200)
+        panel.line(grid, law.at(grid) / scale, COLORS[2])
+        panels.append(panel)
+    return stacked(panels, 0.9 + 1.9 * len(panels), (1.0,) * len(panels))
+
+
+def _by_specimen(
+    campaign: Any, panel: Panel, x: Any, y: Any, joined: bool = False
+) -> tuple[Entry, ...]:
+    """Marks in the colours of the specimens, and their legend."""
+    labels = campaign.specimens
+    if len(labels) != len(x):
+        panel.marks(x, y, filled=True)
+        return ()
+    legend = []
+    for at, label in enumerate(dict.fromkeys(labels)):
+        color, marker = COLORS[at % len(COLORS)], MARKERS[at // len(COLORS) % len(MARKERS)]
+        of = np.array([other == label for other in labels])
+        if joined:
+            order = np.argsort(x[of], kind="stable")
+            panel.line(x[of][order], y[of][order], color, width=0.8)
+        panel.marks(x[of], y[of], color, marker=marker, filled=True)
+        legend.append(Entry(label, color, marker=marker, filled=True, line=False))
+    return tuple(legend[:_MOST_LEGENDS])

@@ -17,9 +17,17 @@ from microslip.loops import Loop
 from microslip.tribometer.cuts import FEWEST_SAMPLES, one_loop
 from microslip.tribometer.cycles import Cycles, cycles_of, judged, step_of
 from microslip.tribometer.estimates import Estimate, trend
-from microslip.tribometer.mean_cycle import MeanCycle, drift_of, error_of_mean, errors_of_steps
+from microslip.tribometer.mean_cycle import (
+    MeanCycle,
+    Turns,
+    all_turns,
+    drift_of,
+    error_of_mean,
+    errors_of_steps,
+    places_of,
+    stretches,
+)
 from microslip.tribometer.motion import QUIET, basis, motion_of
-from microslip.tribometer.phases import Turns, all_turns, places_of, stretches
 from microslip.tribometer.record import Record
 from microslip.tribometer.spikes import Spike, jumps
 

@@ -10,15 +10,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from microslip._core.units import FORCE, LENGTH, VOLUME, Kind, QuantityError, engineering, to_si
 from microslip._core.wording import did_you_mean, quoted, shorten, show
 from microslip.errors import InputError
 from microslip.readers.files import head_of, kind_of, usable
 from microslip.readers.laboratory import rows_of
 from microslip.readers.tables import name_and_unit, spelt
-from microslip.tribometer.counting import Count
+from microslip.tribometer.blocks import Count
 from microslip.tribometer.measurement import Measurement
 from microslip.tribometer.record import Record, path_text
 
@@ -238,8 +236,3 @@ def _number(text: str) -> float | None:
 def numeric(values: Sequence[Cell]) -> bool:
     """Whether a column is of numbers."""
     return any(isinstance(v, float) for v in values) and not any(isinstance(v, str) for v in values)
-
-
-def as_floats(values: Sequence[Cell]) -> np.ndarray[Any, np.dtype[np.float64]]:
-    """Its numbers, not a number where there is none."""
-    return np.array([v if isinstance(v, float) else math.nan for v in values])

@@ -20,18 +20,23 @@ from microslip.friction import BackboneLaw
 from microslip.report.files import plain
 from microslip.report.plot import Plot
 from microslip.report.plottable import Plottable
-from microslip.tribometer.blocks import Block, Blocks
+from microslip.tribometer.blocks import Block, Blocks, Count, Dissipated, dissipated
 from microslip.tribometer.conditioning import condition
-from microslip.tribometer.counting import Count, Dissipated, dissipated
 from microslip.tribometer.cuts import Cuts, noise_of, one_loop
-from microslip.tribometer.cycle_columns import LABELS, UNITS, columns_of, gain_error
+from microslip.tribometer.cycle_columns import (
+    LABELS,
+    STIFFNESSES,
+    UNITS,
+    FrictionLog,
+    columns_of,
+    friction_log,
+    gain_error,
+)
 from microslip.tribometer.cycles import check_direction, cycles_of
 from microslip.tribometer.estimates import Estimate, mean_of, mean_of_inverses, trend, with_gain
-from microslip.tribometer.friction_log import FrictionLog, friction_log
 from microslip.tribometer.options import CONFIDENCE
 from microslip.tribometer.record import Record
 from microslip.tribometer.regimes import REGIMES, Thresholds, regimes_of, thresholds
-from microslip.tribometer.reversal import STIFFNESSES
 
 _FOLDS = 64
 _NOISE_SAMPLES = 1 << 17

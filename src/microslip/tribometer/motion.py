@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from microslip._core.checks import Floats
-from microslip.tribometer.phases import stretches
+from microslip.tribometer.mean_cycle import stretches
 
 MOST_HARMONICS, MOST_OF_CORNERS = 120, 300
 """Numbers of harmonics: of a motion whose harmonics stand out one by one; of one that is steep in

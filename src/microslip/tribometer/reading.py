@@ -35,10 +35,14 @@ from microslip.tribometer.roles import (
     KINDS,
     NEEDED,
     ROLES,
+    Scale,
+    by_role,
     guess,
     is_coefficient,
+    scale_of,
+    sign_of,
+    zero_of,
 )
-from microslip.tribometer.scaling import Scale, by_role, scale_of, sign_of, zero_of
 
 READERS: Mapping[str, Callable[[Path], Table]] = {
     "tdms": laboratory.tdms_table,

@@ -18,8 +18,7 @@ from microslip.friction.laws import LAWS
 from microslip.identification.models.base import BackboneModel, Branch, CycleModel, Derived, Model
 from microslip.identification.models.bouc_wen import BoucWenModel
 from microslip.identification.models.interface import InterfaceModel
-from microslip.identification.models.iwan import IwanModel
-from microslip.identification.models.law import LawModel
+from microslip.identification.models.law import IwanModel, LawModel
 from microslip.identification.models.sphere import GivenSurfaceModel, SphereModel
 from microslip.identification.models.surface_shape import template_of
 from microslip.normal import NormalLaw, SphereOnFlat

@@ -1,18 +1,22 @@
-"""Any law that declares its parameters, for an identification."""
+"""Laws that declare their parameters, and Iwan cells, for an identification."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
 
-from microslip._core.checks import Floats
+from microslip._core.checks import Floats, show
+from microslip._core.frozen import Locked, lock
 from microslip._core.parameters import Parameter, key_of, parameters_of, values_of
+from microslip.errors import InputError
 from microslip.friction.base import BackboneLaw
+from microslip.friction.guesses import cell_stiffnesses, yield_grid
+from microslip.friction.iwan import Iwan
 from microslip.identification.models.base import (
     UNKNOWN,
     BackboneModel,
@@ -154,3 +158,131 @@ def _weights(places: tuple[int, ...]) -> tuple[float, ...]:
     weights = np.linalg.solve(powers, unit)
     weights[np.abs(weights) < 1e-12] = 0.0
     return tuple(weights.tolist())
+
+
+# -- Iwan's cells: linear in their stiffnesses ----------------------------------------------------
+
+MOST_CELLS = 64
+_NO_STIFFNESS = 1e-12  # of the largest stiffness: a cell that is none
+
+
+@dataclass(frozen=True, eq=False)
+class IwanModel(Locked, BackboneModel):
+    """T0 = sum of k_i min(u, y_i): yield displacements on a fixed geometric grid.
+
+    Only the stiffnesses k_i >= 0 are fitted, in which the model is linear (Iwan 1966,
+    DOI 10.1115/1.3625199).
+    """
+
+    cells: int = 12
+    yields: Floats | None = None
+    """Yield displacements [m], rising; None until :meth:`prepared` has seen the data."""
+    law: Iwan | None = None
+
+    name = "iwan"
+    options = ("cells",)
+
+    def __post_init__(self) -> None:
+        is_integer = isinstance(self.cells, (int, np.integer)) and not isinstance(self.cells, bool)
+        if not is_integer or not 1 <= self.cells <= MOST_CELLS:
+            raise InputError(
+                f"`cells` must be an integer from 1 to {MOST_CELLS}, got {show(self.cells)}"
+            )
+        if self.yields is not None:
+            object.__setattr__(self, "yields", lock(np.array(self.yields, dtype=float)))
+
+    @cached_property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """The stiffness of each cell, in the order in which they yield."""
+        count = self.cells if self.yields is None else self.yields.size
+        return tuple(
+            Parameter(
+                f"stiffness_{i + 1}",
+                f"k_{i + 1}",
+                "N/m",
+                f"stiffness of cell {i + 1}",
+                least=0.0,
+                search=(0.0, 1e15),
+                natural=True,
+            )
+            for i in range(count)
+        )
+
+    @property
+    def start(self) -> Values | None:
+        """Stiffnesses of the instance it was made of."""
+        if self.law is None:
+            return None
+        return dict(zip(self.names, self.law._cells.stiffnesses.tolist(), strict=True))
+
+    @property
+    def _grid(self) -> Floats:
+        if self.yields is None:
+            raise InputError(
+                "`yields` must be known: the grid is made from data; use prepared(loops, loads)"
+            )
+        return self.yields
+
+    def prepared(self, loops: Sequence[Any], loads: Loads) -> IwanModel:
+        """With a geometric grid from the smallest step that the loops resolve to the largest."""
+        if self.yields is not None:
+            return self
+        return replace(self, yields=yield_grid(loops, self.cells))
+
+    def guess(self, loops: Sequence[Any], loads: Loads) -> dict[str, float]:
+        """Stiffnesses by non-negative least squares over the branches of the loops."""
+        model = self.prepared(loops, loads)
+        return self.within(
+            dict(zip(model.names, cell_stiffnesses(loops, model._grid).tolist(), strict=True))
+        )
+
+    def branch(self, u: Floats, values: Values, load: float | None) -> Branch:
+        """At a yield displacement the derivative is that beyond it."""
+        k = np.array([values[name] for name in self.names])
+        by_values = np.minimum(u, self._grid[:, None])
+        return k @ by_values, self._pieces(u, k)[1], by_values
+
+    def curve(self, u: Floats, values: Values, load: float | None) -> tuple[Floats, Floats]:
+        """Piece by piece: what has yielded is a constant, what has not a spring."""
+        return self._pieces(u, np.array([values[name] for name in self.names]))
+
+    def _pieces(self, u: Floats, k: Floats) -> tuple[Floats, Floats]:
+        stuck = np.append(np.cumsum(k[::-1])[::-1], 0.0)
+        gone = np.append(0.0, np.cumsum(k * self._grid))
+        piece = np.searchsorted(self._grid, u, side="right")
+        slope = stuck[piece]
+        return gone[piece] + slope * u, slope
+
+    def build(self, values: Values, load: float | None = None, given: Materials = UNKNOWN) -> Iwan:
+        """The cells that have any stiffness."""
+        k = np.array([values[name] for name in self.names])
+        real = k > _NO_STIFFNESS * max(float(k.max()), 0.0)
+        if not real.any():
+            raise InputError("`stiffnesses` must be above zero for one cell at least, got none")
+        return Iwan(k[real], k[real] * self._grid[real])
+
+    def derived(
+        self, values: Values, loads: Loads, given: Materials = UNKNOWN
+    ) -> tuple[Derived, ...]:
+        """Stiffness at rest and force limit, sums over the cells."""
+        k = np.array([values[name] for name in self.names])
+        unit_gradient, grid = np.ones_like(k), np.array(self._grid)
+        return (
+            Derived("stiffness", "N/m", float(k.sum()), unit_gradient, None),
+            Derived("force_limit", "N", float(k @ grid), grid, None),
+        )
+
+    @classmethod
+    def of(cls, law: Iwan) -> IwanModel:
+        """The model whose grid is that of the instance's own cells."""
+        if law.cell_count > MOST_CELLS:
+            raise InputError(
+                f"`law` must have at most {MOST_CELLS} cells to be fitted, got {law.cell_count}"
+            )
+        return cls(law.cell_count, law._cells.yields, law)
+
+    @classmethod
+    def examples(cls) -> tuple[tuple[Model, Values], ...]:
+        """Examples of laws of few cells."""
+        models = [cls.of(law) for law in Iwan.examples() if law.cell_count <= MOST_CELLS]
+        return tuple((model, model.start or {}) for model in models)

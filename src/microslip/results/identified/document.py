@@ -13,8 +13,7 @@ from microslip._core.wording import plural
 from microslip._version import __version__
 from microslip.errors import InputError
 from microslip.identification import Comparison, Identification, figures, identify
-from microslip.identification.caveats import HAS_VALUE
-from microslip.identification.labels import label
+from microslip.identification.caveats import HAS_VALUE, label
 from microslip.identification.models import CycleModel, model_of
 from microslip.report.document import (
     Block,

@@ -16,14 +16,13 @@ from microslip._core.verdicts import Word
 from microslip._core.wording import shorten
 from microslip.errors import InputError
 from microslip.identification import Identification
-from microslip.identification.caveats import HAS_VALUE
-from microslip.identification.labels import label, number_text
+from microslip.identification.caveats import HAS_VALUE, label, number_text
 from microslip.report.document import Block, Column, Judged, Picture, Section, Table
 from microslip.report.plot import COLORS, GREY, Axis, Panel, Plot, stacked
 from microslip.results.identified import numbers
 from microslip.tribometer import Record
+from microslip.tribometer.campaign_laws import Pooled, pooled
 from microslip.tribometer.estimates import Estimate
-from microslip.tribometer.specimens import Pooled, pooled
 
 _ORDER = ("identified", "fixed", "in doubt", "extrapolated", "apparent")
 """Verdicts with a value, the best first: what several say together is no better than the worst."""

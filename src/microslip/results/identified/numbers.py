@@ -13,9 +13,9 @@ from microslip._core.verdicts import Verdict, Word
 from microslip._core.wording import shorten
 from microslip._version import __version__
 from microslip.errors import InputError
-from microslip.identification import Identification, rules
-from microslip.identification.caveats import HAS_VALUE, joined
-from microslip.identification.labels import ends_text, label, number_text
+from microslip.identification import Identification
+from microslip.identification.caveats import HAS_VALUE, ends_text, joined, label, number_text
+from microslip.identification.verdicts import verdicts
 from microslip.report.document import Number
 from microslip.study.toml_text import dump
 
@@ -100,7 +100,7 @@ def verdicts_of(fit: Summary) -> tuple[Verdict, ...]:
     # Derived quantities count where they are in doubt at best, such as past all forces.
     follows = [n for n in fit["derived"].values() if n["verdict"] in HAS_VALUE[1:-1]]
     identified = (n["verdict"] == "identified" or is_at_bound(n) for n in _free(fit) + follows)
-    return rules.verdicts(fit["stake"], identified, fit["converged"])
+    return verdicts(fit["stake"], identified, fit["converged"])
 
 
 def headline(fit: Summary) -> str:

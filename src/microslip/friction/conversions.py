@@ -1,19 +1,182 @@
 """Conversion of a law to another model: `to_iwan` and `to_segalman` of every law.
 
 The models are laws themselves, so these conversions live above them. Importing this module hands
-them to :class:`~microslip.friction.base.BackboneLaw`; the models load when they are asked for.
+them to :class:`~microslip.friction.base.BackboneLaw`.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
-from microslip._core.checks import exact, positive, whole_number
+from microslip._core.checks import Floats, exact, positive, whole_number
+from microslip._core.frozen import assign
 from microslip.errors import InputError
 from microslip.friction.base import BackboneLaw, CellModel, SegalmanFit
+from microslip.friction.iwan import Iwan, IwanFit
+
+_PANELS_A_CELL = 16  # panels a cell on which the law is looked at
+_STEP_ASIDE = 1e-12  # on either side of a discrete slider, of its yield displacement
+_SAMPLES = 24  # amplitudes between two places where a cell yields at which errors are looked for
+_MOST_SAMPLES = 20_000
+_BETWEEN = 1.01  # what errors between those may be of the largest at them: (1/24)^2 and to spare
+_LEFT_OUT = 0.4  # of the square of the step of a ladder, whose sixth is its error
+_ROUNDING = 8.0 * float(np.finfo(float).eps)  # shares of stiffness and force below it are rounding
+
+
+def discretise(law: BackboneLaw, count: int) -> Iwan:
+    """Cells whose backbone is the polygon of a law's tangents; at most ``count`` of them.
+
+    Between two knots one cell stands for all sliders that yield there, with their stiffness, the
+    fall of T0', and their force, the rise of T0 - u T0'. So force and slope are exact at every
+    knot, and so are the stiffness at rest and the force limit. Between knots h apart the polygon
+    is above the law by up to h^2 |T0''|/8.
+    """
+    sliders = law.sliders()
+    places = sliders.yield_displacements
+    if sliders._density is None and places.size <= count:
+        return Iwan(sliders.stiffnesses, sliders.stiffnesses * places)
+    if 2 * places.size < count:  # a cell for each discrete slider alone
+        alone = np.concatenate((places * (1.0 - _STEP_ASIDE), places * (1.0 + _STEP_ASIDE)))
+        knots = np.union1d(_knots(law, count - alone.size), alone)
+    else:
+        knots = _knots(law, count)
+    stiffnesses = -np.diff(np.append(law._slope(knots), 0.0))
+    limits = np.diff(np.append(0.25 * law._energy_slope(knots), law.force_limit))
+    real = stiffnesses > _ROUNDING * law.tangential_stiffness
+    real &= limits > _ROUNDING * law.force_limit
+    return Iwan(stiffnesses[real], limits[real])
+
+
+def discretise_over(law: BackboneLaw, count: int, smallest: float, largest: float) -> Iwan:
+    """The same for amplitudes of a range, up to a tangent at the largest, with its errors.
+
+    Knots are geometric, so that every cycle of the range has as many cells that yield in it, in
+    relation to its size; and closer where sliders crowd, as at a sphere's slip limit: between knots
+    h apart the polygon is above the law by up to h^2 |T0''|/8, and 4 a times that is what a cycle
+    of the amplitude a has too much or too little of its energy E, so that they part the integral of
+    sqrt(a |T0''|/E). The first lie below the smallest amplitude, since sliders that yield there
+    count, too.
+    """
+    sliders = law.sliders()
+    places = sliders.yield_displacements
+    if sliders._density is None and places.size <= count:
+        cells = Iwan(sliders.stiffnesses, sliders.stiffnesses * places)
+    else:
+        alone = np.zeros(0)
+        inside = places[(places > 0.0) & np.isfinite(places)]
+        if 2 * inside.size < count:
+            alone = np.concatenate((inside * (1.0 - _STEP_ASIDE), inside * (1.0 + _STEP_ASIDE)))
+        rungs = max(count - 1 - alone.size, 1)
+        knots = np.union1d(np.append(0.0, _range_knots(law, rungs, smallest, largest)), alone)
+        slopes = np.append(law._slope(knots), 0.0)
+        forces = np.append(0.25 * law._energy_slope(knots), law.force_limit)
+        stiffnesses, limits = -np.diff(slopes), np.diff(forces)
+        # Differences that are no more than the rounding of what they are differences of.
+        real = (stiffnesses > _ROUNDING * slopes[:-1]) & (limits > _ROUNDING * forces[1:])
+        cells = Iwan(stiffnesses[real], limits[real])
+    assign(cells, fit=_errors(law, cells, _amplitudes(cells, smallest, largest)))
+    return cells
+
+
+def _amplitudes(cells: Iwan, smallest: float, largest: float) -> Floats:
+    """Amplitudes of a range, some between any two places at which a cell yields."""
+    yields = cells.sliders().yield_displacements
+    corners = yields[(yields > smallest) & (yields < largest)]
+    corners = np.concatenate(([smallest], corners, [largest]))
+    steps = min(_SAMPLES, max(_MOST_SAMPLES // corners.size, 1))
+    corners = corners[:: max(corners.size // _MOST_SAMPLES, 1)]
+    shares = np.arange(steps) / steps
+    between = corners[:-1, None] * (corners[1:] / corners[:-1])[:, None] ** shares
+    return np.append(np.clip(between.ravel(), smallest, largest), largest)
+
+
+def _errors(law: BackboneLaw, cells: Iwan, a: Floats) -> IwanFit:
+    force, energy = law._backbone(a), law._energy(a)
+    lost = energy > 0.0
+    off = np.abs(cells._energy(a)[lost] / energy[lost] - 1.0)
+    free = float(np.max(cells._energy(a)[~lost], initial=0.0))  # where the law loses nothing
+    most = float(np.max(off, initial=0.0))
+    return IwanFit(
+        backbone_error=_BETWEEN * float(np.max(np.abs(cells._backbone(a) / force - 1.0))),
+        energy_error=math.inf if free > 0.0 else _BETWEEN * most,
+        error_at_smallest=float(off[0]) if lost[0] else 0.0,
+        smallest_amplitude=float(a[0]),
+        largest_amplitude=float(a[-1]),
+    )
+
+
+def _range_knots(law: BackboneLaw, rungs: int, smallest: float, largest: float) -> Floats:
+    """Knots for amplitudes of a range, the last at the largest or where hardly a slider is left."""
+    height = math.log(largest / smallest) / rungs
+    low, top = smallest, largest
+    for _ in range(60):  # sliders that yield further out bear less of the limit than is missed
+        middle = math.sqrt(low * top)
+        yielded = 0.25 * float(law._energy_slope(np.array([middle]))[0])
+        few = law.force_limit - yielded < _LEFT_OUT * height * height * law.force_limit
+        low, top = (low, middle) if few else (middle, top)
+    end = min(1.000001 * top, largest)
+
+    def mass(low: Floats, high: Floats, drop: Floats) -> Floats:
+        energy = law._energy(high)
+        rate = np.divide(drop, energy, out=np.zeros_like(drop), where=energy > 0.0)
+        crowded = np.sqrt((high - low) * high * rate / 1.5)
+        return np.maximum(np.log(high / low), crowded)
+
+    # What the first cell lumps together, up to c times the smallest amplitude, costs that c^3/2 of
+    # its energy; the ladder itself, of steps h in the logarithm, costs about h^2/6.
+    below = min(0.5, (height * height / 3.0) ** (1.0 / 3.0))
+    places, parts = _parts(law, np.geomspace(below * smallest, end, 129), mass, rungs)
+    return np.interp(np.linspace(0.0, parts[-1], rungs), parts, places)
+
+
+def _knots(law: BackboneLaw, count: int) -> Floats:
+    """Knots from 0 on that part the integral of sqrt(-T0'') evenly, the last part endless.
+
+    The polygon's error is then of one size everywhere, and of second order in 1/count also where
+    the density of sliders is infinite or has no end. Neither it nor its integral is ever asked
+    for: on a panel so narrow that it is constant the integral is sqrt(width * fall of T0'), and a
+    discrete slider makes that as small as one likes.
+    """
+    # Off any round number, so that no edge of a panel falls on a corner of the law.
+    edge = 1.0123456789 * law.force_limit / law.tangential_stiffness
+    edges = [0.0, edge]
+    total = np.sqrt(law.force_limit)  # sqrt(stiffness * reach)
+    while edge < 1e200:
+        slope = float(law._slope(np.array([edge]))[0])
+        if np.sqrt(edge * slope) * 64.0 * count < total:
+            break
+        edge *= 2.0
+        edges.append(edge)
+    places, parts = _parts(
+        law, np.array(edges), lambda low, high, drop: np.sqrt((high - low) * drop), count
+    )
+    return np.asarray(np.interp(parts[-1] / count * np.arange(count), parts, places))
+
+
+def _parts(
+    law: BackboneLaw, places: Floats, mass: Callable[[Floats, Floats, Floats], Floats], count: int
+) -> tuple[Floats, Floats]:
+    """Places from the first to the last, refined, and the mass of the panels up to each of them.
+
+    ``mass`` takes the ends of panels and how much T0' falls on them.
+    """
+    slopes = law._slope(places)
+    while True:
+        low, high = places[:-1], places[1:]
+        masses = mass(low, high, np.maximum(-np.diff(slopes), 0.0))
+        coarse = np.flatnonzero(masses * _PANELS_A_CELL * count > masses.sum())
+        middles = low[coarse] + 0.5 * (high - low)[coarse]
+        new = (middles > places[coarse]) & (middles < places[coarse + 1])
+        if not new.any():
+            return places, np.append(0.0, np.cumsum(masses))
+        coarse, middles = coarse[new], middles[new]
+        places = np.insert(places, coarse + 1, middles)
+        slopes = np.insert(slopes, coarse + 1, law._slope(middles))
+
 
 MOST_CELLS = 10_000_000
 
@@ -25,8 +188,6 @@ def to_iwan(
     largest_amplitude: float | None,
 ) -> CellModel:
     """See :meth:`BackboneLaw.to_iwan`."""
-    from microslip.friction.cells import discretise, discretise_over
-
     count = whole_number("cells", cells, 1, MOST_CELLS)
     check_not_rigid(law, "Iwan's cells")
     if smallest_amplitude is None and largest_amplitude is None:

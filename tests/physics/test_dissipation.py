@@ -81,7 +81,7 @@ def test_the_work_of_a_loop_is_what_it_dissipates(law: ms.BackboneLaw) -> None:
     """Where displacement and memory are what they were, so is the stored energy."""
     scale = reach_of(law)
     turns = scale * np.array([1.5, 0.1, 1.0, 0.4, 0.8, 0.1, 1.5])
-    steps = 20_000
+    steps = 6_000
     # Denser at the turning points, where the force bends most.
     shape = 0.5 - 0.5 * np.cos(np.pi * np.arange(steps) / steps)
     record = np.concatenate([a + (b - a) * shape for a, b in pairwise(turns)] + [turns[-1:]])

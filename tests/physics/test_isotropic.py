@@ -305,7 +305,7 @@ def test_harmonics_do_not_hang_on_what_lies_beside_their_arrays() -> None:
             [sys.executable, "-W", "error", "-c", script], capture_output=True, text=True,
             check=True, cwd=Path(__file__).parent, env=os.environ | {"MALLOC_PERTURB_": filling},
         ).stdout
-        for filling in ("1", "85", "128", "254")
+        for filling in ("85", "254")
     }  # fmt: skip
     assert len(found) == 1
 

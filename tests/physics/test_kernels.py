@@ -402,7 +402,7 @@ def test_diagrams(seed):
 @pytest.mark.parametrize("seed", range(6))
 def test_losses_are_the_integrals_over_the_runs(seed):
     d, x = drive(seed)
-    plain, n = Curve(*curve().arguments), 120
+    plain, n = Curve(*curve().arguments), 50
     d, x = np.minimum(d[:n], 4e-6), x[:n]
     loss, runs = np.empty(n), np.empty((9 * n, 8))
     compiled.losses(d, x, loss, rows_of(n)[0], 0, 0.0, 0.0, curve().loss_rules, *curve().arguments)

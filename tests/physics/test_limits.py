@@ -112,55 +112,6 @@ def test_hertz_cattaneo_mindlin():
     assert joint.stick_area(1.01 * limit) == 0
 
 
-def test_sphere_at_its_slip_limit():
-    joint = sphere()
-    limit, top = slip_limit(joint), MU * 10.0
-    assert joint.dissipated_energy(limit) == pytest.approx(0.8 * top * limit, rel=1e-14, abs=0)
-    assert joint.dissipated_energy(7 * limit) == pytest.approx(
-        (0.8 + 4 * 6) * top * limit, rel=1e-14, abs=0
-    )
-    assert joint.energy_ratio(limit) == pytest.approx(0.2, rel=1e-14, abs=0)
-    assert joint.loss_factor(limit) == pytest.approx(0.2546, abs=5e-5)
-    assert joint.loss_factor(limit) == pytest.approx(0.8 / math.pi, rel=1e-14, abs=0)
-    assert joint.damping_ratio(limit) == pytest.approx(0.4 / math.pi, rel=1e-14, abs=0)
-    loop = joint.loop(limit, samples=20_001)
-    sliding = 2 * 0.5 ** (2 / 3) - 1
-    assert sliding == pytest.approx(0.2599, abs=5e-5)
-    # A loop's numbers are those of a polygon: second order in the step.
-    assert loop.sliding_ratio == pytest.approx(sliding, abs=1e-8)
-    half_width = loop.sliding_ratio * limit
-    assert loop.dissipated_energy / (4 * top * half_width) == pytest.approx(0.7695, abs=5e-5)
-
-
-@pytest.mark.parametrize("x", [1e-9, 1e-4, 0.1, 0.6, 0.999, 1.0])
-def test_sphere_energy(x):
-    """E_d = (24/5) mu N delta_L {1 - r^(5/3) - (5/6) (1 - r) (1 + r^(2/3))}, r = 1 - T_m/mu N."""
-    joint = sphere()
-    limit = slip_limit(joint)
-    with mp.workdps(60):
-        r = (1 - mp.mpf(x * limit) / mp.mpf(limit)) ** mp.mpf(1.5) if x < 1 else mp.mpf(0)
-        third = mp.mpf(1) / 3
-        brace = 1 - r ** (5 * third) - mp.mpf(5) / 6 * (1 - r) * (1 + r ** (2 * third))
-        wanted = float(mp.mpf(24) / 5 * mp.mpf(MU * 10.0) * mp.mpf(limit) * brace)
-    assert joint.dissipated_energy(x * limit) == pytest.approx(wanted, rel=3e-14, abs=0)
-
-
-def test_where_the_chapter_stops():
-    """A = 0.5, B = -0.3, then on to 0.9 slip limits: the printed branch overshoots mu N."""
-    joint = sphere()
-    limit, top = slip_limit(joint), MU * 10.0
-
-    def virgin(x):
-        return 1 - max(0.0, 1 - x) ** 1.5
-
-    t_b = virgin(0.5) - 2 * virgin(0.8 / 2)
-    printed = t_b + 2 * virgin((0.9 + 0.3) / 2)
-    assert printed == pytest.approx(1.070, abs=5e-4)
-    assert virgin(0.9) == pytest.approx(0.968, abs=5e-4)
-    got = joint.force(limit * np.array([0.5, -0.3, 0.9])) / top
-    np.testing.assert_allclose(got, [virgin(0.5), t_b, virgin(0.9)], rtol=1e-14)
-
-
 # Exponential heights
 
 

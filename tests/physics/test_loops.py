@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 import pytest
 from cases import is_elastic, is_polygon, law_params, reach_of
@@ -80,30 +78,6 @@ def test_sliding_ratio(law):
         # A chord between two samples, wherever they fall: second order in its bounds only.
         assert errors[0] < 2e-4
         assert errors[1] < 1e-6
-
-
-def test_rigid_plastic_box():
-    loop = ms.Loop([1e-6, 1e-6, -1e-6, -1e-6, 1e-6], [3.0, -3.0, -3.0, 3.0, 3.0])
-    assert loop.dissipated_energy == pytest.approx(4 * 3e-6, rel=1e-15, abs=0)
-    assert loop.energy_ratio == pytest.approx(1, rel=1e-15, abs=0)
-    assert loop.loss_factor == pytest.approx(4 / math.pi, rel=1e-15, abs=0)
-    assert loop.damping_ratio == pytest.approx(2 / math.pi, rel=1e-15, abs=0)
-    assert loop.sliding_ratio == pytest.approx(1, rel=1e-15, abs=0)
-    assert loop.closure_error == 0
-
-
-@pytest.mark.parametrize("phase", [0.1, 0.7, 1.4])
-def test_ellipse(phase):
-    """Linear viscous damping: E_d = pi T a sin(phase), eta = sin(phase)."""
-    t = np.linspace(0, 2 * np.pi, 4001)
-    loop = ms.Loop(2e-6 * np.cos(t), 5.0 * np.cos(t + phase))
-    energy = math.pi * 1e-5 * math.sin(phase)
-    assert loop.dissipated_energy == pytest.approx(energy, rel=1e-5, abs=0)
-    assert loop.loss_factor == pytest.approx(math.sin(phase), rel=1e-5, abs=0)
-    assert loop.damping_ratio == pytest.approx(0.5 * math.sin(phase), rel=1e-5, abs=0)
-    assert loop.sliding_ratio == pytest.approx(math.sin(phase), rel=1e-5, abs=0)
-    backwards = ms.Loop(loop.displacement[::-1], loop.force[::-1])
-    assert backwards.dissipated_energy == pytest.approx(-energy, rel=1e-5, abs=0)
 
 
 @all_laws

@@ -34,20 +34,6 @@ def refusal(call: Callable[..., Any], *args: object, **kwargs: object) -> str:
 # -- made by a load or by a separation -------------------------------------------------------------
 
 
-def test_worked_example() -> None:
-    assert JOINT.surface is SURFACE
-    assert JOINT.friction_coefficient == 0.55
-    assert JOINT.normal_load == 2000.0
-    assert JOINT.force_limit == pytest.approx(1100.0, rel=1e-15, abs=0)
-    assert JOINT.separation / S == pytest.approx(0.568, abs=5e-4)
-    assert JOINT.contact_count == pytest.approx(5700, rel=1e-3, abs=0)
-    assert JOINT.contact_area == pytest.approx(0.028 * 2e-4, rel=5e-3, abs=0)
-    assert JOINT.tangential_stiffness == pytest.approx(5.70e9, rel=1e-3, abs=0)
-    assert JOINT.slip_per_indentation * S == pytest.approx(0.343e-6, rel=1e-3, abs=0)
-    assert JOINT.at(normal_load=100.0).separation / S == pytest.approx(1.905, abs=5e-4)
-    assert JOINT.at(normal_load=5000.0).separation / S == pytest.approx(-0.005, abs=5e-4)
-
-
 def test_simple_relations() -> None:
     ratio = PAIR.stiffness_ratio
     assert JOINT.slip_per_indentation == pytest.approx(0.55 * ratio, rel=1e-15, abs=0)
@@ -87,29 +73,6 @@ def test_values_at_rest() -> None:
         assert joint.force(0.0) == joint.displacement(0.0) == 0.0
         # Cubic microslip, but for a table of straight runs, which sticks.
         assert joint.dissipation_exponent(0.0) == 3.0
-
-
-def test_measures_of_damping_agree() -> None:
-    a = np.geomspace(1e-10, 1e-5, 11)
-    for joint in ms.Interface.examples():
-        ratio = joint.energy_ratio(a)
-        np.testing.assert_allclose(joint.loss_factor(a), 4 / math.pi * ratio, rtol=1e-15)
-        np.testing.assert_allclose(joint.damping_ratio(a), 2 / math.pi * ratio, rtol=1e-15)
-        box = 4 * a * joint.backbone(a)
-        np.testing.assert_allclose(joint.dissipated_energy(a), ratio * box, rtol=1e-14)
-        assert np.all((ratio >= 0) & (ratio < 1))
-
-
-def test_force_amplitudes_are_displacement_amplitudes_of_these_forces() -> None:
-    for joint in ms.Interface.examples():
-        force = joint.force_limit * np.array([0.01, 0.5, 0.9])
-        amplitude = joint.backbone_displacement(force)
-        for name in (
-            "dissipated_energy", "energy_ratio", "loss_factor", "damping_ratio",
-            "secant_stiffness", "dissipation_exponent",
-        ):  # fmt: skip
-            measure = getattr(joint, name)
-            np.testing.assert_array_equal(measure(force_amplitude=force), measure(amplitude))
 
 
 # -- at() ------------------------------------------------------------------------------------------

@@ -80,18 +80,6 @@ def test_loop_run_backwards_gains_energy() -> None:
     assert back.loss_factor == -loop.loss_factor
 
 
-def test_one_sphere_at_its_slip_limit() -> None:
-    """The landmarks: A = 0.2, eta = 0.2546, D = 0.2599, and 0.8 mu N delta_L."""
-    metal = ms.Material(69e9, 0.33)
-    joint = ms.Interface(ms.SphereOnFlat(ms.MaterialPair(metal, metal), 5e-3), 0.5, 20.0)
-    limit = -joint.slip_per_indentation * joint.separation
-    loop = joint.loop(limit, samples=20_001)
-    assert loop.dissipated_energy == pytest.approx(0.8 * joint.force_limit * limit, rel=1e-7, abs=0)
-    assert loop.energy_ratio == pytest.approx(0.2, rel=1e-7, abs=0)
-    assert loop.loss_factor == pytest.approx(0.8 / math.pi, rel=1e-7, abs=0)
-    assert loop.sliding_ratio == pytest.approx(2 * 0.5 ** (2 / 3) - 1, rel=1e-6, abs=0)
-
-
 # -- offsets, openings, scales ---------------------------------------------------------------------
 
 

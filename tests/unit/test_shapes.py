@@ -251,24 +251,3 @@ def test_scalars(joint: ms.Interface) -> None:
             assert isinstance(joint.surface, ms.TabulatedNormalLaw)
         else:
             assert type(value) is float, name
-
-
-@folded("joint", OVER, samples=[5, 6, 7, 64, np.int32(65), 512])
-def test_loop(joint: ms.Interface, samples: int) -> None:
-    amplitude = 0.8 * joint.force_limit / joint.tangential_stiffness
-    loop = joint.loop(amplitude, samples)
-    assert isinstance(loop, ms.Loop)
-    x, t = loop.displacement, loop.force
-    assert x.shape == t.shape == (samples,)
-    assert x[0] == x[-1] == x.max() == amplitude
-    assert x.min() == -amplitude
-    turn = int(np.argmin(x))
-    assert np.all(np.diff(x[: turn + 1]) < 0)
-    assert np.all(np.diff(x[turn:]) > 0)
-    assert t[0] == t[-1] == pytest.approx(joint.backbone(amplitude), rel=1e-13, abs=0)
-    assert loop.closure_error == 0.0
-    for name in (
-        "dissipated_energy", "loss_factor", "damping_ratio", "secant_stiffness", "sliding_ratio",
-        "closure_error", "energy_ratio", "displacement_amplitude", "force_amplitude",
-    ):  # fmt: skip
-        assert type(getattr(loop, name)) is float, name

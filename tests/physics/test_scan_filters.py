@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 import microslip as ms
 from microslip.scans import filters
-from microslip.scans.conditioning import fill
+from microslip.scans.conditioning import filled as fill
 from microslip.scans.filters import smooth, transmission, weights
 from microslip.scans.levelling import level
 

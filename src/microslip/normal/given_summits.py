@@ -26,7 +26,7 @@ from microslip.normal.base import (
 )
 from microslip.normal.elastic_plastic import HARDNESS_RATIO, JacksonGreen
 from microslip.normal.spheres import Spheres
-from microslip.normal.tightened import TightenedSurface, yield_stress_of
+from microslip.normal.tightened import ElasticSummits
 
 
 @dataclass(frozen=True)
@@ -106,7 +106,7 @@ class SphereOnFlat(NormalLaw):
 
 
 @dataclass(frozen=True, eq=False)
-class AsperityPopulation(Locked, NormalLaw):
+class AsperityPopulation(Locked, ElasticSummits):
     """Given summits against a rigid plane: N = (4/3) E* sum of sqrt(rho_i) (y_i - d)^(3/2).
 
     Parameters
@@ -205,29 +205,14 @@ class AsperityPopulation(Locked, NormalLaw):
         d = self._separations(separation)
         return np.searchsorted(-self._spheres.heights, -d, side="left")
 
-    def tightened(
-        self,
-        normal_load: float,
-        *,
-        yield_stress: float | None = None,
-        hardness: float | None = None,
-        model: str = "jackson-green",
-    ) -> TightenedSurface:
-        """The summits after they were pressed together once by a load [N] and yielded.
-
-        As of :meth:`GreenwoodWilliamson.tightened`, whose parameters and errors these are.
-        """
+    def _as_spheres(self) -> dict[str, Any]:
         order = np.argsort(np.asarray(self.heights), kind="stable")  # that of Discrete
-        return TightenedSurface(
-            self.pair,
-            Discrete(self.heights),
-            np.asarray(self.radii)[order],
-            self.summit_count,
-            normal_load,
-            yield_stress_of(yield_stress, hardness),
-            model,
-            self.area,
-        )
+        return {
+            "heights": Discrete(self.heights),
+            "radius": np.asarray(self.radii)[order],
+            "summit_count": self.summit_count,
+            "area": self.area,
+        }
 
     @classmethod
     def examples(cls) -> tuple[NormalLaw, ...]:

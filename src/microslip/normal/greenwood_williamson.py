@@ -6,7 +6,7 @@ Ellipses are the lay of a machined surface; what they bear depends on the direct
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from typing import Any, NamedTuple
 
@@ -33,11 +33,11 @@ from microslip.normal.base import (
     sparse_contacts,
 )
 from microslip.normal.spheres import DERIVATIVES, Spheres
-from microslip.normal.tightened import TightenedSurface, yield_stress_of
+from microslip.normal.tightened import ElasticSummits
 
 
 @dataclass(frozen=True, eq=False)
-class GreenwoodWilliamson(NormalLaw):
+class GreenwoodWilliamson(ElasticSummits):
     """A nominally flat surface of spherical summits of one radius and random heights (19.5)-(19.8).
 
     Parameters
@@ -173,43 +173,13 @@ class GreenwoodWilliamson(NormalLaw):
         depth = self._heights._moment(2, self._separations(separation))
         return plain(math.pi * self.summit_count * self.radius * depth)
 
-    def tightened(
-        self,
-        normal_load: float,
-        *,
-        yield_stress: float | None = None,
-        hardness: float | None = None,
-        model: str = "jackson-green",
-    ) -> TightenedSurface:
-        """The surface after it was pressed together once, its summits having yielded.
-
-        Parameters
-        ----------
-        normal_load : float
-            Tightening load [N], the largest that it has carried.
-        yield_stress : float, optional
-            Uniaxial yield stress of the softer body [Pa].
-        hardness : float, optional
-            Its hardness [Pa] instead, 2.84 times the yield stress.
-        model : str, optional
-            "jackson-green" (DOI 10.1115/1.1866166), "kogut-etsion" (DOI 10.1115/1.1490373) or
-            "fully-plastic".
-
-        Returns
-        -------
-        TightenedSurface
-            A normal load law for loads up to the tightening load.
-        """
-        return TightenedSurface(
-            self.pair,
-            self._heights,
-            self.radius,
-            self.summit_count,
-            normal_load,
-            yield_stress_of(yield_stress, hardness),
-            model,
-            self.area,
-        )
+    def _as_spheres(self) -> dict[str, Any]:
+        return {
+            "heights": self._heights,
+            "radius": self.radius,
+            "summit_count": self.summit_count,
+            "area": self.area,
+        }
 
     @classmethod
     def examples(cls) -> tuple[NormalLaw, ...]:
@@ -333,38 +303,23 @@ class EllipticSummits(GreenwoodWilliamson):
         """Mean real contact area [m^2] of the ellipses, for separations [m] of any shape."""
         return self.ellipse.area * super().contact_area(separation)
 
-    def tightened(
-        self,
-        normal_load: float,
-        *,
-        yield_stress: float | None = None,
-        hardness: float | None = None,
-        model: str = "jackson-green",
-    ) -> TightenedSurface:
-        """The surface after its summits yielded under a load [N], as :class:`TightenedSurface`.
+    def _as_spheres(self) -> dict[str, Any]:
+        """Spheres that stand for the ellipses, for what is known of summits that yield.
 
-        Arguments as of :meth:`GreenwoodWilliamson.tightened`. What is known of summits that yield
-        is of spheres, so spheres stand for each ellipse that have its load, its area and its mean
-        pressure at any indentation, R (A/P)^2 their radius and P^2/A their number, by the ratios
-        :attr:`ellipse` of area and load. Ellipses yield at a pressure up to 12 % higher (Johnson
-        1985, section 6.2).
+        They have the load, the area and the mean pressure of an ellipse at any indentation, R
+        (A/P)^2 their radius and P^2/A their number, by the ratios :attr:`ellipse` of area and load.
+        Ellipses yield at a pressure up to 12 % higher (Johnson 1985, section 6.2).
         """
         ellipse = self.ellipse
         count = ellipse.load**2 / ellipse.area
-        spheres = GreenwoodWilliamson(
-            self.pair,
-            self.heights,
-            self.radius * (ellipse.area / ellipse.load) ** 2,
-            self.density * count,
-            self.area,
-        )
-        return replace(
-            spheres.tightened(
-                normal_load, yield_stress=yield_stress, hardness=hardness, model=model
-            ),
-            compliance_ratio=self.stiffness_ratio,
-            spheres_per_summit=count,
-        )
+        return {
+            "heights": self._heights,
+            "radius": self.radius * (ellipse.area / ellipse.load) ** 2,
+            "summit_count": self.density * count * self.area,
+            "area": self.area,
+            "compliance_ratio": self.stiffness_ratio,
+            "spheres_per_summit": count,
+        }
 
     def _assumptions(self, separation: float | None) -> dict[str, float | None]:
         longer = math.log(max(1.0 / self.curvature_ratio, 1.0)) / math.log(36.0)

@@ -26,7 +26,6 @@ from microslip.normal.measured_face import (
     RESOLUTION,
     SCATTER,
     ContactNumbers,
-    StoredLaw,
     Task,
     cached,
     check_pressure,
@@ -296,8 +295,7 @@ class MeasuredContact(TabulatedNormalLaw):
 
     def save(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
         """Write what was solved to a file (``.npz``), without the heights."""
-        stored = StoredLaw(self.solution, self.numbers, self.pair, self.area, self.direction)
-        write_law(stored, path, overwrite)
+        write_law(self, path, overwrite)
 
     @classmethod
     def open(cls, path: str | os.PathLike[str]) -> MeasuredContact:

@@ -296,18 +296,8 @@ _ARRAYS = {"separation": 1, "pressure": 2, "slope": 2, "contact": 1, "sliding": 
            "lighter_sliding": 2, "map": 2, "reach": 2, "lighter_tightenings": 2}  # fmt: skip
 
 
-class StoredLaw(NamedTuple):
-    """Stored parts of a law."""
-
-    solution: FaceSolution
-    numbers: ContactNumbers
-    pair: MaterialPair
-    area: float
-    direction: float | None
-
-
-def write_law(law: StoredLaw, path: str | os.PathLike[str], overwrite: bool) -> None:
-    """Write a law."""
+def write_law(law: Any, path: str | os.PathLike[str], overwrite: bool) -> None:
+    """Write a MeasuredContact."""
     bodies = [
         None if body.is_rigid else [body.young_modulus, body.poisson_ratio, body.hardness]
         for body in (law.pair.first, law.pair.second)
@@ -321,8 +311,10 @@ def write_law(law: StoredLaw, path: str | os.PathLike[str], overwrite: bool) -> 
     _write(Path(path), law.solution, about, overwrite)
 
 
-def read_law(path: str | os.PathLike[str]) -> StoredLaw:
-    """Read a law."""
+def read_law(
+    path: str | os.PathLike[str],
+) -> tuple[FaceSolution, ContactNumbers, MaterialPair, float, float | None]:
+    """Read what one holds: solution, numbers, pair, area and direction."""
     solution, about = _read(Path(path))
     try:
         bodies = [Material.rigid() if body is None else Material(*body) for body in about["bodies"]]
@@ -333,9 +325,8 @@ def read_law(path: str | os.PathLike[str]) -> StoredLaw:
         for name in ("pressure", "rms", "slope"):
             positive(name, raw[name])
         positive("pixel", numbers.pixel[0], "m")
-        return StoredLaw(
-            solution, numbers, MaterialPair(*bodies), float(about["area"]), about["direction"]
-        )
+        pair = MaterialPair(*bodies)
+        return solution, numbers, pair, float(about["area"]), about["direction"]
     except Exception as error:  # as above
         raise _damaged(path, error) from None
 

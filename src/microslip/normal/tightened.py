@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from abc import abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -415,6 +416,49 @@ class TightenedSurface(NormalLaw):
         milled = cls(aluminium(), heights, 1e-3, 2e4, 5000.0, 250e6, area=2e-4)
         summits = Discrete(np.array([0.0, 2e-7, -3e-7, 5e-7, 1e-7]))
         return milled, cls(aluminium(), summits, 1e-3, 100.0, 40.0, 250e6, area=1e-4)
+
+
+class ElasticSummits(NormalLaw):
+    """A surface of known summits that are elastic, and yield when it is tightened."""
+
+    @abstractmethod
+    def _as_spheres(self) -> dict[str, Any]:
+        """Fields of a :class:`TightenedSurface` that say what its summits are."""
+
+    def tightened(
+        self,
+        normal_load: float,
+        *,
+        yield_stress: float | None = None,
+        hardness: float | None = None,
+        model: str = "jackson-green",
+    ) -> TightenedSurface:
+        """The surface after it was pressed together once, its summits having yielded.
+
+        Parameters
+        ----------
+        normal_load : float
+            Tightening load [N], the largest that it has carried.
+        yield_stress : float, optional
+            Uniaxial yield stress of the softer body [Pa].
+        hardness : float, optional
+            Its hardness [Pa] instead, 2.84 times the yield stress.
+        model : str, optional
+            "jackson-green" (DOI 10.1115/1.1866166), "kogut-etsion" (DOI 10.1115/1.1490373) or
+            "fully-plastic".
+
+        Returns
+        -------
+        TightenedSurface
+            A normal load law for loads up to the tightening load.
+        """
+        return TightenedSurface(
+            self.pair,
+            tightening_load=normal_load,
+            yield_stress=yield_stress_of(yield_stress, hardness),
+            model=model,
+            **self._as_spheres(),
+        )
 
 
 def yield_stress_of(yield_stress: float | None, hardness: float | None) -> float:

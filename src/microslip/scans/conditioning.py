@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import Any, Literal, TypeVar
 
 import numpy as np
 
@@ -16,92 +15,125 @@ from microslip.errors import InputError, in_python
 from microslip.scans.checks import length_of
 from microslip.scans.filters import robust_mean, smooth, spline_mean
 from microslip.scans.height_map import HeightMap, noise_std
-from microslip.scans.levelling import level
+from microslip.scans.levelling import Level
+from microslip.scans.levelling import level as without_form
 from microslip.scans.options import FILTERS, LEVELS, OUTLIERS
 
 Map = TypeVar("Map", bound=HeightMap)
+Filter = Literal["gaussian", "robust", "spline"]
 
 _ROUNDING = 1e-14  # of the heights: less is left of an exact plane
-
-
-@dataclass(frozen=True)
-class Steps:
-    """Steps of conditioning, in this order; None where skipped."""
-
-    level: Any = None
-    outliers: Any = None
-    fill: Any = None
-    cutoff: Any = None
-    long_cutoff: Any = None
-    filter: Any = "gaussian"
-    crop: Any = None
-
-
 _MEANS = {"gaussian": smooth, "robust": robust_mean, "spline": spline_mean}
 _FILTERS = dict(zip(FILTERS, ("Gaussian", "robust Gaussian regression", "spline"), strict=True))
 
 
-def condition(scan: Map, steps: Steps) -> Map:
-    """Crop, remove outliers, level, fill and limit the band; the notes tell each step."""
-    if steps.crop is not None:
-        scan = _cropped(scan, steps.crop)
-    limit = _threshold(steps.outliers)
-    _check_choice("level", steps.level, LEVELS)
-    _check_choice("filter", steps.filter, FILTERS)
-    _check_choice("fill", steps.fill, ("interpolate",))
-    short, long = band(scan, steps.cutoff, steps.long_cutoff)
+def condition(
+    scan: Map,
+    *,
+    level: Level | None = None,
+    outliers: float | None = None,
+    fill: Literal["interpolate"] | None = None,
+    cutoff: float | str | None = None,
+    long_cutoff: float | str | None = None,
+    filter: Filter = "gaussian",
+    crop: Any = None,
+) -> Map:
+    """Crop, remove outliers, level, fill and limit the band of wavelengths, in this order.
+
+    Parameters
+    ----------
+    level : {"plane", "quadratic", "cylinder", "lines", "mean"}, optional
+        Form to be removed, by least squares on the points there are. "cylinder" is a plane
+        and a parabola across one direction, whichever fits best; "lines" a straight line of
+        each row (along x) by itself, which takes away steps and drift from row to row, and
+        with them the waves along y that a row sees as a constant.
+    outliers : float, optional
+        Points farther than so many robust standard deviations from the median of their
+        neighbours go missing; 6 is usual.
+    fill : {"interpolate"}, optional
+        Fill missing points from those around them (see Notes).
+    cutoff : float or str, optional
+        Short-wave cut-off [m], or such as "10 um": shorter waves are removed.
+    long_cutoff : float or str, optional
+        Long-wave cut-off [m]: longer waves, the mean among them, are removed.
+    filter : {"gaussian", "robust", "spline"}
+        Filter of the long-wave cut-off. "robust" is a Gaussian regression of second order that
+        scratches and pits do not pull (ISO 16610-31:2016, -71:2014), "spline" a smoothing
+        cubic spline (ISO 16610-22:2015; of areas a plate, the same in all directions). Neither
+        bends at the ends.
+    crop : float, str or pair of them, optional
+        Length [m] that is cut off each end, or one along x and one along y.
+
+    Returns
+    -------
+    Scan
+        The conditioned scan; its notes and cut-offs tell what was done.
+
+    Notes
+    -----
+    In words of ISO 25178-3 ``cutoff`` is the nesting index of the S-filter, ``level`` the
+    F-operation and ``long_cutoff`` the nesting index of the L-filter. The form goes first here,
+    so that a tilt does not leak through the ends of the S-filter; inside the two orders agree.
+    The Gaussian filters transmit half the amplitude at the cut-off (ISO 16610-61:2015; of
+    profiles, ISO 16610-21:2011). At edges and gaps the weights of the points there are sum to
+    one, by normalised convolution. Filling solves the discrete Laplace equation in the gaps
+    approximately, from coarse to fine grids: smooth, the same on every machine, and in a time
+    that grows with the number of points.
+    """
+    if crop is not None:
+        scan = _cropped(scan, crop)
+    limit = _threshold(outliers)
+    _check_choice("level", level, LEVELS)
+    _check_choice("filter", filter, FILTERS)
+    _check_choice("fill", fill, ("interpolate",))
+    short, long = band(scan, cutoff, long_cutoff)
     heights, notes = scan.heights, list(scan.notes)
     if limit is not None:
         heights, note = _without_outliers(scan, limit)
         notes.append(note)
     else:
         scan.measurable()
-    if steps.level is not None:
+    if level is not None:
         before = float(np.nanmax(np.abs(heights)))
-        heights, removed = level(heights, scan.pixel, steps.level)
+        heights, removed = without_form(heights, scan.pixel, level)
         if float(np.nanmax(np.abs(heights))) <= _ROUNDING * before:
             raise InputError(
-                f"{scan.name[:60]}: `level={in_python(steps.level)}` leaves nothing but "
+                f"{scan.name[:60]}: `level={in_python(level)}` leaves nothing but "
                 "rounding: no roughness to measure"
             )
-        notes.append(f"level: {steps.level} removed, {engineering(removed, 'm')} high.")
+        notes.append(f"level: {level} removed, {engineering(removed, 'm')} high.")
     unfiltered = scan._unfiltered
-    if unfiltered is None and (steps.fill, short, long) != (None, None, None):
+    if unfiltered is None and (fill, short, long) != (None, None, None):
         unfiltered = scan.changed(lock(heights) if heights is not scan.heights else heights)
-    if steps.fill is not None:
+    if fill is not None:
         count = int(np.count_nonzero(np.isnan(heights)))
         if count:
-            heights = fill(heights)
+            heights = filled(heights)
         notes.append(f"fill: {count} of {heights.size} points interpolated from around them.")
-    cutoff, long_cutoff = scan.cutoff, scan.long_cutoff
+    ends = {"cutoff": scan.cutoff, "long_cutoff": scan.long_cutoff}
     noise = scan._noise_before
     if short is not None:
         if scan.cutoff is None and not scan.is_profile:
             noise = scan.noise if heights is scan.heights else noise_std(heights)
         heights = smooth(heights, scan.pixel, short)
         # The exponents of two Gaussians add.
-        cutoff = math.hypot(cutoff or 0.0, short)
-        sum_ = "" if scan.cutoff is None else f", {engineering(cutoff, 'm')} with the one before"
+        both = ends["cutoff"] = math.hypot(scan.cutoff or 0.0, short)
+        sum_ = "" if scan.cutoff is None else f", {engineering(both, 'm')} with the one before"
         notes.append(
             f"cutoff: waves shorter than {engineering(short, 'm')} removed{sum_} (Gaussian filter, "
             "half the amplitude there)."
         )
     if long is not None:
-        heights = heights - _MEANS[steps.filter or "gaussian"](heights, scan.pixel, long)
-        long_cutoff = min(long, long_cutoff or math.inf)
+        heights = heights - _MEANS[filter or "gaussian"](heights, scan.pixel, long)
+        ends["long_cutoff"] = min(long, scan.long_cutoff or math.inf)
         notes.append(
             f"long_cutoff: waves longer than {engineering(long, 'm')} removed "
-            f"({_FILTERS[steps.filter or 'gaussian']} filter, half the amplitude there)."
+            f"({_FILTERS[filter or 'gaussian']} filter, half the amplitude there)."
         )
     if heights is not scan.heights:
         lock(heights)
     return scan.changed(
-        heights,
-        notes=tuple(notes),
-        cutoff=cutoff,
-        long_cutoff=long_cutoff,
-        noise_before=noise,
-        unfiltered=unfiltered,
+        heights, notes=tuple(notes), noise_before=noise, unfiltered=unfiltered, **ends
     )
 
 
@@ -232,13 +264,12 @@ def outliers(heights: Floats, threshold: float) -> np.ndarray:
     from scipy.ndimage import median_filter
 
     gaps = np.isnan(heights)
-    filled = fill(heights) if gaps.any() else heights
-    filled = _untilted(filled)
-    away = np.abs(filled - median_filter(filled, size=5, mode="mirror"))
+    flat = _untilted(filled(heights) if gaps.any() else heights)
+    away = np.abs(flat - median_filter(flat, size=5, mode="mirror"))
     away[gaps] = 0.0
     usual = float(np.median(away[~gaps]))
     if usual == 0.0:  # few digits: most points are their neighbours' median
-        steps = np.concatenate([np.diff(filled, axis=a).ravel() for a in range(filled.ndim)])
+        steps = np.concatenate([np.diff(flat, axis=a).ravel() for a in range(flat.ndim)])
         steps = np.abs(steps[steps != 0.0])
         usual = float(np.median(steps)) if steps.size else 0.0
     return np.asarray(away > threshold * 1.4826 * usual)
@@ -256,7 +287,7 @@ def _untilted(heights: Floats) -> Floats:
     return result
 
 
-def fill(heights: Floats) -> Floats:
+def filled(heights: Floats) -> Floats:
     """Heights with the gaps filled smoothly from around them.
 
     In the gaps the discrete Laplace equation is solved, nothing flowing over the edges of the
@@ -271,7 +302,7 @@ def fill(heights: Floats) -> Floats:
         return np.array(heights)
     plane: Floats | float = 0.0
     try:
-        flat, _ = level(heights, (1.0,) * heights.ndim, "plane")
+        flat, _ = without_form(heights, (1.0,) * heights.ndim, "plane")
         flat = flat.reshape(grid.shape)
         plane = _extended(grid, flat, gaps)
     except ValueError:  # too few points for a plane

@@ -15,7 +15,7 @@ from microslip._core.frozen import Locked, lock
 from microslip._core.units import engineering
 from microslip.errors import InputError
 from microslip.scans.checks import length_of
-from microslip.scans.conditioning import Steps, condition, remaining
+from microslip.scans.conditioning import condition, remaining
 from microslip.scans.height_map import HeightMap
 from microslip.scans.levelling import Level
 from microslip.scans.summits import Summits, find_summits
@@ -92,23 +92,21 @@ def over_cutoffs(
     counted: bool = True,
     method: Literal["watershed", "neighbours"] = "watershed",
     prominence: float | str | None = None,
-    window: int = 3,
     progress: Callable[[int, int], None] | None = None,
     known: Summits | None = None,
 ) -> CutoffTable:
     """Every parameter against the short-wave cut-off, as of :meth:`microslip.Scan.over_cutoffs`.
 
-    Evaluates a scan as it is: nothing is removed unless ``level`` says so. ``window`` is that of
-    :meth:`microslip.Scan.summits`, and ``known`` are summits of this very scan, counted in
-    this way: at their cut-off they are taken. Where a cut-off leaves too little a parameter is NaN,
-    with a note.
+    Evaluates a scan as it is: nothing is removed unless ``level`` says so. ``known`` are summits of
+    this very scan, counted in this way: at their cut-off they are taken. Where a cut-off leaves too
+    little a parameter is NaN, with a note.
     """
     lengths = default_cutoffs(scan) if cutoffs is None else _lengths(cutoffs)
     if lengths.ndim != 1 or (lengths < 0.0).any():
         raise InputError("`cutoffs` must be a series of lengths [m], or 0 for none")
     lengths = np.unique(lengths)
     # Levelled once; the filter works on what is left.
-    levelled = scan if level is None else condition(scan, Steps(level))
+    levelled = scan if level is None else condition(scan, level=level)
     notes = list(levelled.notes)
     names = [field.name for field in fields(CutoffTable)[1:-1]]
     columns = {name: np.full(lengths.size, math.nan) for name in names}
@@ -121,20 +119,13 @@ def over_cutoffs(
                 # From the unfiltered scan: its noise decides which peaks are summits.
                 summits = known
                 if summits is None or not _same_length(summits.cutoff, short):
-                    summits = find_summits(
-                        levelled.measurable(),
-                        short,
-                        method=method,
-                        prominence=prominence,
-                        level=None,
-                        window=window,
-                    )
+                    summits = find_summits(levelled, short, method=method, prominence=prominence)
                 filtered = summits.scan
                 _count(summits, columns, row)
             except InputError as error:
                 notes.append(f"{at}: {error.text}")
         try:
-            filtered = filtered or condition(levelled, Steps(cutoff=remaining(levelled, short)))
+            filtered = filtered or condition(levelled, cutoff=remaining(levelled, short))
             _measure(filtered, columns, row)
         except InputError as error:
             if cutoffs is not None and filtered is None:

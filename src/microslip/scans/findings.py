@@ -19,7 +19,7 @@ from microslip.friction import Interface
 from microslip.materials import Material, MaterialPair
 from microslip.report.document import Progress
 from microslip.scans import Scan
-from microslip.scans.conditioning import Steps, condition
+from microslip.scans.conditioning import condition
 from microslip.scans.cutoffs import CutoffTable, default_cutoffs, over_cutoffs
 from microslip.scans.height_fit import HeightFit, height_distribution
 from microslip.scans.height_laws import HeightLaws, MeasuredSurface
@@ -209,7 +209,8 @@ class Findings:
 
     def _lines(self) -> Iterator[tuple[str, ProfileParameters]]:
         """Parameters along each axis; none where every line has gaps or one is too short."""
-        for axis in "x" if self.scan.is_profile else "xy":
+        axes: tuple[Literal["x", "y"], ...] = ("x", "y")
+        for axis in axes[: self.scan.heights.ndim]:
             with suppress(InputError):
                 yield axis, profile_parameters(self.scan, axis=axis)
 
@@ -256,14 +257,18 @@ def analyse(request: Request, progress: Progress | None = None) -> Findings:
     report = progress or (lambda share: None)
     pair = request.pair()
     raw = Scan.read(request.path, **request.reading)
-    raw = condition(raw, Steps(crop=request.crop))
+    raw = condition(raw, crop=request.crop)
     report(0.1)
-    fill = "interpolate" if request.fill else None
-    conditioned = condition(raw, Steps(request.level, request.outliers, fill))
-    levelled = condition(conditioned, Steps(long_cutoff=request.long_cutoff, filter=request.filter))
+    conditioned = condition(
+        raw,
+        level=request.level,
+        outliers=request.outliers,
+        fill="interpolate" if request.fill else None,
+    )
+    levelled = condition(conditioned, long_cutoff=request.long_cutoff, filter=request.filter)
     report(0.2)
     summits, missing = _summits(request, levelled)
-    scan = condition(levelled, Steps(cutoff=request.cutoff)) if summits is None else summits.scan
+    scan = condition(levelled, cutoff=request.cutoff) if summits is None else summits.scan
     statistics, moments = scan.statistics(), scan.moments()
     report(0.3)
     estimates: dict[str, SummitStatistics | None] = {}
@@ -277,9 +282,9 @@ def analyse(request: Request, progress: Progress | None = None) -> Findings:
             estimates[name] = None
             missing.append(f"No summits by {ESTIMATES[name]}: {error.text}.")
     report(0.4)
-    whole_spectrum = spectrum(conditioned.measurable())
-    filtered_spectrum = spectrum(scan.measurable()) if request.is_filtered else whole_spectrum
-    fit = height_distribution(scan.measurable())
+    whole_spectrum = spectrum(conditioned)
+    filtered_spectrum = spectrum(scan) if request.is_filtered else whole_spectrum
+    fit = height_distribution(scan)
     report(0.5)
     end = 0.9 if pair is None else 0.7
     table = _over_cutoffs(
@@ -373,7 +378,7 @@ def _summits(request: Request, levelled: Scan) -> tuple[Summits | None, list[str
         ]
     try:
         summits = find_summits(
-            levelled.measurable(),
+            levelled,
             request.cutoff,
             method=request.method,
             prominence=request.prominence,

@@ -251,8 +251,11 @@ class HeightFit(Locked):
 
 
 def height_distribution(scan: HeightMap, *, bins: int = 200) -> HeightFit:
-    """Density of the heights of a scan, as it is, and how well the usual distributions fit it."""
-    return height_distribution_of(scan.heights, bins=bins)
+    """Density of the heights, and how well the usual distributions fit it.
+
+    Errors as :meth:`measurable`.
+    """
+    return height_distribution_of(scan.measurable().heights, bins=bins)
 
 
 def height_distribution_of(heights: Floats, *, bins: int = 200) -> HeightFit:

@@ -20,7 +20,7 @@ from microslip.friction import Interface
 from microslip.materials import MaterialPair
 from microslip.normal.base import check_pair
 from microslip.scans.checks import area_of, length_of
-from microslip.scans.conditioning import Steps, band, condition
+from microslip.scans.conditioning import Filter, band, condition
 from microslip.scans.height_laws import Heights
 from microslip.scans.height_map import HeightMap
 from microslip.scans.levelling import Level
@@ -139,7 +139,7 @@ def joint_over_cutoffs(
     level: Level | None = "plane",
     method: Method = "watershed",
     prominence: float | str | None = None,
-    filter: str = "gaussian",
+    filter: Filter = "gaussian",
     progress: Progress | None = None,
 ) -> JointOverCutoffs:
     """Quantities of a joint against both cut-offs and on patches of the scan.
@@ -183,7 +183,7 @@ def joint_over_cutoffs(
     if area is not None:
         area = area_of(area)
     short, long = band(scan, cutoff, long_cutoff)
-    levelled = scan if level is None else condition(scan, Steps(level))
+    levelled = scan if level is None else condition(scan, level=level)
     shorts = _around(short, cutoffs, 2.0 * max(scan.pixel), min(scan.size) / 4.0)
     longs = _longs(scan, long, long_cutoffs, shorts)
     counting = {"method": method, "prominence": prominence}
@@ -195,7 +195,7 @@ def joint_over_cutoffs(
     for row, long_wave in enumerate(longs):
         filtered = levelled
         if math.isfinite(long_wave) and long_wave != scan.long_cutoff:
-            filtered = condition(levelled, Steps(long_cutoff=float(long_wave), filter=filter))
+            filtered = condition(levelled, long_cutoff=float(long_wave), filter=filter)
         for column, short_wave in enumerate(shorts):
             at = (
                 f"cut-off {_text(short_wave)}, long-wave "
@@ -204,7 +204,7 @@ def joint_over_cutoffs(
             try:
                 if short_wave >= 0.8 * long_wave:
                     raise InputError("nothing is left between the cut-offs")
-                summits = find_summits(filtered.measurable(), float(short_wave) or None, **counting)  # type: ignore[arg-type]
+                summits = find_summits(filtered, float(short_wave) or None, **counting)  # type: ignore[arg-type]
                 whole_area = joint.store(values, (row, column), summits, float(short_wave))
             except InputError as error:
                 notes.append(f"{at}: {error.text}")
@@ -316,7 +316,7 @@ def _patches(
     joint: _JointOf,
     level: Level | None,
     short: float | None,
-    long_filter: tuple[float | None, str],
+    long_filter: tuple[float | None, Filter],
     counting: Mapping[str, Any],
 ) -> dict[str, Floats]:
     """The joint on two by two patches at the same pressure, each as if it were the scan."""
@@ -327,10 +327,10 @@ def _patches(
         parts = cut(scan, (2, 2))
     for index, part in enumerate(parts):
         with suppress(InputError):  # too small for the cut-off, or without a summit
-            levelled = condition(part, Steps(level or "plane"))
+            levelled = condition(part, level=level or "plane")
             if long is not None and scan.long_cutoff is None:
-                levelled = condition(levelled, Steps(long_cutoff=long, filter=filter))
-            summits = find_summits(levelled.measurable(), short, **counting)
+                levelled = condition(levelled, long_cutoff=long, filter=filter)
+            summits = find_summits(levelled, short, **counting)
             joint.store(values, index, summits, short or 0.0, part.area / scan.area)
     return values
 

@@ -11,30 +11,20 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import Floats, plain, show, sized
+from microslip._core.checks import plain, show, sized
 from microslip.errors import InputError
 from microslip.materials import MaterialPair
 from microslip.normal import MeasuredContact
 from microslip.readers.files import POINTS
-from microslip.scans.conditioning import Steps, condition
+from microslip.scans import conditioning, height_fit, surface_parameters
+from microslip.scans import spectrum as spectra
+from microslip.scans import summits as finding
 from microslip.scans.cutoffs import CutoffTable, over_cutoffs
 from microslip.scans.file_reading import read
-from microslip.scans.height_fit import HeightFit, height_distribution
 from microslip.scans.height_map import HeightMap
 from microslip.scans.heights_in_files import Wishes
 from microslip.scans.joint_over_cutoffs import joint_over_cutoffs as _joint_over_cutoffs
 from microslip.scans.levelling import Level
-from microslip.scans.spectrum import Spectrum, spectrum
-from microslip.scans.summits import Summits, find_summits
-from microslip.scans.surface_parameters import (
-    ArealParameters,
-    Autocorrelation,
-    ProfileParameters,
-    areal_parameters,
-    autocorrelation,
-    profile_parameters,
-    slope_over_distance,
-)
 
 
 @dataclass(frozen=True, eq=False, repr=False, init=False)
@@ -118,99 +108,16 @@ class Scan(HeightMap):
         heights, steps, name, notes = read(Path(path), wishes, limit)
         return cls(heights, steps, name=name, notes=notes)
 
-    def condition(
-        self,
-        *,
-        level: Level | None = None,
-        outliers: float | None = None,
-        fill: Literal["interpolate"] | None = None,
-        cutoff: float | str | None = None,
-        long_cutoff: float | str | None = None,
-        filter: Literal["gaussian", "robust", "spline"] = "gaussian",
-        crop: Any = None,
-    ) -> Scan:
-        """Crop, remove outliers, level, fill and limit the band of wavelengths, in this order.
-
-        Parameters
-        ----------
-        level : {"plane", "quadratic", "cylinder", "lines", "mean"}, optional
-            Form to be removed, by least squares on the points there are. "cylinder" is a plane
-            and a parabola across one direction, whichever fits best; "lines" a straight line of
-            each row (along x) by itself, which takes away steps and drift from row to row, and
-            with them the waves along y that a row sees as a constant.
-        outliers : float, optional
-            Points farther than so many robust standard deviations from the median of their
-            neighbours go missing; 6 is usual.
-        fill : {"interpolate"}, optional
-            Fill missing points from those around them (see Notes).
-        cutoff : float or str, optional
-            Short-wave cut-off [m], or such as "10 um": shorter waves are removed.
-        long_cutoff : float or str, optional
-            Long-wave cut-off [m]: longer waves, the mean among them, are removed.
-        filter : {"gaussian", "robust", "spline"}
-            Filter of the long-wave cut-off. "robust" is a Gaussian regression of second order that
-            scratches and pits do not pull (ISO 16610-31:2016, -71:2014), "spline" a smoothing
-            cubic spline (ISO 16610-22:2015; of areas a plate, the same in all directions). Neither
-            bends at the ends.
-        crop : float, str or pair of them, optional
-            Length [m] that is cut off each end, or one along x and one along y.
-
-        Returns
-        -------
-        Scan
-            The conditioned scan; its notes and cut-offs tell what was done.
-
-        Notes
-        -----
-        In words of ISO 25178-3 ``cutoff`` is the nesting index of the S-filter, ``level`` the
-        F-operation and ``long_cutoff`` the nesting index of the L-filter. The form goes first here,
-        so that a tilt does not leak through the ends of the S-filter; inside the two orders agree.
-        The Gaussian filters transmit half the amplitude at the cut-off (ISO 16610-61:2015; of
-        profiles, ISO 16610-21:2011). At edges and gaps the weights of the points there are sum to
-        one, by normalised convolution. Filling solves the discrete Laplace equation in the gaps
-        approximately, from coarse to fine grids: smooth, the same on every machine, and in a time
-        that grows with the number of points.
-        """
-        return condition(self, Steps(level, outliers, fill, cutoff, long_cutoff, filter, crop))
-
-    def spectrum(self) -> Spectrum:
-        """Power spectrum of the heights, radial and by axis; errors as :meth:`measurable`."""
-        return spectrum(self.measurable())
-
-    def areal_parameters(self) -> ArealParameters:
-        """Parameters of ISO 25178-2:2021 beyond heights and moments, in SI units.
-
-        Sp, Sv, Sz, S10z; Sk, Spk, Svk, Smr1, Smr2; Vmp, Vmc, Vvc, Vvv (at 10 and 80 %); Sal, Str,
-        Std; Sdr, Sdq; Spd and Spc.
-
-        Of the scan as it is: level and filter it first, and say its cut-offs with them. Errors as
-        :meth:`measurable`; a profile has none.
-        """
-        return areal_parameters(self)
-
-    def profile_parameters(
-        self, section: float | str | None = None, axis: Literal["x", "y"] = "x"
-    ) -> ProfileParameters:
-        """Parameters of ISO 21920-2:2021: Ra, Rq, Rz, Rsm, Rdq, Rk and others, in SI units.
-
-        Of the heights as they are, each line above its mean: level them first, and apply the
-        long-wave cut-off that goes with the numbers.
-
-        Parameters
-        ----------
-        section : float or str, optional
-            Section length [m], or such as "0.8 mm"; by default the long-wave cut-off, or a fifth
-            of the profile where there is none.
-        axis : {"x", "y"}
-            Of an area the lines along x or along y: the parameters are the means over all lines
-            without gaps.
-
-        Returns
-        -------
-        ProfileParameters
-            The parameters, with the section length and how many sections there are.
-        """
-        return profile_parameters(self, section, axis)
+    # Functions of a scan are its methods.
+    condition = conditioning.condition
+    spectrum = spectra.spectrum
+    areal_parameters = surface_parameters.areal_parameters
+    profile_parameters = surface_parameters.profile_parameters
+    autocorrelation = surface_parameters.autocorrelation
+    slope_over_distance = surface_parameters.slope_over_distance
+    height_distribution = height_fit.height_distribution
+    summits = finding.find_summits
+    joint_over_cutoffs = _joint_over_cutoffs
 
     def material_ratio(self, height: ArrayLike) -> Any:
         """Share of points that are higher than heights [m] above the mean, Rmr(c) and Smr(c).
@@ -220,74 +127,6 @@ class Scan(HeightMap):
         there = np.sort(self.heights[~np.isnan(self.heights)], axis=None)
         places = np.asarray(sized("height", height)) + there.mean()
         return plain(1.0 - np.searchsorted(there, places, side="right") / there.size)
-
-    def autocorrelation(self) -> Autocorrelation:
-        """Normalised autocorrelation of the heights [-] against lags [m], of pairs there are.
-
-        Errors as :meth:`measurable`; a profile has none.
-        """
-        return autocorrelation(self)
-
-    def slope_over_distance(self) -> tuple[Floats, Floats]:
-        """Rms slope between points, against their distance; errors as :meth:`measurable`.
-
-        Returns
-        -------
-        tuple of ndarray
-            Distances [m], doubling from one pixel to a quarter of the scan, and the root mean
-            square of the difference in height over the distance [-], in the mean over the axes;
-            one-dimensional (Sanner et al. 2022, DOI 10.1016/j.apsadv.2021.100190).
-        """
-        return slope_over_distance(self.measurable())
-
-    def height_distribution(self) -> HeightFit:
-        """Density of the heights, and how well the usual distributions fit it.
-
-        Errors as :meth:`measurable`.
-        """
-        return height_distribution(self.measurable())
-
-    def summits(
-        self,
-        cutoff: float | str | None,
-        *,
-        method: Literal["watershed", "neighbours"] = "watershed",
-        prominence: float | str | None = None,
-        level: Level | None = None,
-        window: int = 3,
-    ) -> Summits:
-        """Find the summits, after levelling if that is asked for, and the short-wave cut-off.
-
-        Parameters
-        ----------
-        cutoff : float, str or None
-            Short-wave cut-off [m], or such as "10 um". It decides the result and has no default;
-            None must be written and says that the pixel decides. What :meth:`condition` has cut
-            off counts: nothing is filtered twice.
-        method : {"watershed", "neighbours"}
-            Definition: summits that rise enough above the saddle to a higher one, or every point
-            above its eight neighbours.
-        prominence : float or str, optional
-            Least rise above that saddle [m], or such as "2 nm"; by default, of "watershed", some
-            standard deviations of the noise that passes the cut-off.
-        level : {"plane", "quadratic", "cylinder", "lines", "mean"}, optional
-            Form to be removed before, where :meth:`condition` has not done so.
-        window : int
-            Points along a side of the square that a quadric is fitted to: 3, 5, 7 ... 15.
-
-        Returns
-        -------
-        Summits
-            Positions, heights and radii.
-        """
-        return find_summits(
-            self.measurable(),
-            cutoff,
-            method=method,
-            prominence=prominence,
-            level=level,
-            window=window,
-        )
 
     def to_contact(
         self,
@@ -316,8 +155,6 @@ class Scan(HeightMap):
             The law. The scan is the gap of both faces: of two, that of their sum.
         """
         return MeasuredContact(self.measurable(), pair, hardness, tightening_pressure, **how)
-
-    joint_over_cutoffs = _joint_over_cutoffs
 
     def over_cutoffs(
         self,

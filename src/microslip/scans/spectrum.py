@@ -204,10 +204,10 @@ def _power_law(spectrum: Spectrum, inside: NDArray[np.bool_]) -> SelfAffineFit:
 
 
 def spectrum(scan: HeightMap, *, window: Window = "hann") -> Spectrum:
-    """Power spectrum of a scan, as it is: level it first."""
+    """Power spectrum of the heights, radial and by axis; errors as :meth:`measurable`."""
     if window not in ("hann", None):
         raise InputError(f"`window` must be {quoted(['hann'])} or None, got {show(window)}")
-    heights, steps = scan.heights, scan.pixel
+    heights, steps = scan.measurable().heights, scan.pixel
     tapers = [_taper(n, window) for n in heights.shape]
     weight: Any = tapers[0] if heights.ndim == 1 else tapers[0][:, None]
     missing = np.isnan(heights)

@@ -12,7 +12,7 @@ from microslip._core.units import engineering, significant
 from microslip._core.wording import quoted
 from microslip.errors import InputError
 from microslip.scans.checks import length_of
-from microslip.scans.conditioning import Steps, band, condition, remaining
+from microslip.scans.conditioning import band, condition, remaining
 from microslip.scans.height_map import HeightMap, present
 from microslip.scans.levelling import Level
 from microslip.scans.options import METHODS
@@ -37,9 +37,33 @@ def find_summits(
     level: Level | None = None,
     window: int = 3,
 ) -> Summits:
-    """Find the summits of a scan."""
+    """Find the summits, after levelling if that is asked for, and the short-wave cut-off.
+
+    Parameters
+    ----------
+    cutoff : float, str or None
+        Short-wave cut-off [m], or such as "10 um". It decides the result and has no default;
+        None must be written and says that the pixel decides. What :meth:`condition` has cut
+        off counts: nothing is filtered twice.
+    method : {"watershed", "neighbours"}
+        Definition: summits that rise enough above the saddle to a higher one, or every point
+        above its eight neighbours.
+    prominence : float or str, optional
+        Least rise above that saddle [m], or such as "2 nm"; by default, of "watershed", some
+        standard deviations of the noise that passes the cut-off.
+    level : {"plane", "quadratic", "cylinder", "lines", "mean"}, optional
+        Form to be removed before, where :meth:`condition` has not done so.
+    window : int
+        Points along a side of the square that a quadric is fitted to: 3, 5, 7 ... 15.
+
+    Returns
+    -------
+    Summits
+        Positions, heights and radii.
+    """
     if not isinstance(scan, HeightMap):
         raise InputError(f"`scan` must be a Scan, got {show(scan)}")
+    scan = scan.measurable()
     if scan.is_profile:
         raise InputError(
             f"{scan.name[:60]}: a profile has peaks but no summits; use "
@@ -52,7 +76,7 @@ def find_summits(
     rise = None if prominence is None else _rise(prominence)
     short = remaining(scan, band(scan, cutoff, None)[0])
     noise = scan.noise_behind(short)
-    scan = condition(scan, Steps(level, cutoff=short))
+    scan = condition(scan, level=level, cutoff=short)
     heights = scan.heights
     peaks = find_peaks(heights)
     # What rises by less may be a plateau that levelling tilted.

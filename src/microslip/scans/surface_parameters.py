@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -163,7 +163,10 @@ class Autocorrelation(Locked):
 
 
 def autocorrelation(scan: HeightMap) -> Autocorrelation:
-    """Autocorrelation of an area, each lag over the pairs of points that are there."""
+    """Normalised autocorrelation of the heights [-] against lags [m], of pairs there are.
+
+    Errors as :meth:`measurable`; a profile has none.
+    """
     if scan.is_profile:
         raise InputError("a profile has no areal autocorrelation")
     scan = scan.measurable()
@@ -186,7 +189,14 @@ def autocorrelation(scan: HeightMap) -> Autocorrelation:
 
 
 def areal_parameters(scan: HeightMap) -> ArealParameters:
-    """Parameters of ISO 25178-2:2021 of an area; see :meth:`microslip.Scan.areal_parameters`."""
+    """Parameters of ISO 25178-2:2021 beyond heights and moments, in SI units.
+
+    Sp, Sv, Sz, S10z; Sk, Spk, Svk, Smr1, Smr2; Vmp, Vmc, Vvc, Vvv (at 10 and 80 %); Sal, Str,
+    Std; Sdr, Sdq; Spd and Spc.
+
+    Of the scan as it is: level and filter it first, and say its cut-offs with them. Errors as
+    :meth:`measurable`; a profile has none.
+    """
     if scan.is_profile:
         raise InputError("a profile has no areal parameters; its heights and moments are known")
     scan = scan.measurable()
@@ -269,8 +279,16 @@ def _hills(scan: HeightMap) -> tuple[float, float, float]:
 
 
 def slope_over_distance(scan: HeightMap) -> tuple[Floats, Floats]:
-    """Rms slope between points against their distance; of a profile along it."""
-    heights, distances, slopes = scan.heights, [], []
+    """Rms slope between points, against their distance; errors as :meth:`measurable`.
+
+    Returns
+    -------
+    tuple of ndarray
+        Distances [m], doubling from one pixel to a quarter of the scan, and the root mean
+        square of the difference in height over the distance [-], in the mean over the axes;
+        one-dimensional (Sanner et al. 2022, DOI 10.1016/j.apsadv.2021.100190).
+    """
+    heights, distances, slopes = scan.measurable().heights, [], []
     lag = 1
     while lag <= min(heights.shape) // 4:
         squares = []
@@ -319,9 +337,27 @@ class ProfileParameters:
 
 
 def profile_parameters(
-    scan: HeightMap, section: float | str | None = None, axis: str = "x"
+    scan: HeightMap, section: float | str | None = None, axis: Literal["x", "y"] = "x"
 ) -> ProfileParameters:
-    """See :meth:`microslip.Scan.profile_parameters`."""
+    """Parameters of ISO 21920-2:2021: Ra, Rq, Rz, Rsm, Rdq, Rk and others, in SI units.
+
+    Of the heights as they are, each line above its mean: level them first, and apply the
+    long-wave cut-off that goes with the numbers.
+
+    Parameters
+    ----------
+    section : float or str, optional
+        Section length [m], or such as "0.8 mm"; by default the long-wave cut-off, or a fifth
+        of the profile where there is none.
+    axis : {"x", "y"}
+        Of an area the lines along x or along y: the parameters are the means over all lines
+        without gaps.
+
+    Returns
+    -------
+    ProfileParameters
+        The parameters, with the section length and how many sections there are.
+    """
     if not isinstance(axis, str) or axis not in ("x", "y") or (axis == "y" and scan.is_profile):
         raise InputError(f'`axis` must be "x", or "y" of an area, got {show(axis)}')
     lines = np.atleast_2d(scan.measurable().heights)

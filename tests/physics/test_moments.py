@@ -220,19 +220,6 @@ def test_derivative_chain(heights, order):
 
 
 @pytest.mark.parametrize("heights", EXAMPLES)
-def test_numerical_derivative(heights):
-    """The same chain by central differences, fourth order, at one place."""
-    at, step = heights.span[0] + 3.1 * heights.spread, 1e-3 * heights.spread
-    if isinstance(heights, ms.Discrete):
-        at = 0.9e-7  # clear of every atom
-    for order in (0.5, 1.5, 2.5):
-        f = [heights.partial_moment(order, at + k * step) for k in (-2, -1, 1, 2)]
-        slope = (f[0] - 8 * f[1] + 8 * f[2] - f[3]) / (12 * step)
-        wanted = -order * heights.partial_moment(order - 1, at)
-        assert slope == pytest.approx(wanted, rel=1e-7, abs=0)
-
-
-@pytest.mark.parametrize("heights", EXAMPLES)
 def test_moments_are_ordered_and_probable(heights):
     low, high = heights.span
     t = np.linspace(low - 0.2 * (high - low), high, 301)

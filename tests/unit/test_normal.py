@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Callable
 from typing import Any
@@ -200,34 +201,16 @@ def test_load_just_too_heavy_for_a_table() -> None:
      ms.GreenwoodWilliamson(PAIR, [1e-7, 3e-7], 1e-3, 1e8, 2e-4), ms.SphereOnFlat(PAIR, 1e-3)],
     ids=["Gaussian", "exponential", "tailed", "parabola", "population", "given", "sphere"],
 )  # fmt: skip
-@pytest.mark.parametrize("load", [1e-6, 1e-10, 1e-20, 1e-39, 1e-100, 1e-300, 5e-324])
-def test_light_loads_are_carried_or_refused(law: ms.NormalLaw, load: float) -> None:
+@pytest.mark.parametrize(
+    "load", [1e-6, 1e-10, 1e-20, 1e-39, 1e-100, 1e-300, 5e-324, 1e6, 1e20, 1e39, 1e100, 1e308]
+)
+def test_light_and_heavy_loads_are_carried_or_refused(law: ms.NormalLaw, load: float) -> None:
     """Never another load than the one that was asked for."""
-    try:
+    with contextlib.suppress(ms.InputError):
         d = law.separation(load)
-    except ms.InputError as error:
-        refused = str(error)
-    else:
-        refused = ""
-    if refused:
-        assert refused.startswith("load must be ")
+        assert law.load(d) == pytest.approx(load, rel=1e-9, abs=0)
         return
-    assert law.load(d) == pytest.approx(load, rel=1e-9, abs=0)
-
-
-@pytest.mark.parametrize("law", [GAUSSIAN, EXPONENTIAL, EXAMPLES[2], EXAMPLES[3], EXAMPLES[4]])
-@pytest.mark.parametrize("load", [1e6, 1e20, 1e39, 1e100, 1e308])
-def test_heavy_loads_are_carried_or_refused(law: ms.NormalLaw, load: float) -> None:
-    try:
-        d = law.separation(load)
-    except ms.InputError as error:
-        refused = str(error)
-    else:
-        refused = ""
-    if refused:
-        assert refused.startswith("load must be ")
-        return
-    assert law.load(d) == pytest.approx(load, rel=1e-9, abs=0)
+    assert refusal(law.separation, load).startswith("load must be ")
 
 
 @pytest.mark.parametrize("law", [GAUSSIAN, EXPONENTIAL, *EXAMPLES[2:5]])
@@ -251,30 +234,6 @@ def test_deep_in_loads_are_finite_or_refused(law: ms.NormalLaw, d: float) -> Non
 
 
 # -- what is refused when a law is made ------------------------------------------------------------
-
-
-WRONG: list[tuple[object, str]] = [
-    (-1e-3, "must be above zero [{unit}], got -0.001"),
-    (0, "must be above zero [{unit}], got 0"),
-    (math.nan, "must be a finite number in {unit}, got nan"),
-    (math.inf, "must be a finite number in {unit}, got inf"),
-    (None, "must be a finite number in {unit}, got None"),
-    (True, "must be a finite number in {unit}, got True"),
-    (2j, "must be a finite number in {unit}, got 2j"),
-    ([1e-3], "must be a finite number in {unit}, got [0.001]"),
-    (np.array([1e-3, 1e-3]), "must be a finite number in {unit}, got array([0.001, 0.001])"),
-]
-
-
-@pytest.mark.parametrize(("value", "message"), WRONG, ids=[str(value) for value, _ in WRONG])
-@pytest.mark.parametrize(("name", "unit"), [("radius", "m"), ("density", "1/m^2"), ("area", "m^2")])
-def test_surface_refused(name: str, unit: str, value: object, message: str) -> None:
-    right = {"radius": 1e-3, "density": 1e8, "area": 2e-4}
-    arguments = right | {name: value}
-    came = refusal(ms.GreenwoodWilliamson, PAIR, ms.Gaussian(S), **arguments)
-    assert came == f"{name} " + message.format(unit=unit)
-    if name == "radius":
-        assert refusal(ms.SphereOnFlat, PAIR, value) == came
 
 
 @pytest.mark.parametrize("name", ["radius", "density", "area"])

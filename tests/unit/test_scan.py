@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import copy
 import pickle
-import time
 import tracemalloc
 
 import numpy as np
@@ -166,18 +165,6 @@ def test_memory_is_a_small_multiple_of_the_scan(holes: bool) -> None:
     assert most < 7.5 * heights.nbytes + 2**25
 
 
-@pytest.mark.slow
-def test_four_megapixels_are_conditioned_in_seconds() -> None:
-    import time
-
-    heights = np.random.default_rng(1).normal(scale=1e-7, size=(2000, 2000))
-    scan = ms.Scan(heights, 1e-6)
-    began = time.perf_counter()
-    scan.condition(level="plane", cutoff=1e-5, long_cutoff=2e-4)
-    # 1.3 s on two cores; a busy machine may take longer.
-    assert time.perf_counter() - began < 10.0
-
-
 def test_what_is_reckoned_once_is_that_of_the_scan_and_stays_with_it() -> None:
     rng = np.random.default_rng(2)
     scan = ms.Scan(rng.standard_normal((40, 50)) * 1e-7, 1e-6)
@@ -191,17 +178,13 @@ def test_what_is_reckoned_once_is_that_of_the_scan_and_stays_with_it() -> None:
 
 
 @pytest.mark.slow
-def test_four_megapixels_take_little_time_and_memory() -> None:
-    """All parameters and summits at ten cut-offs: seven seconds where this was written."""
+def test_all_parameters_at_ten_cutoffs_take_little_memory() -> None:
     from microslip.scans import random_surface
 
-    scan = random_surface((2048, 2048), 1e-6, m0=4e-14, m2=4e-4, m4=1e8, seed=7)
+    scan = random_surface((1024, 1024), 1e-6, m0=4e-14, m2=4e-4, m4=1e8, seed=7)
     tracemalloc.start()
-    begin = time.process_time()
     table = ms.Scan(scan.heights, 1e-6).condition(level="plane").over_cutoffs()
-    spent = time.process_time() - begin
     most = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert np.isfinite(table.counted_radius).all()
     assert most < 9 * scan.heights.nbytes
-    assert spent < 30.0  # with all allocations traced, on a machine three times as slow

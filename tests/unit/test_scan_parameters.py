@@ -127,10 +127,6 @@ def test_summit_statistics_check_their_numbers(name: str, bad: Any) -> None:
         SummitStatistics(**numbers)
 
 
-def test_summit_statistics_read_well() -> None:
-    assert SUMMITS.product == pytest.approx(0.02)
-
-
 def test_nayak_takes_any_shape() -> None:
     theory = NayakSummits(1.0, 1.0, 3.0)
     for function in (theory.height_density, theory.share_below, theory.curvature_at):

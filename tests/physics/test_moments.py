@@ -248,14 +248,3 @@ def test_density_is_the_slope_of_the_distribution(heights):
     step = 1e-4 * heights.spread
     slope = (heights.cdf(t + step) - heights.cdf(t - step)) / (2 * step)
     np.testing.assert_allclose(slope * heights.spread, heights.pdf(t) * heights.spread, atol=1e-8)
-
-
-@pytest.mark.parametrize("heights", EXAMPLES)
-def test_shape_in_is_shape_out(heights):
-    t = heights.span[0] + heights.spread * np.array([[0.5, 1.0, 2.0], [0.1, -1.0, 0.0]])
-    whole = heights.partial_moment(1.5, t)
-    assert whole.shape == t.shape
-    for index, v in np.ndenumerate(t):
-        one = heights.partial_moment(1.5, float(v))
-        assert isinstance(one, float)
-        assert one == pytest.approx(whole[index], rel=1e-15, abs=0)

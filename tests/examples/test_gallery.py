@@ -229,24 +229,6 @@ def test_script(
         assert alike(line, expected), f"{line!r}, not {expected!r}"
 
 
-@pytest.mark.parametrize("script", SCRIPTS, ids=lambda script: script.stem)
-def test_script_is_a_page_of_the_gallery(script: Path) -> None:
-    """A title, words between the pieces, few imports, and no name of a machine."""
-    text = script.read_text(encoding="utf-8")
-    title, line = (ast.get_docstring(ast.parse(text)) or "\n").splitlines()[:2]
-    assert line == "=" * len(title)
-    assert text.count("\n# %%\n# ") >= 2
-    assert len(text.splitlines()) < 110
-    modules = {
-        alias.name.partition(".")[0] if isinstance(node, ast.Import) else node.module or ""
-        for node in ast.parse(text).body
-        if isinstance(node, (ast.Import, ast.ImportFrom))
-        for alias in node.names
-    }
-    allowed = {"matplotlib", "numpy", "microslip", "scipy", "itertools", "pathlib", "tempfile"}
-    assert modules <= allowed | {"matplotlib.colors", "microslip.scans"}
-
-
 @pytest.mark.parametrize(
     "script", [p for p in SCRIPTS if p.stem[:2].isdigit()], ids=lambda p: p.stem
 )

@@ -461,14 +461,6 @@ def test_ticks_are_round_numbers_that_say_where_they_stand() -> None:
 # -- long records -------------------------------------------------------------------------------
 
 
-def test_a_short_record_is_drawn_sample_by_sample() -> None:
-    values = np.sin(np.arange(500.0))
-    places, drawn = envelope(values)
-    np.testing.assert_array_equal(places, np.arange(500.0))
-    assert drawn is values
-    assert path(values, values)[0] is values
-
-
 @pytest.mark.parametrize("size", [MOST_SAMPLES + 1, 100_000, 123_457])
 def test_the_envelope_of_a_long_record_has_all_its_extremes(size: int) -> None:
     values = np.random.default_rng(0).normal(size=size)
@@ -502,12 +494,6 @@ def test_each_stroke_of_a_long_path_is_drawn_once() -> None:
     assert strokes == wanted
 
 
-def test_a_long_record_is_a_small_file(tmp_path: Path) -> None:
-    record = np.cumsum(np.random.default_rng(0).normal(size=30_000)) / 100.0
-    result = study(record=record, folder=tmp_path).run()
-    assert len(svg(draw(result, "history"))) < 1_500_000
-
-
 # -- files --------------------------------------------------------------------------------------
 
 
@@ -536,15 +522,6 @@ def test_svg_files_are_small_and_well_formed(result: ms.Result) -> None:
         assert {entry.label for entry in plot.legend} <= texts
         assert b"nan" not in data
         assert not re.findall(rb' d="[^"]*\.\d{3}', data), "finer than a hundredth of a point"
-
-
-def test_no_axis_has_one_number_alone() -> None:
-    """Narrow panels of a range that straddles one round number get finer ones."""
-    panels = [Panel(cell=(0, 0, column, column)) for column in range(4)]
-    for panel in panels:
-        panel.line([0.4705, 0.4777], [0.0, 1.0], "#000000")
-    for frame in lay_out(Plot(panels, widths=(1.0,) * 4)).frames:
-        assert len(frame.x.ticks.major) >= 2
 
 
 def test_curves_are_where_the_ticks_say(result: ms.Result) -> None:

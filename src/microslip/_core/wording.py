@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from datetime import date, time
 from difflib import get_close_matches
 from typing import Final
@@ -73,3 +73,13 @@ def did_you_mean(word: str, words: Iterable[str], cutoff: float = 0.6) -> str:
 def plural(count: int, noun: str) -> str:
     """A number of things, such as "1 cycle" or "3 cycles"."""
     return f"{count} {noun}{'' if count == 1 else 's'}"
+
+
+def joined(texts: Sequence[str]) -> str:
+    """Texts as one, such as "a, b and c"."""
+    return " and ".join(filter(None, (", ".join(texts[:-1]), texts[-1])))
+
+
+def capital(text: str) -> str:
+    """A sentence that begins with a capital."""
+    return f"{text[:1].upper()}{text[1:]}"

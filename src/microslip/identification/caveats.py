@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 import string
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 from microslip._core.units import engineering, significant
+from microslip._core.wording import joined
 
 IDENTIFIED, IN_DOUBT, APPARENT, BEYOND, ABOVE, BELOW, NOT, FIXED = (
     "identified",
@@ -322,11 +323,6 @@ class _Writer(string.Formatter):
 
     def _part_text(self, part: Any) -> str:
         return part.words(self._call) if isinstance(part, Caveat) else self._call(str(part))
-
-
-def joined(texts: Sequence[str]) -> str:
-    """Texts as one, such as "a, b and c"."""
-    return " and ".join(filter(None, (", ".join(texts[:-1]), texts[-1])))
 
 
 # -- numbers and their names ----------------------------------------------------------------------

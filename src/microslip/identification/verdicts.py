@@ -11,6 +11,7 @@ import numpy as np
 from microslip._core.checks import Floats
 from microslip._core.units import significant
 from microslip._core.verdicts import Rule, Verdict
+from microslip._core.wording import joined
 from microslip.identification.caveats import (
     ABOVE,
     APPARENT,
@@ -21,7 +22,6 @@ from microslip.identification.caveats import (
     Call,
     Caveat,
     ends_text,
-    joined,
     number_text,
 )
 from microslip.identification.coordinates import RIG, Coordinate

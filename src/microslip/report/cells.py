@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from microslip._core.units import engineering, significant
 from microslip._core.verdicts import WORDS, Verdict
-from microslip._core.wording import one_line
+from microslip._core.wording import joined, one_line
 from microslip.report.document import Column, Judged, Table, Value, Verdicts
 from microslip.report.kit import evenly
 
@@ -284,5 +284,5 @@ def _listed(places: list[str]) -> str:
     if not places:
         return ""
     if len(places) <= 3:
-        return "at " + " and ".join(filter(None, [", ".join(places[:-1]), places[-1]]))
+        return f"at {joined(places)}"
     return f"at {len(places)} loads, {places[0]} to {places[-1]}"

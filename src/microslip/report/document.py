@@ -136,7 +136,7 @@ class File:
     """One file of a result."""
 
     name: str  # in the folder
-    write: Callable[[Path, Progress], None]
+    write: Callable[[Path, Progress], object]
     """Writes it, given its path and what takes the share that is done."""
     cost: float = 1e-3  # seconds that it takes, more or less
 

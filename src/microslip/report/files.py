@@ -60,30 +60,24 @@ def standard_files(document: Document) -> tuple[File, ...]:
         if name in by_name:
             return by_name[name]
         if name == "summary.json":
-            return File(name, lambda path, _: write_json(path, document.data))
+            return text_file(name, lambda: json_text(document.data))
         if name == "report.html":
-            cost = FIGURE * (len(pictures) + 1)
-            return File(name, lambda path, progress: _page(document, cache, path, progress), cost)
+            from microslip.report.html import page
+
+            def write_page(path: Path, progress: Progress) -> None:
+                path.write_bytes(page(document, cache, progress).encode("utf-8", ESCAPED))
+
+            return File(name, write_page, FIGURE * (len(pictures) + 1))
         picture = pictures[stem]
         cost = FIGURE if kind == "svg" else 20.0 * FIGURE
-        return File(name, lambda path, _: _bytes(path, cache.as_bytes(picture, kind)), cost)
+        return File(name, lambda path, _: path.write_bytes(cache.as_bytes(picture, kind)), cost)
 
     return tuple(map(file, document.data["files"]))
 
 
-def _page(document: Document, cache: PictureCache, path: Path, progress: Progress) -> None:
-    from microslip.report.html import page
-
-    path.write_text(page(document, cache, progress), encoding="utf-8", errors=ESCAPED, newline="\n")
-
-
-def _bytes(path: Path, content: bytes) -> None:
-    path.write_bytes(content)
-
-
 def text_file(name: str, text: Callable[[], str]) -> File:
     """A file of text."""
-    return File(name, lambda path, _: _bytes(path, text().encode("utf-8", ESCAPED)))
+    return File(name, lambda path, _: path.write_bytes(text().encode("utf-8", ESCAPED)))
 
 
 def csv_file(
@@ -182,10 +176,9 @@ def plain(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def write_json(path: Path, data: Mapping[str, Any]) -> None:
-    """Write plain values as JSON with all their digits."""
-    text = json.dumps(data, indent=1, ensure_ascii=False, allow_nan=False)
-    path.write_text(text + "\n", encoding="utf-8", errors=ESCAPED, newline="\n")
+def json_text(data: Mapping[str, Any]) -> str:
+    """Plain values as JSON with all their digits."""
+    return json.dumps(data, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def write_csv(

@@ -23,6 +23,7 @@ from microslip.report.plot import (
     Panel,
     Pixels,
     Plot,
+    Rule,
 )
 
 
@@ -263,13 +264,17 @@ def families(
     contents: Sequence[Family],
     x: Floats,
     axis: Callable[[bool], Axis],
+    chosen: float,
+    room: float,
+    rest: float,
     *,
     first: int = 0,
     always_log: bool = False,
-) -> list[Panel]:
-    """A panel for each family of lines, three a row; ``axis`` is told whether others stand below.
+) -> Plot:
+    """A panel for each family of lines, three a row, with a chosen place.
 
-    Lines begin at the point ``first``, markers are at all.
+    Each row has so much room [in]; ``axis`` is told whether others stand below. Lines begin at the
+    point ``first``, markers are at all.
     """
     panels = []
     for number, (name, unit, lines) in enumerate(contents):
@@ -278,13 +283,15 @@ def families(
         positive = visible_values(values)
         log = always_log or bool(positive.size and positive.max() > 3.0 * positive.min())
         panel = Panel(axis(number + 3 < len(contents)), Axis(log=log), note=f"{name} [{label}]")
+        panel.add(Rule(chosen, "x", EDGE, 0.9, SHORT_DASH))
         for how, line in lines:
             y = drawable(line / scale, log)
             panel.line(x[first:], y[first:], how.color, dash=how.dash)
             panel.marks(x, y, how.color, marker=how.marker)
         panels.append(panel)
-    in_rows(panels, 3)
-    return panels
+    heights = in_rows(panels, 3) or (1.0,)
+    widths = (1.0,) * max(1, min(3, len(panels)))
+    return Plot(panels, room * len(heights) + rest, heights=heights, widths=widths)
 
 
 def scale_of_colours(

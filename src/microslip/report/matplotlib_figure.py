@@ -35,7 +35,7 @@ from microslip._core.checks import show
 from microslip.errors import InputError
 from microslip.report import plot as shapes
 from microslip.report.layout import PAGE, SMALL, TEXT, TITLE, Frame, Page, Scale, lay_out
-from microslip.report.plot import COLORS, Axis, Entry, Item, Panel, Plot
+from microslip.report.plot import COLORS, Axis, Item, Panel, Plot
 
 STYLE = Path(__file__).parents[1] / "style.mplstyle"
 FONT = "DejaVu Sans"
@@ -307,24 +307,21 @@ def _legend(target: Figure, page: Page) -> None:
         target.text(0.5, y, _plain(page.legend_title), ha="center", size=SMALL)
     for entry, left, middle in page.legend:
         y = 1.0 - middle / page.height
-        target.add_artist(_handle(entry, (left / PAGE, (left + 18.7) / PAGE), y))
+        ends = left / PAGE, (left + 18.7) / PAGE
+        handle = Line2D(
+            [ends[0], 0.5 * (ends[0] + ends[1]), ends[1]],
+            [y, y, y],
+            color=entry.color,
+            linestyle=_dash(entry.dash) if entry.line else "none",
+            linewidth=1.4,
+            marker=entry.marker or "none",
+            markersize=4.5,
+            markeredgewidth=0.8,
+            markerfacecolor=entry.color if entry.filled else "white",
+            markevery=[1],
+        )
+        target.add_artist(handle)
         target.text((left + 25.0) / PAGE, y, _plain(entry.label), va="center_baseline", size=SMALL)
-
-
-def _handle(entry: Entry, x: tuple[float, float], y: float) -> Line2D:
-    middle = 0.5 * (x[0] + x[1])
-    return Line2D(
-        [x[0], middle, x[1]],
-        [y, y, y],
-        color=entry.color,
-        linestyle=_dash(entry.dash) if entry.line else "none",
-        linewidth=1.4,
-        marker=entry.marker or "none",
-        markersize=4.5,
-        markeredgewidth=0.8,
-        markerfacecolor=entry.color if entry.filled else "white",
-        markevery=[1],
-    )
 
 
 # -- on axes that are there ------------------------------------------------------------------------

@@ -9,7 +9,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from microslip._core.units import significant
-from microslip._core.wording import plural
+from microslip._core.wording import capital, plural
 from microslip._version import __version__
 from microslip.errors import InputError
 from microslip.identification import Comparison, Identification, figures, identify
@@ -308,7 +308,7 @@ def document(outcome: Identified, say: Say = str, files: bool = False) -> Docume
         _headline(fit, outcome.groups),
         tuple(sections),
         summary,
-        () if outcome.first.is_plain else (f"{numbers.capital(fit['message'])}.",),
+        () if outcome.first.is_plain else (f"{capital(fit['message'])}.",),
         numbers.first_number(fit),
         "loops",
         tuple(tables),
@@ -354,7 +354,7 @@ def _parameters(fit: Summary, study: str | None, level: str) -> list[Block]:
 def _open_section(fit: Summary) -> list[Section]:
     """Open questions of the records; no section where there are none."""
     texts = numbers.open_texts(fit)
-    ways = tuple(f"{numbers.capital(way['text'])}." for way in fit["directions"])
+    ways = tuple(f"{capital(way['text'])}." for way in fit["directions"])
     blocks: list[Block] = [Items(tuple(texts))]
     if ways:
         note = "Combinations of parameters that change the loops by less than their noise:"

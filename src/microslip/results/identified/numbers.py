@@ -6,15 +6,15 @@ import math
 import tomllib
 from collections.abc import Callable, Mapping
 from textwrap import wrap
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from microslip._core.units import engineering, prefix, significant
 from microslip._core.verdicts import Verdict, Word
-from microslip._core.wording import shorten
+from microslip._core.wording import joined, shorten
 from microslip._version import __version__
 from microslip.errors import InputError
 from microslip.identification import Identification
-from microslip.identification.caveats import HAS_VALUE, ends_text, joined, label, number_text
+from microslip.identification.caveats import HAS_VALUE, ends_text, label, number_text
 from microslip.identification.verdicts import verdicts
 from microslip.report.document import Number
 from microslip.study.toml_text import dump
@@ -35,15 +35,6 @@ _WORDS: Mapping[str, Word] = {
     "bounded below": "watch",
     "not identified": "outside",
 }
-
-
-class OpenParameter(NamedTuple):
-    """Something that the records do not tell."""
-
-    name: str
-    verdict: str
-    reason: str
-    remedy: str
 
 
 def quantity(value: float | None, unit: str, digits: int = 4) -> str:
@@ -178,15 +169,10 @@ def quality_of(fit: Summary) -> list[str]:
     return texts
 
 
-def open_parameters(fit: Summary) -> list[OpenParameter]:
-    """Parameters not identified, with reason and remedy; not a cell of a law that is none."""
+def open_parameters(fit: Summary) -> list[tuple[str, Summary]]:
+    """Labels and numbers of what is not identified; not a cell of a law that is none."""
     return [
-        OpenParameter(
-            label(name, number.get("normal_load")),
-            number["verdict"],
-            number["reason"],
-            number["remedy"],
-        )
+        (label(name, number.get("normal_load")), number)
         for name, number in fit["parameters"].items()
         if number["verdict"] not in ("identified", "fixed") and not is_at_bound(number)
     ]
@@ -195,8 +181,9 @@ def open_parameters(fit: Summary) -> list[OpenParameter]:
 def open_texts(fit: Summary) -> list[str]:
     """The same as sentences, one for all parameters of which it is the same."""
     names: dict[tuple[str, ...], list[str]] = {}
-    for item in open_parameters(fit):
-        names.setdefault((item.verdict, item.reason, item.remedy), []).append(item.name)
+    for name, number in open_parameters(fit):
+        same = number["verdict"], number["reason"], number["remedy"]
+        names.setdefault(same, []).append(name)
     return [
         f"{joined(of)}, {verdict}: {reason}." + (f" To determine it: {remedy}." if remedy else "")
         for (verdict, reason, remedy), of in names.items()
@@ -207,11 +194,6 @@ def is_at_bound(number: Summary) -> bool:
     """Whether a number lies at a bound that joints have, so that there is nothing to settle."""
     at_bound = number.get("at_bound", False)
     return bool(at_bound and number["verdict"] == "bounded above" and not number["remedy"])
-
-
-def capital(text: str) -> str:
-    """A sentence that begins with a capital."""
-    return f"{text[:1].upper()}{text[1:]}"
 
 
 def signed(value: float | None, digits: int = 3) -> str:
@@ -311,13 +293,13 @@ def _remarks(summary: Summary, say: Callable[[str], str]) -> str:
         f"amplitude {quantity(record['amplitude'], 'm')}, {record['cycles']} cycles"
         for record in summary["records"]
     ]
-    doubts = [item for item in open_parameters(summary) if item.verdict in HAS_VALUE]
-    doubtful = [f"{item.name} ({item.verdict})" for item in doubts]
+    left = open_parameters(summary)
+    doubtful = [f"{name} ({n['verdict']})" for name, n in left if n["verdict"] in HAS_VALUE]
     if summary["status"] != "converged" or doubtful:
         lines += wrap(f"{summary['status'].upper()}: {say(summary['message'])}.", 96)
     if doubtful:
         lines += wrap(f"IN DOUBT: {', '.join(doubtful)}.", 96)
-    if open_ones := [item.name for item in open_parameters(summary) if item not in doubts]:
+    if open_ones := [name for name, n in left if n["verdict"] not in HAS_VALUE]:
         lines.append(
             f"NOT identified, one of many values that fit the loops: {', '.join(open_ones)}."
         )

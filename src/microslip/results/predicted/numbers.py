@@ -118,9 +118,7 @@ def summarise(result: Prediction, defaults: Defaults) -> dict[str, Any]:
         **({} if surface is None else surface.findings()),
         "tightening": tightening(joint),
         "pressure": pressure(joint),
-        "bolts": force_numbers(
-            getattr(getattr(study.joint, "pressure", None), "bolt_forces", None)
-        ),
+        "bolts": force_numbers(getattr(study.joint.pressure, "bolt_forces", None)),
         "structure": None if structure is None else structure_numbers(structure),
         "uncertainty": None if scatter is None else scatter_numbers(scatter),
     }
@@ -154,24 +152,6 @@ def tightening(joint: Any) -> dict[str, Any] | None:
     }
 
 
-def tightening_notes(joint: Any) -> list[str]:
-    """The same in a sentence."""
-    state = tightening(joint)
-    if state is None:
-        return []
-    fraction = state["contact_area_fraction"]
-    of = "" if fraction is None else f" ({100.0 * fraction:.3g} % of the apparent)"
-    where = " where most was pressed" if isinstance(joint, PressedJoint) else ""
-    return [
-        f"joint.tightening_load: at {engineering(state['tightening_load'], 'N', 6, trim=True)} "
-        f"{100.0 * state['yielded_share']:.3g} % of the contacts{where} yielded, "
-        f"{state['mean_indentation_over_yield']:.3g} times as deep as at first yield in the mean "
-        f"over the load, and the real area was {significant(1e6 * state['contact_area'])} mm²{of} "
-        f"(yield stress {engineering(state['yield_stress'], 'Pa', 4, trim=True)}, "
-        f"{state['model']}). Loads up to that are elastic."
-    ]
-
-
 def pressure(joint: Any) -> dict[str, Any] | None:
     """Distribution of the load, if there is one."""
     if not isinstance(joint, PressedJoint):
@@ -181,32 +161,33 @@ def pressure(joint: Any) -> dict[str, Any] | None:
     return {**numbers, "largest_pressure": float(joint.pressures.max())}
 
 
-def pressure_notes(joint: Any) -> list[str]:
-    """The same in a sentence."""
-    spread = pressure(joint)
-    if spread is None:
-        return []
-    return [
-        f"joint.pressure: {spread['kind']}, on {significant(1e6 * spread['area'])} mm², "
-        f"{significant(spread['concentration'])} times the mean where it is largest, "
-        f"{engineering(spread['largest_pressure'], 'Pa')} under "
-        f"{engineering(joint.normal_load, 'N', 4, trim=True)}. The verdicts are those there."
-    ]
-
-
-def bolt_notes(study: StudyDescription) -> list[str]:
-    """Forces of a bolt that presses the joint, in a sentence."""
-    rows = force_rows(getattr(getattr(study.joint, "pressure", None), "bolt_forces", None))
-    if not rows:
-        return []
-    words = "; ".join(f"{name[0].lower()}{name[1:]} {text}" for name, text in rows)
-    return [f"joint.pressure, each bolt: {words}."]
-
-
 def load_notes(study: StudyDescription, joint: Interface) -> list[str]:
     """Notes on the scan, tightening and constant normal load, in sentences."""
     notes = [] if study.surface is None else study.surface.sentences()
-    notes += [*tightening_notes(joint), *pressure_notes(joint), *bolt_notes(study)]
+    if (state := tightening(joint)) is not None:
+        fraction = state["contact_area_fraction"]
+        of = "" if fraction is None else f" ({100.0 * fraction:.3g} % of the apparent)"
+        where = " where most was pressed" if isinstance(joint, PressedJoint) else ""
+        tightened_by = engineering(state["tightening_load"], "N", 6, trim=True)
+        notes.append(
+            f"joint.tightening_load: at {tightened_by} "
+            f"{100.0 * state['yielded_share']:.3g} % of the contacts{where} yielded, "
+            f"{state['mean_indentation_over_yield']:.3g} times as deep as at first yield in the "
+            f"mean over the load, and the real area was "
+            f"{significant(1e6 * state['contact_area'])} mm²{of} (yield stress "
+            f"{engineering(state['yield_stress'], 'Pa', 4, trim=True)}, {state['model']}). Loads "
+            "up to that are elastic."
+        )
+    if (spread := pressure(joint)) is not None:
+        notes.append(
+            f"joint.pressure: {spread['kind']}, on {significant(1e6 * spread['area'])} mm², "
+            f"{significant(spread['concentration'])} times the mean where it is largest, "
+            f"{engineering(spread['largest_pressure'], 'Pa')} under "
+            f"{engineering(joint.normal_load, 'N', 4, trim=True)}. The verdicts are those there."
+        )
+    if rows := force_rows(getattr(study.joint.pressure, "bolt_forces", None)):
+        words = "; ".join(f"{name[0].lower()}{name[1:]} {text}" for name, text in rows)
+        notes.append(f"joint.pressure, each bolt: {words}.")
     variation, history = study.excitation.load_variation, study.excitation.history
     index = joint.surface._assumptions(None).get("plasticity index") if study.structure else None
     if index is not None and index > 1.0:

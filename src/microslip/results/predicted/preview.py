@@ -107,20 +107,18 @@ def next_step(document: Document) -> str:
 
 
 def _quantity_table(quantities: list[dict[str, Any]]) -> Table:
-    rows = tuple(_quantity_row(quantity) for quantity in quantities)
+    rows = []
+    for quantity in quantities:
+        written, unit = quantity["written"], quantity["unit"]
+        if "count" in quantity:
+            ends = (si(quantity[end]) for end in ("smallest", "largest"))
+            value = f"{quantity['count']} values, {' to '.join(ends)}"
+        else:
+            value = _list(quantity["value"], si)
+        text = "– (table of metals)" if written is None else _list(written, str)
+        rows.append((quantity["key"], text, value if unit == "-" else f"{value} {unit}"))
     columns = (Column("key", "key"), Column("written", "written"), Column("value", "in SI units"))
-    return Table("Quantities", columns, rows, most=len(rows) or 1)
-
-
-def _quantity_row(quantity: dict[str, Any]) -> tuple[str, str, str]:
-    written, unit = quantity["written"], quantity["unit"]
-    if "count" in quantity:
-        ends = (si(quantity[end]) for end in ("smallest", "largest"))
-        value = f"{quantity['count']} values, {' to '.join(ends)}"
-    else:
-        value = _list(quantity["value"], si)
-    text = "– (table of metals)" if written is None else _list(written, str)
-    return quantity["key"], text, value if unit == "-" else f"{value} {unit}"
+    return Table("Quantities", columns, tuple(rows), most=len(rows) or 1)
 
 
 def _list(value: Any, write: Callable[[Any], str]) -> str:

@@ -12,6 +12,7 @@ import numpy as np
 
 from microslip._core.units import engineering, significant
 from microslip._core.verdicts import Remark
+from microslip._core.wording import capital
 from microslip.errors import in_python
 from microslip.report.document import (
     Block,
@@ -115,11 +116,11 @@ def _answer(findings: Findings, data: dict[str, Any]) -> str:
     """The summits in a sentence, at which cut-off, and what was measured."""
     rms = _number(data)
     height = f"Sq {rms.value} {rms.band.partition(' (')[0]}".rstrip()
-    measured = f"{_size_text(findings)}. {_capital(findings.cutoff_text())}: {height}."
+    measured = f"{_size_text(findings)}. {capital(findings.cutoff_text())}: {height}."
     for estimate in ("counted", "mccool"):
         if part := data["summits"].get(estimate):
             keys = ("density", "radius", "std")
-            density, radius, std = (_written(part[k]["value"], part[k]["unit"]) for k in keys)
+            density, radius, std = (written(part[k]["value"], part[k]["unit"]) for k in keys)
             return (
                 f"Summits by {ESTIMATES[estimate]}: {density} per mm², radius {radius}, "
                 f"standard deviation of their heights {std}. {measured}"
@@ -131,8 +132,8 @@ def _number(data: dict[str, Any]) -> Number:
     """The rms height with its error."""
     part = data["parameters"]["rms"]
     error = part["error"]
-    band = "" if error is None else f"± {_written(error, 'm', 2)} (standard error from patches)"
-    return Number("rms height Sq", _written(part["value"], "m", 4), band)
+    band = "" if error is None else f"± {written(error, 'm', 2)} (standard error from patches)"
+    return Number("rms height Sq", written(part["value"], "m", 4), band)
 
 
 def _remarks(findings: Findings) -> list[str]:
@@ -144,14 +145,10 @@ def _remarks(findings: Findings) -> list[str]:
     doubts = [note for note in findings.raw.notes if isinstance(note, Remark)]
     # Points that were left out are not suspected again.
     remarks += [d.words for d in doubts if d.kind == SUSPECT and request.outliers is None]
-    remarks += [_capital(doubt.words) for doubt in doubts if doubt.kind != SUSPECT]
+    remarks += [capital(doubt.words) for doubt in doubts if doubt.kind != SUSPECT]
     if laws is not None and request.heights not in (None, laws.recommended):
-        remarks.append(f"{_capital(laws.reason)}. Take `heights={in_python(laws.recommended)}`.")
+        remarks.append(f"{capital(laws.reason)}. Take `heights={in_python(laws.recommended)}`.")
     return [*remarks, *findings.missing, *disagreements(findings)]
-
-
-def _capital(text: str) -> str:
-    return text[:1].upper() + text[1:]
 
 
 def _size_text(findings: Findings) -> str:
@@ -185,8 +182,8 @@ def _parameters(findings: Findings, data: dict[str, Any]) -> Table:
         if name == "anisotropy" and findings.scan.is_profile:
             continue
         part = data["parameters"][name]
-        error = None if part["error"] is None else _written(part["error"], unit, 2)
-        rows.append((label, _written(part["value"], unit, 4), error))
+        error = None if part["error"] is None else written(part["error"], unit, 2)
+        rows.append((label, written(part["value"], unit, 4), error))
     columns = (
         Column("quantity", "quantity"),
         Column("value", "value"),
@@ -224,7 +221,7 @@ def _summits(data: dict[str, Any]) -> tuple[Block, ...]:
 
 
 def _with_error(part: dict[str, Any]) -> str:
-    value = _written(part["value"], part["unit"])
+    value = written(part["value"], part["unit"])
     if part["error"] is None or not part["value"]:
         return value
     return f"{value} ± {significant(100.0 * part['error'] / abs(part['value']), 2)} %"
@@ -248,10 +245,6 @@ def _over_cutoffs(findings: Findings, data: dict[str, Any]) -> Table:
                 None if radius is None else radius / pixel,
             )
         )
-
-    def per_area(density: float) -> str:
-        return significant(density * 1e-6)
-
     columns = [
         Column("cutoff", "cut-off"),
         Column("rms", "Sq", "m", 3),
@@ -259,7 +252,8 @@ def _over_cutoffs(findings: Findings, data: dict[str, Any]) -> Table:
     ]
     counted = any(row[4] is not None for row in rows)
     for name, unit in kinds:
-        write, head = (per_area, "density [1/mm²]") if name == "density" else (None, name)
+        head = "density [1/mm²]" if name == "density" else name
+        write = partial(written, unit=unit) if name == "density" else None
         columns.append(Column(f"mccool_{name}", name, unit, 3, write, head, not counted))
         columns.append(Column(f"counted_{name}", "counted", unit, 3, write, head))
     columns.append(Column("radius_in_pixels", "radius/pixel", "", 3))
@@ -287,7 +281,7 @@ def _column_notes(findings: Findings, data: dict[str, Any]) -> str:
     )
 
 
-def _written(value: float | None, unit: str, digits: int = 3) -> str:
+def written(value: float | None, unit: str, digits: int = 3) -> str:
     """A number with its unit; powers of a length without prefixes, summits per mm²."""
     if value is None:
         return "–"
@@ -304,7 +298,7 @@ def _written(value: float | None, unit: str, digits: int = 3) -> str:
 
 def _pictures(findings: Findings) -> tuple[Picture, ...]:
     """The figures; a scan with no cut-off to choose has none of parameters over them."""
-    cutoff = f"{_capital(findings.cutoff_text())}."
+    cutoff = f"{capital(findings.cutoff_text())}."
     profile = findings.scan.is_profile
     gaps = _GAPS if findings.scan.missing > 0.0 else ""
     slopes = (
@@ -338,7 +332,7 @@ def _pictures(findings: Findings) -> tuple[Picture, ...]:
         ),
         "texture": (
             texture_plot,
-            f"{_capital(slopes)}. {cutoff}"
+            f"{capital(slopes)}. {cutoff}"
             if profile
             else f"Autocorrelation of the heights along both axes, and {slopes}. {cutoff}",
             "Autocorrelation of the heights, and rms slope against distance",

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from microslip._core.quantities import named
-from microslip._core.units import engineering, significant
+from microslip._core.units import engineering
 from microslip.errors import InputError
 from microslip.friction import Interface, Verdict
 from microslip.report.document import (
@@ -30,6 +30,7 @@ from microslip.report.document import (
 from microslip.report.files import header, plain, text_file
 from microslip.report.kit import length_prefix
 from microslip.report.plot import COLORS, Axis, Panel, Plot, beside
+from microslip.results.scanned.document import written
 from microslip.results.scanned.numbers import FACES_KIND
 from microslip.results.scanned.surface_block import faces_block, faces_table
 from microslip.scans import SummitStatistics, combine
@@ -93,7 +94,7 @@ def document(analysis: Faces, folder: Path | None = None) -> Document:
     combined = analysis.combined
     answer = (
         f"{'The face' if len(analysis.faces) == 1 else 'Both faces together'}, as summits on a "
-        f"flat: {_per_area(combined.density)} per mm², of radius "
+        f"flat: {written(combined.density, '1/m^2')} per mm², of radius "
         f"{engineering(combined.radius, 'm')}, their heights with a standard deviation of "
         f"{engineering(combined.std, 'm')}."
     )
@@ -131,22 +132,14 @@ def _faces(analysis: Faces) -> tuple[Block, ...]:
 def _summits(statistics: SummitStatistics, face: RoughFace | None = None) -> list[str]:
     cells = []
     for name, (unit, _, _) in _QUANTITIES.items():
-        text = _written(getattr(statistics, name), unit)
+        text = written(getattr(statistics, name), unit)
         if face is not None and face.ranges:
             low, high = face.ranges[name]
-            text += f" ({_written(low, unit)} to {_written(high, unit)})"
+            text += f" ({written(low, unit)} to {written(high, unit)})"
         elif face is not None and face.spread is not None:
             text += f" ± {100.0 * getattr(face.spread, name):.2g} %"
         cells.append(text)
     return cells
-
-
-def _written(value: float, unit: str) -> str:
-    return _per_area(value) if unit == "1/m^2" else engineering(value, unit)
-
-
-def _per_area(density: float) -> str:
-    return significant(1e-6 * density)
 
 
 # -- the joint -------------------------------------------------------------------------------------

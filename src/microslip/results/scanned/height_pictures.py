@@ -422,17 +422,9 @@ def cutoff_plot(findings: Findings) -> Plot:
     ]
     # The step from none to the first cut-off is not to scale: no line there.
     x = np.where(table.cutoff > 0.0, cutoffs, place_of_none)
-    panels = families([*summits, *moments], x, axis, first=1, always_log=True)
-    for panel in panels:
-        panel.items.insert(0, Rule(place, "x", EDGE, 0.9, SHORT_DASH))
+    plot = families([*summits, *moments], x, axis, place, 2.7, 0.0, first=1, always_log=True)
     names = ("McCool's moments", "counted")[: 1 if scan.is_profile else 2]
     legend = [how.entry(name) for how, name in zip(_ESTIMATES.values(), names, strict=False)]
     legend.append(Entry(findings.cutoff_text(), EDGE, SHORT_DASH))
-    return Plot(
-        panels,
-        5.4,
-        findings.title("Cut-off dependence"),
-        heights=(1.0, 1.0),
-        widths=(1.0, 1.0, 1.0),
-        legend=tuple(legend),
-    )
+    plot.title, plot.legend = findings.title("Cut-off dependence"), tuple(legend)
+    return plot

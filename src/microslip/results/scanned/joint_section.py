@@ -19,7 +19,7 @@ from microslip.normal import NormalLaw, PerssonCurve
 from microslip.normal.measured_pictures import face_plot
 from microslip.report.document import Block, Column, Note, Picture, Section, Table
 from microslip.report.files import csv_text, plain
-from microslip.report.kit import EDGE, SHORT_DASH, Family, families, length_prefix, look_of
+from microslip.report.kit import EDGE, Family, families, length_prefix, look_of
 from microslip.report.plot import (
     COLORS,
     DASHED,
@@ -348,24 +348,16 @@ def _plot(findings: Findings, table: JointOverCutoffs) -> Plot:
         for name, values in table.values.items()
         if np.isfinite(values).any()
     ]
-    panels = families(contents, places / unit, axis)
-    for panel in panels:
-        asked_cutoff = float(places[table.chosen[1]]) / unit
-        panel.items.insert(0, Rule(asked_cutoff, "x", EDGE, 0.9, SHORT_DASH))
+    asked_cutoff = float(places[table.chosen[1]]) / unit
+    plot = families(contents, places / unit, axis, asked_cutoff, 2.9, 0.6)
     texts = (
         "no long-wave cut-off" if math.isinf(long) else engineering(float(long), "m")
         for long in table.long_cutoff
     )
-    rows = 1 if len(panels) <= 3 else 2
-    return Plot(
-        panels,
-        2.9 * rows + 0.6,
-        findings.title("The joint against both cut-offs"),
-        heights=(1.0,) * rows,
-        widths=(1.0, 1.0, 1.0)[: max(1, min(3, len(panels)))],
-        legend=tuple(look_of(index).entry(text) for index, text in enumerate(texts)),
-        legend_title="Long-wave cut-off",
-    )
+    plot.title = findings.title("The joint against both cut-offs")
+    plot.legend_title = "Long-wave cut-off"
+    plot.legend = tuple(look_of(index).entry(text) for index, text in enumerate(texts))
+    return plot
 
 
 # -- the heights of the summits -------------------------------------------------------------------

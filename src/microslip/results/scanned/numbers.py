@@ -11,6 +11,7 @@ import numpy as np
 from microslip._core.parameters import parameters_of
 from microslip._core.quantities import named
 from microslip._core.units import SMALLEST, engineering, significant
+from microslip._core.wording import joined
 from microslip._version import __version__
 from microslip.report.document import Column, Note, Section, Table
 from microslip.report.files import csv_text, header, plain
@@ -142,14 +143,10 @@ def disagreements(findings: Findings) -> list[str]:
     why = "".join(f"\n({number}) {cause}." for number, cause in enumerate(causes, start=1))
     return [
         (
-            f"Two estimates differ: the summits counted have {_listed(texts)} of McCool's "
+            f"Two estimates differ: the summits counted have {joined(texts)} of McCool's "
             f"moments. Why:{why}\n{advice}"
         )
     ]
-
-
-def _listed(parts: list[str]) -> str:
-    return " and ".join([", ".join(parts[:-1])] * (len(parts) > 1) + parts[-1:])
 
 
 _NOUNS = {"density": "density", "radius": "radius", "std": "spread in height"}

@@ -35,7 +35,7 @@ from microslip._core.checks import show
 from microslip.errors import InputError
 from microslip.report import plot as shapes
 from microslip.report.layout import PAGE, SMALL, TEXT, TITLE, Frame, Page, Scale, lay_out
-from microslip.report.plot import COLORS, Axis, Item, Panel, Plot
+from microslip.report.plot import COLORS, Item, Panel, Plot
 
 STYLE = Path(__file__).parents[1] / "style.mplstyle"
 FONT = "DejaVu Sans"
@@ -402,39 +402,26 @@ def _prepare(axes: Axes, panel: Panel) -> None:
             getattr(axes, f"set_{side}scale")("log")
         if not getattr(axes, f"get_{side}label")():
             getattr(axes, f"set_{side}label")(axis.label.replace("$", r"\$"))
-        _limits(axes, axis, side)
+        if axis.low is not None or axis.high is not None:
+            getattr(axes, f"set_{side}lim")(axis.low, axis.high)
+        if axis.ticks is not None:
+            places, texts = zip(*axis.ticks, strict=True) if axis.ticks else ((), ())
+            getattr(axes, f"set_{side}ticks")(places, texts)
     axes.grid(panel.grid)
     if panel.equal:
         axes.set_aspect("equal")
 
 
-def _limits(axes: Axes, axis: Axis, side: str) -> None:
-    if axis.low is not None or axis.high is not None:
-        getattr(axes, f"set_{side}lim")(axis.low, axis.high)
-    if axis.ticks is not None:
-        getattr(axes, f"set_{side}ticks")(
-            [place for place, _ in axis.ticks], [text for _, text in axis.ticks]
-        )
-
-
 def _scaled(item: Item, x: float, y: float) -> Item:
     """An item in the units of the axes."""
-    if x == y == 1.0:
+    if x == y == 1.0 or (isinstance(item, shapes.Words) and not item.data):
         return item
-    if isinstance(item, (shapes.Line, shapes.Marks, shapes.Area, shapes.Stems)):
-        return replace(item, x=item.x * x, y=item.y * y)
-    if isinstance(item, shapes.Words) and item.data:
-        return replace(item, x=item.x * x, y=item.y * y)
-    if isinstance(item, shapes.Rule):
-        return replace(item, value=item.value * (y if item.axis == "y" else x))
-    if isinstance(item, shapes.Band):
-        ratio = y if item.axis == "y" else x
-        return replace(item, low=item.low * ratio, high=item.high * ratio)
-    if isinstance(item, shapes.Pixels):
-        return replace(
-            item, left=item.left * x, right=item.right * x, bottom=item.bottom * y, top=item.top * y
-        )
-    return item
+    across = y if getattr(item, "axis", "x") == "y" else x  # of what crosses the panel
+    factors = dict.fromkeys(("x", "left", "right"), x) | dict.fromkeys(("y", "bottom", "top"), y)
+    factors |= dict.fromkeys(("value", "low", "high"), across)
+    there = [name for name in factors if hasattr(item, name)]
+    scaled: dict[str, Any] = {name: getattr(item, name) * factors[name] for name in there}
+    return replace(item, **scaled)
 
 
 def _legend_on(plot: Plot, axes: Axes) -> None:

@@ -48,30 +48,26 @@ def saturating(value: float) -> str:
     return ">0.999" if 0.9995 <= value < 1.0 - 1e-12 else ratio(value)
 
 
-def percent(share: float | None) -> str:
+def percent(share: float) -> str:
     """Write a share in percent."""
-    if share is None:
-        return UNKNOWN
     if 0.0 < share < 1e-4:
         return "<0.01 %"
     return "0 %" if share == 0.0 else f"{significant(100.0 * share)} %"
 
 
-def expected(count: float | None) -> str:
+def expected(count: float) -> str:
     """Write how many there are on average: whole where they are many."""
-    if count is None:
-        return UNKNOWN
     return f"{count:.0f}" if count >= 100.0 else significant(count)
 
 
-def counted(count: float | None) -> str:
+def counted(count: float) -> str:
     """Write how many there are."""
-    return UNKNOWN if count is None else f"{count:.0f}"
+    return f"{count:.0f}"
 
 
-def decimals(value: float | None) -> str:
+def decimals(value: float) -> str:
     """Write a number of any sign with three decimals, as far as they say something."""
-    return UNKNOWN if value is None else f"{value:.3f}" if abs(value) < 1000.0 else f"{value:.3g}"
+    return f"{value:.3f}" if abs(value) < 1000.0 else f"{value:.3g}"
 
 
 def signed(text: str) -> str:
@@ -79,10 +75,8 @@ def signed(text: str) -> str:
     return re.sub(r"(?<![^\s(])-(?=\d)", "−", text)
 
 
-def area(value: float | None) -> str:
+def area(value: float) -> str:
     """Write an area [m²] in the unit that suits it."""
-    if value is None:
-        return UNKNOWN
     if value >= 1e-9:
         return f"{significant(1e6 * value)} mm²"
     return quantity(float(f"{value:.2e}"), "m^2")

@@ -72,8 +72,10 @@ class Printer:
         try:
             _UNICODE_NEEDED.encode(encoding)
             self._ascii = False
-        except (UnicodeEncodeError, LookupError):
+        except UnicodeEncodeError:
             self._ascii = True
+        except LookupError:
+            encoding, self._ascii = "ascii", True
         self._encoding = encoding
         # Numbers and paths are never folded or cut, and in a pipe there is no width to fit into.
         self._wide = self._narrow = _console(stream, _WIDE)
@@ -89,10 +91,7 @@ class Printer:
         text = text.translate(_CONTROLS)
         if self._ascii:
             text = text.translate(_PLAIN)
-        try:
-            return text.encode(self._encoding, "replace").decode(self._encoding)
-        except LookupError:
-            return text.encode("ascii", "replace").decode("ascii")
+        return text.encode(self._encoding, "replace").decode(self._encoding)
 
     def line(self, text: str = "", style: str = "") -> None:
         """Print text, folded between words where it is wider than the terminal."""

@@ -175,8 +175,6 @@ def _band(
 
 def _coincide(line: Floats, cover: Floats) -> bool:
     """Whether one of two lines would hide the other."""
-    if line.shape != cover.shape:
-        return False
     overlap = np.isfinite(line[1]) & np.isfinite(cover[1])
     near = np.allclose(line[:, overlap], cover[:, overlap], rtol=5e-3, atol=0.0)
     return bool(overlap.any() and near)

@@ -30,6 +30,7 @@ from microslip.runs.columns import (
     OscillatorCurve,
 )
 from microslip.runs.prediction import Defaults, Prediction, leading_inputs, oscillator_of, scalars
+from microslip.structures.bolt_tightening import BoltForces
 from microslip.study import surfaces as u
 from microslip.study.build import is_uncertain
 from microslip.study.description import StudyDescription
@@ -118,7 +119,7 @@ def summarise(result: Prediction, defaults: Defaults) -> dict[str, Any]:
         **({} if surface is None else surface.findings()),
         "tightening": tightening(joint),
         "pressure": pressure(joint),
-        "bolts": force_numbers(getattr(study.joint.pressure, "bolt_forces", None)),
+        "bolts": force_numbers(_bolt_forces(study)),
         "structure": None if structure is None else structure_numbers(structure),
         "uncertainty": None if scatter is None else scatter_numbers(scatter),
     }
@@ -131,6 +132,12 @@ def summarise(result: Prediction, defaults: Defaults) -> dict[str, Any]:
         "units": dict(UNITS),
         "files": list(names),
     }
+
+
+def _bolt_forces(study: StudyDescription) -> BoltForces | None:
+    # A joint of a friction law has no pressure, one of a field no bolts.
+    forces: BoltForces | None = getattr(getattr(study.joint, "pressure", None), "bolt_forces", None)
+    return forces
 
 
 def tightening(joint: Any) -> dict[str, Any] | None:
@@ -185,7 +192,7 @@ def load_notes(study: StudyDescription, joint: Interface) -> list[str]:
             f"{engineering(spread['largest_pressure'], 'Pa')} under "
             f"{engineering(joint.normal_load, 'N', 4, trim=True)}. The verdicts are those there."
         )
-    if rows := force_rows(getattr(study.joint.pressure, "bolt_forces", None)):
+    if rows := force_rows(_bolt_forces(study)):
         words = "; ".join(f"{name[0].lower()}{name[1:]} {text}" for name, text in rows)
         notes.append(f"joint.pressure, each bolt: {words}.")
     variation, history = study.excitation.load_variation, study.excitation.history

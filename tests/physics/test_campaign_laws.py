@@ -7,7 +7,13 @@ import math
 import numpy as np
 import pytest
 
-from microslip.tribometer.campaign_laws import pooled, proportional, running_in, with_threshold
+from microslip.tribometer.campaign_laws import (
+    of_one,
+    pooled,
+    proportional,
+    running_in,
+    with_threshold,
+)
 from microslip.tribometer.estimates import Estimate
 from microslip.tribometer.regimes import borders_of
 
@@ -28,6 +34,16 @@ def test_the_pooled_value_includes_specimens_and_cycles(number: int, scatter: fl
         mean = pooled("mu", each, 0.95).mean
         held += mean.low < 0.5 < mean.high
     assert held / trials > 0.935, "three standard errors of the trials below 0.95"
+
+
+def test_records_of_one_specimen_count_by_scatter_or_by_their_own_errors() -> None:
+    """Two of them: the interval is 12.706 times the larger error, that of Student at 95 %."""
+    for apart, error, wanted in ((2.0, 0.1, 1.0), (0.0, 0.5, 0.5 / math.sqrt(2.0))):
+        means = [Estimate(3.0 + way * apart / 2.0, 0.0, 9.0, error, 8) for way in (-1.0, 1.0)]
+        one = of_one(means, 0.95)
+        assert (one.value, one.standard_error) == pytest.approx((3.0, wanted), rel=1e-12)
+        assert one.high - one.value == pytest.approx(12.7062 * wanted, rel=1e-5)
+        assert of_one(means[:1], 0.95) == means[0]
 
 
 @pytest.mark.parametrize("correlation", [0.0, 0.8])

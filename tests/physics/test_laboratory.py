@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from functools import partial
-
 import pytest
 from laboratory.campaign import KINDS, Tally, coverage, wrong
 from laboratory.sets import SUMMITS, a_set
 from laboratory.wrong_physics import WRONG
 
 import microslip as ms
-
-SLOW = partial(pytest.param, marks=pytest.mark.slow)
 
 
 def whole(tallies: dict[str, Tally]) -> Tally:

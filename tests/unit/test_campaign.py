@@ -14,8 +14,6 @@ import microslip as ms
 from microslip.tribometer import Campaign as Campaign
 from microslip.tribometer.campaign import between_runs
 
-LAW = ms.Jenkins(5e7, 100.0)
-
 
 def loops(amplitude: float, seed: int, noise: float = 0.3, limit: float = 100.0) -> ms.Record:
     """Twelve cycles of one cell behind nothing, with noise."""

@@ -347,19 +347,12 @@ def test_real_record(folder: Path) -> None:
     outcome = run("identify", str(REAL), "--flip-sign", *laws, "-o", "out")
     assert outcome.exit_code == 0, outcome.output
     summary = json.loads((folder / "out/summary.json").read_text("utf-8"))
-    found = summary["identification"]
-    verdicts = {name: one["verdict"] for name, one in found["parameters"].items()}
-    assert verdicts["friction_coefficient"] == "in doubt"  # its force moves
-    assert verdicts["rig_stiffness"] == "in doubt"
-    rig = found["parameters"]["rig_stiffness"]
+    rig = summary["identification"]["parameters"]["rig_stiffness"]
     assert 4e4 < rig["low"] < rig["high"] < 5e4
     other = summary["comparison"]["rigs"]["rig_stiffness"]["segalman"]
     assert other["low"] < rig["low"]
     # Segalman's model leaves it open, or nearly so.
     assert other["high"] is None or other["high"] > 100.0 * rig["high"]
-    assert verdicts["standardised_separation"] == "not identified"
-    # The widths hold what measuring finds: T_m/N 0.476 and E_d/4N delta_g 0.460 of the trace.
-    assert 0.45 < found["parameters"]["friction_coefficient"]["value"] < 0.52
     page = (folder / "out/report.html").read_text("utf-8")
     assert "separation h = d/σ at 5 N, not identified" in page
     assert "To determine it:" in page

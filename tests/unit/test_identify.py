@@ -354,16 +354,6 @@ def test_held_back_is_the_share_it_says(cycles: int, share: float, held: int) ->
     assert _held_back_rows(cycles, share).sum() == held
 
 
-def test_records_and_rigs_as_arrays() -> None:
-    """Whatever holds them."""
-    records = np.empty(2, dtype=object)
-    records[:] = [record(), record(seed=1)]
-    options: dict[str, Any] = {"held_back": 0, "intervals": "curvature"}
-    found = ms.identify(records, "jenkins", rigs=np.array(["a", "b"]), **options)
-    assert {"rig_stiffness of a", "rig_stiffness of b"} <= set(found.parameters)
-    assert len(ms.identify(tuple(records), "jenkins", **options).records) == 2
-
-
 def test_progress_is_a_share() -> None:
     """From none to all, never back."""
     shares: list[float] = []

@@ -83,6 +83,8 @@ def test_records_of_any_kind() -> None:
     array[:] = records()
     for given in (iter(records()), deque(records()), array, dict(enumerate(records())).values()):
         assert values(identified(given)) == first
+    labelled = (identified(rigs=rigs) for rigs in (["a", "b"], np.array(["a", "b"])))
+    assert len({tuple(values(found).items()) for found in labelled}) == 1
     both = ms.compare((one for one in records()), ["jenkins", "segalman"], held_back=0)
     assert set(both.fits) == {"jenkins", "segalman"}
 

@@ -123,8 +123,7 @@ def test_effects_of_the_rig() -> None:
 def test_one_cycle_has_no_interval() -> None:
     mean = ms.measure(virtual(cycles=1)).mean["amplitude"]
     assert mean.number == 1
-    assert np.isnan(mean.low)
-    assert np.isnan(mean.high)
+    assert np.isnan([mean.low, mean.high]).all()
 
 
 def test_student() -> None:
@@ -382,28 +381,16 @@ def test_command(folder: Path) -> None:
 
 def test_command_without_a_folder(folder: Path) -> None:
     before = sorted(folder.iterdir())
-    outcome = run("measure", "run.csv", "--json", "--rig-stiffness", "1e10", "--confidence", "0.9")
-    summary = json.loads(outcome.stdout)
-    assert summary["records"][0]["rig_stiffness"] == 1e10
-    assert summary["records"][0]["confidence"] == 0.9
+    words = ("--rig-stiffness", "1e4 N/um", "--confidence", "0.9", "--unit", "force=mN")
+    (found,) = json.loads(run("measure", "run.csv", "--json", *words).stdout)["records"]
+    assert found["rig_stiffness"] == pytest.approx(1e10, rel=1e-15)
+    assert found["confidence"] == 0.9
+    energy = MEASURED.mean["dissipated_energy"].value
+    assert found["mean"]["dissipated_energy"]["value"] == pytest.approx(energy / 1e3)
     assert sorted(folder.iterdir()) == before
 
 
-def test_command_takes_units(folder: Path) -> None:
-    small = json.loads(run("measure", "run.csv", "--unit", "force=mN", "--json").stdout)
-    energy = MEASURED.mean["dissipated_energy"].value
-    assert small["records"][0]["mean"]["dissipated_energy"]["value"] == pytest.approx(energy / 1e3)
-
-
-@pytest.mark.parametrize(
-    ("text", "value"), [("1e10", 1e10), ("1e4 N/um", 1e10), (" 5 kN/um ", 5e9), ("500 N/um", 5e8)]
-)
-def test_command_takes_a_rig_with_its_unit(folder: Path, text: str, value: float) -> None:
-    summary = json.loads(run("measure", "run.csv", "--json", "--rig-stiffness", text).stdout)
-    assert summary["records"][0]["rig_stiffness"] == pytest.approx(value, rel=1e-15)
-
-
-@pytest.mark.parametrize("text", ["stiff", "0", "-1", "nan", "5 um"])
+@pytest.mark.parametrize("text", ["stiff", "-1", "5 um"])
 def test_command_wants_a_stiffness(folder: Path, text: str) -> None:
     outcome = run("measure", "run.csv", "--rig-stiffness", text)
     assert outcome.exit_code == 2

@@ -198,17 +198,8 @@ class Conclusions:
             is_shape = value <= 0.0 or quantity.shape
             ends = answer.derived(quantity.function, is_shape)
             coordinate = Coordinate(
-                *(
-                    quantity.name,
-                    quantity.name,
-                    quantity.unit,
-                    -math.inf,
-                    math.inf,
-                    "linear",
-                    value,
-                ),
-                load=quantity.load,
-                shape=is_shape,
+                *(quantity.name, quantity.name, quantity.unit, -math.inf, math.inf, "linear"),
+                *(value, False, None, 1.0, quantity.load, is_shape),
             )
             variance = float(gradient @ answer.covariance @ gradient) * answer.widest
             number = judge(coordinate, value, math.sqrt(max(variance, 0.0)), ends, answer.level)
@@ -390,10 +381,9 @@ def _at_bounds(at: Sequence[str], parameters: Numbers) -> Caveat:
         if name in at
     ]
     identified = [name for name, number in parameters.items() if number.verdict == IDENTIFIED]
-    data = {"places": places[:3], "more": len(places) - 3 if len(places) > 3 else None}
-    return Caveat(
-        "at a bound", data | {"names": identified or None, "none": None if identified else ""}
-    )
+    data: dict[str, Any] = {"places": places[:3], "names": identified or None}
+    data |= {"more": max(len(places) - 3, 0) or None, "none": None if identified else ""}
+    return Caveat("at a bound", data)
 
 
 def range_of(values: Sequence[float | None], unit: str) -> str | None:

@@ -305,20 +305,14 @@ def fold_all(
     folded = []
     for at, record in enumerate(records):
         one_cycle = fold(record, cycles, bins) if stated is None else averaged(record, stated, bins)
-        folded.append(_checked_direction(one_cycle))
+        x, force, way = one_cycle.displacement(one_cycle.phase), one_cycle.force, one_cycle.way
+        error = one_cycle.force_noise * float(np.linalg.norm(way / np.sqrt(one_cycle.count)))
+        check_direction(one_cycle.name, float(force @ way), error, x, force)
+        folded.append(one_cycle)
         report((at + 1) / len(records))
     names = [record.name for record in folded]
     if len(set(names)) < len(names):
         folded = [replace(record, name=f"{record.name} {i + 1}") for i, record in enumerate(folded)]
-    return folded
-
-
-def _checked_direction(folded: Folded) -> Folded:
-    """A record whose force has the sign of friction; a loop that gives energy has not."""
-    x, force, way = folded.displacement(folded.phase), folded.force, folded.way
-    energy = float(force @ way)
-    noise = folded.force_noise * float(np.linalg.norm(way / np.sqrt(folded.count)))
-    check_direction(folded.name, energy, noise, x, force)
     return folded
 
 

@@ -104,11 +104,6 @@ def motion_of(displacement: Floats, force: Floats, gaps: Sequence[int] = ()) -> 
     return Motion(middle, amplitude, noise, window, period, number)
 
 
-def crossings_of(x: Floats, band: float) -> int:
-    """Number of full crossings of the middle, a band around it left out."""
-    return int(_crossings(x, band)[0].size)
-
-
 _REPEATED, _CLOSED = 0.3, 4.0
 """Steps between its samples by which both ends of a loop are one sample, or follow each other."""
 
@@ -124,8 +119,8 @@ def one_loop(x: Floats, force: Floats) -> tuple[int, bool, bool]:
     usual = float(np.median(way))
     size = x.size - 1 if gap < _REPEATED * usual else x.size
     low, high = np.percentile(x, (1.0, 99.0)).tolist()  # without spikes
-    turns = crossings_of(np.tile(x[:size] - 0.5 * (low + high), 3), BAND * 0.5 * (high - low))
-    return size, 5 <= turns <= 6, gap <= _CLOSED * usual
+    turns, _ = _crossings(np.tile(x[:size] - 0.5 * (low + high), 3), BAND * 0.5 * (high - low))
+    return size, 5 <= turns.size <= 6, gap <= _CLOSED * usual
 
 
 def candidates(displacement: Floats, motion: Motion) -> tuple[Cuts | None, ...]:

@@ -17,75 +17,40 @@ from microslip.tribometer.record import Record
 
 _FEW_BEYOND = 0.05
 
-UNITS: Mapping[str, str] = MappingProxyType(
-    {
-        "start": "-",
-        "period": "-",
-        "amplitude": "m",
-        "displacement_offset": "m",
-        "force_amplitude": "N",
-        "force_offset": "N",
-        "normal_load": "N",
-        "dissipated_energy": "J",
-        "energy_ratio": "-",
-        "loss_factor": "-",
-        "damping_ratio": "-",
-        "sliding_distance": "m",
-        "sliding_ratio": "-",
-        "fouvry_ratio": "-",
-        "friction_peak": "-",
-        "friction_energy": "-",
-        "reversal_stiffness": "N/m",
-        "stiffness_left": "N/m",
-        "stiffness_right": "N/m",
-        "linear_range": "m",
-        "closure_error": "-",
-    }
-)
-"""Columns of the cycles, with their SI units."""
-
-SENSORS: Mapping[str, tuple[str, ...]] = MappingProxyType(
-    {
-        **dict.fromkeys(("amplitude", "displacement_offset"), ("displacement",)),
-        **dict.fromkeys(("sliding_distance", "linear_range"), ("displacement",)),
-        **dict.fromkeys(("force_amplitude", "force_offset"), ("force",)),
-        "normal_load": ("normal_load",),
-        **dict.fromkeys(("friction_peak", "friction_energy"), ("force", "normal_load")),
-        "dissipated_energy": ("force", "displacement"),
-        **dict.fromkeys(
-            ("reversal_stiffness", "stiffness_left", "stiffness_right"), ("force", "displacement")
-        ),
-    }
-)
-"""Sensors in whose gains a column is linear, or inverse; ratios of a loop to itself know none."""
+_MOVED, _PUSHED = ("displacement",), ("force",)
+_WORK, _RATIO = ("force", "displacement"), ("force", "normal_load")
+_COLUMNS: dict[str, tuple[str, tuple[str, ...], str]] = {
+    "start": ("-", (), ""),
+    "period": ("-", (), ""),
+    "amplitude": ("m", _MOVED, "amplitude δ_m"),
+    "displacement_offset": ("m", _MOVED, ""),
+    "force_amplitude": ("N", _PUSHED, "force amplitude T_m"),
+    "force_offset": ("N", _PUSHED, ""),
+    "normal_load": ("N", ("normal_load",), "normal load N"),
+    "dissipated_energy": ("J", _WORK, "energy/cycle E_d"),
+    "energy_ratio": ("-", (), "energy ratio A"),
+    "loss_factor": ("-", (), "loss factor η"),
+    "damping_ratio": ("-", (), "damping ratio ζ"),
+    "sliding_distance": ("m", _MOVED, ""),
+    "sliding_ratio": ("-", (), "sliding ratio D"),
+    "fouvry_ratio": ("-", (), "B = E_d/4T_mδ_g"),
+    "friction_peak": ("-", _RATIO, "friction T_m/N"),
+    "friction_energy": ("-", _RATIO, "friction E_d/4Nδ_g"),
+    "reversal_stiffness": ("N/m", _WORK, "stiffness after reversal"),
+    "stiffness_left": ("N/m", _WORK, "stiffness, left reversal"),
+    "stiffness_right": ("N/m", _WORK, "stiffness, right reversal"),
+    "linear_range": ("m", _MOVED, "linear range"),
+    "closure_error": ("-", (), "closure error"),
+}
+"""Columns of the cycles: SI unit; sensors in whose gains one is linear, or inverse (of which ratios
+of a loop to itself know none); name in tables of those that people ask for."""
+UNITS: Mapping[str, str] = MappingProxyType({name: row[0] for name, row in _COLUMNS.items()})
+LABELS: Mapping[str, str] = MappingProxyType({n: row[2] for n, row in _COLUMNS.items() if row[2]})
 
 
 def gain_error(name: str, gain_errors: Mapping[str, float]) -> float:
     """Relative standard deviation of a column by the gains of its sensors [-]."""
-    return math.hypot(*(gain_errors.get(sensor, 0.0) for sensor in SENSORS.get(name, ())))
-
-
-LABELS: Mapping[str, str] = MappingProxyType(
-    {
-        "amplitude": "amplitude δ_m",
-        "force_amplitude": "force amplitude T_m",
-        "normal_load": "normal load N",
-        "dissipated_energy": "energy/cycle E_d",
-        "energy_ratio": "energy ratio A",
-        "loss_factor": "loss factor η",
-        "damping_ratio": "damping ratio ζ",
-        "sliding_ratio": "sliding ratio D",
-        "fouvry_ratio": "B = E_d/4T_mδ_g",
-        "friction_peak": "friction T_m/N",
-        "friction_energy": "friction E_d/4Nδ_g",
-        "reversal_stiffness": "stiffness after reversal",
-        "stiffness_left": "stiffness, left reversal",
-        "stiffness_right": "stiffness, right reversal",
-        "linear_range": "linear range",
-        "closure_error": "closure error",
-    }
-)
-"""Names in tables of the columns that people ask for."""
+    return math.hypot(*(gain_errors.get(sensor, 0.0) for sensor in _COLUMNS[name][1]))
 
 
 def _block_columns(

@@ -23,7 +23,7 @@ from microslip.tribometer.blocks import Block, Blocks, Count, blocks_of, count_o
 from microslip.tribometer.conditioning import lag_of, looks_late
 from microslip.tribometer.cycle_columns import columns_of
 from microslip.tribometer.estimates import trend
-from microslip.tribometer.record import Record, once_a_record
+from microslip.tribometer.record import UNITS, Record, once_a_record
 from microslip.tribometer.settling import (
     CERTAIN,
     OPEN,
@@ -67,10 +67,10 @@ class Drift(NamedTuple):
 
     def note(self, remedy: str) -> str:
         """Note on it."""
-        unit = "m" if self.channel == "displacement" else "N"
+        total = engineering(self.total, UNITS[self.channel])
         return (
-            f"the {self.channel} drifts by {engineering(self.total, unit)} over the evaluated "
-            f"cycles, {significant(100.0 * self.share, 2)} % of its range; {remedy}"
+            f"the {self.channel} drifts by {total} over the evaluated cycles, "
+            f"{significant(100.0 * self.share, 2)} % of its range; {remedy}"
         )
 
 
@@ -88,15 +88,13 @@ class Plateau(NamedTuple):
 
     def note(self) -> str:
         """Note on it."""
-        unit = "m" if self.channel == "displacement" else "N"
         words = f"{self.share:.1%} of the {self.channel} is exactly {self.extreme:g}: "
         words += "a plateau" if self.is_neared else "a clipped sensor, or a plateau without noise"
         if self.step is None:
             return words
-        return (
-            f"{words} on the converter's steps of {engineering(self.step, unit)}, known to half of "
-            "one, which is in the intervals"
-        )
+        step = engineering(self.step, UNITS[self.channel])
+        words += f" on the converter's steps of {step}"
+        return f"{words}, known to half of one, which is in the intervals"
 
 
 class Delay(NamedTuple):

@@ -320,10 +320,8 @@ def _fold(
 def _growth(sums: Floats, counts: Floats, mean: Floats) -> Estimate:
     """Relative growth of the loops' force, by the factor of each cycle on the mean one."""
     number = sums.shape[0]
-    if number < _JUDGED:
-        return Estimate(0.0, math.nan, math.nan, math.inf, number)
     away = mean - np.average(mean, weights=counts.sum(axis=0))
-    if not away.any():
+    if number < _JUDGED or not away.any():
         return Estimate(0.0, math.nan, math.nan, math.inf, number)
     factors = (sums @ away - counts @ (away * (mean - away))) / (counts @ away**2)
     return trend(np.linspace(0.0, 1.0, number), factors, 0.95)

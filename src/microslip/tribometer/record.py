@@ -27,7 +27,7 @@ from microslip.tribometer.reading import Statements, read
 
 Answer = TypeVar("Answer")
 
-_UNITS = {
+UNITS = {
     "time": "s",
     "displacement": "m",
     "force": "N",
@@ -134,7 +134,7 @@ class Record(Locked, Plottable):
             raise InputError(f"`name` must be text, got {show(name)}")
         if isinstance(notes, str) or not all(isinstance(note, str) for note in notes):
             raise InputError(f"`notes` must be a tuple of texts, got {show(notes)}")
-        fields: dict[str, Any] = dict.fromkeys(_UNITS) | arrays
+        fields: dict[str, Any] = dict.fromkeys(UNITS) | arrays
         fields |= {"normal_load": load, "name": name, "notes": tuple(notes)}
         for key, rate in (("sample_rate", sample_rate), ("frequency", frequency)):
             fields[key] = _frequency(key, rate)
@@ -262,7 +262,7 @@ class Record(Locked, Plottable):
         target = Path(path)
         columns = {
             key: values.tolist()
-            for key in _UNITS
+            for key in UNITS
             if isinstance(values := getattr(self, key), np.ndarray)
         }
         numbers = {"sample_rate": "Hz", "frequency": "Hz"}
@@ -274,7 +274,7 @@ class Record(Locked, Plottable):
             if (value := getattr(self, key)) is not None
         ]
         head += [f"# note: {line_text(note)}\n" for note in self.notes]
-        head.append(",".join(f"{key} [{_UNITS[key]}]" for key in columns) + "\n")
+        head.append(",".join(f"{key} [{UNITS[key]}]" for key in columns) + "\n")
         rows = zip(*(map(repr, values) for values in columns.values()), strict=True)
         lines = chain(head, (",".join(row) + "\n" for row in rows))
         try:

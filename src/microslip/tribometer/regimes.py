@@ -147,7 +147,11 @@ def regimes_of(
     likely = dict(
         zip(REGIMES, (below, (1.0 - below) * short, (1.0 - below) * (1.0 - short)), strict=True)
     )
-    cycle_regimes = _cycle_regimes(columns, limits)
+    stick = ~(columns["energy_ratio"] > limits.stick)
+    gross = ~stick & (columns["fouvry_ratio"] >= limits.gross)
+    cycle_regimes = tuple(
+        REGIMES[0 if s else 2 if g else 1] for s, g in zip(stick, gross, strict=True)
+    )
     if is_moving:
         share = {name: cycle_regimes.count(name) / max(len(cycle_regimes), 1) for name in REGIMES}
         return RecordRegimes(cycle_regimes, share)
@@ -164,11 +168,3 @@ def _chance_below(
     """Probability that the ratio of two means is not above a limit."""
     fine = is_counted & np.isfinite(above) & np.isfinite(under)
     return chance_below(above[fine] - limit * under[fine])
-
-
-def _cycle_regimes(columns: Mapping[str, Floats], limits: Thresholds) -> tuple[str, ...]:
-    """The regime of each cycle, from its energy ratio and Fouvry's."""
-    ratio, fouvry = columns["energy_ratio"], columns["fouvry_ratio"]
-    stick = ~(ratio > limits.stick)
-    gross = ~stick & (fouvry >= limits.gross)
-    return tuple(REGIMES[0 if s else 2 if g else 1] for s, g in zip(stick, gross, strict=True))

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from microslip._core.checks import Floats
 from microslip._core.units import engineering
 from microslip.numerics.runs import runs_of
-from microslip.tribometer.record import Record
+from microslip.tribometer.record import UNITS, Record
 
 FAR = 5.0
 """Spikes over half the usual range, of the record and of the samples around, at least."""
@@ -23,8 +23,6 @@ AROUND = 8
 
 _NOISES, _PART = 20.0, 0.1
 """Jumps off the other cycles over the noise, and over the range of force, at least."""
-
-_UNITS = {"displacement": "m", "force": "N", "normal_load": "N"}
 
 
 class Spike(NamedTuple):
@@ -42,7 +40,7 @@ class Spike(NamedTuple):
     """Half the range that is usual there [m, N]: of the record, or of the samples around."""
 
     def __str__(self) -> str:
-        unit = _UNITS[self.channel]
+        unit = UNITS[self.channel]
         where = f"sample {self.first}"
         if self.last > self.first:
             where = f"samples {self.first} to {self.last}"
@@ -62,7 +60,7 @@ def spikes_of(record: Record) -> tuple[Spike, ...]:
     this project's.
     """
     spikes: list[Spike] = []
-    for channel in _UNITS:
+    for channel in ("displacement", "force", "normal_load"):
         values = getattr(record, channel)
         if isinstance(values, np.ndarray):
             spikes += _spikes_in(channel, values)

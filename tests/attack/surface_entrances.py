@@ -149,6 +149,7 @@ def add_scans(add: Add, pair: Any) -> None:
     add("Scan.over_cutoffs", scan.over_cutoffs, cutoffs=[3e-6, 4e-6])
     add("Scan.material_ratio", scan.material_ratio, height=[-1e-7, 0.0, 1e-7])
     add("Scan.profile_parameters", scan.profile_parameters, section=1e-5, axis="x")
+    add("Scan.height_distribution", scan.height_distribution, bins=30)
     add("Scan.noise_behind", scan.noise_behind, cutoff=4e-6)
     add("Scan.joint_over_cutoffs", scan.joint_over_cutoffs, pair=pair, normal_load=1e-4,
         cutoff=4e-6, cutoffs=[3e-6, 4e-6], long_cutoffs=[1e-5], area=1e-8,

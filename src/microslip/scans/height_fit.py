@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from microslip._core.checks import Floats, floats, plain
+from microslip._core.checks import Floats, floats, plain, show
 from microslip._core.frozen import Locked, lock
 from microslip._core.units import engineering
 from microslip._core.verdicts import Verdict, Word
@@ -251,7 +251,7 @@ class HeightFit(Locked):
 
 
 def height_distribution(scan: HeightMap, *, bins: int = 200) -> HeightFit:
-    """Density of the heights, and how well the usual distributions fit it.
+    """Density of the heights in some bins, and how well the usual distributions fit them.
 
     Errors as :meth:`measurable`.
     """
@@ -264,7 +264,7 @@ def height_distribution_of(heights: Floats, *, bins: int = 200) -> HeightFit:
     if numbers.count < 20:
         raise InputError(f"a height distribution needs 20 heights or more, got {numbers.count}")
     if not isinstance(bins, int) or not 2 <= bins <= 100_000:
-        raise InputError(f"`bins` must be a whole number from 2 to 100000, got {bins!r}")
+        raise InputError(f"`bins` must be a whole number from 2 to 100000, got {show(bins)}")
     ordered = heights.reshape(-1)
     ordered = ordered[~np.isnan(ordered)]
     ordered.sort()

@@ -204,8 +204,11 @@ def _power_law(spectrum: Spectrum, inside: NDArray[np.bool_]) -> SelfAffineFit:
 
 
 def spectrum(scan: HeightMap, *, window: Window = "hann") -> Spectrum:
-    """Power spectrum of the heights, radial and by axis; errors as :meth:`measurable`."""
-    if window not in ("hann", None):
+    """Power spectrum of the heights, radial and by axis, of a scan tapered by Hann's window or not.
+
+    Errors as :meth:`measurable`.
+    """
+    if window is not None and not (isinstance(window, str) and window == "hann"):
         raise InputError(f"`window` must be {quoted(['hann'])} or None, got {show(window)}")
     heights, steps = scan.measurable().heights, scan.pixel
     tapers = [_taper(n, window) for n in heights.shape]

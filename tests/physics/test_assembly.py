@@ -93,6 +93,7 @@ def cycled(state: ms.Preload, curve: ms.ModalCurve, place: int, cycles: int) -> 
     return np.diff(lost)
 
 
+@pytest.mark.slow
 def test_settled_motion_forgets_the_order_of_tightening() -> None:
     """And so scatter of assemblies comes of form, friction and tension."""
     joint, amplitudes, damping = strip(), [1e-6, 1e-5], []

@@ -27,9 +27,10 @@ needs_signals = pytest.mark.skipif(os.name == "nt", reason="no alarms on this pl
 @needs_signals
 @pytest.mark.parametrize("name", NAMES)
 def test_nothing_is_wrong(name: str) -> None:
-    tally = run(ATTACKS[name].attack, 120, seed=1)
+    inputs = 40 if name == "files" else 120
+    tally = run(ATTACKS[name].attack, inputs, seed=1)
     assert tally.wrong == []
-    assert tally.tried >= 120
+    assert tally.tried >= inputs
 
 
 @needs_signals

@@ -11,6 +11,7 @@ from laboratory.imperfections import an_imperfect_set
 import microslip as ms
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 14])
 def test_numbers_of_a_law_hold(seed: int) -> None:
     made = an_imperfect_set("converter steps", seed)

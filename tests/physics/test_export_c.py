@@ -19,6 +19,7 @@ pytestmark = needs_compiler
 _SCALE = 3e-7  # m, of the joint
 
 
+@pytest.mark.slow
 def test_a_million_samples_of_each_history_agree_to_rounding(tmp_path):
     library = compiled([JOINT], tmp_path, depth=4096)
     for name, x in records(_SCALE, 1_000_000).items():

@@ -144,6 +144,7 @@ def test_a_law_that_does_not_suit_blames_no_rig() -> None:
         assert not any("one rig" in one.reason for one in found.parameters.values())
 
 
+@pytest.mark.slow
 def test_rigs_that_differ_are_reported_with_their_spread() -> None:
     """Compliances of 1/500 and 1/300 m/GN: 50 % of their mean apart."""
     found = ms.identify(

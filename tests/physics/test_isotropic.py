@@ -286,6 +286,7 @@ def test_harmonics_of_nodes_have_their_jacobian() -> None:
     assert own.shape == (NODES, 2, 2, 3, 3)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="glibc alone fills what is free")
 def test_harmonics_do_not_hang_on_what_lies_beside_their_arrays() -> None:
     """Reading beyond an array gives numbers by chance: here what is free is full of others."""

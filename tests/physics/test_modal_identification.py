@@ -66,6 +66,7 @@ def test_inputs_are_recovered_without_noise() -> None:
         np.testing.assert_allclose(curve.damping_ratio, test.damping_ratio, rtol=2e-3)
 
 
+@pytest.mark.slow
 def test_a_second_mode_tells_the_form_from_the_modulus() -> None:
     joint = small_joint().scaled(1.03).with_form(bowed, TRUE["form"])
     state = joint.tightened(surface(), 0.3)

@@ -91,6 +91,7 @@ def panel(rise: float) -> ms.ReducedJoint:
     return joint.with_geometry(*bending)
 
 
+@pytest.mark.slow
 def test_a_drawn_rise_stiffens_solid_elements_as_it_does_the_strip_s() -> None:
     surface = ms.GreenwoodWilliamson(
         ms.MaterialPair(STEEL, STEEL), ms.Gaussian(std=1e-6), radius=1e-3, density=1e8, area=1e-3

@@ -269,6 +269,7 @@ def test_a_planar_field_needs_no_direction_across() -> None:
         ms.Structure(mass, stiffness).attach(field, directions=np.ones((3, 2)))
 
 
+@pytest.mark.slow
 def test_a_mesh_with_several_pairs_and_a_held_body_is_the_drawing(tmp_path: Path) -> None:
     import meshio
 

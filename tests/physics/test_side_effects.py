@@ -12,7 +12,9 @@ import microslip as ms
 @pytest.mark.parametrize(
     ("kind", "name", "words"),
     [
-        ("parallel spring", "parallel", "a spring beside the joint"),
+        pytest.param(
+            *("parallel spring", "parallel", "a spring beside the joint"), marks=pytest.mark.slow
+        ),
         ("viscous", "viscous", "a force proportional to velocity"),
     ],
 )

@@ -109,6 +109,7 @@ def series_bar() -> ms.Structure:
     return ms.Structure(np.eye(4), stiffness).attach(JOINT, directions=[0.0, 1.0, -1.0, 0.0])
 
 
+@pytest.mark.slow
 def test_a_joint_in_series_rings_down_along_its_modal_curve() -> None:
     """Frequency and damping within 1 %; a fixed shape is wrong by factors here."""
     bar = series_bar()
@@ -127,6 +128,7 @@ def test_a_joint_in_series_rings_down_along_its_modal_curve() -> None:
     assert np.allclose(seen.damping_ratio[late], curve.damping_ratio, rtol=0.01)
 
 
+@pytest.mark.slow
 def test_a_motion_s_energies_add_up_and_its_error_is_of_second_order() -> None:
     pull = 3.0 * JOINT.force_limit
     errors, ends = [], []
@@ -287,6 +289,7 @@ def test_a_response_is_followed_around_turning_points() -> None:
     assert np.isnan(drawn.y[(turns[0] + turns[1]) // 2])
 
 
+@pytest.mark.slow
 def test_motions_in_time_stay_or_leave_as_is_reported_of_every_point() -> None:
     """A bouncing face with sliders beside it, over a fold: 208 points, pushed by 1 % both ways.
 

@@ -98,6 +98,9 @@ def test_studies_records_and_lists(folder: Path) -> None:
     found = batch.run(batch.items_of(folder / "list.txt", None), folder / "listed")
     assert len(found.done) == 1
     assert "none.toml" in found.failed[0]["reason"]
+    (folder / "list.npy").write_bytes(b"a\n\0")
+    with pytest.raises(ms.InputError, match="wanted text"):
+        batch.items_of(folder / "list.npy", None)
 
 
 def die(item: batch.Item) -> batch.Outcome:

@@ -197,6 +197,7 @@ def test_a_new_study_runs_as_it_is(law: str) -> None:
     assert ratios[-1] > 0.99, "from micro to gross slip"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", LAWS)
 def test_every_key_of_a_new_study_can_be_used(law: str) -> None:
     """Each line in a comment counts without its #, in place of the one that it excludes."""

@@ -162,6 +162,7 @@ def test_a_law_by_its_closed_form() -> None:
     assert found.values["joint.force_limit"] == pytest.approx(20.0 / lowest, rel=0.02)
 
 
+@pytest.mark.slow
 def test_any_study_gives_what_the_exact_search_gives() -> None:
     """The same study by both ways, and keys and joints that only the second has."""
     target, vary = "damping_ratio >= 6 % at 0.1 um", "joint.normal_load=500 N..5 kN"

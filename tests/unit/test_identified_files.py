@@ -130,6 +130,7 @@ def test_value_and_interval_are_beside_each_other(
     assert all(len(line.rstrip()) <= width for line in lines)
 
 
+@pytest.mark.slow
 def test_records_that_differ_leave_a_trace(tmp_path: Path) -> None:
     """In the study, on the page and in every verdict; in the words of who asked."""
     records = [record(500.0, 6e-6), record(2000.0, 6e-6, rig_stiffness=2e8)]

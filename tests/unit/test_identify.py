@@ -512,6 +512,7 @@ def three_loads() -> list[ms.Record]:
     ]
 
 
+@pytest.mark.slow
 def test_all_laws_on_three_loads() -> None:
     """Laws with free parameters at each load are fitted, too, and the right one is the best."""
     compared = ms.compare(three_loads())

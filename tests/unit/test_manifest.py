@@ -133,6 +133,7 @@ def test_specimens_that_no_common_fit_answers_are_reported_by_themselves() -> No
     assert list(accepted.fits) == ["S0", "S1"]
 
 
+@pytest.mark.slow
 def test_a_workbook_is_a_manifest_and_a_record(campaign: Path, tmp_path: Path) -> None:
     openpyxl = pytest.importorskip("openpyxl", reason="the extra excel is not installed")
     book = openpyxl.Workbook()

@@ -365,6 +365,7 @@ def test_summits_of_their_own_radii_are_judged_once_tightened() -> None:
     assert {"density * radius * std", "indentation over yield"} <= {v.name for v in joint.validity}
 
 
+@pytest.mark.slow
 def test_patches_of_a_structure_are_tightened_by_their_own_pressure() -> None:
     """At rest as before, and along its line each patch as scaled by hand; what is told is true."""
     z = heights(128)

@@ -112,6 +112,7 @@ def test_pieces_drawn_anew_are_a_range_of_their_own(study) -> None:
     assert design["inputs"]["surface.scan"] == "4 pieces, resampled together"
 
 
+@pytest.mark.slow
 def test_a_structure_splits_form_and_roughness_at_its_patches(study) -> None:
     bolted = """[structure]
 length = "60 mm"

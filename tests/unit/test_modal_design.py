@@ -44,6 +44,7 @@ def design(text: str, target: str, *ranges: str) -> DesignPoint:
     return open_search(study, Target.read(target), ranges, 0.9).solve()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("quantity", ["frequency", "damping_ratio"])
 def test_a_tension_by_a_root(drawn: ms.ReducedJoint, quantity: str) -> None:
     level = mode(drawn, 8e3, 0.35, quantity)

@@ -50,6 +50,7 @@ def test_no_heights_have_such_moments() -> None:
         heights_by_moments(-1.5, 7.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("m4", "seed"), [(1.5e8, 4), (4e8, 4)])
 def test_a_profile_of_an_isotropic_face(m4: float, seed: int) -> None:
     """Against boundary elements of another face of the same statistics, at two loads."""

@@ -27,6 +27,7 @@ def result(study: str) -> ms.Result:
     return ms.Study.from_toml(study, overrides=COARSE).run()
 
 
+@pytest.mark.slow
 def test_the_ground_carries_what_the_library_says(result: ms.Result) -> None:
     structure = result.structure
     assert structure is not None
@@ -89,6 +90,7 @@ coordinates = [{ at = ["0 mm", "0 mm", "4 mm"] }]
 """
 
 
+@pytest.mark.slow
 def test_a_geometry_bends_as_the_library_has_it(study: str, tmp_path: Path) -> None:
     cases(tmp_path)
     text = study[: study.index("[structure.base]")] + GEOMETRY
@@ -145,7 +147,10 @@ def test_each_wrong_table_gets_one_line(old: str, new: str, message: str, study:
         ('structure.geometry={ file = "cases.csv" }', "wanted both, file and coordinates"),
         ("structure.geometry.reach=-1 mm", "wanted a positive length"),
         ("structure.rise=-1 mm", "wanted a length of zero or more"),
-        ("structure.geometry.reach=0.5 mm", "must stay within the static cases"),
+        pytest.param(
+            *("structure.geometry.reach=0.5 mm", "must stay within the static cases"),
+            marks=pytest.mark.slow,
+        ),
     ],
 )  # fmt: skip
 def test_a_drawn_panel_tells_what_it_wants(override: str, message: str) -> None:

@@ -562,6 +562,7 @@ def test_base_damping_unless_given_is_a_range_that_is_added() -> None:
     np.testing.assert_allclose(mode.bands.frequency, np.tile(plain.curve.frequency, (3, 1)))
 
 
+@pytest.mark.slow
 def test_samples_of_a_modulus_are_multiples_of_one_model() -> None:
     steel = '[material.mine]\nyoung_modulus = {}\npoisson_ratio = 0.3\n\n[surface]\nmaterials = ["mine", "mine"]'
     header = '[surface]\nmaterials = ["steel", "steel"]'
@@ -657,6 +658,7 @@ FORCED = (
 )
 
 
+@pytest.mark.slow
 def test_the_response_to_a_force_is_that_of_the_balance_of_harmonics() -> None:
     structure = known(*FORCED)
     (mode,) = structure.modes

@@ -36,6 +36,7 @@ def test_a_study_equals_the_same_in_python() -> None:
     assert "plasticity index" not in names
 
 
+@pytest.mark.slow
 def test_hardness_and_model_decide() -> None:
     by_hardness = ms.Study.from_toml(edited(TIGHTENED, HARD)).run().joints[0].surface
     assert by_hardness.yield_stress == pytest.approx(0.71e9 / 2.84)
@@ -43,6 +44,7 @@ def test_hardness_and_model_decide() -> None:
     assert ms.Study.from_toml(other).run().joints[0].surface.model == "fully-plastic"
 
 
+@pytest.mark.slow
 def test_a_heavier_load_tightens_further() -> None:
     """The last load is above the tightening: its joint is that of a surface tightened to it."""
     joints = ms.Study.from_toml(edited(YIELDS, ("2 kN", "5 kN"))).run().joints

@@ -225,7 +225,10 @@ def whole_text(path: Path) -> str:
     if len(content) > _SHORT_TEXT:
         raise ValueError(f"wanted text of at most {_SHORT_TEXT // 1_000_000} MB, got more")
     encoding = _encoding(content[:_HEAD])
-    return content.decode("utf-8-sig" if encoding == "utf-8" else encoding, "replace")
+    text = content.decode("utf-8-sig" if encoding == "utf-8" else encoding, "replace")
+    if "\0" in text:
+        raise ValueError("wanted text, got bytes that are none")
+    return text
 
 
 def _encoding(head: bytes) -> str:

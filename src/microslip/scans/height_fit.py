@@ -253,7 +253,7 @@ class HeightFit(Locked):
 def height_distribution(scan: HeightMap, *, bins: int = 200) -> HeightFit:
     """Density of the heights in some bins, and how well the usual distributions fit them.
 
-    Errors as :meth:`measurable`.
+    In ``bins`` bins; errors as :meth:`measurable`.
     """
     return height_distribution_of(scan.measurable().heights, bins=bins)
 

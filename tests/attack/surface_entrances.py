@@ -144,7 +144,6 @@ def add_scans(add: Add, pair: Any) -> None:
     scan = ms.Scan(heights, 1e-6)
     add("Scan with cut-offs", ms.Scan, heights=heights, pixel=1e-6, cutoff=4e-6, long_cutoff=1e-5)
     add("Scan.condition", scan.condition, cutoff=4e-6, long_cutoff=1e-5, outliers=4.0)
-    add("Scan.height_distribution", scan.height_distribution, bins=80)
     add("Scan.summits", scan.summits, cutoff=4e-6, window=3, prominence=1e-9)
     add("Scan.summits by prominence", scan.summits, cutoff=4e-6, prominence=1e-8)
     add("Scan.over_cutoffs", scan.over_cutoffs, cutoffs=[3e-6, 4e-6])

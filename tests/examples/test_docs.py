@@ -61,7 +61,15 @@ LONG = {
     ("docs/structures.md", "python"),
     ("docs/several-laps.md", "python"),
     ("docs/from-a-scan.md", "python"),
+    ("docs/identify.md", "python"),
+    ("docs/for-structural-dynamicists.md", "python"),
+    ("docs/bolted-structures.md", "python"),
+    ("docs/scans.md", "python"),
     ("docs/batches.md", "sh"),
+    ("docs/bolted-structures.md", "sh"),
+    ("docs/command.md", "sh"),
+    ("docs/scans.md", "sh"),
+    ("docs/study.md", "sh"),
     ("docs/figures.md", "sh"),
 }
 NUMBER = r"[-+]?\d+(?:\.\d*)?(?:e[-+]?\d+)?"

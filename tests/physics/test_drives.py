@@ -44,6 +44,7 @@ def record(seed: int, amplitude: float, cut: float, noise: float) -> ms.Record:
     return ms.Record(x, force, normal_load=LOAD, sample_rate=2000.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("cut", [0.0, 0.3])
 @pytest.mark.parametrize("noise", [0.001, 0.004, 0.01])
 def test_the_law_answers(cut: float, noise: float) -> None:

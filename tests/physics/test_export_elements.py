@@ -91,6 +91,7 @@ def test_a_million_samples_of_a_contact_agree_to_rounding(library):
     assert told[-1, 0] == pytest.approx(state.dissipated_energy, rel=1e-10)
 
 
+@pytest.mark.slow
 def test_work_is_stored_or_dissipated(library):
     """Along a fine path the work of the force is what both energies gain."""
     t = np.linspace(0.0, 9.0, 60_001)

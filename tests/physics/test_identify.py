@@ -483,6 +483,7 @@ def test_a_law_that_does_not_fit_says_so() -> None:
     assert errors["interface"] < 1.2 < errors["jenkins"]
 
 
+@pytest.mark.slow
 def test_a_wrong_value_that_is_fixed_leaves_nothing_identified() -> None:
     """Forty per cent of the force is left: the message says so, and no bound of the search counts.
 

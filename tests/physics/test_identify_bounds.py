@@ -49,6 +49,7 @@ def gaussian(end: float | None = None) -> ms.Identification:
 # -- ends of a search ----------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_no_number_that_leans_on_the_end_of_a_search_is_identified() -> None:
     """Far out in a Gaussian tail sigma goes with h: nothing but the search holds either."""
     found = gaussian()

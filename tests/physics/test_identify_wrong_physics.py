@@ -144,6 +144,7 @@ def records_of(rng: np.random.Generator) -> list[ms.Record]:
     ]
 
 
+@pytest.mark.slow
 def test_errors_of_gains_are_in_all_intervals() -> None:
     """Each sensor is off by a factor that all cycles share: nine in ten intervals hold the truth.
 

@@ -67,6 +67,7 @@ def stepped(
     return felt, places
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("length", "height"), [(0.3, 300.0), (0.3, 900.0), (3.0, 300.0)])
 def test_peaks_and_late_ring_downs_are_those_of_cells_by_hand(length: float, height: float) -> None:
     """Jenkins cells by central differences, where joints hold six sevenths of the mode."""

@@ -236,6 +236,7 @@ def test_wrong_faces_are_one_line(folder: Path, options: tuple[str, ...], messag
     assert fails("surface", *options).startswith(f"error: {message}")
 
 
+@pytest.mark.slow
 def test_a_direction_of_motion_makes_summits_elliptic(folder: Path, undrawn: None) -> None:
     options = *AS_IS, "--cutoff", "6 um", "--direction", "90 deg", "--json"
     joint = "--materials", "al2017", "al2017", "--load", "0.1 N"

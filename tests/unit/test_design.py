@@ -95,6 +95,7 @@ def test_with_a_probability() -> None:
     assert along > 0.99
 
 
+@pytest.mark.slow
 def test_the_command(tmp_path: Path) -> None:
     (tmp_path / "study.toml").write_text(UNSURE)
     words = ["design", str(tmp_path / "study.toml"), "--target", "damping_ratio >= 5 % at 0.1 um"]
@@ -184,6 +185,7 @@ def test_any_study_gives_what_the_exact_search_gives() -> None:
     assert min(ratios) == pytest.approx(0.06, rel=1e-4), "the heavier load decides"
 
 
+@pytest.mark.slow
 def test_a_surface_is_tightened_once_for_all_samples() -> None:
     """Neither friction nor load changes what was tightened; each sample has its own joint."""
     text = UNSURE.replace('"2 kN"', '"2 kN"\ntightening_load = "6 kN"\nyield_stress = "250 MPa"')

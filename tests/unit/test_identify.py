@@ -200,6 +200,7 @@ def test_levels() -> None:
     assert levels_of([100.0, 100.9, 200.0, None, 100.0]) == [0, 0, 1, 2, 0]
 
 
+@pytest.mark.slow
 def test_records_of_different_rigs_are_reported() -> None:
     """Unless the rigs have labels."""
     records = [

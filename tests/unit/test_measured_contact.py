@@ -76,6 +76,7 @@ def test_loads_meet_the_solutions_and_are_convex() -> None:
     assert np.all(np.diff(law.stiffness(np.linspace(d[0], d[-1] * 1.2, 3000))) <= 0.0)
 
 
+@pytest.mark.slow
 def test_small_cycles_lose_what_the_face_loses_pressed_at_every_step() -> None:
     """The trapezoidal rule on loads at 44 separations, for loops of 1/20 to 1 of mu N/k_t.
 
@@ -257,6 +258,7 @@ def test_a_file_is_the_law_and_a_cache_solves_once(tmp_path) -> None:
             ms.MeasuredContact.open(tmp_path / "bad.npz")
 
 
+@pytest.mark.slow
 def test_numbers_and_verdicts_go_with_it() -> None:
     law = solve(heights(128), piece=32, tightening_pressure=5e8, coarser=True)
     numbers = law.numbers

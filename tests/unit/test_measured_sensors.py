@@ -42,6 +42,7 @@ ENERGY = 4.0 * LIMIT * (AMPLITUDE - LIMIT / STIFFNESS)
 """Of a cycle: the area of the parallelogram."""
 
 
+@pytest.mark.slow
 def test_gains_of_sensors_are_in_all_intervals(tmp_path: Path) -> None:
     errors = {"force": 0.02, "displacement": 0.01, "normal_load": 0.005}
     plain, known = (ms.measure(record_of(sine()), gain_errors=e) for e in (None, errors))

@@ -295,6 +295,7 @@ def test_an_identification_gives_its_covariance(tmp_path: Path) -> None:
         ms.Study.from_toml(text + 'identification = "nowhere"\n', folder=tmp_path)
 
 
+@pytest.mark.slow
 def test_check_shows_what_is_uncertain(tmp_path: Path) -> None:
     path = tmp_path / "study.toml"
     text = ROUGH.replace("{ mean = 0.55, cv = 0.15 }", "{ values = [0.5, 0.3, 0.6] }").replace(

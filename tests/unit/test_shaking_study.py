@@ -64,6 +64,7 @@ def test_the_ground_carries_what_the_library_says(result: ms.Result) -> None:
     assert (np.diff(peaks / shaking.severity) / (peaks / shaking.severity)[0] < 0.1).all()
 
 
+@pytest.mark.slow
 def test_results_are_written_and_read(result: ms.Result, tmp_path: Path) -> None:
     result.save(tmp_path / "out")
     there = {path.name for path in (tmp_path / "out").iterdir()}

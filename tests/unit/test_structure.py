@@ -343,6 +343,7 @@ def test_faces_must_touch(surface: ms.GreenwoodWilliamson) -> None:
     assert pressed.gaps[0] == pytest.approx(1e-5 + pressed.displacement[2])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("way", [1, -1])
 def test_a_folded_response_is_saved_as_a_sweep_meets_it(way: int, tmp_path: Path) -> None:
     """The chain's own stable motions, those ahead of the jump; a linear one is its closed form."""

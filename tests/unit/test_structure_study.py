@@ -551,6 +551,7 @@ def known(*changes: tuple[str, str]) -> Any:
     return result.structure
 
 
+@pytest.mark.slow
 def test_base_damping_unless_given_is_a_range_that_is_added() -> None:
     plain = known().modes[0]
     assert plain.bands is None
@@ -575,6 +576,7 @@ def test_samples_of_a_modulus_are_multiples_of_one_model() -> None:
     np.testing.assert_allclose(bands.frequency[[0, 2]], [low, high], rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_masses_and_accelerations() -> None:
     free = known()
     heavy = known(
@@ -619,6 +621,7 @@ def test_patches_unless_given_are_halved_where_energy_is_lost() -> None:
     assert usual.modes[0].loss()[fine].sum() > 0.5
 
 
+@pytest.mark.slow
 def test_check_refuses_what_a_run_would_and_tells_what_it_takes(folder: Path) -> None:
     data = preview(ms.Study.load(folder / "strip.toml")).data["structure"]
     assert data["patches"] == 6
@@ -698,6 +701,7 @@ def test_the_response_to_a_force_is_that_of_the_balance_of_harmonics() -> None:
     assert 0.3 < beyond.largest_force < 200.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("unit", ["m", "m/s^2"])
 def test_responses_to_forces_are_files_that_other_programs_read(unit: str, tmp_path: Path) -> None:
     """Read back by pyuff and as a table: values, frequencies, units and places."""

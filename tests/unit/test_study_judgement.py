@@ -40,6 +40,7 @@ def test_slopes_of_exponential_heights_are_closed_forms() -> None:
     assert next(iter(loss)) in ("friction_coefficient", "heights")
 
 
+@pytest.mark.slow
 def test_a_tightened_surface_has_the_slopes_of_all_its_inputs() -> None:
     """Beside differences over surfaces that are made and tightened anew, by hand."""
     al = ms.Material(69e9, 0.33)

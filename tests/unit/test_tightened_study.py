@@ -13,6 +13,7 @@ YIELDS = (LOADS, f'{LOADS}\ntightening_load = "4 kN"\nyield_stress = "250 MPa"')
 HARD = (MATERIAL, f'{MATERIAL}hardness = "0.71 GPa"\n')
 
 
+@pytest.mark.slow
 def test_a_study_equals_the_same_in_python() -> None:
     result = ms.Study.from_toml(edited(YIELDS)).run()
     al = ms.Material(69e9, 0.33)
@@ -93,6 +94,7 @@ curve = { from = "10 nm", to = "1 um", points = 3 }
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["summits", "rough"])
 def test_a_load_that_varies_above_the_tightening_tightens_anew(kind: str) -> None:
     """Settled cycles by a record of many cycles on the face that the largest load left."""

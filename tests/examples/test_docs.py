@@ -69,7 +69,9 @@ LONG = {
     ("docs/bolted-structures.md", "sh"),
     ("docs/command.md", "sh"),
     ("docs/scans.md", "sh"),
+    ("docs/identify.md", "sh"),
     ("docs/study.md", "sh"),
+    ("docs/study.md", "toml"),
     ("docs/figures.md", "sh"),
 }
 NUMBER = r"[-+]?\d+(?:\.\d*)?(?:e[-+]?\d+)?"

@@ -167,6 +167,7 @@ def test_fits_that_are_none(changes: dict[str, Any], message: str) -> None:
         ms.identify_modal(small_joint(), surface(), **given)
 
 
+@pytest.mark.slow
 def test_the_band_of_a_fitted_curve_is_between_the_ends_of_the_interval() -> None:
     found = identified(0.05, ("friction_coefficient",), tension=1.3, form=0.6)
     low, high = found.intervals["friction_coefficient"]

@@ -102,6 +102,7 @@ def _predict_takes(out: Path) -> None:
     assert limits == pytest.approx([275.0, 1100.0], rel=2e-3)
 
 
+@pytest.mark.slow
 def test_what_tightening_and_pressure_made_of_the_surface_is_left_out(folder: Path) -> None:
     """Both change the law under the fit, so a fit is of the surface as it was made, and says so."""
     changed = 'tightening_load = "4 kN"\npressure = { kind = "cone", outer = "7 mm" }\n'
@@ -340,6 +341,7 @@ def test_measure_takes_thresholds_from_a_study() -> None:
 REAL = Path(__file__).parents[3] / "shared/data/reciprocating/test_data_2.txt"
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not REAL.exists(), reason="the record in ../shared/data is not here")
 def test_real_record(folder: Path) -> None:
     """Friction and rig come out in doubt, the separation does not, and the page says why."""

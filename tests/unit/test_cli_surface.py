@@ -143,6 +143,7 @@ def test_a_pressed_scan_is_solved_point_by_point(folder: Path, undrawn: None) ->
         assert tomllib.loads(block(analyse(request), Path("out")))["surface"]["law"] == "scan"
 
 
+@pytest.mark.slow
 def test_why_a_scan_is_not_solved_point_by_point(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -91,6 +91,7 @@ def test_single_laps_and_rows_of_bolts() -> None:
 # -- reduced joints --------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_what_is_saved_is_read_again(tmp_path: Path) -> None:
     joint = small_joint().with_form(lambda x, y: 1e-6 + 1e-3 * x**2)
     joint.save(tmp_path / "joint.npz")

@@ -246,6 +246,7 @@ def test_errors_that_only_the_scan_shows_are_one_line(home: Path) -> None:
         study.run()
 
 
+@pytest.mark.slow
 def test_heights_by_a_table_of_their_density(home: Path) -> None:
     text = edited((GAUSSIAN, TABLE))
     study = ms.Study.from_toml(text, folder=home)

@@ -104,6 +104,7 @@ def test_the_structure_is_reported_first(result: ms.Result) -> None:
     np.testing.assert_array_equal(data["harmonic_error"], mode.curve.harmonic_error)
 
 
+@pytest.mark.slow
 def test_curves_are_those_of_the_library(
     result: ms.Result, folder: Path, drawn: ms.ReducedJoint
 ) -> None:

@@ -12,6 +12,7 @@ from studies import GAUSSIAN, LINE, MATERIAL, STUDY, SURFACE, edited
 import microslip as ms
 
 
+@pytest.mark.slow
 def test_a_flood_of_keys_is_refused_at_once() -> None:
     keys = "".join(f"key_{i} = 1\n" for i in range(400_000))
     names = "".join(f"m{i} = {{ rigid = true }}\n" for i in range(50_000))

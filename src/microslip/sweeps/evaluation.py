@@ -358,6 +358,7 @@ def _points(
         if name in names:
             results.setdefault(source, np.empty(shape))
     flat = {name: array.reshape(-1) for name, array in results.items()}
+    with_force = bool(results.keys() & {"force_amplitude", "secant_stiffness", *_RATIOS})
     size, begin = math.prod(shape), 0
     curves: list[Floats] = []
     if loops:
@@ -372,8 +373,9 @@ def _points(
             step = _inverse(joints.law, place, value / factor)
             a, force = unit * step, value
         else:
-            a, step = value, np.minimum(value, 1e200) / unit
-            force = np.minimum(factor * joints.law.sum("drop", place, step), limit)
+            a, step, force = value, np.minimum(value, 1e200) / unit, value
+            if with_force:
+                force = np.minimum(factor * joints.law.sum("drop", place, step), limit)
         answers = _cycles(joints.law, flat, a, step, force, place, unit, factor, stiffness)
         for name, answer in answers.items():
             flat[name][here] = answer

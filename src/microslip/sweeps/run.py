@@ -20,7 +20,8 @@ from microslip.sweeps.arrays import Sweep
 from microslip.sweeps.evaluation import evaluated
 
 _GRID = ("friction_coefficient", "normal_load", "amplitude")
-_POINTS = 1 << 13  # at a time, after which progress is told
+_POINTS = 1 << 13  # at a time, after which progress is told; of large grids a thirtieth
+_MANY = 10_000  # amplitudes for which an interface makes its tables
 _OF_CYCLES = (
     "dissipated_energy",
     "energy_ratio",
@@ -141,11 +142,11 @@ def _axis(name: str, value: Any) -> Floats:
     array = floats(name, value)
     if array.ndim > 1:
         raise InputError(f"`{name}` must be a number or one-dimensional, got shape {array.shape}")
-    return array.copy()
+    return array
 
 
 def _positive_axis(name: str, value: Any, unit: str) -> Floats:
-    return positives(name, _axis(name, value), unit)
+    return positives(name, _axis(name, value), unit).copy()
 
 
 def _quantity_names(quantities: Any, name: str) -> tuple[str, ...]:
@@ -192,16 +193,20 @@ def _of_law(
 ) -> dict[str, Floats]:
     """Results of a law without a load at its amplitudes."""
     amplitudes = {name: axis.reshape(-1) for name, axis in axes.items()}
-    a = joint._amplitudes(amplitudes.get("amplitude"), amplitudes.get("force_amplitude"))
+    force = amplitudes.get("force_amplitude")
+    a = amplitudes["amplitude"] if force is None else joint._amplitudes(None, force)
     calls: dict[str, Callable[[], Any]] = {
         "amplitude": lambda: a,
-        "force_amplitude": lambda: joint.backbone(a),
+        "force_amplitude": lambda: joint._backbone(a),
         "force_limit": lambda: joint.force_limit,
         "tangential_stiffness": lambda: joint.tangential_stiffness,
     }
     for name in _OF_CYCLES:
         method = "backbone_stiffness" if name == "tangent_stiffness" else name
         calls[name] = partial(getattr(joint, method), a)
+    calls["dissipated_energy"] = lambda: joint._energy(a)
+    if isinstance(joint, Interface):
+        calls["stick_area"] = partial(joint.stick_area, a)
     for name in names:
         if name not in calls:
             raise InputError(
@@ -225,20 +230,37 @@ def _of_interface(
         args["separation"] = np.full(load.size, joint.separation)
     at_rest = tuple(name for name in names if DIMENSIONS[name] != _GRID)
     shape = friction.size, load.size
-    fixed = evaluated({**args, "friction_coefficient": friction[:, None], "shape": shape}, at_rest)
-    places = {_GRID[:2]: ..., _GRID[:1]: (slice(None), 0), _GRID[1:2]: 0}
-    values = {name: np.asarray(fixed[name][places[DIMENSIONS[name]]]) for name in at_rest}
+    values = {}
+    if at_rest:
+        fixed = evaluated(
+            {**args, "friction_coefficient": friction[:, None], "shape": shape}, at_rest
+        )
+        places = {_GRID[:2]: ..., _GRID[:1]: (slice(None), 0), _GRID[1:2]: 0}
+        values = {name: np.asarray(fixed[name][places[DIMENSIONS[name]]]) for name in at_rest}
     cyclic = tuple(name for name in names if name not in values)
     values |= {name: np.empty((*shape, given.size)) for name in cyclic}
-    step = max(1, _POINTS // (friction.size * given.size)) if cyclic else load.size
+    # Many amplitudes are a table of one interface.
+    alone = along == "amplitude" and given.size >= _MANY
+    row = friction.size * given.size
+    step = 1 if alone else max(1, _POINTS // row, load.size // 30) if cyclic else load.size
     for start in range(0, load.size, step):
         part = slice(start, min(start + step, load.size))
-        here = {name: args[name][part, None] for name in args if name != "surface"}
-        here |= {"surface": joint.surface, "friction_coefficient": friction[:, None, None]}
-        shape_here = friction.size, part.stop - start, given.size
-        found = evaluated({**here, along: given, "shape": shape_here}, cyclic)
-        for name in cyclic:
-            values[name][:, part] = found[name]
+        if alone:
+            for i, mu in enumerate(friction.tolist()):
+                place = {name: float(args[name][start]) for name in list(args)[-1:]}
+                each = Interface(joint.surface, mu, **place)
+                for name, found in _of_law(each, {along: given}, cyclic).items():
+                    if shape == (1, 1):
+                        values[name] = found.reshape(1, 1, -1)
+                    else:
+                        values[name][i, start] = found
+        else:
+            here = {name: args[name][part, None] for name in args if name != "surface"}
+            here |= {"surface": joint.surface, "friction_coefficient": friction[:, None, None]}
+            shape_here = friction.size, part.stop - start, given.size
+            answers = evaluated({**here, along: given, "shape": shape_here}, cyclic)
+            for name in cyclic:
+                values[name][:, part] = answers[name]
         if progress is not None:
             progress(part.stop / load.size)
     return {name: values[name] for name in names}

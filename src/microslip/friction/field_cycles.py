@@ -13,7 +13,6 @@ from microslip._core.checks import Floats, floats
 from microslip._core.frozen import Locked, lock
 from microslip.errors import InputError
 from microslip.friction.cycles import rest_of
-from microslip.friction.field_backbone import FieldBackbone
 from microslip.friction.harmonics import (
     Basis,
     checked_tolerance,
@@ -427,6 +426,8 @@ def _without_samples(
         force *= nodes.weights[:, None]
         jacobian *= (nodes.weights / nodes.slips)[:, None, None]
     else:
+        from microslip.friction.field_backbone import FieldBackbone
+
         force = np.zeros(rows.shape)
         jacobian = np.zeros((*rows.shape, basis.size))
         starts, limits = np.broadcast_to(begin, nodes.size), nodes.curve.load(nodes.rests)[0]

@@ -9,21 +9,19 @@ from typing import Protocol
 from microslip._core.verdicts import WORDS, Rule, Verdict, Word
 from microslip.normal.base import (
     ANISOTROPY,
-    PRESSURE,
-    STIFFNESS,
-    TOO_SOFT,
-    TOO_STIFF,
-    YIELD,
-    NormalLaw,
-)
-from microslip.normal.measured_face import (
     BETWEEN,
     FEWEST_POINTS,
     LARGEST_PRESSURE,
     OVER_HARDNESS,
     POINTS,
+    PRESSURE,
     RESOLUTION,
     SCATTER,
+    STIFFNESS,
+    TOO_SOFT,
+    TOO_STIFF,
+    YIELD,
+    NormalLaw,
 )
 
 __all__ = ["RULES", "Verdict", "Word", "validity", "worst_validity"]

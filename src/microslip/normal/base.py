@@ -30,6 +30,17 @@ ANISOTROPY = "stiffness across over along the lay, over that of boundary element
 """Name of what is judged of summits that all have one shape."""
 YIELD = "Hertz pressure over that of first yield"
 """Name of what is judged of one sphere."""
+OVER_HARDNESS = "tightening pressure over hardness"
+POINTS = "points in contact"
+SCATTER = "scatter of the pieces"
+BETWEEN = "height variance between pieces"
+RESOLUTION = "change of stiffness by pixel and cut-off"
+"""Names of what is judged of a measured face."""
+
+LARGEST_PRESSURE = 0.7
+"""Mean pressure over hardness above which nearly all of a face has yielded."""
+FEWEST_POINTS = 100
+"""Points in contact below which a grid does not draw the contacts."""
 
 
 def plasticity_index(pair: MaterialPair, spread: float, radius: float) -> dict[str, float | None]:

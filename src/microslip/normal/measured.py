@@ -15,16 +15,22 @@ from microslip._core.checks import Floats, exact, number, plain, positive, whole
 from microslip._core.frozen import assign, made_once
 from microslip.errors import InputError
 from microslip.materials import MaterialPair
-from microslip.normal.base import PRESSURE, NormalLaw, Tightenings, aluminium, check_pair
-from microslip.normal.elastic_plastic import HARDNESS_RATIO
-from microslip.normal.face_solution import FaceSolution, Progress
-from microslip.normal.measured_face import (
+from microslip.normal.base import (
     BETWEEN,
     FEWEST_POINTS,
     OVER_HARDNESS,
     POINTS,
+    PRESSURE,
     RESOLUTION,
     SCATTER,
+    NormalLaw,
+    Tightenings,
+    aluminium,
+    check_pair,
+)
+from microslip.normal.elastic_plastic import HARDNESS_RATIO
+from microslip.normal.face_solution import FaceSolution, Progress
+from microslip.normal.measured_face import (
     ContactNumbers,
     Task,
     cached,

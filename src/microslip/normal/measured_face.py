@@ -21,19 +21,9 @@ from microslip._core.frozen import lock
 from microslip._core.wording import shorten
 from microslip.errors import InputError
 from microslip.materials import Material, MaterialPair
+from microslip.normal.base import LARGEST_PRESSURE
 from microslip.normal.face_solution import NEAR_REST, FaceSolution, Progress, solve_face
 
-OVER_HARDNESS = "tightening pressure over hardness"
-POINTS = "points in contact"
-SCATTER = "scatter of the pieces"
-BETWEEN = "height variance between pieces"
-RESOLUTION = "change of stiffness by pixel and cut-off"
-"""Names of what is judged of a measured face."""
-
-LARGEST_PRESSURE = 0.7
-"""Mean pressure over hardness above which nearly all of a face has yielded."""
-FEWEST_POINTS = 100
-"""Points in contact below which a grid does not draw the contacts."""
 _USUAL = 0.05  # of E* h': the heaviest pressure of an elastic face where none is given
 _SLOPES = (1e-6, 3.0)  # rms slopes that faces have
 _REMEMBERED = 16  # solutions of this process

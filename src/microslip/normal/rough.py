@@ -17,10 +17,16 @@ from microslip._core.parameters import parameter
 from microslip.errors import InputError
 from microslip.heights import Gaussian
 from microslip.materials import Material, MaterialPair
-from microslip.normal.base import TOO_SOFT, TOO_STIFF, NormalLaw, aluminium, check_pair
+from microslip.normal.base import (
+    OVER_HARDNESS,
+    TOO_SOFT,
+    TOO_STIFF,
+    NormalLaw,
+    aluminium,
+    check_pair,
+)
 from microslip.normal.elastic_plastic import HARDNESS_RATIO
 from microslip.normal.greenwood_williamson import GreenwoodWilliamson
-from microslip.normal.measured_face import OVER_HARDNESS
 from microslip.normal.persson import PerssonCurve
 from microslip.normal.table import TabulatedNormalLaw
 from microslip.normal.tightened import yield_stress_of

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import LARGEST, Floats, check_one_of, floats, positives, show
+from microslip._core.checks import LARGEST, Floats, check_one_of, exact, floats, positives, show
 from microslip._core.netcdf import Variable
 from microslip._core.quantities import QUANTITIES, Quantity
 from microslip._version import __version__
@@ -228,6 +228,14 @@ def _of_interface(
     if np.all(load == joint.normal_load):
         # Of a joint that was given by its separation that very one.
         args["separation"] = np.full(load.size, joint.separation)
+    if along == "force_amplitude":
+        limits, largest = friction.min() * load, float(given.max())
+        if largest >= limits.min():
+            raise InputError(
+                "`force_amplitude` must stay below the force limit at every load, and at "
+                f"{exact(load[np.argmin(limits)])} N it is {limits.min():.10g} N; "
+                f"got {largest:.10g} N"
+            )
     at_rest = tuple(name for name in names if DIMENSIONS[name] != _GRID)
     shape = friction.size, load.size
     values = {}

@@ -347,7 +347,11 @@ def _parse(unit: str) -> tuple[Decimal, tuple[tuple[str, str], ...]] | None:
 
 
 def _dimension_name(dimension: tuple[tuple[str, str], ...]) -> str:
-    for unit, name in _NAMED_DIMENSIONS.items():
+    # Those that need pint last.
+    known = sorted(
+        _NAMED_DIMENSIONS.items(), key=lambda pair: bool(pair[0] and not _simple(pair[0]))
+    )
+    for unit, name in known:
         parsed = _parse(unit) if unit else (Decimal(1), ())
         if parsed is not None and parsed[1] == dimension:
             return name

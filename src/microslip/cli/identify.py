@@ -197,7 +197,6 @@ def identify(
             identified,
             measured_together,
         )
-        from microslip.study.description import StudyDescription
 
         say = spelling(click.get_current_context())
 
@@ -212,7 +211,11 @@ def identify(
         _, gain_errors = calibration_of(reading.calibration)
         options = {**options_of(values, laws), "rigs": list(rig_labels) or None}
         options["gain_errors"] = gain_errors or None
-        description = None if study is None else StudyDescription.load(study)
+        description = None
+        if study is not None:
+            from microslip.study.description import StudyDescription  # and all of structures
+
+            description = StudyDescription.load(study)
         with output.staged(KIND, "identification") as stage:
             with progress("Reading") as report:
                 read, skipped = _read(files, reading, options, report)

@@ -16,7 +16,6 @@ from microslip._core.wording import shorten
 from microslip.normal import MeasuredContact, NormalLaw
 from microslip.report.document import Progress
 from microslip.scans import options
-from microslip.scans.joints import contact_words
 from microslip.study.fields import MATERIALS
 from microslip.study.part import key as key_of
 from microslip.study.part import tag
@@ -141,6 +140,8 @@ class MeasuredFace(ReadScan):
         start = f"surface.scan: {name}{cutoff}, solved point by point"
         if self._law is None:
             return [start + "."]
+        from microslip.scans.joints import contact_words  # loads SciPy
+
         return [f"{start}: {contact_words(self._law.numbers)}.", *self._split()]
 
     def _split(self) -> list[str]:

@@ -13,6 +13,7 @@ from pathlib import Path
 from types import ModuleType
 
 import pytest
+from studies import STUDY
 
 import microslip as ms
 from microslip.friction import LAWS
@@ -77,6 +78,27 @@ def test_gaussian_interfaces_need_no_scipy() -> None:
         assert heavy not in loaded
     laws = ("elliptic", "persson", "population", "sphere", "table")
     assert not {f"microslip.normal.{law}" for law in laws} & set(loaded)
+    assert "microslip.normal.measured_face" not in loaded
+
+
+@pytest.mark.parametrize(
+    ("arguments", "unneeded"),
+    [
+        (("measure", "record.csv"), "pint scipy.fft microslip.study.description"),
+        (("identify", "record.csv"), "pint microslip.study.description"),
+        (("check", "joint.toml"), "pint scipy.fft microslip.scans.filters microslip.app"),
+    ],
+    ids=("measure", "identify", "check"),
+)
+def test_a_command_loads_what_it_needs(
+    arguments: tuple[str, ...], unneeded: str, tmp_path: Path
+) -> None:
+    rig = ms.VirtualTribometer(ms.Interface.examples()[0], noise={"force": 0.2})
+    rig.record(amplitude=1e-6, frequency=10.0, cycles=4).to_csv(tmp_path / "record.csv")
+    (tmp_path / "joint.toml").write_text(STUDY)
+    code = f"from microslip.cli import main; main({arguments!r}, standalone_mode=False)"
+    loaded = run(f"import os; os.chdir({str(tmp_path)!r}); {code}; {LOADED}").split()
+    assert not set(unneeded.split()) & set(loaded)
 
 
 def test_the_core_needs_only_numpy_and_scipy() -> None:

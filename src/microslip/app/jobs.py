@@ -18,7 +18,7 @@ from typing import Any
 
 from microslip._core.wording import show
 from microslip.errors import InputError
-from microslip.study.toml_text import FILE_KEYS, tables_of, text_of
+from microslip.study.toml_text import FILE_KEYS, apply, as_toml, tables_of, text_of
 
 LOOK = "look"
 """Begins the name of a form for a look into a file: "look record", "look scan"."""
@@ -95,7 +95,6 @@ class Run:
     def study(self) -> str | None:
         """A study of the joint that was found: the identified one, or the summits of a scan."""
         from microslip.study.new import template
-        from microslip.study.toml_text import apply, as_toml
 
         files = self.files()
         if "joint.toml" in files:

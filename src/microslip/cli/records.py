@@ -21,7 +21,7 @@ from microslip._core.units import (
     VOLUME,
     with_one_unit,
 )
-from microslip._core.wording import did_you_mean, plural
+from microslip._core.wording import did_you_mean, plural, shorten
 from microslip.cli.options import ANY_PATH, Command, Decorator, ends_in, offers, option, quantity
 from microslip.readers.files import LIMIT
 from microslip.tribometer import options
@@ -267,8 +267,6 @@ ENDINGS = (
 
 def records_in(names: Sequence[str]) -> tuple[list[str], tuple[str, ...]]:
     """The files, those of folders in the place of these; the names of the folders where several."""
-    from microslip._core.wording import shorten
-
     paths: list[str] = []
     labels: list[str] = []
     folders = []

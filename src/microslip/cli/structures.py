@@ -13,7 +13,7 @@ from microslip._core.units import FREQUENCY
 from microslip.cli.group import echo_json
 from microslip.cli.options import Output, ends_in, option, progress, quantity, stoppable
 from microslip.cli.studies import predict_into
-from microslip.study.toml_text import tables_of, text_of
+from microslip.study.toml_text import as_toml, tables_of, text_of
 
 BAND = option(
     "--band", "LOW..HIGH",
@@ -90,7 +90,6 @@ def identify_structure(
 ) -> None:
     """Predict the structure with a fit to its tests."""
     from microslip.results import Study
-    from microslip.study.toml_text import as_toml
 
     table = tables_of(text_of(study))["structure"]
     before = table.get("measured", {}) if isinstance(table, dict) else {}

@@ -1,11 +1,11 @@
-"""Any backbone as panels of polynomials: the form in which exported files hold a law."""
+"""Backbones and load curves as panels of polynomials: how exported files hold a law."""
 
 from __future__ import annotations
 
 import itertools
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -13,14 +13,11 @@ from microslip import kernels
 from microslip._core.checks import Floats
 from microslip._core.frozen import lock
 from microslip.errors import InputError
-from microslip.friction import Interface, IsotropicField
+from microslip.friction import BackboneLaw, Interface, IsotropicField
 from microslip.kernels.profile import Profile
 from microslip.kernels.table import NODES, TO_POWERS, TO_SERIES, Table
 from microslip.normal.load_curve import LoadCurve
 from microslip.numerics.quadrature import gauss_legendre
-
-if TYPE_CHECKING:
-    from microslip.friction import BackboneLaw
 
 _PANEL_LIMIT = 20_000  # panels
 _ROUNDING = 1e-15  # of the force at the end of a panel, for the terms left out

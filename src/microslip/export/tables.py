@@ -1,4 +1,4 @@
-"""Backbone, energies and cells as plain numbers."""
+"""A law as plain numbers: its backbone, energies and cells, and models fitted to it."""
 
 from __future__ import annotations
 

@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip._core.checks import Floats, show
+from microslip._core.checks import Floats, positive, show
 from microslip._core.frozen import Locked, lock
 from microslip._core.wording import quoted
 from microslip.errors import InputError
@@ -102,8 +102,6 @@ class Spectrum(Locked):
         SelfAffineFit
             Hurst's exponent, its error, and how far the density is from a power law.
         """
-        from microslip._core.checks import positive
-
         pixel = max(axis.pixel for axis in self.axes)
         size = 2.0 * math.pi / min(float(axis.wavenumber[0]) for axis in self.axes)
         low = max(8.0 * pixel, 2.0 * (self.cutoff or 0.0))

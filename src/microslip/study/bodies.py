@@ -17,7 +17,7 @@ from microslip.structures.beam_mesh import Lap
 from microslip.structures.bolted_beam import BoltedBeam, Drawing
 from microslip.structures.bolts import SIZED, Bolts, by_size
 from microslip.structures.lap_joint import LapJoint
-from microslip.structures.mesh import slack_bolts
+from microslip.structures.mesh import check_elastic, slack_bolts
 from microslip.study.fields import (
     COLUMN_UNIT,
     LENGTH,
@@ -284,8 +284,6 @@ class MeshPart(Part):
         self, materials: Mapping[str, Material], usual: str, density: float | None
     ) -> MeshedJoint:
         """The joint, its bodies of what the study says."""
-        from microslip.structures.mesh import check_elastic
-
         names = self.materials or (usual,) * len(self.bodies)
         densities = self.densities or (cast(float, density),) * len(self.bodies)
         for name in names:

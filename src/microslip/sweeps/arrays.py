@@ -128,7 +128,6 @@ class Sweep:
         :meth:`microslip.BackboneLaw.plot`.
         """
         from microslip.report import draw
-        from microslip.sweeps.arrays import sweep_figure
 
         return draw(sweep_figure(self, quantity, along), ax, color=color, label=label)
 

@@ -20,7 +20,7 @@ from microslip.materials import Material, MaterialPair
 from microslip.normal import GreenwoodWilliamson, NormalLaw
 from microslip.normal.base import FAINTEST
 from microslip.normal.grids import Pointwise, pointwise_of
-from microslip.sweeps.arguments import NO_ARRAYS, Arguments, check_names, checked
+from microslip.sweeps.arguments import NO_ARRAYS, Arguments, check_names, checked, evaluate_labelled
 
 _BLOCK = 1 << 14  # points at a time, as many as a cache holds
 _RATIOS = {"energy_ratio": 1.0, "loss_factor": 4.0 / math.pi, "damping_ratio": 2.0 / math.pi}
@@ -130,8 +130,6 @@ def evaluate(
     arrays = {name: value for name, value in arguments.items() if name not in NO_ARRAYS}
     settings = {name: value for name, value in arguments.items() if name in NO_ARRAYS}
     if any(type(value).__module__.startswith(("xarray", "dask")) for value in arrays.values()):
-        from microslip.sweeps.arguments import evaluate_labelled
-
         return evaluate_labelled(evaluate, arrays, settings, names)
     return evaluated(checked(arguments), names)
 

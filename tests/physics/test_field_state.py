@@ -102,6 +102,74 @@ def test_tangents_are_differences() -> None:
         np.testing.assert_allclose(slope / scale, stiffness / scale, rtol=0, atol=3e-8)
 
 
+def noise_in_bursts(rng: np.random.Generator, steps: int, nodes: int) -> np.ndarray:
+    """Return noise whose bursts decay, at times of their own in each node, shape (steps, nodes).
+
+    A burst leaves many open reversals in one node while the start of a burst closes those of
+    another. That makes the pool of rows grow and shrink in the same step.
+    """
+    x = np.empty((steps, nodes))
+    for node in range(nodes):
+        begin = 0
+        while begin < steps:
+            k = np.arange(min(int(rng.geometric(1 / 15)), steps - begin))
+            burst = (-1.0) ** k * rng.uniform(0.75, 0.97) ** k
+            rough = rng.uniform(0.7, 1.3, k.size) if rng.random() < 0.5 else 1.0
+            x[begin : begin + k.size, node] = rng.choice([-1.0, 1.0]) * rough * burst
+            begin += k.size
+    return x
+
+
+def few_nodes(rng: np.random.Generator, nodes: int) -> tuple[ms.JointField, list[ms.Interface]]:
+    """Return a field of few nodes and the interfaces that it must equal."""
+    friction, areas = rng.uniform(0.2, 0.7, nodes), rng.uniform(1e-6, 1e-5, nodes)
+    field = ms.JointField(SURFACE, friction, areas=areas, pressures=rng.uniform(1e6, 2e7, nodes))
+    single = [
+        ms.Interface(dataclasses.replace(SURFACE, area=area), mu, normal_load=load)
+        for area, mu, load in zip(areas, friction, field.normal_loads, strict=True)
+    ]
+    return field, single
+
+
+@pytest.mark.parametrize("varying", [False, True], ids=["held", "varying"])
+@pytest.mark.parametrize("nodes", [2, 3, 4])
+def test_few_nodes_under_long_noise_are_single_states(nodes: int, varying: bool) -> None:
+    """Forces, loads, tangents and energies at every step, whatever the pool of rows does.
+
+    To rounding, not bit by bit: a node counts separations from its own rest and divides by the
+    weight of its area, a single state counts from the separation of the interface.
+    """
+    # Of these seeds at least one makes a node outgrow the pool while another gives up rows.
+    for seed in (1, 9, 20, 33):
+        rng = np.random.default_rng(seed)
+        field, joints = few_nodes(rng, nodes)
+        x = 4e-7 * noise_in_bursts(rng, 300, nodes)
+        d = field.separations + 1e-7 * rng.normal(size=x.shape)
+        state, singles = field.start(energies=True), [j.start() for j in joints]
+        found, wanted = [], []
+        for i in range(len(x)):
+            trial = state.try_(x[i], d[i] if varying else None)
+            state.commit()
+            both = trial.force, trial.load, *trial.tangent.reshape(nodes, 4).T
+            found.append((*both, state.dissipated_energy))
+            row = []
+            for k, single in enumerate(singles):
+                # At a held load the separation is stated all the same, so that there is a tangent.
+                one = single.try_(x[i, k], separation=d[i, k] if varying else joints[k].separation)
+                single.commit()
+                row.append(
+                    (one.force, one.normal_load, *one.tangent.flat, single.dissipated_energy)
+                )
+            wanted.append(np.transpose(row))
+        got, right = np.array(found), np.array(wanted)
+        # Relative to the largest of each quantity in each node.
+        scale = np.abs(right).max(axis=0)
+        scale[scale == 0.0] = 1.0
+        np.testing.assert_allclose(
+            got / scale, right / scale, rtol=0, atol=1e-12, err_msg=f"seed {seed}"
+        )
+
+
 @pytest.mark.parametrize("surface", SURFACES_WITHOUT_PROFILE, ids=str)
 def test_laws_without_a_profile(surface: ms.NormalLaw) -> None:
     own = ms.Interface(surface, 0.4, normal_load=0.2 * surface.load(surface._span[0]))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ import numpy as np
 import pytest
 
 import microslip as ms
+from microslip.memory import VectorState
 
 JOINT = ms.Interface.examples()[0]
 TWO = ms.IsotropicJoint(JOINT)
@@ -258,6 +260,40 @@ def test_nodes_step_as_one_or_many() -> None:
         np.testing.assert_allclose(
             slope / (2.0 * h) / size, answer.tangent[:, :, k] / size, rtol=0, atol=1e-7
         )
+
+
+def test_few_nodes_under_long_noise_are_single_states() -> None:
+    """Nodes share sliders but no rows: each is its own state bit by bit, energies too."""
+    steps, nodes = 200, 3
+    for seed in range(3):
+        rng = np.random.default_rng(seed)
+        pressures = rng.uniform(1e6, 2e7, nodes)
+        mu = rng.uniform(0.2, 0.7, nodes)
+        field = ms.JointField(JOINT.surface, mu, areas=1e-5, pressures=pressures)
+        x = 4e-7 * rng.normal(size=(steps, nodes, 2))
+        d = field.separations + 1e-7 * rng.normal(size=(steps, nodes))
+        together = field.two_directions(40, nearest=float(d.min())).start(energies=True)
+        bank, found = together._bank, []
+        for i in range(steps):
+            found.append(together.try_(x[i], d[i]))
+            together.commit()
+        for k in range(nodes):
+            own = {
+                name: getattr(bank.nodes, name)[[k]]
+                for name in ("weights", "scales", "slips", "rests")
+            }
+            part = replace(bank, nodes=replace(bank.nodes, **own), size=1)
+            single = VectorState(part, single=False, energies=True)
+            for i in range(steps):
+                trial = single.try_(x[i, [k]], d[i, [k]])
+                single.commit()
+                for name in ("force", "load", "tangent"):
+                    got, wanted = getattr(found[i], name)[k], getattr(trial, name)[0]
+                    np.testing.assert_array_equal(got, wanted, err_msg=f"seed {seed}, step {i}")
+            for energy in ("stored_energy", "dissipated_energy"):
+                # A sum over sliders as a product of matrices, whose order BLAS chooses.
+                got, wanted = getattr(together, energy)[k], getattr(single, energy)[0]
+                assert got == pytest.approx(wanted, rel=1e-14)
 
 
 def test_harmonics_of_nodes_have_their_jacobian() -> None:

@@ -194,7 +194,8 @@ class FieldState(Resumable):
                 self._doubt, self._rows, self._marks,
                 *bounding_profile(nodes.curve, farthest).arguments,
             )  # fmt: skip
-        self._make_room((code >> 2) + (front > current))
+        kept = code >> 2
+        self._make_room(kept, kept + (front > current))
         kernels.compiled.field_commit(
             place, step, front, density, value, code, self._begin, self._room, self._place,
             self._step, self._value, self._rows, self._marks, self._depth,
@@ -286,44 +287,48 @@ class FieldState(Resumable):
             if (np.abs(value) > (1.0 + 1e-9) * load_there).any():
                 raise InputError("arrays must be those of a state: its rows bear more than mu N")
         depth = np.bincount(owner, minlength=nodes.size)
-        state._repack(depth)
+        state._repack(state._depth, depth)
         index = np.repeat(state._begin - (np.cumsum(depth) - depth), depth) + np.arange(len(owner))
         state._rows[index], state._marks[index] = rows[:, 1:4], rows[:, 4:]
         state._depth = depth
         return state
 
-    def _make_room(self, rows: Integers) -> None:
-        """Room for so many rows a node; who asks for more moves to the end of the pool."""
+    def _make_room(self, kept: Integers, rows: Integers) -> None:
+        """Grow the pool so that each node has room for its rows after the step.
+
+        Nodes that outgrow their slot move to the end, with the rows that the step keeps. A step
+        that closes rows may leave a node with fewer than it has now; those rows are never copied.
+        """
         full = np.flatnonzero(rows > self._room)
         if not full.size:
             return
         room = _with_spare(rows[full])
         used = self._used + int(room.sum())
         if used > len(self._rows):
-            self._repack(rows)
+            self._repack(kept, rows)
             return
         old = self._begin[full].copy()
         self._begin[full] = self._used + np.cumsum(room) - room
         self._room[full] = room
-        self._move((self._rows, self._marks), full, old)
+        self._move((self._rows, self._marks), kept[full], old, self._begin[full])
         self._used = used
 
-    def _repack(self, rows: Integers) -> None:
-        """A new pool, with an eighth to spare, for so many rows a node."""
+    def _repack(self, kept: Integers, rows: Integers) -> None:
+        """Rebuild the pool with room for the rows of each node and 12.5 % spare capacity."""
         self._room = np.where(rows > _ROWS, _with_spare(rows), _ROWS)
         old, self._begin = self._begin, np.cumsum(self._room) - self._room
         self._used = int(self._room.sum())
         before = self._rows, self._marks
         room = self._used + self._used // 8 + _ROWS
         self._rows, self._marks = np.zeros((room, 3)), np.zeros((room, 2))
-        self._move(before, np.arange(rows.size), old)
+        self._move(before, kept, old, self._begin)
 
-    def _move(self, before: tuple[Floats, Floats], nodes: Integers, old: Integers) -> None:
-        """Take rows and marks of nodes from where they were to where they begin now."""
-        depth = self._depth[nodes]
-        place = np.arange(depth.sum()) - np.repeat(np.cumsum(depth) - depth, depth)
-        source = np.repeat(old, depth) + place
-        target = np.repeat(self._begin[nodes], depth) + place
+    def _move(
+        self, before: tuple[Floats, Floats], kept: Integers, old: Integers, new: Integers
+    ) -> None:
+        """Copy the kept rows and marks of nodes from their old slots to their new ones."""
+        place = np.arange(kept.sum()) - np.repeat(np.cumsum(kept) - kept, kept)
+        source, target = np.repeat(old, kept) + place, np.repeat(new, kept) + place
         self._rows[target], self._marks[target] = before[0][source], before[1][source]
 
     def _losses(self, place: Floats, step: Floats, code: Integers, reach: Any) -> Floats:

@@ -3,5 +3,8 @@
 from microslip._core.packages import names_of_stub as _names
 from microslip._version import __version__
 
-__getattr__, __dir__, __all__ = _names(__name__, __file__)
+REMOVED: dict[str, str] = {}
+"""Public names that 0.2 had, and what to use instead; the next version drops this table."""
+
+__getattr__, __dir__, __all__ = _names(__name__, __file__, removed=REMOVED)
 __all__ = [*__all__, "__version__"]

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import ast
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from importlib import import_module
 from pathlib import Path
@@ -53,7 +53,7 @@ _DISTRIBUTIONS = {"skfem": "scikit-fem"}
 
 
 def names_of_stub(
-    package: str, file: str
+    package: str, file: str, removed: Mapping[str, str] | None = None
 ) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
     """Make ``__getattr__``, ``__dir__`` and ``__all__`` of a package from its stub.
 
@@ -64,6 +64,8 @@ def names_of_stub(
     file : str
         Its ``__file__``. The stub beside it imports every public name from the module that holds
         it, ``from .module import name as name``.
+    removed : mapping, optional
+        Names of earlier versions, and what to use instead.
     """
     tree = ast.parse(Path(file).with_suffix(".pyi").read_text(encoding="utf-8"))
     modules = {
@@ -75,7 +77,8 @@ def names_of_stub(
 
     def find(name: str) -> Any:
         if name not in modules:
-            raise AttributeError(f"module {package!r} has no attribute {name!r}")
+            remedy = f"; removed in 0.3: {removed[name]}" if removed and name in removed else ""
+            raise AttributeError(f"module {package!r} has no attribute {name!r}{remedy}")
         with needed_for(f"{package}.{name} needs"):
             value = getattr(import_module(modules[name]), name)
         setattr(sys.modules[package], name, value)

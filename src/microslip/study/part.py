@@ -27,6 +27,7 @@ from microslip.study.readers import (
     Reader,
     Reading,
 )
+from microslip.study.removed import removed_key, removed_value
 
 _MOST_HINTS = 100  # unknown keys of a table that are held to those that it has
 _CLAUSE_ENDS = re.compile(r"[,;:.](?: |$)")
@@ -138,6 +139,8 @@ class Table(Reader):
                 raise KeyedError(f".{near}", f'unknown key; did you mean "{self.tag}"?')
             raise KeyedError(f".{self.tag}", f"missing; wanted {quoted(self.models)}")
         if not isinstance(choice, str) or choice not in self.models:
+            if removed := removed_value(place.at(self.tag).key, str(choice)):
+                raise KeyedError(f".{self.tag}", removed)
             near = did_you_mean(choice, self.models) if isinstance(choice, str) else ""
             raise KeyedError(
                 f".{self.tag}", f"wanted {quoted(self.models)}, got {show(choice)}{near}"
@@ -203,7 +206,13 @@ class Part:
             raise ValueError(cls.no_table(raw_value, place))
         raw = cls.prepare(dict(raw_value), place)
         before = len(place.reading.errors)
-        unknown = [name for name in raw if name not in cls.keys]
+        unknown = []
+        for name in raw:
+            if name not in cls.keys:
+                if removed := removed_key(place.at(name).key):
+                    place.at(name).refuse(removed)
+                else:
+                    unknown.append(name)
         # Suggestions take time; among so many keys none was a typing error.
         misspelt = {nearest(str(name), cls.keys) for name in unknown[:_MOST_HINTS]}
         values: dict[str, Any] = {}

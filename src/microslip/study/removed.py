@@ -1,0 +1,25 @@
+"""Keys and values that studies of earlier versions could have, and what to write instead."""
+
+from __future__ import annotations
+
+import re
+
+REMOVED_KEYS: dict[str, str] = {}
+"""Key as a study writes it, without item numbers (such as ``structure.base``), and its remedy."""
+
+REMOVED_VALUES: dict[tuple[str, str], str] = {}
+"""Key and value as a study writes them (such as ``("surface.law", "persson")``), and the remedy."""
+
+_ITEM_NUMBER = re.compile(r", item \d+")
+
+
+def removed_key(key: str) -> str | None:
+    """Return the message for a key that earlier versions accepted, or None."""
+    remedy = REMOVED_KEYS.get(_ITEM_NUMBER.sub("", key))
+    return f"removed in 0.3; {remedy}" if remedy else None
+
+
+def removed_value(key: str, value: str) -> str | None:
+    """Return the message for a value that earlier versions accepted, or None."""
+    remedy = REMOVED_VALUES.get((_ITEM_NUMBER.sub("", key), value))
+    return f'"{value}" was removed in 0.3; {remedy}' if remedy else None

@@ -129,7 +129,7 @@ def test_a_wrong_study_is_one_line() -> None:
 def test_a_wrong_command_is_one_line() -> None:
     assert fails("predcit") == (
         'error: no command "predcit"; did you mean "predict"? '
-        "(commands: demo, new, check, predict, batch, design, measure, identify, surface, "
+        "(commands: demo, new, check, predict, batch, measure, identify, surface, "
         "export, materials, schema, figures, explore, app, completion)"
     )
     usage = "(usage: microslip predict [OPTIONS] STUDY)"

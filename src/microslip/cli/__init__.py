@@ -10,7 +10,7 @@ from microslip.cli.group import Group
 from microslip.cli.identify import identify
 from microslip.cli.lists import app, completion, explore, figures, materials, schema
 from microslip.cli.measure import measure
-from microslip.cli.studies import batch, check, demo, design, new, predict
+from microslip.cli.studies import batch, check, demo, new, predict
 from microslip.cli.surface import surface
 
 __all__ = ["main"]
@@ -49,7 +49,7 @@ def main(context: click.Context) -> None:
 
 # Help lists them in this order.
 for _command in (
-    *(demo, new, check, predict, batch, design, measure, identify, surface, export),
+    *(demo, new, check, predict, batch, measure, identify, surface, export),
     *(materials, schema, figures, explore, app, completion),
 ):
     main.add_command(_command)

@@ -193,7 +193,7 @@ def _law(
             "where it varies, kind c with --element contact, state.try_(displacement, "
             "separation=...) in Python and the contact element of microslip.hosts.pyharm hold it"
         )
-    joints = build_joints(study, None, report)
+    joints = build_joints(study, report)
     if len(joints) > 1:
         loads = ", ".join(f"{joint.normal_load:g}" for joint in joints)
         raise StudyError(

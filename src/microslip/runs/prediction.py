@@ -325,7 +325,7 @@ def _computed(
 ) -> tuple[Prediction, Defaults]:
     """All but the structure and the summary."""
     begin = _solving(study)
-    joints = build_joints(study, None, _part(progress, 0, 1, 0.0, begin))
+    joints = build_joints(study, _part(progress, 0, 1, 0.0, begin))
     progress = _part(progress, 0, 1, begin, 1.0)
     check_loads(study, joints)
     defaults = Defaults.of(study, joints)

@@ -26,8 +26,6 @@ from microslip.study.schema import GROUPS, UncertaintyPart
 from microslip.study.surfaces import ScanSurface
 from microslip.study.uncertain import changed, followers_of, spreads_of, with_values
 
-_MOST_SURFACES = 1000
-
 
 def build_surface(study: StudyDescription, progress: Progress | None = None) -> NormalLaw:
     """Normal law of a study, tightened if its joint was; a face point by point takes its time."""
@@ -59,33 +57,11 @@ def build_summits(study: StudyDescription, progress: Progress | None = None) -> 
         return law
 
 
-def surface_inputs(study: StudyDescription) -> str:
-    """Inputs that determine the normal law of a study, as text: equal texts are one law."""
-    joint = study.joint
-    bolted = None if joint.pressure is None else (joint.pressure.load, joint.pressure.tightening)
-    yielding = (joint.tightening_load, joint.yield_stress, joint.tightening_model, bolted)
-    materials = {name: part.by_keys() for name, part in study.material.items()}
-    return repr((materials, study.surface.by_keys(), yielding))
-
-
-def build_joints(
-    study: StudyDescription,
-    surfaces: dict[str, NormalLaw] | None = None,
-    progress: Progress | None = None,
-) -> list[Interface]:
-    """Joints of a study: one for each normal load, or the law that it gives by its parameters.
-
-    Of studies that are alike in their surface its law is made once, and kept in ``surfaces``.
-    """
+def build_joints(study: StudyDescription, progress: Progress | None = None) -> list[Interface]:
+    """Joints of a study: one for each normal load, or the law that it gives by its parameters."""
     if not isinstance(study.joint, Joint):
         return [cast(Interface, study.joint.build())]
-    if surfaces is None or study._law is not None:
-        surface = build_surface(study, progress)
-    else:
-        inputs = surface_inputs(study)
-        surface = surfaces[inputs] if inputs in surfaces else build_surface(study)
-        if len(surfaces) < _MOST_SURFACES:
-            surfaces[inputs] = surface
+    surface = build_surface(study, progress)
     joints: list[Interface] = []
     loads = study.joint.normal_load
     largest = [max(study.excitation.extremes(load)) for load in loads]

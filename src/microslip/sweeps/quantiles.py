@@ -56,19 +56,6 @@ def intervals(samples: Floats, shares: Sequence[float], draws: int | None = None
     return ends.reshape(2, len(shares), *rest)
 
 
-def interval_of_share(share: float, count: int) -> tuple[float, float]:
-    """Interval of 90 % of the share of all draws, where this share of so many has something.
-
-    Clopper and Pearson 1934, DOI 10.1093/biomet/26.4.404.
-    """
-    from scipy.special import betaincinv
-
-    meeting = round(share * count)
-    low = betaincinv(meeting, count - meeting + 1.0, 1.0 - _TAIL) if meeting else 0.0
-    high = betaincinv(meeting + 1.0, count - meeting, _TAIL) if meeting < count else 1.0
-    return float(low), float(high)
-
-
 def samples_for(count: int, error: float, target: float) -> int:
     """Samples that bring an error of ``count`` of them to a target, at most.
 

@@ -38,7 +38,7 @@ _WORDS = {
 
 def preview(study: StudyDescription, progress: Progress | None = None) -> Document:
     """Check a study without running it."""
-    joints = build_joints(study, None, progress)
+    joints = build_joints(study, progress)
     check_loads(study, joints)
     unsaid = () if study.structure else Defaults.of(study, joints).notes()
     excitation, loads = study.excitation, len(joints)

@@ -1,0 +1,115 @@
+"""Every key of a study, from its declaration: its example is read, wrong values are refused."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+from microslip._core.parameters import Parameter
+from microslip._core.units import Kind
+from microslip.study.part import Key, Part, homes_of
+from microslip.study.readers import FAILED, Place, Plain, Reading
+from microslip.study.schema import StudyTables
+
+
+def declared_keys() -> Iterator[tuple[str, Key]]:
+    seen: set[tuple[type[Part], str]] = set()
+    for table, model in homes_of(StudyTables):
+        for name, item in model.keys.items():
+            if (model, name) not in seen:
+                seen.add((model, name))
+                yield f"{table}.{name}", item
+
+
+KEYS = dict(declared_keys())
+PLAIN = {
+    path: item.declared
+    for path, item in KEYS.items()
+    if isinstance(item.reader, Plain) and item.declared is not None
+}
+
+
+def read(item: Key, raw: object) -> tuple[Any, list[tuple[str, str]]]:
+    """The value that a key reads, and the errors noted."""
+    reading = Reading()
+    place = Place("table.key", reading)
+    return place.attempt(lambda: item.reader.read(raw, place)), reading.errors
+
+
+def text_in_si(declared: Parameter, value: float) -> object:
+    """A value as a study writes it."""
+    return f"{value!r} {declared.unit}".strip() if isinstance(declared.kind, Kind) else value
+
+
+def example(item: Key) -> object:
+    """The example of a key, else a value that its kind makes one; None of a table of its own."""
+    if written := item.example or item.reader.example:
+        return tomllib.loads(f"x = {written}")["x"]
+    declared = item.declared
+    if [*item.reader.tables()] or declared is None:
+        return None
+    if declared.choices or declared.none:
+        return (*declared.choices, declared.none)[0]
+    return {bool: True, int: 1, str: "text"}[declared.kind]  # type: ignore[index]
+
+
+@pytest.mark.parametrize("path", [path for path in KEYS if example(KEYS[path]) is not None])
+def test_the_example_of_a_key_is_accepted(path: str) -> None:
+    value, errors = read(KEYS[path], example(KEYS[path]))
+    if [message for _, message in errors if message.endswith("no such file")]:
+        return  # a table that names a file was read up to the file itself
+    assert not errors
+    assert value is not FAILED
+
+
+@pytest.mark.parametrize("path", PLAIN)
+def test_a_wrong_kind_is_refused_at_its_key(path: str) -> None:
+    item, declared = KEYS[path], PLAIN[path]
+    wrong: list[object] = [{"a": 1}, math.nan]
+    if isinstance(declared.kind, Kind):
+        wrong += ["1 candela", "much"]  # no such quantity, no number
+        if not declared.bare:
+            wrong.append(1.0)
+    elif declared.kind in (float, int):
+        wrong += ["much", True]
+    elif declared.kind is bool:
+        wrong += ["much", 1.0]
+    elif declared.choices:
+        wrong.append("no choice of it")
+    for raw in wrong:
+        value, errors = read(item, raw)
+        assert value is FAILED, f"{raw!r} was read as {value!r}"
+        ((where, message),) = errors
+        assert where == "table.key"
+        assert message.startswith("wanted")
+        assert "\n" not in message
+
+
+LIMITED = [
+    (path, value)
+    for path, declared in PLAIN.items()
+    if declared.kind in (float, int) or isinstance(declared.kind, Kind)
+    for value in (
+        declared.above,
+        declared.below,
+        *(math.nextafter(v, w) if declared.kind is not int else v + math.copysign(1, w)
+          for v, w in ((declared.least, -math.inf), (declared.most, math.inf))
+          if math.isfinite(v)),
+    )
+    if math.isfinite(value)
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("path", "value"), LIMITED)
+def test_a_value_past_a_limit_is_refused_at_its_key(path: str, value: float) -> None:
+    item, declared = KEYS[path], PLAIN[path]
+    raw = text_in_si(declared, value if declared.kind is not int else int(value))
+    read_value, errors = read(item, raw)
+    assert read_value is FAILED
+    ((where, message),) = errors
+    assert where == "table.key"
+    assert message.startswith("wanted")

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from functools import lru_cache
 from itertools import product
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy import io
 
 import microslip as ms
 from microslip.structures.mesh import Body, ContactFaces, JointMesh, Shank, Solids
@@ -171,3 +173,15 @@ def timoshenko(material: ms.Material, density: float, width: float, height: floa
         if values[i] * values[i + 1] < 0.0
     ]
     return np.array(roots[:count]) / (2.0 * np.pi)
+
+
+def surface_of_gaps(path: Path, pair: ms.MaterialPair, area: float) -> ms.GreenwoodWilliamson:
+    """Read the gap densities of the Brake-Reuss beam (DOI 10.1016/j.ymssp.2023.110210).
+
+    A gap z is a summit of height -z, so that the separation is minus the closure.
+    """
+    table = {name: np.ravel(value) for name, value in io.loadmat(path).items()}
+    gaps = table["normzinterp"] * table["z_max"].item()
+    heights = ms.TabulatedHeights(0.0 - gaps[::-1], table["pzinterp"][::-1])
+    density = table["area_density"].item()
+    return ms.GreenwoodWilliamson(pair, heights, table["Re"].item(), density, area)

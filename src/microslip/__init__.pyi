@@ -60,11 +60,9 @@ from .normal import TabulatedNormalLaw as TabulatedNormalLaw
 from .normal import TightenedSurface as TightenedSurface
 from .results import Result as Result
 from .results import Study as Study
-from .scans import GapTable as GapTable
 from .scans import Scan as Scan
 from .scans import Summits as Summits
 from .scans import SurfaceFinish as SurfaceFinish
-from .scans import read_gap_table as read_gap_table
 from .structures import Assembly as Assembly
 from .structures import BaseResponse as BaseResponse
 from .structures import BoltedBeam as BoltedBeam

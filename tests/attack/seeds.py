@@ -280,12 +280,6 @@ def _meshes(here: Path) -> Iterator[Seed]:
 
 
 def _tables(here: Path) -> Iterator[Seed]:
-    gaps = np.linspace(0.0, 1.0, 40)
-    table = {"normzinterp": gaps, "pzinterp": gaps * np.exp(-4.0 * gaps), "z_max": 1e-5, "Re": 1e-3}
-    np.savez(here / "gaps.npz", area_density=1e7, **table)
-    yield _of(here / "gaps.npz", ms.read_gap_table)
-    scipy_io.savemat(here / "gaps.mat", table | {"area_density": 1e7})
-    yield _of(here / "gaps.mat", ms.read_gap_table, parsed_apart=True)
     face = cast(ms.MeasuredContact, ms.MeasuredContact.examples()[0])
     face.save(here / "face.npz")
     yield _of(here / "face.npz", ms.MeasuredContact.open)

@@ -111,10 +111,6 @@ def _add_spectra(add: Add, pair: Any) -> None:
     add("SurfaceFinish of Rq", ms.SurfaceFinish, rq=1e-6, rsm=1e-4)
     add("SurfaceFinish of Rz", ms.SurfaceFinish, rz=6e-6, rsm=1e-4)
     add("SurfaceFinish.to_surface", finish.to_surface, ("pair",), pair=pair, area=1e-4)
-    add("GapTable", ms.GapTable, radius=1e-3, density=1e8,
-        heights=ms.TabulatedHeights([0.0, 1e-6, 2e-6], [0.0, 1e6, 0.0]))  # fmt: skip
-    table = ms.GapTable(1e-3, 1e8, ms.TabulatedHeights([0.0, 1e-6, 2e-6], [0.0, 1e6, 0.0]))
-    add("GapTable.to_surface", table.to_surface, ("pair",), pair=pair, area=1e-4)
 
 
 def _add_spheres(add: Add, pair: Any) -> None:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from laps import surface_of_gaps
 
 import microslip as ms
 
@@ -23,7 +24,7 @@ STEEL = ms.Material(192.31e9, 0.3)
 
 @functools.cache
 def surface() -> ms.GreenwoodWilliamson:
-    return ms.read_gap_table(SCAN).to_surface(ms.MaterialPair(STEEL, STEEL), area=1e-4)
+    return surface_of_gaps(SCAN, ms.MaterialPair(STEEL, STEEL), area=1e-4)
 
 
 @functools.cache

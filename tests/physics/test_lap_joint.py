@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from laps import DENSITY, STEEL, beam, fork, small_joint, small_lap, timoshenko
+from laps import DENSITY, STEEL, beam, fork, small_joint, small_lap, surface_of_gaps, timoshenko
 from scipy import io, linalg
 from scipy.sparse.linalg import eigsh
 
@@ -271,7 +271,7 @@ def bending(flat: ms.ReducedJoint, form: Any, factor: float) -> tuple[Any, Any]:
     """The first three frequencies [Hz] up and down with a share of the form, and the loads."""
     file = SHARED / "data/scans/brb_surface_data.mat"
     pair = ms.MaterialPair(BEAM_STEEL, BEAM_STEEL)
-    surface = ms.read_gap_table(file).to_surface(pair, area=1.0)
+    surface = surface_of_gaps(file, pair, area=1.0)
     load, found, shapes = pressed(flat.with_form(form, factor), surface)
     up = abs(flat.sensor("tip") @ shapes)
     return found[up > 0.3 * up[0]][:3], load
@@ -282,7 +282,7 @@ def bending(flat: ms.ReducedJoint, form: Any, factor: float) -> tuple[Any, Any]:
 def test_the_error_told_of_few_patches_holds_what_many_change() -> None:
     file = SHARED / "data/scans/brb_surface_data.mat"
     form = io.loadmat(file)["mesoscale_xygap"] * [1.0, 1.0, -1.0]
-    surface = ms.read_gap_table(file).to_surface(ms.MaterialPair(BEAM_STEEL, BEAM_STEEL), area=1e-4)
+    surface = surface_of_gaps(file, ms.MaterialPair(BEAM_STEEL, BEAM_STEEL), area=1e-4)
     beam, amplitudes = brake_reuss(), [1e-6, 3e-5]
     told = beam.converge(BEAM_STEEL, 7784.3, surface, 0.3, amplitudes, patches=(15, 2), form=form)
     few, many = (

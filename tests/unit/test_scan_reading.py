@@ -26,7 +26,7 @@ import microslip as ms
 from microslip.readers import instruments, text
 from microslip.readers.files import limited
 from microslip.readers.instruments import on_grid
-from microslip.scans.heights_in_files import ARRAY_FILES, GAP_TABLE, TEXTS
+from microslip.scans.heights_in_files import ARRAY_FILES, TEXTS
 
 REAL = Path(__file__).parents[3] / "shared/data/scans"
 Z = np.array([[1.0, 2.5, -3.0], [0.5, 0.0, 4.0], [7.0, -8.0, 9.0], [1.0, 1.0, 2.0]])
@@ -835,10 +835,3 @@ def test_truncated_real_scans(name: str, share: float) -> None:
     content = real(name).read_bytes()
     put(name, content[: int(share * len(content))])
     refused("of no format|not a usable (plu|al3d|mnt) file", name)
-
-
-def test_a_table_of_gaps_is_no_scan() -> None:
-    savemat("gaps.mat", dict.fromkeys(sorted(GAP_TABLE), np.ones((3, 3))))
-    message = refused("holds no scan but a table of gap densities", "gaps.mat")
-    assert 'a study takes such heights of kind "table"' in message
-    assert "ms.read_gap_table(path).to_surface(pair, area=...)" in message

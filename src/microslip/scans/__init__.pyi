@@ -5,8 +5,6 @@ from .cutoffs import CutoffTable as CutoffTable
 from .cutoffs import default_cutoffs as default_cutoffs
 from .cutoffs import over_cutoffs as over_cutoffs
 from .finish import SurfaceFinish as SurfaceFinish
-from .gap_table import GapTable as GapTable
-from .gap_table import read_gap_table as read_gap_table
 from .height_fit import Fit as Fit
 from .height_fit import HeightFit as HeightFit
 from .height_fit import height_distribution as height_distribution

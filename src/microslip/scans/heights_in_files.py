@@ -30,8 +30,6 @@ TEXTS = ("text", "matrix", "xyz", "profile")
 """Formats of text: by what is in the columns, and what can be in them."""
 
 _ENDINGS_OF_TEXT = {".txt", ".csv", ".tsv", ".dat", ".xyz", ".asc", ".prf", ".prn", ""}
-# Names by which a table of the gaps between two surfaces is known, as of the Brake-Reuss beam.
-GAP_TABLE = {"normzinterp", "pzinterp", "z_max"}
 _NAMES_OF_HEIGHTS = {"height", "heights", "topography", "z"}
 # What Gwyddion writes above a matrix.
 _STATED = re.compile(r"[#%/\s]*(width|height|value units)\s*:\s*(.+?)\s*", re.IGNORECASE)
@@ -110,12 +108,6 @@ def _form(head: bytes, suffix: str) -> str | None:
 def _of_arrays(arrays: Arrays, wishes: Wishes) -> RawHeights:
     """The matrix that is meant."""
     named = leaves(arrays)
-    if wishes.key is None and named.keys() >= GAP_TABLE:
-        raise ValueError(
-            "holds no scan but a table of gap densities; a study takes such heights of kind "
-            '"table", from columns of a CSV file, and in Python '
-            "ms.read_gap_table(path).to_surface(pair, area=...) makes a surface of it"
-        )
     alone = arrays.kind == "NumPy's npy file"
     name = next(iter(named)) if alone else single_array(named, wishes.key, arrays.kind)
     leaf = named[name]

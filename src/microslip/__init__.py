@@ -3,7 +3,11 @@
 from microslip._core.packages import names_of_stub as _names
 from microslip._version import __version__
 
-REMOVED: dict[str, str] = {}
+REMOVED: dict[str, str] = {
+    "GapTable": "use ms.GreenwoodWilliamson with ms.TabulatedHeights(-gaps[::-1], density[::-1])",
+    "read_gap_table": "use ms.GreenwoodWilliamson with ms.TabulatedHeights(-gaps[::-1], "
+    "density[::-1]), the arrays read by scipy.io.loadmat or numpy",
+}
 """Public names that 0.2 had, and what to use instead; the next version drops this table."""
 
 __getattr__, __dir__, __all__ = _names(__name__, __file__, removed=REMOVED)

@@ -63,7 +63,6 @@ from .results import Study as Study
 from .scans import Scan as Scan
 from .scans import Summits as Summits
 from .scans import SurfaceFinish as SurfaceFinish
-from .structures import Assembly as Assembly
 from .structures import BaseResponse as BaseResponse
 from .structures import BoltedBeam as BoltedBeam
 from .structures import Bolts as Bolts

@@ -143,8 +143,6 @@ def _add_drawings(add: Add, surface: Any, test: ms.ModalTest) -> None:
         friction_coefficient=0.3)  # fmt: skip
     add("ReducedJoint.tightened", joint.tightened, ("surface",), surface=surface,
         friction_coefficient=0.3)  # fmt: skip
-    add("ReducedJoint.assemble", joint.assemble, ("surface",), surface=surface,
-        friction_coefficient=0.3, steps=3, passes=1, snug=0.1)  # fmt: skip
     add("ReducedJoint.with_form", joint.with_form, form=np.zeros(6), factor=1.0)
     grounded = replace(
         joint,

@@ -110,7 +110,6 @@ NOT_ENTERED = {
     ),
     *(
         "AsperityFields",
-        "Assembly",
         "Comparison",
         "Convergence",
         "CoupledCycle",
@@ -130,7 +129,7 @@ NOT_ENTERED = {
     *("MeshedJoint", "ModalCurve", "ModalIdentification", "Motion", "PeriodicResponse", "RingDown"),
     *("PerssonCurve", "Preload", "Pressure", "ReducedJoint", "SegalmanFit", "Sliders", "Summits"),
     *("FieldState", "State"),
-    *("Assembly", "Sweep", "TightenedSurface", "VectorCycle", "VectorResponse", "Verdict"),
+    *("Sweep", "TightenedSurface", "VectorCycle", "VectorResponse", "Verdict"),
     *("MeshedJoint.read", "ModalTest.read", "Record.read", "Scan.read", "Structure.load"),
     "ReducedJoint.load",
     *("Drawing.converge", "PerssonCurve.from_spectrum", "Scan.changed", "evaluate_to_zarr"),

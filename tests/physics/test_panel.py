@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 
 import numpy as np
@@ -224,24 +223,12 @@ def test_a_released_arch_decays_along_its_modal_curve() -> None:
 
 
 @pytest.mark.slow
-def test_a_panel_is_assembled_and_refined_as_it_bends() -> None:
-    """Bolts in turn leave the modal curve of a tight panel; finer patches keep its geometry."""
+def test_a_panel_is_refined_as_it_bends() -> None:
+    """Finer patches keep the geometry of a panel."""
     surface = ms.GreenwoodWilliamson(
         ms.MaterialPair(STEEL, STEEL), ms.Gaussian(std=1e-6), radius=1e-3, density=1e8, area=1e-3
     )
-    joint = panel(SIZES.rise)
     far = [1e-5, 1.5e-4]  # modal amplitudes
-    tight = joint.tightened(surface, 0.5).modes(0, far)
-    assembled = joint.assemble(surface, 0.5, order=[2, 1], passes=1).state.modes(0, far)
-    plain = dataclasses.replace(joint, geometry=None)
-    flat = plain.tightened(surface, 0.5).modes(0, far)
-    pressed = plain.assemble(surface, 0.5, order=[2, 1], passes=1).state.modes(0, far)
-    shift = tight.frequency[1] / flat.frequency[1] - 1.0
-    assert abs(shift) > 0.01
-    np.testing.assert_allclose(assembled.frequency, tight.frequency, rtol=0.02 * abs(shift))
-    # Friction bears a part of what presses, with a geometry and without: 13 % of the damping.
-    ratio = pressed.damping_ratio / flat.damping_ratio
-    np.testing.assert_allclose(assembled.damping_ratio / tight.damping_ratio, ratio, rtol=0.02)
     beam = drawing(SIZES.rise)
     bending = beam.bending(STEEL, 1e-3)
     found = beam.converge(

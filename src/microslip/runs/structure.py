@@ -39,7 +39,6 @@ from microslip.structures import (
     ReducedJoint,
     identify_modal,
 )
-from microslip.structures.assembly import Assembly
 from microslip.structures.periodic_motion import moving_modes
 from microslip.structures.reduction_convergence import refined
 from microslip.study.build import Design, at_middle, blame, build_surface, is_uncertain
@@ -120,7 +119,7 @@ def run(study: StudyDescription, progress: Progress | None = None) -> StructureP
         shaking = replace(shaking, bands=bands)
     return StructurePrediction(
         part, formed, state, modes, inputs, identified, tests, convergence, tight,
-        _assembly(middle, formed), shaking, frequency_responses(part, joint, state, modes),
+        shaking, frequency_responses(part, joint, state, modes),
     )  # fmt: skip
 
 
@@ -137,8 +136,7 @@ def _all_tight(
     slack = study.bolted
     if not slack.bolts.slack:
         return ()
-    order = slack.bolts.order and (*slack.bolts.order, *slack.bolts.slack)
-    part = slack.copy(bolts=slack.bolts.copy(slack=(), order=order))
+    part = slack.copy(bolts=slack.bolts.copy(slack=()))
     study = study.copy(structure=part)
     other, rest = tightened(study, _reduced(study, joint.layout if part.patches is None else None))
     there, here = other.surface, joint.surface
@@ -267,20 +265,7 @@ def tightened(study: StudyDescription, joint: ReducedJoint) -> tuple[ReducedJoin
     if part.form is not None:
         joint = joint.with_form(part.form.table, part.form.factor)
     joint = part.bent(joint.with_tension(part.tension))
-    assembly = _assembly(study, joint)
-    if assembly is not None:
-        return joint, assembly.state
     return joint, joint.tightened(build_surface(study), study.joint.friction_coefficient)
-
-
-def _assembly(study: StudyDescription, joint: ReducedJoint) -> Assembly | None:
-    """The bolts tightened in the order of a study, where there is one."""
-    part = study.bolted
-    if not part.bolts.order:
-        return None
-    turns = np.searchsorted(sorted(part.bolts.order), part.bolts.order) + 1
-    mu = study.joint.friction_coefficient
-    return joint.assemble(build_surface(study), mu, order=turns.tolist(), passes=part.bolts.passes)
 
 
 def _curve(part: StructurePart, joint: ReducedJoint, state: Preload, number: int) -> ModalCurve:

@@ -23,7 +23,6 @@ from microslip.structures import (
     ReducedJoint,
     ShockResponse,
 )
-from microslip.structures.assembly import Assembly
 from microslip.structures.base_motion import ControlOf
 from microslip.study.build import blame, build_surface
 from microslip.study.description import StudyDescription
@@ -305,6 +304,5 @@ class StructurePrediction:
     tests: tuple[ModalTest, ...] = ()
     convergence: Convergence | None = None  # how good the model is for the first mode
     tight: tuple[TightMode, ...] = ()  # its modes with all bolts tight, where some are slack
-    assembly: Assembly | None = None  # what the faces hold, where bolts are tightened in order
     shaking: Shaking | None = None  # on a ground that moves
     frequency_responses: tuple[FrequencyResponse, ...] = ()  # one a force, all modes together

@@ -1,4 +1,3 @@
-from .assembly import Assembly as Assembly
 from .base_motion import BaseResponse as BaseResponse
 from .beam_mesh import Lap as Lap
 from .bolted_beam import BoltedBeam as BoltedBeam

@@ -10,7 +10,7 @@ the static state.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass
 from typing import Any
 
@@ -19,7 +19,6 @@ import numpy as np
 from microslip._core.checks import Floats
 from microslip.errors import InputError
 from microslip.friction import BackboneLaw, JointField
-from microslip.memory.vector_state import VectorState
 from microslip.structures.geometry import GeometryAttachment, GeometryGroup
 from microslip.structures.periodic_motion import HarmonicBasis, HarmonicForces
 
@@ -135,8 +134,6 @@ class FieldAttachment:
     """Lengths that motions of nodes are divided by, where their laws differ by a length alone."""
     pressed: Floats | None = None
     """Apparent areas of the nodes [m^2], where those of the field stand for their laws."""
-    assembled: Callable[[], VectorState] | None = None
-    """Makes the state in two directions in which the bolts' tightening left the nodes."""
 
     def loads(self, motion: Floats) -> Floats:
         """Normal loads of the nodes [N] at a motion by column."""
@@ -194,7 +191,7 @@ class FieldAttachment:
     def group(self, motion: Floats, line: Floats) -> FieldGroup:
         """The nodes, each along its own line."""
         field = self.field.at(separations=self.separations(motion))
-        return FieldGroup(field, self.directions, line.reshape(-1, 3)[:, :2], self.assembled)
+        return FieldGroup(field, self.directions, line.reshape(-1, 3)[:, :2])
 
 
 class FieldGroup:
@@ -207,21 +204,13 @@ class FieldGroup:
     do.
     """
 
-    def __init__(
-        self,
-        field: JointField,
-        directions: Floats,
-        line: Floats,
-        assembled: Callable[[], VectorState] | None,
-    ) -> None:
-        self._assembled = assembled
-        self.along = _unit(line)
-        self.across = np.stack([-self.along[:, 1], self.along[:, 0]], axis=1)
-        ways = (self.along, self.across)
+    def __init__(self, field: JointField, directions: Floats, line: Floats) -> None:
+        along = _unit(line)
+        ways = (along, np.stack([-along[:, 1], along[:, 0]], axis=1))
         tangential = [np.einsum("npt,pt->np", directions[:, :, :2], way) for way in ways]
         self.directions = np.stack([*tangential, directions[:, :, 2]], axis=2)
         self.stuck = _stuck(field, np.stack(ways, axis=1))
-        self.field = field.along(self.along)
+        self.field = field.along(along)
         self._across_stiffness = self.stuck[:, 1]
 
     def by_coordinate(
@@ -253,12 +242,8 @@ class FieldGroup:
         return self.by_coordinate(coefficients, *cycle)
 
     def start(self) -> FieldState:
-        """A state at rest: a settled cycle has forgotten how the bolts were tightened."""
+        """Return the state of the nodes at rest."""
         return FieldState(self)
-
-    def resumed(self) -> FieldState | AssembledState:
-        """The state that the tightening left, or one at rest."""
-        return AssembledState(self, self._assembled()) if self._assembled else FieldState(self)
 
 
 class FieldState:
@@ -286,38 +271,6 @@ class FieldState:
         return np.asarray(self._state.dissipated_energy)
 
 
-class AssembledState:
-    """The nodes in two directions, in the coordinates of their group; else as FieldState."""
-
-    def __init__(self, group: FieldGroup, state: VectorState) -> None:
-        self._field, self._state = group.field, state
-        self._origin, self._held = state.displacement, state.force
-        self._turn = np.stack([group.along, group.across], axis=1)
-
-    def try_(self, displacement: Floats) -> tuple[Floats, Floats]:
-        """Forces and tangents of a trial."""
-        moved = np.einsum("nij,ni->nj", self._turn, displacement[:, :2])
-        separation = self._field.separations + displacement[:, 2]
-        answer = self._state.try_(self._origin + moved, separations=separation)
-        turn = np.zeros((len(separation), 3, 3))
-        turn[:, :2, :2], turn[:, 2, 2] = self._turn, 1.0
-        forces = np.column_stack(
-            [answer.force - self._held, self._field.normal_loads - answer.load]
-        )
-        tangent = answer.tangent * np.array([1.0, 1.0, -1.0])[:, None]
-        forces = np.einsum("nij,nj->ni", turn, forces)
-        return forces, np.einsum("nij,njk,nlk->nil", turn, tangent, turn)
-
-    def commit(self) -> None:
-        """Make the last trial the state."""
-        self._state.commit()
-
-    @property
-    def lost(self) -> Floats:
-        """Energies lost so far [J], those of the assembly included."""
-        return np.asarray(self._state.dissipated_energy)
-
-
 def _stuck(field: JointField, ways: Floats) -> Floats:
     """Stiffnesses [N/m] of sticking nodes in two ways (nodes, 2, 2), then normal: (nodes, 3)."""
     tangential = [field.along(ways[:, i]).tangential_stiffnesses for i in (0, 1)]
@@ -336,7 +289,7 @@ def _unit(line: Floats) -> Floats:
 
 Attachment = LawAttachment | FieldAttachment | GeometryAttachment
 JointGroup = LawGroup | FieldGroup | GeometryGroup
-JointState = LawStates | FieldState | AssembledState | GeometryGroup
+JointState = LawStates | FieldState | GeometryGroup
 
 
 def all_columns(attachments: Sequence[Attachment], size: int) -> Floats:

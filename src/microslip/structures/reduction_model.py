@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, cast
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -29,9 +29,6 @@ from microslip.structures.reduction_files import check_arrays
 from microslip.structures.reduction_patches import Samples, gaps_at, mean_over
 from microslip.structures.static import base_damping
 from microslip.structures.structure import Preload, Structure
-
-if TYPE_CHECKING:
-    from microslip.structures.assembly import Assembly
 
 _KIND = "microslip-reduced-joint"
 _NESTED = ("samples", "surface", "geometry")
@@ -396,40 +393,6 @@ class ReducedJoint(LockedArrays):
             return state
         bending = replace(self.geometry, rest=state.displacement)  # the cases are of what is tight
         return structure.with_attachment(bending).preload(force)
-
-    def assemble(
-        self,
-        surface: NormalLaw,
-        friction_coefficient: ArrayLike,
-        *,
-        order: Sequence[int] | None = None,
-        steps: int = 10,
-        passes: int = 1,
-        snug: float = 0.05,
-    ) -> Assembly:
-        """The joint with its bolts tightened one after the other, faces slipping meanwhile.
-
-        Parameters
-        ----------
-        surface, friction_coefficient : NormalLaw, array_like
-            As for :meth:`structure`; one number or of shape (patches,).
-        order : sequence of int, optional
-            Bolts in turn, counted from 1; as they are numbered unless given.
-        steps : int, optional
-            Steps in which each is tightened.
-        passes : int, optional
-            Number of rounds: the first leaves bolts unlike, for each relieves others.
-        snug : float, optional
-            Share of its tension [-] that each bolt has before, the faces without friction.
-
-        Returns
-        -------
-        Assembly
-            The state, the tensions that are left and what the faces hold.
-        """
-        from microslip.structures.assembly import assemble
-
-        return assemble(self, surface, friction_coefficient, order, steps, passes, snug)
 
     def tensions(self, displacement: ArrayLike, static_force: ArrayLike) -> Floats:
         """Tensions of the bolts in a static state [N].

@@ -13,7 +13,7 @@ import numpy as np
 
 from microslip._core.checks import Floats
 from microslip.errors import InputError
-from microslip.structures.joint_groups import FieldGroup, JointState, LawGroup
+from microslip.structures.joint_groups import JointState, LawGroup
 from microslip.structures.modal_model import ModalJoints, ModalModel
 
 _ITERATIONS = 30
@@ -59,10 +59,7 @@ class TimeSteps:
         self._weights = 1.0 / diagonal
         self._pull = (1.0 - c.force) * self._solve(self._directions)
         self._flexibility = self._directions.T @ self._pull
-        self._states: list[JointState] = [
-            group.resumed() if isinstance(group, FieldGroup) else group.start()
-            for group in joints.groups
-        ]
+        self._states: list[JointState] = [group.start() for group in joints.groups]
         self._identity = np.eye(joints.stuck.size)
         self.short = np.zeros(joints.stuck.size)
         """Joint forces beyond those of sticking joints [N]."""

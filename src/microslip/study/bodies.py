@@ -82,13 +82,6 @@ class BoltsPart(TightenedBolts):
         "Slack bolts, counted from 1 along the laps; the report compares with all tight.",
         default=(),
     )
-    order: tuple[int, ...] = key(
-        Items(whole_number(1, MOST_BOLTS, "2"), "[2, 1, 3]", (1, MOST_BOLTS), distinct=True),
-        "Order in which the bolts that are not slack are tightened, with friction in the faces; "
-        "all at once and without, unless given.",
-        default=(),
-    )
-    passes: int = key(whole_number(1, 20, "2"), "Number of rounds in that order.", default=1)
     shank: float | None = optional(Bolts, "shank")
     washer: float | None = optional(Bolts, "washer")
     head: float | None = optional(Bolts, "head")
@@ -118,15 +111,12 @@ class BoltsPart(TightenedBolts):
         return None if self.hole is None or self.washer is None else 0.5 * (self.hole + self.washer)
 
 
-def check_bolts(slack: Sequence[int], order: Sequence[int], count: int) -> None:
-    """Refuse numbers of bolts that are not there, or not in order."""
+def check_slack(slack: Sequence[int], count: int) -> None:
+    """Refuse numbers of slack bolts that no bolt has."""
     try:
-        tight_ones = set(range(count)) - set(slack_bolts(slack, count))
+        slack_bolts(slack, count)
     except InputError as error:
         raise KeyedError(".bolts.slack", str(error)) from None
-    if order and {number - 1 for number in order} != tight_ones:
-        listed = ", ".join(str(number + 1) for number in sorted(tight_ones))
-        raise KeyedError(".bolts.order", f"wanted each of the tight bolts {listed}, got {order}")
 
 
 def check_places(along: Sequence[float] | None, across: Sequence[float] | None) -> None:

@@ -23,7 +23,7 @@ from microslip.study.bodies import (
     LapPart,
     MeshPart,
     beam_of,
-    check_bolts,
+    check_slack,
     needed,
 )
 from microslip.study.fields import (
@@ -232,7 +232,7 @@ class StructurePart(Part):
             self._bending_sensors()
         except InputError as error:
             raise KeyedError(".geometry", str(error)) from None
-        check_bolts(self.bolts.slack, self.bolts.order, len(self._tensions))
+        check_slack(self.bolts.slack, len(self._tensions))
 
     @property
     def fitted(self) -> tuple[str, ...]:

@@ -217,7 +217,7 @@ _ELSEWHERE = (
     "rigid", "materials", "law", "file", "column", "unit", "start", "to", "points", "measured",
     "x", "y", "gap", "time",
 )  # fmt: skip
-_BESIDE = {"interfaces": "rz", "passes": "order"}
+_BESIDE = {"interfaces": "rz"}
 """Keys that say nothing without another one."""
 
 

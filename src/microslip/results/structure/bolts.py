@@ -1,17 +1,14 @@
-"""Bolts in results: effects of slack ones, and forces that tightening in order leaves."""
+"""Bolts in results: forces by their tightening, and effects of slack bolts."""
 
 from __future__ import annotations
 
 from typing import Any
-
-import numpy as np
 
 from microslip._core.units import engineering
 from microslip.report import cells
 from microslip.report.document import Column, Section, Table
 from microslip.report.files import plain
 from microslip.runs.structure_prediction import StructurePrediction, TightMode
-from microslip.structures.assembly import Assembly
 from microslip.structures.bolt_tightening import BoltForces, tension_band
 
 
@@ -56,29 +53,6 @@ def force_numbers(forces: BoltForces | None) -> dict[str, Any] | None:
     if forces is None:
         return None
     return {**vars(forces), "clamping": forces.clamping, "clamping_range": list(forces.ends)}
-
-
-def assembly_rows(assembly: Assembly | None) -> list[tuple[str, str]]:
-    """Forces that tightening in order left in the faces, for the facts of the model."""
-    if assembly is None:
-        return []
-    largest = float(np.linalg.norm(assembly.tractions, axis=1).max())
-    share = float(assembly.slip_share.max())
-    return [
-        ("Tightening sequence", ", ".join(map(str, assembly.order))),
-        (
-            "Tangential force left in a patch",
-            f"{engineering(largest, 'N', 3)}, {share:.0%} of friction at most",
-        ),
-    ]
-
-
-def assembly_numbers(assembly: Assembly | None) -> dict[str, Any] | None:
-    """The same for the summary: plain values in SI units."""
-    if assembly is None:
-        return None
-    arrays = {name: getattr(assembly, name).tolist() for name in ("tractions", "slip_share")}
-    return {"order": list(assembly.order), "lost": assembly.lost, **arrays}
 
 
 def comparison(prediction: StructurePrediction) -> Section:

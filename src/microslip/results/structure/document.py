@@ -28,8 +28,6 @@ from microslip.report.document import (
 from microslip.report.files import plain
 from microslip.results.structure import driven as told
 from microslip.results.structure.bolts import (
-    assembly_numbers,
-    assembly_rows,
     comparison,
     force_numbers,
     force_rows,
@@ -199,7 +197,6 @@ def numbers(prediction: StructurePrediction) -> dict[str, Any]:
         and dict(zip(("frequency", "damping_ratio"), convergence.asked, strict=True)),
         "bolts": force_numbers(prediction.part.bolt_forces),
         "slack_bolts": list(prediction.part.bolts.slack) or None,
-        "assembly": assembly_numbers(prediction.assembly),
         "all_tight": tight_numbers(prediction.tight) or None,
         "identified": prediction.identified and _identified(prediction.identified),
         "shaking": prediction.shaking and told.numbers(prediction.shaking),
@@ -315,7 +312,6 @@ def _model(prediction: StructurePrediction) -> Facts:
         ("Bolt tension", ", ".join(engineering(float(t), "N", 4) for t in tensions)),
         *force_rows(part.bolt_forces),
         *([("Slack", names(prediction))] if prediction.tight else []),
-        *assembly_rows(prediction.assembly),
         ("Patches in contact", f"{pressed} of {joint.patches}"),
         ("Largest pressure", engineering(float(state.pressures.max()), "Pa", 3)),
         ("Residual of the tightened state", f"{state.equilibrium_error:.1e} of the largest force"),

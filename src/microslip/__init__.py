@@ -7,6 +7,7 @@ REMOVED: dict[str, str] = {
     "GapTable": "use ms.GreenwoodWilliamson with ms.TabulatedHeights(-gaps[::-1], density[::-1])",
     "read_gap_table": "use ms.GreenwoodWilliamson with ms.TabulatedHeights(-gaps[::-1], "
     "density[::-1]), the arrays read by scipy.io.loadmat or numpy",
+    "Assembly": "use ReducedJoint.tightened: settled motion does not depend on the order",
 }
 """Public names that 0.2 had, and what to use instead; the next version drops this table."""
 

@@ -91,13 +91,3 @@ def _message(text: str, *overrides: str, record: str | bytes | None = None) -> s
 def wrong(*edits: str) -> str:
     """What is said of the study with a text replaced by another, and so on."""
     return _message(edited(*zip(edits[::2], edits[1::2], strict=True)))
-
-
-def wrong_override(override: str) -> str:
-    """What is said of the study with a wrong override."""
-    return _message(STUDY, override)
-
-
-def wrong_column(content: str | bytes, entry: str) -> str:
-    """What is said of a history in a file of this content."""
-    return _message(edited((LINE, f'history = {{ file = "x.csv", {entry} }}')), record=content)

@@ -258,7 +258,7 @@ def test_a_turned_force_is_reported_with_its_option() -> None:
     )
     message = fails("identify", "turned.csv")
     assert "the loops run the wrong way round (energy -" in message
-    assert "--flip-sign reverses it" in message
+    assert "(reading with sign=-1 reverses it)" in message
 
 
 # -- what it refuses -------------------------------------------------------------------------------
@@ -304,10 +304,9 @@ def test_a_fit_that_does_not_converge(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_messages_are_in_options() -> None:
     """What the package would write as arguments the command writes as options."""
     for words, wanted in (
-        (("--fix", "friction_coefficient=50"), "--bound friction_coefficient=LOW..HIGH"),
-        (("--law", "bouc-wen", "--rig-stiffness", "2e8 N/m"), "write --rig-stiffness rigid"),
+        (("--fix", "friction_coefficient=50"), 'set others by bounds={"friction_coefficient"'),
         (("--fix", 'rig_stiffness="2e8 N/m"'.replace('"', "")), "--rig-stiffness"),
-        (("--contact-area", "6 mm^2, 1 mm^2, 2 kN"), "--contact-area needs --study STUDY"),
+        (("--contact-area", "6 mm^2, 1 mm^2, 2 kN"), "--contact-area needs pair="),
     ):
         message = fails("identify", "heavy.csv", *words)
         assert wanted in message

@@ -411,9 +411,9 @@ def test_coordinates_and_heights_have_a_unit_each(folder: Path, undrawn: None) -
     # The names of the columns are a second witness, and their messages are spelt alike.
     Path("pts.xyz").write_text("x,y,z [nm]\n" + rows)
     line = fails("surface", "pts.xyz", "--unit", "um")
-    assert line.endswith('heights are in "nm", not "um"; write --unit um --unit nm')
+    assert line.endswith('heights are in "nm", not "um"; write --unit "um" --unit "nm"')
     one = STUDY.format(surface=text.replace('["mm", "um"]', '"um"'))
-    with pytest.raises(ms.InputError, match=re.escape('write unit = ["um", "nm"]')):
+    with pytest.raises(ms.InputError, match=re.escape('write unit=("um", "nm")')):
         ms.Study.from_toml(one, folder=folder / "out")
 
 
@@ -440,7 +440,7 @@ def test_a_number_for_nothing_measured_is_reported(folder: Path) -> None:
 def test_warnings_are_spelt_as_options(folder: Path) -> None:
     np.save("tilted.npy", np.load("ground.npy") + 1e3 * np.arange(96.0))
     outcome = run("surface", "tilted.npy", *AS_IS, "--cutoff", "none", "--level", "none")
-    assert "is it levelled? --level plane" in outcome.stdout
+    assert 'is it levelled? --level "plane"' in outcome.stdout
     assert "level=" not in outcome.stdout
 
 

@@ -234,6 +234,3 @@ def test_xarray_and_dask() -> None:
     for name, values in plain.items():
         np.testing.assert_array_equal(lazy[name].compute().values, values)
         np.testing.assert_array_equal(arrays[name].compute(), values)
-
-
-JOINT = ms.Interface.examples()[0]

@@ -14,9 +14,6 @@ import microslip as ms
 AL = ms.Material(69e9, 0.33)
 PAIR = ms.MaterialPair(AL, AL)
 SURFACE = ms.GreenwoodWilliamson(PAIR, ms.Gaussian(5e-7), radius=1e-3, density=1e8, area=2e-4)
-SPHERE = ms.SphereOnFlat(PAIR, radius=5e-3)
-TABLE = ms.TabulatedNormalLaw(PAIR, [0.0, 1e-6, 2e-6], [100.0, 20.0, 0.0])
-NAN = float("nan")
 
 
 def field(surface: Any = SURFACE, friction: Any = 0.3, **given: Any) -> ms.JointField:

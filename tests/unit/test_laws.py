@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 import pickle
-from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 import pytest
@@ -17,14 +15,6 @@ JENKINS = ms.Jenkins(stiffness=5e7, force_limit=100.0)
 IWAN = ms.Iwan([3e7, 1e7, 6e7], [60.0, 50.0, 30.0])  # yields at 2, 5 and 0.5 um
 SEGALMAN = ms.SegalmanIwan(force_limit=4000.0, stiffness=1.5e8, chi=-0.5, beta=0.6)
 BOUC_WEN = ms.BoucWen(stiffness=5e7, yield_force=100.0)
-
-
-def refusal(call: Callable[..., Any], *args: object, **kwargs: object) -> str:
-    with pytest.raises(ms.InputError) as caught:
-        call(*args, **kwargs)
-    message = str(caught.value)
-    assert "\n" not in message
-    return message
 
 
 # -- Coulomb: rigid --------------------------------------------------------------------------------

@@ -25,12 +25,6 @@ def ellipse(lag: float, start: float = 0.0, closed: bool = True) -> ms.Loop:
     return ms.Loop(2e-6 * np.cos(phase), 3.0 * np.cos(phase + lag))
 
 
-def refusal(*args: object) -> str:
-    with pytest.raises(ms.InputError) as caught:
-        ms.Loop(*args)  # type: ignore[arg-type]
-    return str(caught.value)
-
-
 # -- simple shapes ---------------------------------------------------------------------------------
 
 

@@ -42,7 +42,6 @@ def virtual(amplitude: float = 5e-6, load: float = 2000.0, cycles: int = 8, **ho
 
 
 RECORD = virtual()
-TWO = virtual(cycles=2)
 MEASURED = ms.measure(RECORD, model=JOINT)
 WAVE = np.sin(2.0 * np.pi * np.arange(801) / 100)
 SOFT = ms.Record(5e-6 * WAVE, 50.0 * np.tanh(5.0 * WAVE), name="soft")
@@ -77,20 +76,6 @@ def test_a_slow_begin_is_no_cycle() -> None:
     angle = 2 * np.pi * np.arange(501) / 100
     x = np.concatenate((np.zeros(300), np.sin(angle), np.zeros(300)))
     assert split(x, x).cuts.size - 1 == 5
-
-
-WRONG = {
-    "displacement must move, got 1 m nearly throughout": np.ones(100),
-    "no full cycle: the displacement crosses its middle 0.5 m once; a cycle needs at least two "
-    "crossings": np.repeat([0.0, 1.0], 50),
-    "a cycle must have at least 8 samples, got 4: this is noise, or sampled too coarsely": np.tile(
-        [0.0, 0.0, 1.0, 1.0], 50
-    ),
-    "no full cycle: the displacement crosses its middle 0 m 2 times, and no cycle is whole from "
-    "one turning point or crossing to the next like it": np.concatenate(
-        (-np.ones(50), np.ones(20), -np.ones(2))
-    ),
-}
 
 
 # -- measuring -------------------------------------------------------------------------------------

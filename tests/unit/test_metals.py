@@ -51,12 +51,6 @@ HARDNESS = dict(zip(PRINTED, _NUMBERS, strict=True))
 NAMES = sorted(metals())
 
 
-def refusal(name: object) -> str:
-    with pytest.raises(ms.InputError) as caught:
-        ms.Material.named(name)  # type: ignore[arg-type]
-    return str(caught.value)
-
-
 # -- values ----------------------------------------------------------------------------------------
 
 

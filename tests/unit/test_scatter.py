@@ -431,12 +431,6 @@ def test_bolts_that_scatter_press_the_joint() -> None:
     assert ratio == pytest.approx(math.exp(2.0 * math.sqrt(width(0.2))), rel=1e-12)
 
 
-PAIR = "[{ between = %s, value = %s }]"
-KEYS = '["joint.friction_coefficient", "joint.normal_load"]'
-TWICE = KEYS.replace("normal_load", "friction_coefficient")
-OTHER = KEYS.replace("joint.normal_load", "surface.radius")
-
-
 @pytest.mark.parametrize(
     ("written", "deviation"),
     [

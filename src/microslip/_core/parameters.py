@@ -101,8 +101,6 @@ class Parameter:
     metavar: str = ""  # what stands for the value in the help of a command
     names_file: bool = False  # whether its text is the name of a file
     noun: str = ""  # what its values are called where they are wanted, "the name of a column"
-    answers_for: tuple[str, ...] = ()
-    """Other arguments in Python for which a command has this option, so that messages find it."""
 
     def __post_init__(self) -> None:
         kind: Kind | type | None = self.kind

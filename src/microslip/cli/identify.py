@@ -14,11 +14,10 @@ from microslip.cli.lists import complete_study
 from microslip.cli.options import (
     ANY_PATH,
     FIGURES,
-    NamedOption,
     Output,
+    in_options,
     option,
     progress,
-    spelling,
     stoppable,
     switch,
     writes,
@@ -64,12 +63,12 @@ class FittedLaw(OneOf):
 @option(
     "--law", "LAW",
     f"{', '.join(LAWS)}; by default the first. Repeated, the laws are compared.",
-    "laws", answers_for=("law",), multiple=True, type=FittedLaw(LAWS),
+    "laws", multiple=True, type=FittedLaw(LAWS),
 )  # fmt: skip
 @option(
     "--study", "STUDY",
     "Study with the materials, the kind of heights and the values to start from.",
-    answers_for=("pair",), type=ANY_PATH, shell_complete=complete_study,
+    type=ANY_PATH, shell_complete=complete_study,
 )  # fmt: skip
 @writes(
     "Folder for report, tables and figures; without it nothing is written.",
@@ -78,17 +77,17 @@ class FittedLaw(OneOf):
 @option(
     "--fix", "NAME=VALUE",
     'Fix a parameter, such as slip_scale="0.3 um"; may be repeated.',
-    answers_for=("fixed",), multiple=True,
+    multiple=True,
 )  # fmt: skip
 @option(
     "--bound", "NAME=LOW..HIGH",
     'Bounds of a parameter, such as slip_scale="0.1..1 um"; may be repeated.',
-    answers_for=("bounds", "start"), multiple=True,
+    multiple=True,
 )  # fmt: skip
 @option(
     "--rig-stiffness", "VALUE",
     'Rig in series: free, rigid, "2e8 N/m", or with its deviation, "200±5 N/um".',
-    words={"None": "rigid", "200000000.0": '"2e8 N/m"'}, default="free", show_default=True,
+    default="free", show_default=True,
 )  # fmt: skip
 @option(
     "--rig", "LABEL",
@@ -103,7 +102,7 @@ class FittedLaw(OneOf):
     "--known", "NAME=VALUE±SD",
     "A value from elsewhere, such as a scan, with its standard deviation: "
     'radius="1±0.1 mm", density="100±5 1/mm^2", std="0.5±0.02 um"; may be repeated.',
-    "known_values", answers_for=("known",), multiple=True,
+    "known_values", multiple=True,
 )  # fmt: skip
 @option(
     "--summits", "NUMBER",
@@ -114,7 +113,7 @@ class FittedLaw(OneOf):
 @option(
     "--nuisance", "NAME",
     f"Additional force terms to fit: {', '.join(NUISANCES)}.",
-    "nuisances", answers_for=("nuisances",), multiple=True, type=OneOf(NUISANCES),
+    "nuisances", multiple=True, type=OneOf(NUISANCES),
 )  # fmt: skip
 @MANIFEST
 @GROUP
@@ -131,7 +130,7 @@ class FittedLaw(OneOf):
     type=OneOf(LOSSES), default=LOSSES[0], show_default=True,
 )  # fmt: skip
 @click.option(
-    "--free-delay", cls=NamedOption, answers_for=("delay",), is_flag=True,
+    "--free-delay", is_flag=True,
     help="Fit a delay between the channels, too.",
 )  # fmt: skip
 @option(
@@ -179,7 +178,7 @@ def identify(
     stepped sine, or a table of amplitude, frequency and damping ratio), and friction, bolt tension
     and a factor on the form are fitted to them.
     """
-    from microslip.errors import InputError, said
+    from microslip.errors import InputError
 
     if study is not None and has_structure(study):
         identify_structure(study, records, output, band)
@@ -197,11 +196,6 @@ def identify(
             identified,
             measured_together,
         )
-
-        say = spelling(click.get_current_context())
-
-        def spell(text: str) -> str:
-            return said(text, say)
 
         files = listed(records, manifest, (), worn_volumes)
         records = tuple(files.paths)
@@ -250,7 +244,7 @@ def identify(
             campaign = measured_together(
                 read, options["confidence"], options["cycles"], counted, result.first, known
             )
-            page = document(replace(result, campaign=campaign), spell, files=stage is not None)
+            page = document(replace(result, campaign=campaign), in_options, files=stage is not None)
             if stage is not None:
                 with progress("Drawing and writing") as report:
                     page = write(page, stage, output.kinds, report)
@@ -306,7 +300,7 @@ def _read(
         except InputError as error:
             if len(paths) == 1 or (index == len(paths) - 1 and not loaded):
                 raise
-            why = error.said(spelling(click.get_current_context()))
+            why = in_options(error.text)
             skipped.append((path, why.removeprefix(f"{path}: ")))
             if rigs is not None:
                 rigs[index] = None

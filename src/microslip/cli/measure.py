@@ -12,10 +12,10 @@ from microslip.cli.options import (
     ANY_PATH,
     FIGURES,
     Output,
+    in_options,
     offers,
     option,
     progress,
-    spelling,
     stoppable,
     switch,
     writes,
@@ -104,7 +104,7 @@ def measure(
     if band is not None:
         raise click.UsageError("--band is for ring-downs of modes, and no file is one")
     with stoppable():
-        from microslip.errors import InputError, said
+        from microslip.errors import InputError
         from microslip.report.files import write
         from microslip.results.measured import KIND, document
         from microslip.tribometer import measure as measured
@@ -116,7 +116,6 @@ def measure(
             files = listed(records, manifest, runs, worn_volumes)
             paths = files.paths
             _, gain_errors = calibration_of(reading.calibration)
-            spell = spelling(click.get_current_context())
             results, places = [], []
             skipped: list[tuple[str, str]] = []
             for index, path in enumerate(paths):
@@ -138,7 +137,7 @@ def measure(
                         error = error.within(f"{path}: ")
                     if len(paths) == 1:
                         raise error from None
-                    skipped.append((path, error.said(spell).removeprefix(f"{path}: ")))
+                    skipped.append((path, in_options(error.text).removeprefix(f"{path}: ")))
                 else:
                     if files.manifest is not None:
                         result = files.manifest.counted(result, index)
@@ -158,7 +157,7 @@ def measure(
                 over,
                 _borders(joints, results),
             )
-            result_document = document(campaign, lambda text: said(text, spell), skipped)
+            result_document = document(campaign, in_options, skipped)
             if stage is not None:
                 result_document = write(result_document, stage, output.kinds)
     output.tell(result_document, full=every_table)

@@ -1,14 +1,14 @@
-"""Options of commands made from declared ones; their wording; output, progress, interruption."""
+"""Options of commands made from declared ones; messages, output, progress, interruption."""
 
 from __future__ import annotations
 
 import logging
 import os
-import shlex
+import re
 import signal
 import sys
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import wraps
 from pathlib import Path
@@ -20,7 +20,7 @@ import click
 from microslip._core.parameters import Parameter
 from microslip._core.units import Kind, QuantityError, Sign, ends_of, to_si
 from microslip.cli.group import OneOf, echo_json
-from microslip.errors import UNSAID, Argument, InputError, Spelling
+from microslip.errors import InputError
 
 if TYPE_CHECKING:
     from types import FrameType
@@ -57,32 +57,17 @@ class _Value(_ParamType):
 
 
 class CommandOption(click.Option):
-    """An option of a command that knows for which arguments of Python it stands."""
+    """An option of a command, with its declaration."""
 
     def __init__(self, *args: Any, option: Parameter, **extra: Any) -> None:
         super().__init__(*args, **extra)
         self.option = option
 
 
-class NamedOption(click.Option):
-    """An option that stands for arguments of other names, with some values in words of its own."""
-
-    def __init__(
-        self,
-        *args: Any,
-        answers_for: tuple[str, ...] = (),
-        words: Mapping[str, str] | None = None,
-        **extra: Any,
-    ) -> None:
-        super().__init__(*args, **extra)
-        self.answers_for = answers_for
-        self.words = words or {}
-
-
 def option(flag: str, value: str, text: str, name: str = "", **settings: Any) -> Decorator:
     """An option of one command: its flag, what stands for its value, its help."""
     names = [flag, name] if name else [flag]
-    return click.option(*names, cls=NamedOption, metavar=value, help=text, **settings)
+    return click.option(*names, metavar=value, help=text, **settings)
 
 
 def switch(flag: str, text: str, name: str = "") -> Decorator:
@@ -160,65 +145,32 @@ def _settings(option: Parameter) -> dict[str, Any]:
     return settings
 
 
-def spelling(context: click.Context | None) -> Spelling:
-    """Spell arguments as a command does: as its options; without an option, as Python."""
-    options: dict[str, click.Option] = {}
-    for param in context.command.params if context is not None else ():
-        if not isinstance(param, click.Option):
-            continue
-        names = [param.name]
-        if isinstance(param, CommandOption):
-            names += param.option.answers_for
-        elif isinstance(param, NamedOption):
-            names += param.answers_for
-        options |= {name: param for name in names if name}
-
-    def say(argument: Argument) -> str:
-        param = options.get(argument.name)
-        if param is None:
-            # A name alone is the subject of a sentence, which may be no keyword at all.
-            return f"in Python {argument}" if argument.has_value else argument.name
-        name = param.opts[-1]
-        if not argument.has_value:
-            # Of a column that was read, its values are wrong and not its name.
-            return argument.name if param.metavar == "COLUMN" else name
-        if param.is_flag:
-            return name
-        if isinstance(param, NamedOption) and str(argument.value) in param.words:
-            return f"{name} {param.words[str(argument.value)]}"
-        return f"{name} {_words(argument.value, param, name)}"
-
-    return say
+_ARGUMENT = re.compile(r'`(\w+)(?:=(\{"\w+": )?("[^"`]*"|\("[^`]*"\)|[-+.\d][^\s`}]*|True)\}?)?`')
 
 
-def _words(value: Any, param: click.Option, name: str) -> str:
-    """Metavariable of an option."""
-    if value is UNSAID:
-        return param.metavar or "VALUE"
-    if value is False:
-        return "none"
-    if value is None and isinstance(param, CommandOption) and param.option.none:
-        return param.option.none
-    if isinstance(value, Mapping):
-        pairs = (f"{key}={_range(item)}" for key, item in value.items())
-        return f" {name} ".join(pairs)
-    if isinstance(value, (list, tuple)):
-        return (" " if param.nargs > 1 else f" {name} ").join(map(_word, value))
-    return _word(value)
+def in_options(text: str, command: click.Command | None = None) -> str:
+    """Write the arguments between backticks in a message as options of a command.
 
+    Arguments that are no options of the command, and values that are neither a number nor text,
+    stay as in Python. The command is the running one by default.
+    """
+    context = click.get_current_context(silent=True)
+    command = command or (context.command if context else None)
+    options = {param.name: param for param in (command.params if command else ())}
 
-def _range(value: Any) -> str:
-    if value is UNSAID:
-        return "LOW..HIGH"
-    return "..".join(map(_word, value)) if isinstance(value, (list, tuple)) else _word(value)
+    def write(match: re.Match[str]) -> str:
+        name, key, value = match.groups()
+        param = options.get(name)
+        # The name of a column stands for its values, not for the option that chooses the column.
+        if not isinstance(param, click.Option) or (not value and param.metavar == "COLUMN"):
+            return match[0]
+        if not value or param.is_flag:
+            return param.opts[-1]
+        between = " " if param.nargs > 1 else f" {param.opts[-1]} "
+        words = value.strip("()").replace('", "', f'"{between}"')
+        return f"{param.opts[-1]} {key[2:-3] + '=' if key else ''}{words}"
 
-
-def _word(value: Any) -> str:
-    if isinstance(value, slice):
-        first = value.start if isinstance(value.start, str) else (value.start or 0) + 1
-        value = f"{first}..{value.stop or ''}"
-    text = f"{value:g}" if isinstance(value, float) else str(value)
-    return text if shlex.quote(text) == text else f'"{text}"'
+    return _ARGUMENT.sub(write, text).replace("`", "")
 
 
 # -- output ----------------------------------------------------------------------------------------
@@ -301,7 +253,7 @@ _begin = time.monotonic()
 def stoppable() -> Iterator[None]:
     """Let a polite kill unwind like Ctrl-C does, so that the temporary folder is removed.
 
-    What the package objects to is said in the options of the command that runs.
+    Errors about wrong input name the options of the command that runs.
     """
     # Its remarks on fonts and caches are not for the reader of a result, and nothing is shown in
     # a window, so the wish for a certain one must not fail.
@@ -325,11 +277,7 @@ def stoppable() -> Iterator[None]:
     try:
         yield
     except InputError as error:
-        context = click.get_current_context(silent=True)
-        words = error.said(spelling(context))
-        if words == str(error):
-            raise
-        raise InputError(words) from error
+        raise InputError(in_options(error.text)) from error
     finally:
         for number, before in previous.items():
             signal.signal(number, before)

@@ -229,7 +229,6 @@ def _shard(context: click.Context, param: click.Parameter, value: str | None) ->
 @option(
     "--dask", "ADDRESS",
     'Address of a Dask scheduler, or "local" for a cluster of --workers here.',
-    answers_for=("dask",),
 )  # fmt: skip
 @option("--shard", "I/N", "Run only part I of N, as in a Slurm job array.", callback=_shard)
 @JSON

@@ -12,9 +12,9 @@ from microslip.cli.options import (
     ANY_PATH,
     FIGURES,
     Output,
+    in_options,
     offers,
     progress,
-    spelling,
     stoppable,
     switch,
     writes,
@@ -66,7 +66,6 @@ def surface(
     the report. The scan is only read.
     """
     with stoppable():
-        from microslip.errors import said
         from microslip.report.files import write
         from microslip.results.scanned.document import document
         from microslip.results.scanned.numbers import FACES_KIND, KIND
@@ -90,8 +89,7 @@ def surface(
                 else:
                     findings = analyse(request, report)
             if not of_faces:
-                say = spelling(context)
-                result = document(findings, output.folder, lambda text: said(text, say))
+                result = document(findings, output.folder, in_options)
             if stage is not None:
                 with progress("Drawing and writing") as report:
                     result = write(result, stage, output.kinds, report)

@@ -13,7 +13,7 @@ from typing import Any
 import click
 
 from microslip.app.jobs import LOOK, Field
-from microslip.cli.options import CommandOption, offers, spelling
+from microslip.cli.options import CommandOption, in_options, offers
 from microslip.cli.records import Reading, reads
 from microslip.errors import InputError
 from microslip.scans import options as offered
@@ -75,9 +75,9 @@ def main() -> None:
 
 
 def _said(error: InputError) -> str:
-    """An error as the command that was asked for spells its arguments."""
+    """Return the message of an error with the options of the command that was asked for."""
     command = look.commands[sys.argv[1]]
-    return error.said(spelling(click.Context(command, info_name=command.name)))
+    return in_options(error.text, command)
 
 
 if __name__ == "__main__":

@@ -10,7 +10,7 @@ import numpy as np
 
 from microslip._core.checks import Floats, exact, members, number, positive, show
 from microslip._core.wording import did_you_mean
-from microslip.errors import UNSAID, InputError, in_python
+from microslip.errors import InputError
 from microslip.identification.coordinates import (
     RIG,
     Coordinate,
@@ -83,7 +83,7 @@ def _value(option: str, key: str, values: Mapping[str, Any], coordinate: Coordin
         example = examples.get(unit, 0.5 if coordinate.low >= 0.0 else 2.0)
         raise InputError(
             f"`{option}`: {key} must be a finite number{f' [{unit}]' if unit else ''}, got "
-            f"{show(raw_value)}; write `{option}={in_python({key: example})}`"
+            f'{show(raw_value)}; write `{option}={{"{key}": {example!r}}}`'
         )
     value = number(f"{'start of' if option == 'start' else 'fixed'} {key}", raw_value, unit)
     if not coordinate.low <= value <= coordinate.high:
@@ -91,7 +91,7 @@ def _value(option: str, key: str, values: Mapping[str, Any], coordinate: Coordin
         raise InputError(
             f"`{option}`: {coordinate.name} must be within its bounds, {coordinate.low:g} to "
             f"{coordinate.high:g}{unit}, got {exact(value)}{unit}; set others by "
-            f"`bounds={in_python({coordinate.parameter: UNSAID})}`"
+            f'`bounds={{"{coordinate.parameter}": ...}}`'
         )
     return value
 

@@ -15,7 +15,7 @@ from microslip._core.checks import positive, show
 from microslip._core.frozen import Locked
 from microslip._core.units import engineering
 from microslip._core.wording import plural
-from microslip.errors import InputError, in_python
+from microslip.errors import InputError
 from microslip.friction import Interface
 from microslip.heights import Discrete, Exponential, Gaussian
 from microslip.identification.caveats import (
@@ -198,7 +198,7 @@ class Identification(Locked, Plottable):
             raise InputError(
                 f"the fit did not converge ({self.message}); its values are no result; give "
                 "other `start=...` or `bounds=...`, or take them all the same: "
-                f"`even_if={in_python(NOT_CONVERGED)}`"
+                f'`even_if="{NOT_CONVERGED}"`'
             )
 
     def _check_measured(self, load: float) -> None:

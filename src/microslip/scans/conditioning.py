@@ -11,7 +11,7 @@ from microslip._core.checks import Floats
 from microslip._core.frozen import lock
 from microslip._core.units import engineering
 from microslip._core.wording import did_you_mean, quoted, show
-from microslip.errors import InputError, in_python
+from microslip.errors import InputError
 from microslip.scans.checks import length_of
 from microslip.scans.filters import robust_mean, smooth, spline_mean
 from microslip.scans.height_map import HeightMap, noise_std
@@ -98,7 +98,7 @@ def condition(
         heights, removed = without_form(heights, scan.pixel, level)
         if float(np.nanmax(np.abs(heights))) <= _ROUNDING * before:
             raise InputError(
-                f"{scan.name[:60]}: `level={in_python(level)}` leaves nothing but "
+                f'{scan.name[:60]}: `level="{level}"` leaves nothing but '
                 "rounding: no roughness to measure"
             )
         notes.append(f"level: {level} removed, {engineering(removed, 'm')} high.")

@@ -13,7 +13,7 @@ import numpy as np
 from microslip._core.units import LENGTH, QuantityError, engineering, to_si
 from microslip._core.verdicts import Remark
 from microslip._core.wording import shorten, show
-from microslip.errors import InputError, in_python
+from microslip.errors import InputError
 from microslip.readers.files import POINTS, reading
 from microslip.scans.checks import absurd, exact_zeros, height_array, pixel_of, repeated, spikes
 from microslip.scans.faults import faults
@@ -97,7 +97,7 @@ def _understood(raw: RawHeights, path: Path, wishes: Wishes) -> Understood:
         words = (
             f"{count} points are all {_length(value)}, far from all others; if that "
             'stands for "nothing measured", leave them out by '
-            f"`valid={in_python((lowest, highest))}`."
+            f'`valid=("{lowest}", "{highest}")`.'
         )
         notes.append(Remark(SUSPECT, words))
     if (zeros := exact_zeros(heights)) is not None:
@@ -140,14 +140,14 @@ def _units(raw: RawHeights, wishes: Wishes) -> tuple[tuple[float, float], list[s
     across, up = raw.columns
     if wishes.unit is None:
         if up is None:
+            unit = '"um"' if across is None else f'("{across}", "um")'
             raise InputError(
-                "the file does not say the unit of its heights; write "
-                f"`unit={in_python('um' if across is None else (across, 'um'))}`, say"
+                f"the file does not say the unit of its heights; write `unit={unit}`, say"
             )
         if across is None and raw.steps is not None:
             raise InputError(
                 f'the file says that heights are in "{up}", but not the unit of coordinates; '
-                f"write `unit={in_python(('mm', up))}`, say"
+                f'write `unit=("mm", "{up}")`, say'
             )
         return _factors((across or up, up), raw, "as the file says")
     pair = wishes.unit if isinstance(wishes.unit, (list, tuple)) else (wishes.unit,) * 2
@@ -158,7 +158,7 @@ def _units(raw: RawHeights, wishes: Wishes) -> tuple[tuple[float, float], list[s
         )
     for axis, file_unit, stated in zip(("coordinates", "heights"), (across, up), pair, strict=True):
         if file_unit is not None and _factor(file_unit) != _factor(stated):
-            units = in_python((across or pair[0], up or pair[1]))
+            units = f'("{across or pair[0]}", "{up or pair[1]}")'
             raise InputError(
                 f'the file says that {axis} are in "{file_unit}", not "{shorten(stated, 20)}"; '
                 + ("leave out `unit`" if across and up else f"write `unit={units}`")

@@ -11,7 +11,7 @@ import numpy as np
 
 from microslip._core.units import LENGTH, QuantityError, is_unit, to_si
 from microslip._core.wording import shorten
-from microslip.errors import InputError, in_python
+from microslip.errors import InputError
 from microslip.readers import array_files, hdf5, matlab
 from microslip.readers.arrays import Arrays, leaves, single_array, values_of
 from microslip.readers.dialect import is_comment, split
@@ -144,7 +144,7 @@ def _of_text(file: TextFile, form: str, wishes: Wishes) -> RawHeights:
         return _matrix(file.matrix(), above, notes)
     fewest, limit, expected = (3, count, "3") if form == "xyz" else (1, 2, "1 or 2")
     if not fewest <= count <= limit:
-        raise InputError(f"`format={in_python(form)}`: wanted {expected} columns, got {count}")
+        raise InputError(f'`format="{form}"`: wanted {expected} columns, got {count}')
     order, order_notes = _order(called, count)
     columns: tuple[str | None, str | None] = (None, None)
     for place in order:

@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 
 from microslip._core.checks import Floats
-from microslip.errors import InputError, in_python
+from microslip.errors import InputError
 
 Level = Literal["plane", "quadratic", "cylinder", "lines", "mean"]
 
@@ -121,7 +121,7 @@ def _check(matrix: Floats, form: str, count: int) -> None:
     values = np.linalg.eigvalsh(matrix * np.outer(scale, scale))
     if not values[0] > 1e-9 * values[-1]:
         raise InputError(
-            f"`level={in_python(form)}`: the {count} points that are there do not determine "
+            f'`level="{form}"`: the {count} points that are there do not determine '
             'that form; wanted more of them, or `level="plane"` or `level="mean"`'
         )
 

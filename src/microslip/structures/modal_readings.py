@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, floats, record, show, whole_number
 from microslip._core.frozen import LockedArrays
-from microslip.errors import InputError, in_python
+from microslip.errors import InputError
 from microslip.structures.periodic_motion import power_of
 
 _LEAST_FALL, _STEADY = 1e-3, 0.05
@@ -290,7 +290,7 @@ def _single_mode(x: Floats, step: float) -> Floats:
         raise InputError(
             f"signal must be of one mode, got {share:.0%} of its energy elsewhere: it rings "
             f"at {first:.5g} Hz and at {second:.5g} Hz; give "
-            f"`band={in_python((round(0.85 * first, 1), round(1.15 * first, 1)))}` around "
+            f"`band={round(0.85 * first, 1), round(1.15 * first, 1)}` around "
             "the mode that is meant [Hz]"
         )
     return x

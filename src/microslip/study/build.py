@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from microslip._core.checks import Floats
-from microslip.errors import InputError, StudyError, said
+from microslip.errors import InputError, StudyError
 from microslip.friction import Interface
 from microslip.materials import MaterialPair
 from microslip.normal import GreenwoodWilliamson, MeasuredContact, NormalLaw
@@ -21,7 +21,7 @@ from microslip.study.consistency import check, lifting
 from microslip.study.description import StudyDescription
 from microslip.study.joints import Joint
 from microslip.study.measured_face import MeasuredFace
-from microslip.study.readers import KeyedError, as_key
+from microslip.study.readers import KeyedError
 from microslip.study.schema import GROUPS, UncertaintyPart
 from microslip.study.surfaces import ScanSurface
 from microslip.study.uncertain import changed, followers_of, spreads_of, with_values
@@ -114,7 +114,7 @@ def blame(study: StudyDescription, key: str, names: Iterable[str] = ()) -> Itera
         if name is not None and (name in names or key.split(",")[0].endswith(name)):
             text = error.statement
             key = f"{key}.{name}" if name in names else key
-        message = " ".join(said(text, as_key).split())
+        message = " ".join(text.replace("`", "").split())
         raise StudyError(f"{study.name}: {key}: {message}") from error
 
 

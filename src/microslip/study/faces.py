@@ -13,7 +13,7 @@ from microslip.errors import InputError
 from microslip.scans.options import BREADTH, PERSSON, PROCESS, RA, RQ, RSM, RZ
 from microslip.study.fields import AREA, DENSITY, MATERIALS, RADIUS, ROUGHNESS
 from microslip.study.part import Part, SurfaceTable, Table, key, tag
-from microslip.study.readers import Items, KeyedError, Place, as_key
+from microslip.study.readers import Items, KeyedError, Place
 from microslip.study.scanned_surface import SCAN, Scanned, ScanSurface
 from microslip.study.uncertain import Unsure
 
@@ -71,7 +71,7 @@ class DrawnFace(Part):
             _ = self.finish
         except InputError as error:
             if error.argument is None:  # of the height there is too little or too much
-                raise KeyedError(".ra", error.said(as_key)) from None
+                raise KeyedError(".ra", str(error)) from None
             raise
 
     @property

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple, TypeVar
 
 from microslip._core.parameters import REQUIRED, JsonSchema, Parameter
 from microslip._core.wording import shorten, show
-from microslip.errors import Argument, InputError, in_python, said
+from microslip.errors import InputError
 
 FAILED: Any = type("Failed", (), {"__repr__": lambda self: "FAILED"})()
 """Stands for a value that could not be read; why is noted."""
@@ -128,7 +128,7 @@ class Constant(Reader):
     """The one value that tells a table from others."""
 
     def __init__(self, value: object) -> None:
-        self.value, self.example = value, _as_toml(value)
+        self.value, self.example = value, show(value)
 
     def read(self, raw_value: object, place: Place) -> Any:
         """The value."""
@@ -230,22 +230,8 @@ class Named(Reader):
 
 
 def as_keyed(error: InputError, table: str, names: Sequence[str]) -> tuple[str, str]:
-    """The key of an error of the physics, and its message as a study says it."""
-    argument = error.argument
+    """Return the key at which an error of the physics stands, and its message on one line."""
+    argument, text = error.argument, error.text
     if argument is not None and argument in names:
-        message = said(error.statement, as_key)
-        return f"{table}.{argument}" if table else argument, " ".join(message.split())
-    return table, " ".join(error.said(as_key).split())
-
-
-def as_key(argument: Argument) -> str:
-    """An argument in a message as a study writes it."""
-    if not argument.has_value:
-        return argument.name
-    return f"{argument.name} = {_as_toml(argument.value)}"
-
-
-def _as_toml(value: object) -> str:
-    if isinstance(value, (list, tuple)):
-        return f"[{', '.join(map(_as_toml, value))}]"
-    return str(value).lower() if isinstance(value, bool) else in_python(value)
+        table, text = f"{table}.{argument}" if table else argument, error.statement
+    return table, " ".join(text.replace("`", "").split())

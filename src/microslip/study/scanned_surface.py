@@ -14,13 +14,13 @@ from microslip._core.parameters import JsonSchema
 from microslip._core.quantities import named
 from microslip._core.units import engineering
 from microslip._core.wording import quoted, shorten, show
-from microslip.errors import InputError, said
+from microslip.errors import InputError
 from microslip.normal import PerssonCurve
 from microslip.scans import options
 from microslip.study.fields import MATERIALS, text
 from microslip.study.part import SurfaceTable, tag
 from microslip.study.part import key as key_of
-from microslip.study.readers import KeyedError, Place, Reader, as_key
+from microslip.study.readers import KeyedError, Place, Reader
 
 if TYPE_CHECKING:
     from microslip.friction import Verdict
@@ -97,12 +97,12 @@ class ReadScan(SurfaceTable):
                 limit=self.limit,
             ).condition(crop=self.crop)
         except InputError as error:
-            message = " ".join(error.said(as_key).split()).replace(str(here), name)
+            message = " ".join(str(error).split()).replace(str(here), name)
             message = message if message.startswith(name) else f"{name}: {message}"
             if not here.exists():
                 message = reading.message(message, file)
             raise KeyedError(".scan", message) from None
-        notes = " ".join(said(note, as_key) for note in scan.notes)
+        notes = " ".join(scan.notes).replace("`", "")
         reading.notes.append(f"{place.key}.scan: {notes}")
         self.keep(read_scan=scan)
 

@@ -15,7 +15,7 @@ from microslip._core.checks import Floats, exact, positive, show
 from microslip._core.frozen import lock
 from microslip._core.units import engineering, significant
 from microslip._core.wording import did_you_mean, plural
-from microslip.errors import InputError, in_python
+from microslip.errors import InputError
 from microslip.friction import BackboneLaw
 from microslip.report.files import plain
 from microslip.report.plot import Plot
@@ -486,9 +486,10 @@ def _beyond_all_rigs(columns: Mapping[str, Floats]) -> list[str]:
         size = abs(float(np.nanmedian(columns[name])))
         if size > most:
             text = engineering(size, unit) if unit else significant(size)
+            usual = "um" if role == "displacement" else "N"
             notes.append(
                 f"{LABELS[name]} of {text} is outside the range of any rig; are the units right? "
-                f"`units={in_python({role: 'um' if role == 'displacement' else 'N'})}` states them"
+                f'`units={{"{role}": "{usual}"}}` states them'
             )
     return notes
 
@@ -512,7 +513,7 @@ def _refuse_soft(rig_stiffness: float, x: Floats, force_amplitude: Floats, block
         f"{engineering(pushed / rig_stiffness, 'm')} under the force amplitude of "
         f"{engineering(pushed, 'N')}, more than the whole measured amplitude of "
         f"{engineering(moved, 'm')}; a number alone is in N/m, so {exact(rig_stiffness)} "
-        f"N/um is `rig_stiffness={in_python(1000000.0 * rig_stiffness)}`"
+        f"N/um is `rig_stiffness={1e6 * rig_stiffness}`"
     )
 
 

@@ -33,9 +33,7 @@ FREQUENCY = option(
 CYCLE_NUMBER = option(
     "cycle_number", "Column of the rig's counter of cycles, or none.", metavar="COLUMN"
 )
-FLIP_SIGN = option(
-    "flip_sign", "Reverse the sign of the force.", bool, default=False, answers_for=("sign",)
-)
+FLIP_SIGN = option("flip_sign", "Reverse the sign of the force.", bool, default=False)
 UNITS = option("units", f"Unit of {_ROLES}; may be repeated.", flag="unit", metavar="WHAT=UNIT")
 CALIBRATION = option(
     "calibration",

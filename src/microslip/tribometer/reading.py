@@ -18,7 +18,7 @@ from microslip._core.frozen import lock
 from microslip._core.units import CLAMPING, QuantityError, engineering, to_si
 from microslip._core.verdicts import Remark
 from microslip._core.wording import plural, quoted, shorten, show
-from microslip.errors import InputError, in_python
+from microslip.errors import InputError
 from microslip.numerics.runs import runs_of
 from microslip.readers import (
     array_files,
@@ -106,10 +106,10 @@ def read(path: Path, statements: Statements) -> dict[str, Any]:
     load = _one_load(columns, loads)
     by_part, how = _columns_by_part(columns, statements, skip_load=load is not None)
     stated = {
-        "units": by_role("units", statements.units, {"force": "mN"}),
-        "calibration": by_role("calibration", statements.calibration, {"force": "12.5 N/V"}),
-        "zero": by_role("zero", statements.zero, {"force": "mean"}),
-        "sign": by_role("sign", _signs(statements.sign), {"force": -1}),
+        "units": by_role("units", statements.units, '{"force": "mN"}'),
+        "calibration": by_role("calibration", statements.calibration, '{"force": "12.5 N/V"}'),
+        "zero": by_role("zero", statements.zero, '{"force": "mean"}'),
+        "sign": by_role("sign", _signs(statements.sign), '{"force": -1}'),
     }
     for name, mapping in stated.items():
         for role in mapping:
@@ -317,7 +317,7 @@ def _refuse_gaps(
     raise InputError(
         f"{table.where(row + first)}, column {names[role]}: wanted a number, got "
         f"{arrays[role][row]} ({plural(int(bad.sum()), 'row')} like this before the "
-        f"end); the longest stretch of numbers is `rows={in_python(slice(int(start), int(end)))}`"
+        f"end); the longest stretch of numbers is `rows=slice({start}, {end})`"
     )
 
 

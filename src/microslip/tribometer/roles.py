@@ -22,7 +22,7 @@ from microslip._core.units import (
     to_si,
 )
 from microslip._core.wording import quoted, shorten, show
-from microslip.errors import InputError, in_python
+from microslip.errors import InputError
 from microslip.readers.tables import Named, fits, headings, unmistakable
 
 TIME = Kind("time", "s", ("us", "ms", "s", "min", "h"))
@@ -112,7 +112,7 @@ def guess(columns: Sequence[Named], role: str, by_part: Mapping[str, Named]) -> 
         or_false = "" if role in NEEDED else f", or `{role}=False`"
         raise InputError(
             f"`{role}`: {len(by_name)} columns could be it, {headings(by_name[:20])}; write "
-            f"`{role}={in_python(unmistakable(by_name[0], columns))}`{or_false}"
+            f'`{role}="{unmistakable(by_name[0], columns)}"`{or_false}'
         )
     return by_name[0], how
 
@@ -209,7 +209,7 @@ def scale_of(column: Named, role: str, unit: object, calibration: object) -> Sca
     if unit_text is None:
         usual = "s" if role == "time" else kind.usual[1]
         no_time = ", or `time=False`" if role == "time" else ""
-        units_wanted = f"`units={in_python({role: usual})}`"
+        units_wanted = f'`units={{"{role}": "{usual}"}}`'
         raise InputError(f"{name}no unit; write {units_wanted}{no_time}")
     if kind is FORCE and fits(unit_text, MASS):
         # Scales and load cells show masses for the force of their weight.
@@ -220,7 +220,7 @@ def scale_of(column: Named, role: str, unit: object, calibration: object) -> Sca
             unit_text, kind, f'{name}wanted a unit such as "{kind.usual[1]}", got "{unit_text}"'
         )
     except QuantityError as error:
-        factor_wanted = f"`calibration={in_python({role: f'10 {kind.usual[1]}/V'})}`"
+        factor_wanted = f'`calibration={{"{role}": "10 {kind.usual[1]}/V"}}`'
         volts = f"; of a sensor write {factor_wanted}" if is_raw(unit_text) else ""
         raise InputError(f"{error}{volts}") from None
     words = f"{unit_text} {where}"
@@ -308,12 +308,12 @@ def sign_of(sign: object, role: str) -> int:
     raise ValueError(f"{role}: wanted a sign 1 or -1, got {show(sign)}")
 
 
-def by_role(name: str, option: object, example: dict[str, Any]) -> Mapping[str, Any]:
+def by_role(name: str, option: object, example: str) -> Mapping[str, Any]:
     """A mapping whose keys are parts of a record."""
     if option is None:
         return {}
     if not isinstance(option, Mapping):
-        raise InputError(f"wanted `{name}={in_python(example)}`, got {show(option)}")
+        raise InputError(f"wanted `{name}={example}`, got {show(option)}")
     for key in option:
         if key not in KINDS:
             raise InputError(f"`{name}`: wanted one of {quoted(KINDS)}, got {show(key)}")

@@ -13,7 +13,6 @@ import numpy as np
 from microslip._core.units import engineering, significant
 from microslip._core.verdicts import Remark
 from microslip._core.wording import capital
-from microslip.errors import in_python
 from microslip.report.document import (
     Block,
     Column,
@@ -147,7 +146,7 @@ def _remarks(findings: Findings) -> list[str]:
     remarks += [d.words for d in doubts if d.kind == SUSPECT and request.outliers is None]
     remarks += [capital(doubt.words) for doubt in doubts if doubt.kind != SUSPECT]
     if laws is not None and request.heights not in (None, laws.recommended):
-        remarks.append(f"{capital(laws.reason)}. Take `heights={in_python(laws.recommended)}`.")
+        remarks.append(f'{capital(laws.reason)}. Take `heights="{laws.recommended}"`.')
     return [*remarks, *findings.missing, *disagreements(findings)]
 
 

@@ -16,7 +16,7 @@ import microslip as ms
 
 ALUMINIUM = ms.Material(young_modulus=69e9, poisson_ratio=0.33)
 PAIR = ms.MaterialPair(ALUMINIUM, ALUMINIUM)
-MU, STD = 0.55, 5e-7
+MU, STD, AREA = 0.55, 5e-7, 2e-4
 CURVED = pytest.mark.parametrize("law", law_params(which=is_curved))
 INTERFACES = pytest.mark.parametrize(
     "law", law_params(which=lambda law: isinstance(law, ms.Interface))
@@ -24,7 +24,7 @@ INTERFACES = pytest.mark.parametrize(
 
 
 def surface(density: float = 1e8) -> ms.GreenwoodWilliamson:
-    return ms.GreenwoodWilliamson(PAIR, ms.Gaussian(STD), radius=1e-3, density=density, area=2e-4)
+    return ms.GreenwoodWilliamson(PAIR, ms.Gaussian(STD), radius=1e-3, density=density, area=AREA)
 
 
 def worked() -> ms.Interface:
@@ -207,8 +207,24 @@ def growing() -> list[ms.Interface]:
     return [ms.Interface(surface(1e8 * factor), MU, normal_load=load) for factor in GROWTH]
 
 
-def test_more_asperities_are_stiffer_but_slowly():
-    """Fig. 19.20: stiffness x slip length/limit = 1.43 ... 4.53 for h = 0 ... 4."""
+def test_more_asperities_in_contact_are_stiffer():
+    """Fig. 19.20 begins at one asperity, which carries the load like a sphere."""
+    counts = (1, 2, 100, 500, 2000, 20_000)
+    joints = [ms.Interface(surface(n / AREA), MU, normal_load=2000.0) for n in counts]
+    touching = [joint.contact_count for joint in joints]
+    np.testing.assert_allclose(touching[0], 1, rtol=1e-12)
+    np.testing.assert_allclose(touching[-1], 5700, rtol=1e-4)
+    stiffness = [joint.tangential_stiffness for joint in joints]
+    assert stiffness[-1] / stiffness[0] == pytest.approx(271, abs=0.5)
+    # n spheres of one height that share a load are n^(2/3) as stiff as one.
+    assert stiffness[1] / stiffness[0] == pytest.approx(2 ** (2 / 3), rel=1e-4)
+    ratio = [joint.energy_ratio(1e-6) for joint in joints]
+    assert np.all(np.diff(ratio) > 0)
+    np.testing.assert_allclose([ratio[0], ratio[-1]], [0.0011, 0.6695], atol=6e-5)
+
+
+def test_more_asperities_than_touch_are_stiffer_but_slowly():
+    """Stiffness x slip length/limit = 1.43 ... 4.53 for h = 0 ... 4."""
     joints = growing()
     np.testing.assert_allclose(GROWTH, [1, 5.7, 65, 1.6e3, 9.7e4], rtol=0.02)
     height = [joint.separation / STD for joint in joints]

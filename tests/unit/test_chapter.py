@@ -19,8 +19,25 @@ from matplotlib.text import Text
 import microslip as ms
 from microslip.chapter import KIND, LEFT_OUT, PLATES, Drawing, Plate, select, write
 from microslip.chapter.contact import summit
-from microslip.chapter.rig import RIG, SAMPLES, identified, virtual_rig
-from microslip.chapter.surface import CORRELATION, ROUGHNESS, profile, summits, worked_example
+from microslip.chapter.joint import with_summits
+from microslip.chapter.rig import (
+    HARMONIC,
+    NOISE,
+    RIG,
+    RIPPLE,
+    SAMPLES,
+    identified,
+    virtual_rig,
+)
+from microslip.chapter.surface import (
+    CORRELATION,
+    ROUGHNESS,
+    is_peak,
+    peak_density,
+    profile,
+    summits,
+    worked_example,
+)
 from microslip.cli import main
 from microslip.report.folder import staged
 
@@ -184,12 +201,24 @@ def test_interface_figures() -> None:
         if name.startswith("loss"):
             assert np.all(np.diff(values) > 0.0)
             assert 1.2 < values[-1] < 4.0 / math.pi
-    stiffness = [
-        np.diff(values[-3:])[0]
-        for name, values in columns("19.20").items()
-        if name.startswith("force")
-    ]
-    assert len(stiffness) == 4
+
+
+def test_number_of_asperities_figure() -> None:
+    """From one asperity on; the numbers of the caption are those of the joints drawn."""
+    joints = [with_summits(worked_example(), count) for count in (1.0, 20_000.0)]
+    assert joints[0].contact_count == pytest.approx(1.0, rel=1e-12)
+    sphere = ms.Asperity(
+        joints[0].surface.pair, radius=1e-3, normal_load=2000.0, friction_coefficient=0.55
+    )
+    assert joints[0].tangential_stiffness == pytest.approx(sphere.tangential_stiffness, rel=1e-5)
+    growth = joints[1].tangential_stiffness / joints[0].tangential_stiffness
+    ratios = [joint.energy_ratio(1e-6) for joint in joints]
+    caption = NUMBERS["19.20"].caption
+    assert f"to the {joints[1].contact_count:.0f} of 20 000" in caption
+    assert f"grows {growth:.0f}-fold" in caption
+    assert f"from {ratios[0]:.3f} to {ratios[1]:.3f}" in caption
+    forces = [values for name, values in columns("19.20").items() if name.startswith("force")]
+    np.testing.assert_array_less([f.max() for f in forces[:-1]], [f.max() for f in forces[1:]])
 
 
 def test_roughness_figure() -> None:
@@ -202,17 +231,25 @@ def test_roughness_figure() -> None:
     texts = [t.get_text() for t in drawn("19.6").figure.findobj(Text)]
     assert f"this trace: Ra = {average / 1e-6:.2f} µm" in texts
     assert 0.3e-6 < average < 0.4e-6
-    # The bars hold all heights.
-    shares, edges = {}, np.linspace(-16.5, 16.5, 34) * 1e-7
-    for height, density in zip(z, data["density of its class [1/m]"], strict=True):
-        shares[int(np.digitize(height, edges))] = density * 1e-7
-    assert sum(shares.values()) == pytest.approx(1.0, rel=1e-9, abs=0)
+    # The asperities are the peaks of the trace.
+    np.testing.assert_array_equal(data["is a peak"], is_peak(z))
+    assert f"the {is_peak(z).sum()} peaks of this trace" in texts
     # Many traces: root mean square and autocorrelation at one correlation length.
     traces = np.array([profile(seed)[1] for seed in range(60)])
     assert np.sqrt(np.mean(traces**2)) == pytest.approx(ROUGHNESS, rel=0.02)
     lag = round(CORRELATION / (places[1] - places[0]))
     ratio = np.mean(traces[:, lag:] * traces[:, :-lag]) / np.mean(traces**2)
     assert ratio == pytest.approx(math.exp(-1.0), abs=0.03)
+    # Heights of their peaks against the density that the figure draws.
+    heights = np.concatenate([trace[is_peak(trace)] for trace in traces])
+    assert heights.size > 4000
+    y = np.linspace(-5.0, 6.0, 4001) * ROUGHNESS
+    density = peak_density(y)
+    assert density.sum() * (y[1] - y[0]) == pytest.approx(1.0, rel=1e-6)
+    mean = (y * density).sum() * (y[1] - y[0])
+    std = math.sqrt(((y - mean) ** 2 * density).sum() * (y[1] - y[0]))
+    assert heights.mean() == pytest.approx(mean, abs=0.02 * ROUGHNESS)
+    assert heights.std() == pytest.approx(std, rel=0.03)
 
 
 def test_summits_of_a_rough_surface() -> None:
@@ -273,6 +310,10 @@ def test_rig_figures() -> None:
 def test_the_overlay_is_identified() -> None:
     """What the caption of 19.22 says of the fit is so, and its intervals hold the truth."""
     result = identified()
+    caption = NUMBERS["19.22"].caption
+    assert f"(reduced χ² {result.reduced_chi_squared:.2f})" in caption
+    softness = worked_example().tangential_stiffness / RIG
+    assert f"1/{softness:.0f} of the joint's stiffness" in caption
     assert result.status == "converged"
     assert result.reduced_chi_squared < 1.3
     verdicts = {name: one.verdict for name, one in result.parameters.items()}
@@ -292,6 +333,19 @@ def test_the_overlay_is_identified() -> None:
     texts = [t.get_text() for t in drawn("19.22").figure.findobj(Text)]
     assert any("κσ: bounded above\nh: not identified" in text for text in texts)
     assert any(text.endswith("made with μ 0.55,\nrig 100 N/µm") for text in texts)
+
+
+@pytest.mark.slow
+def test_the_ripple_bends_the_loop_of_a_stiff_rig() -> None:
+    """With the stiff rig of the caption of 19.22 the ripple is more than a shift."""
+    rig = ms.VirtualTribometer(
+        worked_example(), rig_stiffness=1e10, noise=NOISE, load_ripple=RIPPLE,
+        third_harmonic=HARMONIC, sample_rate=SAMPLES * 10.0, seed=19,
+    )  # fmt: skip
+    record = rig.record(amplitude=1.5e-6, frequency=10.0, cycles=6)
+    result = ms.identify(record, summits=math.inf)
+    assert result.parameters["friction_coefficient"].verdict == "apparent"
+    assert f"χ² is {result.reduced_chi_squared:.2f}" in NUMBERS["19.22"].caption
 
 
 def test_likeness_figure() -> None:
@@ -367,12 +421,11 @@ def test_files(tmp_path: Path) -> None:
 def test_the_same_files_each_time(tmp_path: Path) -> None:
     folders = [tmp_path / name for name in ("first", "second")]
     # Alone, and after another one.
-    for folder, numbers in zip(
-        folders, (["19.12", "19.23"], ["19.9", "19.12", "19.23"]), strict=True
-    ):
+    drawn_twice = ["19.12", "19.22", "19.23"]
+    for folder, numbers in zip(folders, (drawn_twice, ["19.9", *drawn_twice]), strict=True):
         folder.mkdir()
         write(select(numbers), folder)
-    stems = [NUMBERS[number].stem for number in ("19.12", "19.23")]
+    stems = [NUMBERS[number].stem for number in drawn_twice]
     for name in (f"{stem}.{kind}" for stem in stems for kind in ("svg", "png", "csv")):
         assert (folders[0] / name).read_bytes() == (folders[1] / name).read_bytes(), name
 

@@ -79,25 +79,27 @@ def _loops(plate: Plate) -> Drawing:
     return Drawing(figure, columns)
 
 
-def _more_summits(joint: Interface, factor: float) -> Interface:
-    """The same joint with so many times as many summits."""
+def with_summits(joint: Interface, count: float) -> Interface:
+    """Return the joint with another number of summits N_a on the same area, at the same load."""
     surface = joint.surface
     if not isinstance(surface, GreenwoodWilliamson):
         raise TypeError(type(surface).__name__)
-    surface_of_more = GreenwoodWilliamson(
-        surface.pair, surface.heights, surface.radius, factor * surface.density, surface.area
+    changed = GreenwoodWilliamson(
+        surface.pair, surface.heights, surface.radius, count / surface.area, surface.area
     )
-    return Interface(surface_of_more, joint.friction_coefficient, joint.normal_load)
+    return Interface(changed, joint.friction_coefficient, joint.normal_load)
 
 
 @as_plate(
     "19.20",
     "number-of-asperities",
-    "more asperities at the same load",
-    "With more summits the separation is larger: a smaller share of them touches, with smaller "
-    "indentations, and the loop slowly approaches Coulomb's rectangle. A million times as many do "
-    "not reach it.",
-    assumed("Amplitude 1 µm. So many summits would overlap: the formula alone goes on."),
+    "number of asperities in contact at one normal load",
+    "One asperity that carries the whole load is soft, and 1 µm is far below its slip limit. The "
+    "more asperities share the load, the stiffer the joint and the nearer its loop to Coulomb's "
+    "rectangle: from one asperity to the 5700 of 20 000 that touch in the worked example the "
+    "stiffness grows 271-fold, and the energy over that of Coulomb friction, "
+    "E_d/4μNδ, from 0.001 to 0.670.",
+    assumed("Amplitude 1 µm. The density of summits is changed, nothing else."),
 )
 def _many_summits(plate: Plate) -> Drawing:
     joint = worked_example()
@@ -105,13 +107,13 @@ def _many_summits(plate: Plate) -> Drawing:
     figure, body, axes = plate.sheet(4.6)
     record = path(top, -top, top, samples=200)
     columns = {"displacement [m]": record}
-    for factor, look in zip((1.0, 1e2, 1e4, 1e6), LOOKS, strict=False):
-        law = _more_summits(joint, factor)
+    for count, look in zip((1.0, 100.0, 500.0, 2000.0, 20000.0), LOOKS, strict=True):
+        law = with_summits(joint, count)
         force = law.force(record)
-        contacts = f"{(law.contact_count or 0.0) / KILO:.1f} thousand"
-        columns[f"force with {factor:g} times as many summits [N]"] = force
-        label = f"× {factor:,.0f}".replace(",", " ") if factor > 1.0 else "as it is"
-        axes.plot(record / MICRO, force / KILO, label=f"{label}, {contacts} touch", **look)
+        columns[f"force with {count:g} asperities [N]"] = force
+        touching = round(law.contact_count or 0.0)
+        label = f"{touching}" if touching == count else f"{touching} of {count:.0f}"
+        axes.plot(record / MICRO, force / KILO, label=label, **look)
     box = joint.force_limit / KILO
     axes.plot(
         [-1.0, 1.0, 1.0, -1.0, -1.0], [box, box, -box, -box, box],
@@ -119,7 +121,7 @@ def _many_summits(plate: Plate) -> Drawing:
     )  # fmt: skip
     cross(axes)
     axes.set(xlabel="Tangential displacement δ [µm]", ylabel="Tangential force T [kN]")
-    body.legend(loc="outside lower center", ncols=3, title="Summits")
+    body.legend(loc="outside lower center", ncols=3, title="Asperities in contact")
     return Drawing(figure, columns)
 
 

@@ -143,12 +143,15 @@ class Plate:
 
 
 def _settle(figure: Figure) -> None:
-    """Lay a figure out once and for all, rather than anew for every file made of it."""
+    """Compute the layout once, so that SVG and PNG share it, and round it."""
     engine = figure.get_layout_engine()
     if engine is not None:
         engine.execute(figure)
         figure.set_layout_engine("none")
-    # The layout's last digits depend on what was drawn before, and with them names in the SVG.
+    # Matplotlib hashes the corners of each clip rectangle into its id. The last digits of the
+    # layout vary from run to run, in the parts of the page as well as in the axes.
+    for part in figure.subfigs:
+        part.bbox_relative.set_points(np.round(part.bbox_relative.get_points(), 6))
     for axes in figure.axes:
         axes.set_position(np.round(axes.get_position(original=True).bounds, 6).tolist())
 

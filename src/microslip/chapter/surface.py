@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from microslip._core.checks import Floats
 from microslip._core.units import engineering
@@ -16,6 +17,7 @@ from microslip.chapter.plate import (
     INK,
     MICRO,
     MILLI,
+    RED,
     SLIP,
     STICK,
     Drawing,
@@ -132,6 +134,26 @@ def summits() -> tuple[float, float, float]:
     )
 
 
+def is_peak(z: Floats) -> NDArray[np.bool_]:
+    """Return which samples of a profile are local maxima."""
+    inner = (z[1:-1] > z[:-2]) & (z[1:-1] >= z[2:])
+    return np.concatenate([[False], inner, [False]])
+
+
+def peak_density(z: Floats) -> Floats:
+    """Probability density [1/m] of the peaks of such a profile at heights [m].
+
+    Cartwright and Longuet-Higgins (1956), DOI 10.1098/rspa.1956.0173, for the ratio
+    m2/sqrt(m0 m4) = 1/sqrt(3) of the autocorrelation exp(-x^2/CORRELATION^2).
+    """
+    ratio = 1.0 / math.sqrt(3.0)
+    width = math.sqrt(1.0 - ratio**2)
+    x = z / ROUGHNESS
+    narrow = width / math.sqrt(2.0 * math.pi) * np.exp(-0.5 * (x / width) ** 2)
+    below: Floats = Gaussian(1.0).cdf(x * ratio / width)
+    return (narrow + ratio * x * np.exp(-0.5 * x**2) * below) / ROUGHNESS
+
+
 def _assumed_profile() -> str:
     """Assumptions of the figure of the roughness."""
     density, radius, spread = summits()
@@ -147,22 +169,27 @@ def _assumed_profile() -> str:
 @as_plate(
     "19.6",
     "roughness",
-    "(a) roughness of the surface, (b) probability of its heights (synthetic)",
-    "A profile as rough as the chapter's milled sample, whose Ra is below 0.4 µm. Its summits "
-    "would be as many as those of the worked example, somewhat sharper and a quarter less "
-    "spread in height.",
+    "(a) roughness of the surface, (b) probability of asperity heights (synthetic)",
+    "A profile as rough as the chapter's milled sample, whose Ra is below 0.4 µm. The asperities "
+    "in (b) are the peaks of the profile, above its mean line on average; the heights of all its "
+    "points, dashed, are Gaussian about that line. The summits of such a surface would be as many "
+    "as those of the worked example, somewhat sharper and a quarter less spread in height.",
     _assumed_profile(),
 )
 def _roughness(plate: Plate) -> Drawing:
     x, z = profile()
-    edges = np.linspace(-16.5, 16.5, 34) * 1e-7
-    shares, _ = np.histogram(z, edges)
-    density = shares / z.size / np.diff(edges)
+    edges = np.linspace(-1.6e-6, 1.6e-6, 17)
+    peaks = is_peak(z)
+    counts, _ = np.histogram(z[peaks], edges)
+    density = counts / peaks.sum() / np.diff(edges)
     law = Gaussian(ROUGHNESS)
     percent = 100.0 * MICRO  # of a density [1/m] to per cent a micrometre
     figure, body = plate.page(3.7)
     profile_axes, right = body.subplots(1, 2, sharey=True, width_ratios=[2.2, 1.0])
     profile_axes.plot(x / MILLI, z / MICRO, color=BLUE, linewidth=0.9)
+    profile_axes.plot(
+        x[peaks] / MILLI, z[peaks] / MICRO, "o", color=RED, markersize=2.6, label="peaks"
+    )
     profile_axes.axhline(0.0, color=GREY, linewidth=0.6, zorder=1)
     average = float(np.mean(np.abs(z)))
     words(profile_axes, f"this trace: Ra = {average / MICRO:.2f} µm", 4.0, 1.5)
@@ -170,17 +197,26 @@ def _roughness(plate: Plate) -> Drawing:
     profile_axes.set(xlim=(0.0, LENGTH / MILLI), ylim=(-1.7, 1.7))
     right.stairs(
         density * percent, edges / MICRO, orientation="horizontal", fill=True, facecolor=STICK,
-        edgecolor=BLUE, linewidth=0.8, label="this trace",
+        edgecolor=BLUE, linewidth=0.8, label=f"the {peaks.sum()} peaks of this trace",
     )  # fmt: skip
     y = np.linspace(edges[0], edges[-1], 401)
-    right.plot(law.pdf(y) * percent, y / MICRO, color=INK, linewidth=1.4, label="Gaussian of Rq")
+    right.plot(
+        peak_density(y) * percent, y / MICRO, color=INK, linewidth=1.4, label="peaks of many"
+    )
+    right.plot(
+        law.pdf(y) * percent, y / MICRO, color=GREY, linewidth=1.0, linestyle=DASHES,
+        label="all heights",
+    )  # fmt: skip
     right.set(xlabel="Probability density [%/µm]", title="(b)")
     right.set_xlim(left=0.0)
-    body.legend(*right.get_legend_handles_labels(), loc="outside lower center", ncols=2)
+    handles, labels = profile_axes.get_legend_handles_labels()
+    more_handles, more_labels = right.get_legend_handles_labels()
+    body.legend(handles + more_handles, labels + more_labels, loc="outside lower center", ncols=4)
     columns = {
         "position [m]": x,
         "height [m]": z,
-        "density of its class [1/m]": density[np.digitize(z, edges) - 1],
-        "Gaussian density [1/m]": law.pdf(z),
+        "is a peak": peaks.astype(float),
+        "density of peaks at this height [1/m]": peak_density(z),
+        "density of heights at this height [1/m]": law.pdf(z),
     }
     return Drawing(figure, columns)

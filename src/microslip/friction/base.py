@@ -157,7 +157,9 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
         return float(self._slope(np.zeros(1))[0])
 
     def backbone(self, displacement: ArrayLike) -> Any:
-        """First loading curve T0 from rest, odd in the displacement.
+        """Compute the first loading curve T0 from rest, odd in the displacement.
+
+        For one asperity it is (19.10) and (19.15), for an interface their sum (19.28).
 
         Parameters
         ----------
@@ -201,10 +203,12 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
         return State(self, depth) if arrays is None else State.from_arrays(self, arrays)
 
     def force(self, displacement: ArrayLike) -> Any:
-        """Force along any displacement record, from rest, with exact memory.
+        """Compute the force along any displacement record, from rest, with exact memory.
 
-        Minor loops, wiping-out and the return to the first loading curve follow Masing's and
-        Madelung's rules, so the cost is O(1) a sample, whatever the number of asperities.
+        First loading (19.19), unloading (19.20), (19.23), and reloading (19.21), with sliding
+        (19.15)-(19.17), for any record and in their corrected form. Minor loops, wiping-out and
+        the return to the first loading curve follow Masing's and Madelung's rules, so the cost is
+        O(1) a sample, whatever the number of asperities.
 
         Parameters
         ----------

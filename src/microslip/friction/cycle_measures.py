@@ -217,7 +217,9 @@ class CycleMeasures(ABC):
         return draw(law_figure(self, quantity, amplitudes), ax, color=color, label=label)
 
     def loop(self, amplitude: float, samples: int = 512) -> Loop:
-        """The closed loop between +amplitude and -amplitude.
+        """Compute the closed loop between +amplitude and -amplitude.
+
+        Unloading is (19.13), with sliding (19.16); reloading is (19.14), with sliding (19.17).
 
         Parameters
         ----------

@@ -185,11 +185,21 @@ class Interface(CoupledLaw):
         return validity(self)
 
     def stick_area(self, displacement: ArrayLike) -> Any:
-        """Contact area [m^2] that still sticks on first loading.
+        """Compute the contact area [m^2] that still sticks on first loading.
 
-        At displacements [m] from rest, of any shape, of which only the size matters, the stick
-        circles c^2 = rho (s - delta/kappa) of (19.9), summed. On a branch that began at a reversal
-        the zone not slipping now is that of half the distance from it.
+        The sum of the stick circles c^2 = rho (s - delta/kappa) of (19.9). On a branch that began
+        at a reversal, the zone that does not slip is that of half the distance from the reversal;
+        at zero force it is (19.18).
+
+        Parameters
+        ----------
+        displacement : array_like
+            Displacements [m] from rest, any shape; their signs do not matter.
+
+        Returns
+        -------
+        float or ndarray
+            Areas [m^2], shape of ``displacement``.
         """
         x = floats("displacement", displacement)
         place = np.minimum(np.abs(x), LARGEST * min(self.slip_per_indentation, 1.0))
@@ -212,6 +222,7 @@ class Interface(CoupledLaw):
         return np.minimum(u, 1e200) / self.slip_per_indentation
 
     def _exact(self, u: Floats) -> Floats:
+        # (19.28), the sum of (19.15) over all asperities, as the difference of two loads (19.8).
         force = self._friction * self.surface._drop(self.separation, self._steps(u))
         return np.minimum(force, self.force_limit)  # not a last place above it
 

@@ -160,7 +160,7 @@ class PressedJoint(Parallel):
         return None if any(value is None for value in values) else math.fsum(values)
 
     def stick_area(self, displacement: ArrayLike) -> Any:
-        """Contact area that still sticks on first loading [m^2].
+        """Compute the contact area [m^2] that still sticks on first loading, (19.9) summed.
 
         Parameters
         ----------

@@ -3,6 +3,10 @@
 Masing's rule with factor two, wiping-out and return to the first loading curve (Madelung's rules;
 Jaeger 1998, Ciavarella 1998 for the contact) are geometry: they ask for displacements alone. The
 law enters once, vectorised, on the distances along its backbone that the geometry gives.
+
+In the chapter (DOI 10.1007/978-3-319-56818-8_19) the branches are first loading (19.19), unloading
+(19.20), reloading (19.21) with its offset (19.22), and unloading (19.23) with its offset (19.24).
+Here each of them starts from the force at its reversal, whatever the sign of that force.
 """
 
 from __future__ import annotations
@@ -22,6 +26,9 @@ Backbone = Callable[[Floats], Floats]
 
 class Tree(NamedTuple):
     """The branches of a record: sample i has the value sign[i] B(half[i]) + value of parent[i].
+
+    The branches of (19.19)-(19.21) and (19.23): half the distance from the reversal, with factor 2,
+    or the distance from rest, with factor 1.
 
     ``parent`` is the index of a sample, -1 for the origin, or -2 - k for entry k of the memory at
     the start (its last entry stands for the last displacement before the record).

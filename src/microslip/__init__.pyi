@@ -49,7 +49,6 @@ from .memory import Trial as Trial
 from .memory import VectorResponse as VectorResponse
 from .memory import VectorState as VectorState
 from .normal import AsperityPopulation as AsperityPopulation
-from .normal import EllipticSummits as EllipticSummits
 from .normal import GreenwoodWilliamson as GreenwoodWilliamson
 from .normal import MeasuredContact as MeasuredContact
 from .normal import NormalLaw as NormalLaw

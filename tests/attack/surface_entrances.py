@@ -17,18 +17,12 @@ Add = Callable[..., None]
 def add_surfaces(add: Add, surface: Any, joint: Any) -> None:
     """Surfaces that are no plain population, and laws under an uneven pressure."""
     pair = surface.pair
-    elliptic = ms.EllipticSummits(
-        pair, ms.Gaussian(5e-7), radius=1e-3, density=1e8, area=2e-4, curvature_ratio=0.3,
-        direction=0.2,
-    )  # fmt: skip
-    add("EllipticSummits", ms.EllipticSummits, pair=pair, heights=ms.Gaussian(5e-7), radius=1e-3,
-        density=1e8, area=2e-4, curvature_ratio=0.3, direction=0.2)  # fmt: skip
     population = ms.AsperityPopulation(pair, heights=[0.0, 1e-7], radii=1e-3)
     add("AsperityPopulation of an area", ms.AsperityPopulation, pair=pair, heights=[0.0, 1e-7],
         radii=1e-3, copies=2.0, area=1e-4)  # fmt: skip
     sphere = ms.SphereOnFlat(pair, 5e-3)
     tightened = surface.tightened(3e3, yield_stress=5e8)
-    for law in (elliptic, population, sphere, tightened):
+    for law in (population, sphere, tightened):
         kind = type(law).__name__
         for method in ("load", "contact_count", "contact_area", "contact_probability"):
             add(f"{kind}.{method}", getattr(law, method), separation=3e-7)

@@ -133,7 +133,7 @@ NOT_ENTERED = {
     *("MeshedJoint.read", "ModalTest.read", "Record.read", "Scan.read", "Structure.load"),
     "ReducedJoint.load",
     *("Drawing.converge", "PerssonCurve.from_spectrum", "Scan.changed", "evaluate_to_zarr"),
-    *("EllipticSummits.tightened", "PressedJoint.guess", "Asperity.guess"),  # they refuse
+    *("PressedJoint.guess", "Asperity.guess"),  # they refuse
     *(f"NormalLaw.{quantity}" for quantity in ("contact_area", "contact_count")),  # so do these
     *("NormalLaw.contact_probability", "MeshedJoint.shank_sections"),
 }

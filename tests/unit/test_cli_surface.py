@@ -237,38 +237,6 @@ def test_wrong_faces_are_one_line(folder: Path, options: tuple[str, ...], messag
     assert fails("surface", *options).startswith(f"error: {message}")
 
 
-@pytest.mark.slow
-def test_a_direction_of_motion_makes_summits_elliptic(folder: Path, undrawn: None) -> None:
-    options = *AS_IS, "--cutoff", "6 um", "--direction", "90 deg", "--json"
-    joint = "--materials", "al2017", "al2017", "--load", "0.1 N"
-    found = json.loads(run("surface", "ground.npy", *options, *joint).stdout)["joint"]["elliptic"]
-    summits = ms.Scan.read("ground.npy", unit="um", pixel=1e-6).summits(6e-6, level="plane")
-    al = ms.Material.named("al2017")
-    law = ms.scans.elliptic_surface(
-        summits, ms.MaterialPair(al, al), summits.scan.area, direction=np.pi / 2
-    )
-    stiffness = ms.Interface(law, 0.5, 0.1).tangential_stiffness
-    assert found["tangential_stiffness"] == pytest.approx(stiffness, rel=1e-12)
-    # The contacts of the face itself say how far elliptic summits go: by the tensor of their lay.
-    milled = (
-        str(Path(__file__).parents[2] / "examples" / "milled.npy"),
-        "--unit",
-        "nm",
-        "--pixel",
-        "2.5 um",
-        "--cutoff",
-        "none",
-    )
-    steel = "--materials", "steel-c45", "steel-c45", "--load", "16 kN", "--area", "1.6 cm^2"
-    ratios = []
-    for angle in ("0 deg", "90 deg"):
-        out = json.loads(run("surface", *milled, *steel, "--direction", angle, "--json").stdout)
-        found = out["joint"]["elliptic"]
-        ratios.append(found["tangential_stiffness"] / found["round_stiffness"])
-        ratios.append(found["solved_over_round"])
-    assert ratios == pytest.approx([1.069, 1.157, 0.939, 0.884], abs=0.002)
-
-
 def test_missing_points_are_reported_and_filled(folder: Path) -> None:
     heights = np.load("ground.npy")
     heights[np.random.default_rng(4).random(heights.shape) < 0.3] = np.nan

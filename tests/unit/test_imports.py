@@ -76,7 +76,7 @@ def test_gaussian_interfaces_need_no_scipy() -> None:
     loaded = run(GAUSSIAN + LOADED).split()
     for heavy in ("scipy", "pydantic", "pint", "matplotlib", "click", "rich"):
         assert heavy not in loaded
-    laws = ("elliptic", "persson", "population", "sphere", "table")
+    laws = ("persson", "population", "sphere", "table")
     assert not {f"microslip.normal.{law}" for law in laws} & set(loaded)
     assert "microslip.normal.measured_face" not in loaded
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from pathlib import Path
 from typing import Any
 
@@ -60,16 +59,15 @@ def summits(home: Path, cutoff: float | None = 6e-6) -> ms.Summits:
     [
         ("", "Load of the surface at the separation"),
         ('heights = "population"\n', "Load of the given summits"),
-        ('direction = "60 deg"\n', "Each contact is Hertz’s ellipse"),
         ('estimate = "persson"\n', "Mean separation"),
     ],
 )
 def test_equations_are_those_of_the_law_of_the_scan(home: Path, line: str, law: str) -> None:
     text = scan_study(("cutoff", f'area = "1 mm^2"\n{line}cutoff')) if line else scan_study()
     shown = equations(ms.Study.from_toml(text, folder=home).run())
-    laws = ("Load of the surface", "Load of the given", "Hertz’s ellipse", "Mean separation")
+    laws = ("Load of the surface", "Load of the given", "Mean separation")
     assert law in shown
-    assert sum(other in shown for other in laws) == (2 if "ellipse" in law else 1)
+    assert sum(other in shown for other in laws) == 1
 
 
 @pytest.mark.parametrize("estimate", ["counted", "neighbours", "mccool", "nayak"])
@@ -96,18 +94,13 @@ def test_a_population_of_the_summits_themselves(home: Path) -> None:
 
 
 @pytest.mark.slow
-def test_elliptic_summits_and_a_spectrum_are_those_of_the_library(home: Path) -> None:
-    """In the direction of motion; the spectrum also as the file that the command writes."""
+def test_a_spectrum_is_that_of_the_library(home: Path) -> None:
+    """From the scan, and from the file that the command writes."""
     wanted, area = summits(home), 'area = "1 mm^2"\n'
 
     def surface(text: str) -> Any:
         return build_surface(ms.Study.from_toml(text, folder=home))
 
-    found = surface(scan_study(("cutoff", f'{area}direction = "60 deg"\ncutoff')))
-    made = ms.scans.elliptic_surface(wanted, found.pair, 1e-6, direction=math.radians(60.0))
-    # Degrees have no exact radians.
-    assert found.direction == pytest.approx(made.direction, rel=1e-14)
-    assert found.curvature_ratio == made.curvature_ratio
     found = surface(scan_study(("cutoff", f'{area}estimate = "persson"\ncutoff')))
     curve = ms.PerssonCurve.from_spectrum(wanted.scan.spectrum(), found.pair, 1e-6)
     assert found.separation(0.2) == curve.to_surface().separation(0.2)
@@ -222,8 +215,6 @@ def test_keys_are_those_of_the_reading_and_the_conditioning(home: Path) -> None:
             'estimate = "persson"\nheights = "table"\ncutoff',
             "surface.heights: wanted none",
         ),
-        ("cutoff", 'estimate = "mccool"\ndirection = "1 rad"\ncutoff', "surface.direction: wanted"),
-        ("cutoff", 'direction = "9"\ncutoff', "surface.direction: wanted an angle such as"),
         ("cutoff", "outliers = 1\ncutoff", "surface.outliers: wanted a number of at least 2"),
         ("cutoff", "channel = true\ncutoff", "surface.channel: wanted a channel such as"),
         ("cutoff", 'prominence = "0 nm"\ncutoff', "surface.prominence: wanted a positive length"),

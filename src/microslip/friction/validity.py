@@ -8,7 +8,6 @@ from typing import Protocol
 
 from microslip._core.verdicts import WORDS, Rule, Verdict, Word
 from microslip.normal.base import (
-    ANISOTROPY,
     BETWEEN,
     FEWEST_POINTS,
     LARGEST_PRESSURE,
@@ -135,15 +134,6 @@ RULES: tuple[Rule, ...] = (
     ),
     _heights_rule(TOO_STIFF, "too stiff: peaks stand out, kurtosis or skewness is large"),
     _heights_rule(TOO_SOFT, "too soft: peaks are worn off, the skewness is below zero"),
-    Rule(
-        name=ANISOTROPY,
-        watch=0.96,
-        outside=0.9,
-        meaning="one shape represents all summits",
-        reason="boundary elements have k_x/k_y of 1.23 to 1.25 at a lay of 6:1 (a ratio of "
-        "curvatures of 0.03), 1.29 to 1.36 at 12:1 (0.007); ellipses of one shape 1.18 and 1.22",
-        remedy='a scan (law = "measured"), which is solved along and across',
-    ),
     Rule(
         name="hardness over modulus and slope",
         watch=0.03,

@@ -1,7 +1,6 @@
 from .base import NormalLaw as NormalLaw
 from .given_summits import AsperityPopulation as AsperityPopulation
 from .given_summits import SphereOnFlat as SphereOnFlat
-from .greenwood_williamson import EllipticSummits as EllipticSummits
 from .greenwood_williamson import GreenwoodWilliamson as GreenwoodWilliamson
 from .laws import NORMAL_LAWS as NORMAL_LAWS
 from .measured import MeasuredContact as MeasuredContact

@@ -2,7 +2,7 @@
 
 from microslip.normal.base import NormalLaw
 from microslip.normal.given_summits import AsperityPopulation, SphereOnFlat
-from microslip.normal.greenwood_williamson import EllipticSummits, GreenwoodWilliamson
+from microslip.normal.greenwood_williamson import GreenwoodWilliamson
 from microslip.normal.measured import MeasuredContact
 from microslip.normal.rough import RoughSurface
 from microslip.normal.table import TabulatedNormalLaw
@@ -14,7 +14,6 @@ NORMAL_LAWS: tuple[type[NormalLaw], ...] = (
     SphereOnFlat,
     TabulatedNormalLaw,
     TightenedSurface,
-    EllipticSummits,
     MeasuredContact,
     RoughSurface,
 )

@@ -119,10 +119,6 @@ class TightenedSurface(NormalLaw):
         "jackson-green", "kogut-etsion" or "fully-plastic".
     area : float, optional
         Apparent area [m^2].
-    compliance_ratio : float, optional
-        Normal over tangential stiffness of its contacts [-], where they are not round.
-    spheres_per_summit : float, optional
-        Number of spheres for one summit [-], likewise.
 
     Notes
     -----
@@ -140,8 +136,6 @@ class TightenedSurface(NormalLaw):
     yield_stress: float
     model: str = "jackson-green"
     area: float | None = None
-    compliance_ratio: float | None = None
-    spheres_per_summit: float = 1.0
 
     def __post_init__(self) -> None:
         for name, unit in (("tightening_load", "N"), ("yield_stress", "Pa")):
@@ -156,11 +150,6 @@ class TightenedSurface(NormalLaw):
     def _stiff(self) -> Floats:
         """Weights of the Hertz constant (4/3) E* sqrt(R) [N/m^1.5] of each summit, all alike."""
         return np.asarray(4.0 / 3.0 * self.pair.composite_modulus * np.sqrt(self.radius))
-
-    @property
-    def stiffness_ratio(self) -> float:
-        """Normal over tangential stiffness of the contacts [-]; E*/4G* of round ones."""
-        return super().stiffness_ratio if self.compliance_ratio is None else self.compliance_ratio
 
     # -- tightening -------------------------------------------------------------------------------
 
@@ -369,18 +358,16 @@ class TightenedSurface(NormalLaw):
 
     def contact_probability(self, separation: ArrayLike) -> Any:
         """Probability that a summit is in contact, for separations [m] of any shape."""
-        summits = self.summit_count / self.spheres_per_summit
-        return plain(np.asarray(self.contact_count(separation)) / summits)
+        return plain(np.asarray(self.contact_count(separation)) / self.summit_count)
 
     def contact_count(self, separation: ArrayLike) -> Any:
         """Number of summits in contact, for separations [m] of any shape."""
         d = self._separations(separation)
         if self._spheres is not None:
             touching = np.searchsorted(-self._spheres.heights, -d, side="left")
-            share = self.summit_count / self.spheres_per_summit / self._spheres.heights.size
+            share = self.summit_count / self._spheres.heights.size
             return plain(np.asarray(touching, dtype=float) * share)
-        summits = self.summit_count / self.spheres_per_summit
-        return plain(summits * self._counting._moment(0, d))
+        return plain(self.summit_count * self._counting._moment(0, d))
 
     def contact_area(self, separation: ArrayLike) -> Any:
         """Real contact area [m^2] of the flattened summits, for separations [m] of any shape."""

@@ -23,7 +23,6 @@ from .scan_rules import verdicts as verdicts
 from .spectrum import AxisSpectrum as AxisSpectrum
 from .spectrum import SelfAffineFit as SelfAffineFit
 from .spectrum import Spectrum as Spectrum
-from .summit_set import elliptic_surface as elliptic_surface
 from .summit_statistics import NayakSummits as NayakSummits
 from .summit_statistics import SummitStatistics as SummitStatistics
 from .summits import Summits as Summits

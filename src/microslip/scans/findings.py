@@ -15,7 +15,6 @@ from microslip._core.units import engineering
 from microslip._core.verdicts import Verdict
 from microslip._core.wording import shorten
 from microslip.errors import InputError
-from microslip.friction import Interface
 from microslip.materials import Material, MaterialPair
 from microslip.report.document import Progress
 from microslip.scans import Scan
@@ -31,7 +30,6 @@ from microslip.scans.options import DRAWING, READING
 from microslip.scans.patches import standard_errors
 from microslip.scans.scan_rules import judged, radius_in_pixels, verdicts
 from microslip.scans.spectrum import SelfAffineFit, Spectrum, spectrum
-from microslip.scans.summit_set import elliptic_surface
 from microslip.scans.summit_statistics import SummitStatistics
 from microslip.scans.summits import Summits, find_summits
 from microslip.scans.surface_parameters import (
@@ -213,27 +211,6 @@ class Findings:
         for axis in axes[: self.scan.heights.ndim]:
             with suppress(InputError):
                 yield axis, profile_parameters(self.scan, axis=axis)
-
-    def elliptic(self) -> dict[str, Any] | None:
-        """The joint of elliptic summits in the direction of motion; None where none is given.
-
-        Beside it stands what the contacts of the face itself say of that direction, where solved.
-        """
-        pair, laws, request = self.request.pair(), self.laws, self.request
-        if request.direction is None or pair is None or laws is None or self.summits is None:
-            return None
-        surface = elliptic_surface(self.summits, pair, laws.area, direction=request.direction)
-        joint = Interface(surface, request.friction_coefficient, laws.normal_load)
-        face = None if self.contact is None else self.contact.law
-        solved = None if face is None else face.stiffness_ratio
-        return {
-            "direction": request.direction,
-            "curvature_ratio": surface.curvature_ratio,
-            "angle_to_lay": surface.direction,
-            "tangential_stiffness": joint.tangential_stiffness,
-            "round_stiffness": joint.normal_stiffness / pair.stiffness_ratio,
-            "solved_over_round": None if solved is None else pair.stiffness_ratio / solved,
-        }
 
     def cutoff_text(self) -> str:
         """The cut-offs in words; there is always something to say."""

@@ -94,8 +94,8 @@ HEIGHTS = option(
 )
 DIRECTION = option(
     "direction",
-    "Direction of motion, from x of the scan towards y, for elliptic summits by their principal "
-    "curvatures; round summits if absent.",
+    "Direction of motion on the measured face, from x of the scan towards y; the mean over all "
+    "directions if absent.",
     ANGLE,
     example="90 deg",
     sign="any",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
@@ -130,7 +129,6 @@ class ScanSurface(Scanned):
     materials: tuple[str, str] = MATERIALS
     scan: str = key_of(SCAN, "File of the scan, relative to the folder of the study.")
     heights: str = key_of(options.HEIGHTS)
-    direction: float | None = key_of(options.DIRECTION)
     area: float | None = key_of(options.SCAN_AREA)
 
     _summits: Summits | None = None
@@ -158,13 +156,6 @@ class ScanSurface(Scanned):
                 ".heights",
                 f'wanted none beside estimate = "{options.PERSSON}", which knows no summits, got '
                 f"{show(self.heights)}",
-            )
-        elliptic = ("counted", "gaussian", "watershed")
-        if self.direction is not None and elliptic != (self.estimate, self.heights, self.method):
-            raise KeyedError(
-                ".direction",
-                'wanted only beside estimate = "counted", heights = "gaussian" and method = '
-                '"watershed", whose summits are known by two curvatures',
             )
 
     def _check_profile(self) -> None:
@@ -211,7 +202,6 @@ class ScanSurface(Scanned):
 
     def _law(self, pair: MaterialPair, summits: Summits) -> NormalLaw:
         """Normal law of summits, or of the spectrum of their scan."""
-        from microslip.scans import elliptic_surface
         from microslip.scans.spectrum import spectrum
 
         area = summits.scan.area if self.area is None else self.area
@@ -220,8 +210,6 @@ class ScanSurface(Scanned):
             present = scan.heights[np.isfinite(scan.heights)]
             curve = PerssonCurve.from_spectrum(spectrum(scan), pair, area, heights=present)
             return curve.to_surface()
-        if self.direction is not None:
-            return elliptic_surface(summits, pair, area, direction=self.direction)
         law: NormalLaw = summits.to_surface(
             pair,
             area=self.area,
@@ -271,8 +259,6 @@ class ScanSurface(Scanned):
         """Name of the normal law of its summits, or of its spectrum."""
         if self.estimate == options.PERSSON:
             return options.PERSSON
-        if self.direction is not None:
-            return "elliptic-summits"
         return "population" if self.is_population else "greenwood-williamson"
 
     @property
@@ -286,7 +272,7 @@ class ScanSurface(Scanned):
         scan = self.profile if summits is None else summits.scan
         numbers = {
             "name": scan.name,
-            **named(self, "cutoff", "long_cutoff", "estimate", "direction", "heights"),
+            **named(self, "cutoff", "long_cutoff", "estimate", "heights"),
             "count": None if summits is None else summits.count,
             "area": None if summits is None else scan.area,
             **{
@@ -331,10 +317,6 @@ class ScanSurface(Scanned):
             "discrete": ", heights as they were counted",
             "population": ", each summit by itself",
         }.get("population" if self.is_population else self.heights, "")
-        if self.direction is not None:
-            remark = (
-                f", elliptic, moved at {math.degrees(self.direction):.4g}° from the x of the scan"
-            )
         if self.read_scan.is_profile:
             remark = ", as if the profile were of an isotropic Gaussian surface"
         sentence = f"{name}, {self._cutoff_words()}:{parameters}{remark}"

@@ -203,7 +203,6 @@ LAWS = {
     "sphere": ("one sphere on a flat", "of one sphere on a flat"),
     "table": ("a table", "with a tabulated normal law"),
     "scan": ("summits of a scan", "of a scanned surface"),
-    "elliptic-summits": ("elliptic summits", "of a surface with a lay"),
     "measured": ("a measured face", "of a measured face"),
     "rough": ("rough, by its drawing", "of a rough face by its drawing"),
     "persson": ("Persson's, of a power spectrum", "of a surface by its power spectrum"),

@@ -66,7 +66,7 @@ def sections(findings: Findings, say: Callable[[str], str] = str) -> list[Sectio
     return [
         Section(
             f"The joint at {engineering(findings.laws.normal_load, 'N', 4)}",
-            (*_by_law(findings.laws, findings.contact, say), *_elliptic_note(findings)),
+            _by_law(findings.laws, findings.contact, say),
         ),
         Section(
             "The joint against both cut-offs", _against_cutoffs(findings.joint_table), brief=False
@@ -95,7 +95,6 @@ def summary(findings: Findings) -> dict[str, Any] | None:
         **named(laws, "measured_contacts", "scatter", "recommended", "reason"),
         "laws": {name: vars(law) for name, law in laws.laws.items()},
         "point_by_point": None if contact is None else _contact_data(contact),
-        "elliptic": findings.elliptic(),
         "heights": table.heights,
         "over_both_cutoffs": rows(table),
         "slopes": {name: {key: table.slope(name, key) for key in slopes} for name in JOINT_UNITS},
@@ -132,23 +131,6 @@ def _contact_data(contact: PointByPoint) -> dict[str, Any]:
     if contact.law is None:
         return {"missing": contact.missing}
     return {**vars(contact.at_load), **asdict(contact.law.numbers)}
-
-
-def _elliptic_note(findings: Findings) -> tuple[Note, ...]:
-    numbers = findings.elliptic()
-    if numbers is None:
-        return ()
-    share = numbers["tangential_stiffness"] / numbers["round_stiffness"]
-    text = (
-        f"Elliptic summits of Gaussian heights, moved at {math.degrees(numbers['direction']):.4g}° "
-        f"from the x of the scan and {math.degrees(numbers['angle_to_lay']):.3g}° from the lay, "
-        f"curvature along it {significant(numbers['curvature_ratio'])} of that across: stiffness "
-        f"{engineering(numbers['tangential_stiffness'], 'N/m')}, {significant(share)} times "
-        "that of circular contacts of the same normal stiffness."
-    )
-    if numbers["solved_over_round"] is not None:
-        text += f" Solved point by point it is {significant(numbers['solved_over_round'])} times."
-    return (Note(text),)
 
 
 def rows(table: JointOverCutoffs) -> list[dict[str, float]]:

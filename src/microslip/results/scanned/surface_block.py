@@ -45,10 +45,7 @@ def block(findings: Findings, folder: Path) -> str:
         if profile
         else 'estimate = "counted"  # or "neighbours", "mccool", "nayak"'
     )
-    if request.direction is not None:
-        angle = f"{_number(math.degrees(request.direction))} deg"
-        lines.append(f"direction = {_toml(angle)}  # of the motion: elliptic summits")
-    elif not profile:
+    if not profile:
         law = request.heights or (
             "gaussian" if findings.laws is None else findings.laws.recommended
         )

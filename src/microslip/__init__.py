@@ -8,6 +8,7 @@ REMOVED: dict[str, str] = {
     "read_gap_table": "use ms.GreenwoodWilliamson with ms.TabulatedHeights(-gaps[::-1], "
     "density[::-1]), the arrays read by scipy.io.loadmat or numpy",
     "Assembly": "use ReducedJoint.tightened: settled motion does not depend on the order",
+    "EllipticSummits": "use a measured face with its direction, microslip.MeasuredContact",
 }
 """Public names that 0.2 had, and what to use instead; the next version drops this table."""
 

@@ -10,7 +10,9 @@ REMOVED_KEYS: dict[str, str] = {
 }
 """Key as a study writes it, without item numbers (such as ``structure.base``), and its remedy."""
 
-REMOVED_VALUES: dict[tuple[str, str], str] = {}
+REMOVED_VALUES: dict[tuple[str, str], str] = {
+    ("surface.law", "elliptic-summits"): 'use law = "measured" with a scan and direction',
+}
 """Key and value as a study writes them (such as ``("surface.law", "persson")``), and the remedy."""
 
 _ITEM_NUMBER = re.compile(r", item \d+")

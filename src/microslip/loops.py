@@ -39,7 +39,7 @@ class Loop(Locked):
     force: NDArray[np.float64]
 
     def __init__(self, displacement: ArrayLike, force: ArrayLike) -> None:
-        x, t = record("displacement", displacement), record("force", force)
+        x, t = record("displacement", displacement, "m"), record("force", force, "N")
         if x.ndim != 1 or x.shape != t.shape or x.size < 4:
             raise InputError(
                 "displacement and force must be of one length, at least four samples, "

@@ -1,4 +1,10 @@
-"""Checks of numbers at public entrances: one wording for one kind of mistake."""
+"""Checks of numbers at public entrances: one wording for one kind of mistake.
+
+Numbers are in SI units. A quantity that carries a unit (pint, astropy, unyt) is converted to the
+unit of its argument, and refused where the dimension is another one or where the argument has no
+unit: it is never stripped. Labels, dimensions and attributes of xarray and pandas objects are not
+read; their values are taken in SI units and results are plain arrays.
+"""
 
 from __future__ import annotations
 
@@ -31,10 +37,53 @@ def exact(value: float) -> str:
     return short if float(short) == value else repr(float(value))
 
 
+_PLAIN: frozenset[type] = frozenset({np.ndarray, float, int, bool, np.float64, np.float32, str})
+
+
+def without_unit(name: str, value: Any, unit: str) -> Any:
+    """Return the magnitude of a quantity in ``unit``, and any other value unchanged.
+
+    A quantity has ``to`` and ``magnitude`` (pint), or ``to``, ``value`` and ``unit`` (astropy); it
+    may be the data of an xarray object or an item of a list. Raises InputError for a quantity of
+    another dimension.
+    """
+    if type(value) in _PLAIN:
+        return value
+    if isinstance(value, (list, tuple)):
+        if set(map(type, value)) <= _PLAIN:
+            return value
+        return [without_unit(name, item, unit) for item in value]
+    quantity = _quantity_of(value)
+    if quantity is None:
+        return value
+    try:
+        converted = quantity.to(unit)
+        return converted.magnitude if hasattr(converted, "magnitude") else converted.value
+    except Exception:  # each library raises its own
+        came = getattr(quantity, "units", None) or getattr(quantity, "unit", None)
+        expected = f"a quantity in {unit}" if unit else "a plain number without a unit"
+        raise InputError(f"`{name}` must be {expected}, got one in {came}") from None
+
+
+def _quantity_of(value: Any) -> Any:
+    """Return the quantity that a value is or holds as its data; None for plain values."""
+    try:
+        for item in (value, getattr(value, "data", None)):
+            if hasattr(item, "to") and (
+                hasattr(item, "magnitude") or (hasattr(item, "value") and hasattr(item, "unit"))
+            ):
+                return item
+    except Exception:  # an object's own attributes may raise anything
+        pass
+    return None
+
+
 def number(name: str, value: Any, unit: str = "", example: float = 1.0) -> float:
-    """A finite real number, or an error that says what came."""
+    """Validate a finite real number; convert a quantity to ``unit``."""
     if type(value) is float and math.isfinite(value):  # a solver's step, a million times
         return value
+    if not isinstance(value, (list, tuple)):
+        value = without_unit(name, value, unit)
     expected = f"a finite number{f' in {unit}' if unit else ''}"
     if isinstance(value, np.ndarray) and value.ndim == 0 and not np.ma.is_masked(value):
         value = value.item()
@@ -68,12 +117,16 @@ def _check_size(name: str, smallest: float, largest: float, unit: str) -> None:
         raise InputError(f"`{name}` must be {limits}, got {worst}")
 
 
-def floats(name: str, value: ArrayLike, *, missing: bool = False, endless: bool = False) -> Floats:
-    """Finite numbers of any shape as a contiguous float64 array; empty ones are refused.
+def floats(
+    name: str, value: ArrayLike, unit: str = "", *, missing: bool = False, endless: bool = False
+) -> Floats:
+    """Validate finite numbers of any shape and return them as a contiguous float64 array.
 
-    If that is said, NaN may stand for what is missing, and infinity for what has no end.
+    Quantities are converted to ``unit``. Empty arrays are refused. With ``missing`` NaN is allowed
+    (missing values), with ``endless`` infinity.
     """
     try:
+        value = without_unit(name, value, unit)
         if _is_text(value) or np.ma.is_masked(value):
             raise TypeError
         raw_values = np.asarray(value)
@@ -81,6 +134,8 @@ def floats(name: str, value: ArrayLike, *, missing: bool = False, endless: bool 
             raise TypeError
         with np.errstate(over="ignore"):  # beyond double is infinite, and refused as that
             array = np.ascontiguousarray(raw_values, dtype=float).reshape(raw_values.shape)
+    except InputError:
+        raise
     except Exception:  # an object's own conversion may raise anything
         raise InputError(
             f"`{name}` must be a number or an array of numbers, got {show(value)}"
@@ -102,8 +157,8 @@ def floats(name: str, value: ArrayLike, *, missing: bool = False, endless: bool 
 
 
 def positives(name: str, value: ArrayLike, unit: str = "") -> Floats:
-    """Numbers above zero of any shape, and of a size that a joint can have."""
-    array = floats(name, value)
+    """Validate numbers above zero of any shape, and of a size that a joint can have."""
+    array = floats(name, value, unit)
     _check_size(name, float(array.min()), float(array.max()), unit)
     return array
 
@@ -175,17 +230,17 @@ def beyond(values: Any, scale: Any) -> Any:
 
 
 def sized(name: str, value: ArrayLike, unit: str = "m") -> Floats:
-    """Numbers of a size that energies stay finite for."""
-    array = floats(name, value)
+    """Validate numbers of a size for which energies stay finite."""
+    array = floats(name, value, unit)
     if max(-float(array.min()), float(array.max())) > LARGEST:
         worst = float(np.abs(array).max())
         raise InputError(f"`{name}` must be at most {LARGEST:g} {unit}, got {worst:g} {unit}")
     return array
 
 
-def record(name: str, value: ArrayLike) -> Floats:
-    """A series in time: one-dimensional (a single number counts as one sample)."""
-    array = floats(name, value)
+def record(name: str, value: ArrayLike, unit: str = "") -> Floats:
+    """Validate a one-dimensional series (a single number counts as one sample)."""
+    array = floats(name, value, unit)
     if array.ndim > 1:
         raise InputError(f"`{name}` must be one-dimensional, got shape {array.shape}")
     return array

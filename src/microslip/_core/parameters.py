@@ -276,7 +276,7 @@ class Parameter:
         from microslip._core.checks import exact, record
         from microslip._core.frozen import lock
 
-        values = record(self.name, value).reshape(-1).copy()
+        values = record(self.name, value, self.unit).reshape(-1).copy()
         for end in (int(values.argmin()), int(values.argmax())):
             if expected := self._allowed_instead(float(values[end])):
                 worst = f"{exact(float(values[end]))} at index {end}"

@@ -195,9 +195,9 @@ class Asperity(Interface):
         """
         name, values = _one_of(displacement, force)
         if name == "displacement":
-            share = np.minimum(np.abs(floats(name, values)), 1e200) / self.slip_limit
+            share = np.minimum(np.abs(floats(name, values, "m")), 1e200) / self.slip_limit
             return plain(self.contact_radius * np.sqrt(np.maximum(1.0 - share, 0.0)))
-        share = self._up_to_limit(name, floats(name, values)) / self.force_limit
+        share = self._up_to_limit(name, floats(name, values, "N")) / self.force_limit
         return plain(self.contact_radius * np.cbrt(1.0 - share))
 
     def reversed_slip_radius(self, peak_force: ArrayLike, force: ArrayLike = 0.0) -> Any:
@@ -216,7 +216,7 @@ class Asperity(Interface):
         float or ndarray
             Radii [m] from (c'/a)^3 = 1 - |T_max - T|/2 mu N.
         """
-        peak, current = floats("peak_force", peak_force), floats("force", force)
+        peak, current = floats("peak_force", peak_force, "N"), floats("force", force, "N")
         try:
             peak, current = np.broadcast_arrays(peak, current)
         except ValueError:
@@ -257,7 +257,7 @@ class Asperity(Interface):
         in size; turning points will do, and one number is first loading up to it.
         """
         name, values = _one_of(displacement, force)
-        x = record(name, values).reshape(-1)
+        x = record(name, values, "N" if name == "force" else "m").reshape(-1)
         if name == "force":
             x = self.displacement(x)
         memory = Memory()

@@ -171,17 +171,17 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
         float or ndarray
             Forces [N], shape of ``displacement``.
         """
-        x = floats("displacement", displacement)
+        x = floats("displacement", displacement, "m")
         return plain(np.copysign(self._backbone(np.abs(x).reshape(-1)).reshape(x.shape), x))
 
     def backbone_stiffness(self, displacement: ArrayLike) -> Any:
         """Tangent stiffness T0' [N/m] of the backbone at displacements [m] of any shape."""
-        x = floats("displacement", displacement)
+        x = floats("displacement", displacement, "m")
         return plain(self._slope(np.abs(x).reshape(-1)).reshape(x.shape))
 
     def backbone_displacement(self, force: ArrayLike) -> Any:
         """Displacement [m] at which the backbone reaches forces [N] of any shape: its inverse."""
-        f = self._below_limit("force", floats("force", force))
+        f = self._below_limit("force", floats("force", force, "N"))
         return plain(np.copysign(self._inverse(np.abs(f).reshape(-1)).reshape(f.shape), f))
 
     # -- histories ------------------------------------------------------------------------------
@@ -220,7 +220,7 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
         ndarray or float
             Forces [N], one for each sample.
         """
-        x = record("displacement", displacement)
+        x = record("displacement", displacement, "m")
         # A state would also count what is lost on the way, which takes half as long again.
         result = Memory().respond(x.reshape(-1), self._backbone, self._table)
         return float(result[0]) if x.ndim == 0 else result
@@ -230,7 +230,7 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
 
         The record is as :meth:`force` has it, but below the force limit in size.
         """
-        f = self._below_limit("force", record("force", force))
+        f = self._below_limit("force", record("force", force, "N"))
         result = Memory().respond(f.reshape(-1), self._inverse, None)
         return float(result[0]) if f.ndim == 0 else result
 

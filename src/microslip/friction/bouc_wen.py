@@ -156,7 +156,7 @@ class BoucWen(Parametric):
 
     def force(self, displacement: ArrayLike) -> Floats | float:
         """Force [N] along any displacement record [m] from rest, one-dimensional."""
-        displacements = record("displacement", displacement)
+        displacements = record("displacement", displacement, "m")
         x = displacements.reshape(-1)
         w = self._memory(np.clip(x, -1e200, 1e200))
         force = self.alpha * self.stiffness * x + self._unit * w

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, overload
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import Floats, check_one_of, exact, is_whole, record, show
+from microslip._core.checks import Floats, check_one_of, exact, floats, is_whole, record, show
 from microslip._core.frozen import Locked, lock
 from microslip.errors import InputError
 from microslip.friction.base import BackboneLaw
@@ -183,7 +183,7 @@ class CoupledLaw(_Law):
         Amortised O(1) a sample. Where the heights have no end, a load of less than about 1e-30 of
         the largest of the history counts as none: the force is then 0.
         """
-        x = record("displacement", displacement).reshape(-1)
+        x = record("displacement", displacement, "m").reshape(-1)
         force = self._forces_along(x, self._steps_along(x.size, normal_load, separation))
         return float(force[0]) if np.ndim(displacement) == 0 else force
 
@@ -223,7 +223,7 @@ class CoupledLaw(_Law):
         check_one_of("displacement [m] or force=... [N]", displacement, force)
         if force is not None:
             return self._respond_to_force(force, normal_load, separation)
-        x = record("displacement", displacement).reshape(-1)  # type: ignore[arg-type]
+        x = record("displacement", displacement, "m").reshape(-1)  # type: ignore[arg-type]
         steps = self._steps_along(x.size, normal_load, separation)
         return self._response(x, self._forces_along(x, steps), steps)
 
@@ -243,13 +243,13 @@ class CoupledLaw(_Law):
     def _respond_to_force(
         self, force: ArrayLike, normal_load: Any, separation: Any
     ) -> CoupledResponse:
-        f, curve = record("force", force).reshape(-1), self._coupling
+        f, curve = record("force", force, "N").reshape(-1), self._coupling
         steps = self._steps_along(f.size, normal_load, separation)
         # Of the loads as they were given: those of the separations differ from them by rounding.
         load = (
             curve.derivative(steps, 0)
             if normal_load is None
-            else np.asarray(normal_load, dtype=float)
+            else floats("normal_load", normal_load, "N")
         )
         limit = np.broadcast_to(self.friction_coefficient * load.reshape(-1), f.shape)
         beyond = np.flatnonzero(np.abs(f) >= limit)

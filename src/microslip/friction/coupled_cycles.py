@@ -106,7 +106,7 @@ def coupled_cycle(
     separation: Any,
 ) -> CoupledCycle:
     """See :meth:`microslip.Interface.periodic`."""
-    x, curve = record("displacement_cycle", displacement_cycle).reshape(-1), nodes.curve
+    x, curve = record("displacement_cycle", displacement_cycle, "m").reshape(-1), nodes.curve
     steps = steps_along(curve, x.size, normal_load, separation)
     cycles = NodeCycles(nodes, x[None], steps[None], rest_of(rest, x))
     force, _, stiffness = cycles.forces()
@@ -147,7 +147,9 @@ def coupled_harmonics(
     waves, analysis = basis.sampled(samples)
     x = waves @ coefficients_of("coefficients", coefficients, basis)
     name = "normal_load" if separation is None else "separation"
-    varying = coefficients_of(name, normal_load if separation is None else separation, basis)  # type: ignore[arg-type]
+    raw_values = normal_load if separation is None else separation
+    unit = "N" if separation is None else "m"
+    varying = coefficients_of(name, raw_values, basis, unit=unit)  # type: ignore[arg-type]
     varied = waves @ varying
     begin, curve, by_step = rest_of(rest, x), nodes.curve, waves[None]
     pair = (varied, None) if separation is None else (None, varied)

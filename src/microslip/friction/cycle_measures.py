@@ -75,7 +75,7 @@ class CycleMeasures(ABC):
         values = (
             sized("amplitude", amplitude)
             if force_amplitude is None
-            else floats(name, force_amplitude)
+            else floats(name, force_amplitude, "N")
         )
         if values.min() < 0.0:
             raise InputError(f"`{name}` must not be negative, got {values.min():g}")

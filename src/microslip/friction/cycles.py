@@ -106,14 +106,16 @@ def rest_of(rest: Any, cycle: Floats, nodes: Nodes | None = None) -> tuple[Any, 
         if rest != "mean":
             raise InputError(f'rest must be a displacement [m] or "mean", got {show(rest)}')
         return cycle.mean(axis=-1), True
-    return (number("rest", rest, "m") if nodes is None else nodes.per_node("rest", rest)), False
+    return (
+        number("rest", rest, "m") if nodes is None else nodes.per_node("rest", rest, "m")
+    ), False
 
 
 def settled_cycle(
     law: Backbone, displacement_cycle: ArrayLike, rest: Rest = 0.0
 ) -> PeriodicResponse:
     """See :meth:`microslip.BackboneLaw.periodic`."""
-    x = record("displacement_cycle", displacement_cycle).reshape(-1)
+    x = record("displacement_cycle", displacement_cycle, "m").reshape(-1)
     begin, is_mean = rest_of(rest, x)
     x = x - begin
     root = int(np.argmax(np.abs(x)))

@@ -33,6 +33,11 @@ from microslip.memory.nodes import checked_separations
 from microslip.normal.base import NormalLaw
 from microslip.normal.load_curve import LoadCurve, check_surface, shared_curve
 
+_UNITS = {
+    "friction_coefficient": "", "areas": "m^2", "loads": "N", "pressures": "Pa",
+    "separations": "m", "gaps": "m",
+}  # fmt: skip
+
 
 @dataclass(frozen=True, eq=False)
 class JointField(SettledField, Locked):
@@ -226,9 +231,9 @@ class JointField(SettledField, Locked):
         names = ("surface", "friction", "areas", "surface_area", "gaps", "_ratios")
         assign(field, **{name: getattr(self, name) for name in names})
         if separations is not None:
-            field._rest_at(self._nodes.per_node("separations", separations).copy(), curve)
+            field._rest_at(self._nodes.per_node("separations", separations, "m").copy(), curve)
         else:
-            new_loads = self._nodes.per_node("loads", loads)  # type: ignore[arg-type]
+            new_loads = self._nodes.per_node("loads", loads, "N")  # type: ignore[arg-type]
             field._rest_under("loads", new_loads, curve)
         return field
 
@@ -283,7 +288,7 @@ class JointField(SettledField, Locked):
         10.1115/1.2833765).
         """
         nodes = self._nodes
-        place = beyond(nodes.per_node("displacement", displacement), nodes.slips)
+        place = beyond(nodes.per_node("displacement", displacement, "m"), nodes.slips)
         step = nodes.steps_at("separation", separation)
         value, load, by_place, by_step, fall = straight_step(nodes.curve, place, step, nodes.rests)
         tangent = np.zeros((self.size, 2, 2))
@@ -302,7 +307,7 @@ class JointField(SettledField, Locked):
         a = sized("amplitude", amplitude)
         several = a.ndim == 2
         nodes = self._nodes
-        a = a if several else nodes.per_node("amplitude", a)[None]
+        a = a if several else nodes.per_node("amplitude", a, "m")[None]
         if a.shape[1] != self.size:
             raise InputError(
                 f"amplitude must have the shape ({self.size},), one a node, or (cycles, "
@@ -399,7 +404,7 @@ class JointField(SettledField, Locked):
 
 def _arrays_of(values: dict[str, Any]) -> dict[str, Floats]:
     """Arrays of one length, one number a node."""
-    arrays = {name: floats(name, value) for name, value in values.items()}
+    arrays = {name: floats(name, value, _UNITS[name]) for name, value in values.items()}
     for name, array in arrays.items():
         if array.ndim > 1:
             raise InputError(f"`{name}` must be one-dimensional, got shape {array.shape}")

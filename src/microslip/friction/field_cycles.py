@@ -341,7 +341,7 @@ class SettledField:
 
 def _per_sample(nodes: Nodes, name: str, value: ArrayLike) -> Floats:
     """One cycle a node, or one for all, as (nodes, samples)."""
-    array = floats(name, value)
+    array = floats(name, value, "m")
     if array.ndim not in (1, 2) or (array.ndim == 2 and array.shape[0] != nodes.size):
         raise InputError(
             f"{name} must have the shape ({nodes.size}, samples), or (samples,) for all nodes "

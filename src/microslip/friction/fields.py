@@ -207,7 +207,7 @@ class AsperityFields(Locked):
         the two bodies is slip across the force, which Cattaneo and Mindlin neglect: on first
         loading at most nu/(4 - 2 nu) of u_x in the contact.
         """
-        px, py = floats("x", x), floats("y", y)
+        px, py = floats("x", x, "m"), floats("y", y, "m")
         try:
             px, py = np.broadcast_arrays(px, py)
         except ValueError:
@@ -255,7 +255,7 @@ class AsperityFields(Locked):
 
 def distances(name: str, value: ArrayLike) -> Floats:
     """Distances from the centre, not negative."""
-    r = floats(name, value)
+    r = floats(name, value, "m")
     if r.min() < 0.0:
         raise InputError(f"`{name}` must not be negative [m], got {r.min():g}")
     return r

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from microslip._core.checks import Floats, positive, show
+from microslip._core.checks import Floats, positive, show, without_unit
 from microslip._core.checks import record as series
 from microslip._core.parameters import Parameter, parameters_of, rescaled, says_all, values_of
 from microslip.errors import InputError
@@ -184,6 +184,7 @@ def loads_of(loads: Any, count: int, data: Any = None) -> list[float]:
         records = list(data) if isinstance(data, (list, tuple)) else [data]
         stated = [getattr(item, "normal_load", None) for item in records]
         loads = [None if load is None else float(np.mean(load)) for load in stated]
+    loads = without_unit("normal_load", loads, "N")
     several = isinstance(loads, (list, tuple)) or (isinstance(loads, np.ndarray) and loads.ndim > 0)
     listed = list(loads) if several else [loads] * count
     if len(listed) != count:

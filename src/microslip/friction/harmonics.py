@@ -155,10 +155,10 @@ def _sampled(orders: tuple[int, ...], samples: int) -> tuple[Floats, Floats]:
 
 
 def coefficients_of(
-    name: str, coefficients: ArrayLike, basis: Basis, nodes: int | None = None
+    name: str, coefficients: ArrayLike, basis: Basis, nodes: int | None = None, unit: str = "m"
 ) -> Floats:
     """One coefficient for each function of a basis; of many nodes a row each, or one for all."""
-    values = floats(name, coefficients)
+    values = floats(name, coefficients, unit)
     if nodes is not None:
         if values.shape not in ((basis.size,), (nodes, basis.size)):
             raise InputError(

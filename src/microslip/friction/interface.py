@@ -201,7 +201,7 @@ class Interface(CoupledLaw):
         float or ndarray
             Areas [m^2], shape of ``displacement``.
         """
-        x = floats("displacement", displacement)
+        x = floats("displacement", displacement, "m")
         place = np.minimum(np.abs(x), LARGEST * min(self.slip_per_indentation, 1.0))
         area = self.surface.contact_area(self.separation + place / self.slip_per_indentation)
         return plain(np.asarray(area))

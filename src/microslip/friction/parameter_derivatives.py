@@ -82,7 +82,7 @@ def derivatives_by_parameters(
         raise InputError(f"`names` must be a list of {', '.join(known)}, got {show(names)}")
     of: Callable[[DerivativeBackbone], Any]
     if quantity in ("force", "periodic", "harmonics"):
-        rows = floats("at", at)
+        rows = floats("at", at, "m")
         if rows.ndim == 0:
             raise InputError(f"`at` must be a row of numbers for {quantity} [m], got {rows:g}")
         batch = [record("at", row) for row in rows.reshape(-1, rows.shape[-1])]
@@ -108,7 +108,7 @@ def _at_amplitudes(
     law: Differentiable, quantity: str, at: ArrayLike
 ) -> Callable[[DerivativeBackbone], Any]:
     """Derivatives of quantities of one displacement, or of the amplitude of a cycle."""
-    x = floats("at", at)
+    x = floats("at", at, "m")
     a = np.abs(x).reshape(-1)
     if quantity == "backbone":
         return lambda backbone: plain(

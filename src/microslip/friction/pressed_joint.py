@@ -167,7 +167,7 @@ class PressedJoint(Parallel):
         displacement : array_like
             Displacements [m] of any shape, which the result has too.
         """
-        x = floats("displacement", displacement)
+        x = floats("displacement", displacement, "m")
         return plain(np.asarray(sum(np.asarray(law.stick_area(x)) for law in self._joints)))
 
     @property

@@ -97,7 +97,7 @@ class Pressure(Locked):
         arrays = {"areas": positives("areas", self.areas, "m^2")}
         arrays["shares"] = positives("shares", self.shares)
         if self.distances is not None:
-            arrays["distances"] = floats("distances", self.distances)
+            arrays["distances"] = floats("distances", self.distances, "m")
         shapes = [array.shape for array in arrays.values()]
         if arrays["areas"].ndim != 1 or len(set(shapes)) > 1:
             raise InputError(
@@ -211,7 +211,7 @@ class Pressure(Locked):
         if not isinstance(size, str) or size not in BOLTS:
             near = did_you_mean(size, BOLTS) if isinstance(size, str) else ""
             raise InputError(f"`size` must be one of {quoted(BOLTS)}, got {show(size)}{near}")
-        thick = record("plates", plates).reshape(-1)
+        thick = record("plates", plates, "m").reshape(-1)
         if thick.size != 2 or not thick.min() > 0.0:
             raise InputError(f"`plates` must be two thicknesses above zero [m], got {show(plates)}")
         bolt = BOLTS[size]
@@ -268,7 +268,7 @@ class Pressure(Locked):
         count : int, optional
             Number of such contacts.
         """
-        r, p = record("distance", distance).reshape(-1), _pressures(pressure)
+        r, p = record("distance", distance, "m").reshape(-1), _pressures(pressure)
         if r.size != p.size or r.size < 2:
             raise InputError(
                 "`distance` and pressure must be two lists of one length, two at least, got "
@@ -301,7 +301,7 @@ class Pressure(Locked):
         pressure : array_like
             Pressures, of any scale, not negative, some above zero.
         """
-        a, p = floats("area", area).reshape(-1), _pressures(pressure)
+        a, p = floats("area", area, "m^2").reshape(-1), _pressures(pressure)
         if a.size not in (1, p.size) or not (a.min() > 0.0 and a.max() <= LARGEST):
             raise InputError(
                 f"`area` must be one above zero [m^2], or one for each of the {p.size} "
@@ -336,7 +336,7 @@ def _radii(outer: float, inner: float) -> tuple[float, float]:
 
 
 def _pressures(pressure: ArrayLike) -> Floats:
-    p = floats("pressure", pressure).reshape(-1)
+    p = floats("pressure", pressure, "Pa").reshape(-1)
     if p.min() < 0.0:
         raise InputError(f"`pressure` must not be negative, got {exact(p.min())}")
     if p.max() > LARGEST:

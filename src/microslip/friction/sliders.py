@@ -30,7 +30,7 @@ class Sliders(Locked):
 
     def density(self, yield_displacement: ArrayLike) -> Any:
         """Stiffness per yield displacement -T0'' [N/m^2] of the spread sliders, any shape."""
-        u = floats("yield_displacement", yield_displacement)
+        u = floats("yield_displacement", yield_displacement, "m")
         if u.min() < 0.0:
             raise InputError(f"`yield_displacement` must not be negative, got {u.min():g} m")
         if self._density is None:

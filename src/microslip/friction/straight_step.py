@@ -87,10 +87,10 @@ def loaded(
     start: ArrayLike,
 ) -> FirstLoading:
     """The same with the displacement ``slip`` per place beside the coefficient."""
-    x = floats("displacement", displacement)
+    x = floats("displacement", displacement, "m")
     # By their own names, should they be refused.
-    end = surface._separations(floats("separation", separation))
-    before = surface._separations(floats("start", start))
+    end = surface._separations(floats("separation", separation, "m"))
+    before = surface._separations(floats("start", start, "m"))
     try:
         x, end, before = np.broadcast_arrays(x, end, before)
     except ValueError:

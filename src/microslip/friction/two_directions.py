@@ -154,7 +154,7 @@ def _harmonics(
     """Coefficients of forces and loads, and the Jacobian: as the ``harmonics`` below give them."""
     basis, size = Basis(harmonics), bank.size
     functions, analysis = basis.sampled(samples)
-    count, values = basis.size, floats("coefficients", coefficients)
+    count, values = basis.size, floats("coefficients", coefficients, "m")
     shape = (2, count) if single else (size, 2, count)
     if values.shape != shape:
         rows = ", a row for each direction" if single else ""
@@ -341,7 +341,7 @@ class IsotropicJoint(Locked):
 
 
 def _path(name: str, value: ArrayLike) -> Floats:
-    array = floats(name, value)
+    array = floats(name, value, "m")
     if array.ndim != 2 or array.shape[1] != 2:
         raise InputError(f"{name} must have the shape (samples, 2), got {array.shape}")
     return array
@@ -450,14 +450,14 @@ class IsotropicField(Locked):
         VectorCycle
             ``force`` and ``load`` [N], and ``derivative``, see there.
         """
-        x, bank = floats("displacements", displacements), self._bank
+        x, bank = floats("displacements", displacements, "m"), self._bank
         if x.ndim != 3 or x.shape[::2] != (bank.size, 2):
             raise InputError(
                 f"displacements must have the shape ({bank.size}, samples, 2), got {x.shape}"
             )
         steps = np.repeat(bank.rests[:, None], x.shape[1], axis=1)
         if separations is not None:
-            d = floats("separations", separations)
+            d = floats("separations", separations, "m")
             if d.shape != x.shape[:2]:
                 raise InputError(f"separations must have the shape {x.shape[:2]}, got {d.shape}")
             steps = bank.steps_at(d)

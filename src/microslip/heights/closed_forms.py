@@ -162,7 +162,7 @@ class Discrete(Locked, HeightDistribution):
     values: ArrayLike = field(metadata=parameter("y_i", "m", "heights", many=True))
 
     def __post_init__(self) -> None:
-        values = np.sort(record("heights", self.values).reshape(-1))
+        values = np.sort(record("heights", self.values, "m").reshape(-1))
         assign(self, values=lock(values))
 
     def __repr__(self) -> str:

@@ -75,7 +75,7 @@ class TabulatedHeights(Locked, HeightDistribution):
     _panels: Panels = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        height = sized("height", record("height", self.height)).reshape(-1)
+        height = sized("height", record("height", self.height, "m")).reshape(-1)
         density = record("density", self.density).reshape(-1)
         if height.size != density.size:
             raise InputError(
@@ -140,7 +140,7 @@ class TabulatedHeights(Locked, HeightDistribution):
         TabulatedHeights
             Its mean is that of the binned heights; it ends a bin beyond the lowest and the highest.
         """
-        values = sized("values", record("values", values)).reshape(-1)
+        values = sized("values", record("values", values, "m")).reshape(-1)
         low, high = float(values.min()), float(values.max())
         if not high > low:
             raise InputError(f"`values` must be at least two different heights [m], got {low:g}")

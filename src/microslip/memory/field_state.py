@@ -156,7 +156,7 @@ class FieldState(Resumable):
         """
         self._trial = None  # should this one fail, no earlier one is left to commit
         nodes = self._nodes
-        place = beyond(nodes.per_node("displacement", displacement), nodes.slips)
+        place = beyond(nodes.per_node("displacement", displacement, "m"), nodes.slips)
         step = None
         if separations is not None:
             step = nodes.steps_at("separations", separations) - nodes.rests

@@ -39,13 +39,13 @@ class Nodes:
         """Number of nodes."""
         return self.rests.size
 
-    def per_node(self, name: str, value: ArrayLike) -> Floats:
-        """Numbers, one a node or one for all."""
-        return along(name, value, self.size, "nodes")
+    def per_node(self, name: str, value: ArrayLike, unit: str) -> Floats:
+        """Validate numbers, one a node or one for all; convert quantities to ``unit``."""
+        return along(name, value, self.size, unit, "nodes")
 
     def steps_at(self, name: str, separations: ArrayLike) -> Floats:
         """Steps from the origin of separations [m], one a node or one for all, checked."""
-        return self.checked(self.per_node(name, separations)) - self.curve.origin
+        return self.checked(self.per_node(name, separations, "m")) - self.curve.origin
 
     def checked(self, separations: Floats) -> Floats:
         """Separations for which the surface has an answer, nodes along the first axis."""
@@ -70,9 +70,9 @@ def checked_separations(surface: NormalLaw, separations: Floats) -> Floats:
         raise InputError(error.text + where) from None
 
 
-def along(name: str, numbers: ArrayLike, size: int, kind: str = "samples") -> Floats:
-    """Numbers along ``size`` samples or nodes: one for each, or one for all."""
-    values = floats(name, numbers)
+def along(name: str, numbers: ArrayLike, size: int, unit: str, kind: str = "samples") -> Floats:
+    """Validate numbers along ``size`` samples or nodes: one for each, or one for all."""
+    values = floats(name, numbers, unit)
     if values.ndim > 1 or values.size not in (1, size):
         raise InputError(
             f"`{name}` must be one number or one for each of the {size} {kind}, got shape "
@@ -83,7 +83,7 @@ def along(name: str, numbers: ArrayLike, size: int, kind: str = "samples") -> Fl
 
 def loads_along(name: str, loads: ArrayLike, size: int) -> Floats:
     """Normal loads [N] >= 0 of a record of ``size`` samples: one for each, or one for all."""
-    values = along(name, loads, size)
+    values = along(name, loads, size, "N")
     if values.min() < 0.0:
         i = int(np.argmax(values < 0.0))
         where = f" at sample {i}" if np.ndim(loads) else ""
@@ -96,6 +96,6 @@ def steps_along(
 ) -> Floats:
     """Steps of a curve along a record, of which one of loads [N] and separations [m] is given."""
     if separation is not None:
-        return curve.steps_at(along("separation", separation, size))
+        return curve.steps_at(along("separation", separation, size, "m"))
     loads = loads_along("normal_load", normal_load, size)  # type: ignore[arg-type]
     return curve.steps_of(loads, numbered=np.ndim(normal_load) > 0)  # type: ignore[arg-type]

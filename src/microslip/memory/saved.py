@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import Floats
+from microslip._core.checks import Floats, without_unit
 from microslip.errors import InputError
 
 FORMAT = 1.0
@@ -18,7 +18,7 @@ _TOLERANCE = 1e-9  # relative: what another machine makes of the same joint
 def saved_array(arrays: Mapping[str, ArrayLike], key: str, *shape: int) -> Floats:
     """One of the arrays that a state was saved in, finite and of a shape; -1 is any length."""
     try:
-        array = np.array(arrays[key], dtype=float)
+        array = np.array(without_unit(key, arrays[key], ""), dtype=float)
     except (KeyError, TypeError, ValueError, IndexError):
         raise InputError(f"arrays must hold {key!r}, as to_arrays() of a state gives it") from None
     right = len(array.shape) == len(shape) and all(

@@ -172,6 +172,8 @@ class State(Resumable):
             d = number("separation", separation, "m")
             step: float | None = float(self._curve("separation").steps_at(d))
         else:
+            if normal_load is not None:
+                normal_load = number("normal_load", normal_load, "N")
             step = self._step(normal_load)
         trial: Trial
         trial, self._trial = self._trial_of(x, step, normal_load)
@@ -215,7 +217,7 @@ class State(Resumable):
         ndarray or float
             Forces [N], one for each displacement. Pieces in a row give what the whole gives.
         """
-        x = record("displacement", displacement)
+        x = record("displacement", displacement, "m")
         self._trial = None
         if normal_load is not None or separation is not None or self._diagram is not None:
             forces = self._advance_coupled(x.reshape(-1), normal_load, separation)
@@ -337,9 +339,8 @@ class State(Resumable):
         probed = diagram.probe(step, beyond(x, curve.slip), curve)
         rests = probed.kind == 0 and not probed.front > step
         density = diagram.slip if rests else probed.density
-        load = None if normal_load is None else float(normal_load)
         force, stiffness = curve.friction * probed.value, curve.friction / curve.slip * probed.fall
-        return Trial._of(force, stiffness, x, density, curve, step, load), (x, probed)
+        return Trial._of(force, stiffness, x, density, curve, step, normal_load), (x, probed)
 
     def _here(self) -> Trial:
         """The committed state as a trial."""
@@ -364,10 +365,9 @@ class State(Resumable):
         """Separation of a trial from the joint's own; None where the load has never varied."""
         if normal_load is None:
             return None if self._diagram is None else self._diagram.separation
-        load = number("normal_load", normal_load, "N")
-        if load < 0.0:
-            raise InputError(f"`normal_load` must not be negative [N], got {exact(load)}")
-        step = self._curve().step_of(load)
+        if normal_load < 0.0:
+            raise InputError(f"`normal_load` must not be negative [N], got {exact(normal_load)}")
+        step = self._curve().step_of(normal_load)
         return None if step == 0.0 and self._diagram is None else step
 
     def _current(self) -> Diagram:

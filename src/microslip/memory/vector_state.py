@@ -198,7 +198,7 @@ class VectorState(Resumable):
         """
         self._trial = None  # should this one fail, no earlier one is left to commit
         bank, nodes = self._bank, self._bank.size
-        displacements = floats("displacement", displacement)
+        displacements = floats("displacement", displacement, "m")
         if displacements.shape not in ((2,), (nodes, 2)):
             raise InputError(
                 f"displacement must have the shape ({nodes}, 2), or (2,), got {displacements.shape}"
@@ -206,7 +206,7 @@ class VectorState(Resumable):
         place = np.ascontiguousarray(bank.places(np.broadcast_to(displacements, (nodes, 2))))
         step = None
         if separations is not None:
-            step = bank.steps_at(along("separations", separations, nodes, "nodes"))
+            step = bank.steps_at(along("separations", separations, nodes, "m", "nodes"))
         new = np.empty_like(self._vectors)
         value, slope = np.empty((nodes, 2)), np.empty((nodes, 2, 3))
         kernels.compiled.vector_try(

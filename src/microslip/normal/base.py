@@ -277,7 +277,7 @@ class NormalLaw(Parametric, ABC):
         float or ndarray
             Separations [m], shape of ``load``, to rounding.
         """
-        loads = floats("load", load)
+        loads = floats("load", load, "N")
         lightest, heaviest = float(loads.min()), float(loads.max())
         if lightest <= 0.0:
             raise InputError(f"`load` must be above zero [N], got {exact(lightest)}")
@@ -382,7 +382,7 @@ class NormalLaw(Parametric, ABC):
     # -- checks and the inverse ---------------------------------------------------------------
 
     def _separations(self, value: ArrayLike) -> Floats:
-        d = floats("separation", value)
+        d = floats("separation", value, "m")
         if d.min() < self._deepest:
             raise InputError(
                 f"`separation` must be at least {self._deepest:g} [m], where summits are pressed "

@@ -141,8 +141,8 @@ class AsperityPopulation(Locked, ElasticSummits):
 
     def __post_init__(self) -> None:
         check_pair(self.pair)
-        heights = record("heights", self.heights).reshape(-1)
-        radii = floats("radii", self.radii)
+        heights = record("heights", self.heights, "m").reshape(-1)
+        radii = floats("radii", self.radii, "m")
         if radii.ndim > 1 or radii.size not in (1, heights.size):
             raise InputError(
                 f"`radii` must be one number or one for each of the {heights.size} heights, got "

@@ -106,7 +106,7 @@ def face_of(heights: Any, pixel: Any) -> Face:
             raise InputError("`pixel` must be left out beside a scan, which has its own")
         pixel, name = heights.pixel, str(getattr(heights, "name", "scan"))[:60]
         heights = heights.heights
-    z = floats("heights", heights, missing=True)
+    z = floats("heights", heights, "m", missing=True)
     if z.ndim != 2:
         raise InputError(
             f"`heights` must be an area, two-dimensional, got shape {z.shape}; a profile does not "

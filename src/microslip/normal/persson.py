@@ -136,7 +136,7 @@ class PerssonCurve(Locked, Parametric):
         if not np.all(np.diff(q) > 0.0):
             raise InputError("`wavenumber` must rise [1/m]")
         if self.heights is not None:
-            heights = floats("heights", self.heights).ravel()
+            heights = floats("heights", self.heights, "m").ravel()
             if heights.size < 10 * _FEWEST or np.ptp(heights) == 0.0:
                 raise InputError(
                     f"`heights` must be {10 * _FEWEST} or more that differ, got {heights.size}"
@@ -338,7 +338,7 @@ class PerssonCurve(Locked, Parametric):
         from scipy.special import erf
 
         full = self.pair.composite_modulus * self.rms_slope / math.sqrt(2.0)
-        loads = np.clip(floats("load", load), -LARGEST, LARGEST)
+        loads = np.clip(floats("load", load, "N"), -LARGEST, LARGEST)
         return plain(np.asarray(erf(loads / self.area / full)))
 
     def stiffness_by_heights(self, load: float) -> float:

@@ -71,7 +71,7 @@ class TabulatedNormalLaw(Locked, NormalLaw):
         check_pair(pair)
         if tail is not None and not (isinstance(tail, str) and tail == "exponential"):
             raise InputError(f'tail must be None or "exponential", got {show(tail)}')
-        d, n = record("separation", separation), record("load", load)
+        d, n = record("separation", separation, "m"), record("load", load, "N")
         if d.ndim != 1 or d.shape != n.shape or d.size < 3:
             raise InputError(
                 "separation and load must be of one length, at least three, "

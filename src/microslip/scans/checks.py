@@ -130,7 +130,7 @@ def pixel_of(pixel: Any, axes: int) -> tuple[float, ...]:
     if isinstance(pixel, (list, tuple)):
         steps = tuple(_step(distance) for distance in pixel)
     elif isinstance(pixel, np.ndarray) and pixel.ndim:
-        steps = tuple(_step(step) for step in floats("pixel", pixel).ravel().tolist())
+        steps = tuple(_step(step) for step in floats("pixel", pixel, "m").ravel().tolist())
     else:
         return (_step(pixel),) * axes
     if len(steps) != axes:

@@ -68,12 +68,12 @@ class Fit:
 
     def density(self, height: ArrayLike) -> Any:
         """Probability density of the fit."""
-        z = floats("height", height)
+        z = floats("height", height, "m")
         return plain(np.asarray(self.distribution().pdf(-z if self.mirrored else z)))
 
     def share_below(self, height: ArrayLike) -> Any:
         """Distribution function of the fit."""
-        z, law = floats("height", height), self.distribution()
+        z, law = floats("height", height, "m"), self.distribution()
         return plain(np.asarray(law.sf(-z) if self.mirrored else law.cdf(z)))
 
     @property

@@ -227,12 +227,12 @@ class NayakSummits:
         float or ndarray
             Density [1/m], of the shape of `height`; Nayak (1971), DOI 10.1115/1.3451608.
         """
-        z = floats("height", height)
+        z = floats("height", height, "m")
         return plain(self._parts(z)[0] / math.sqrt(self.m0))
 
     def share_below(self, height: ArrayLike) -> Any:
         """Share of the summits below a height [-], to 1e-9; the rest as :meth:`height_density`."""
-        xi = floats("height", height) / math.sqrt(self.m0)
+        xi = floats("height", height, "m") / math.sqrt(self.m0)
         low, high, count = -9.0, 12.0, 2100
         step = (high - low) / count
         density = self._parts(np.linspace(low, high, 2 * count + 1) * math.sqrt(self.m0))[0]
@@ -251,7 +251,7 @@ class NayakSummits:
 
         The rest as :meth:`height_density`.
         """
-        weight, first = self._parts(floats("height", height))
+        weight, first = self._parts(floats("height", height, "m"))
         mean = np.divide(first, weight, out=np.zeros_like(weight), where=weight > 0.0)
         return plain(mean * math.sqrt(self.m4 / 3.0))
 

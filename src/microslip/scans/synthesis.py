@@ -261,12 +261,12 @@ def paraboloids(
     rows, columns = _shape(shape)
     dx, dy = _pair(pixel)
     base = number("base", base, "m", 0.0)
-    at = floats("positions", positions)
+    at = floats("positions", positions, "m")
     if at.ndim != 2 or at.shape[1] != 2:
         raise InputError(f"`positions` must be (n, 2), x and y of each summit, got {at.shape}")
     count = at.shape[0]
-    tops = _per_summit("heights", floats("heights", heights), count)
-    curvature = floats("radii", radii)
+    tops = _per_summit("heights", floats("heights", heights, "m"), count)
+    curvature = floats("radii", radii, "m")
     per_summit = (
         curvature
         if curvature.shape == (count, 2)

@@ -281,7 +281,7 @@ class Drawing:
             friction_coefficient,
             tension=tight(self.tension, slack),
             mode=mode,
-            amplitudes=record("amplitudes", amplitudes),
+            amplitudes=record("amplitudes", amplitudes, "m"),
             patches=patches,
             form=form,
             tolerance=positive("tolerance", tolerance, "", 0.02),

@@ -285,7 +285,7 @@ def _lever(
 
 def _places(positions: ArrayLike) -> Floats:
     """Places along and across the lap, one row a bolt."""
-    array = floats("positions", positions)
+    array = floats("positions", positions, "m")
     if array.ndim <= 1:
         array = np.stack([np.atleast_1d(array), np.zeros(array.size)], axis=1)
     if array.ndim != 2 or array.shape[1] != 2:

@@ -313,7 +313,7 @@ class ForcedResponse(ModalAnswer, PlottableAtSensor):
 
 def checked_frequencies(frequencies: ArrayLike) -> Floats:
     """Frequencies [Hz] along which a response can be followed, or an error."""
-    targets = floats("frequencies", frequencies)
+    targets = floats("frequencies", frequencies, "Hz")
     ways = np.sign(np.diff(targets.reshape(-1)))
     if targets.ndim != 1 or targets.size < 2 or targets.min() <= 0.0 or abs(ways.sum()) < ways.size:
         raise InputError(

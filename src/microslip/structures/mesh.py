@@ -97,7 +97,7 @@ def slack_bolts(slack: Any, count: int) -> list[int]:
 
 def tight(tension: Any, slack: Any) -> Floats:
     """Tensions of the bolts that are not slack [N]."""
-    every = floats("tension", tension)
+    every = floats("tension", tension, "N")
     return np.delete(every, slack_bolts(slack, len(every)))
 
 

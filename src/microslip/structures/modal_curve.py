@@ -189,7 +189,7 @@ class ModalCurve(Answer, Plottable):
         (Szemplinska-Stupnicka 1979, DOI 10.1016/S0022-460X(79)80003-1; Schwarz et al. 2020,
         DOI 10.1007/s11071-019-05211-7). Other modes are left out.
         """
-        f = floats("force", force)
+        f = floats("force", force, "N")
         if f.shape != (self.shape.shape[1],):
             raise InputError(
                 f"force must be one for each of the {self.shape.shape[1]} degrees of freedom, "

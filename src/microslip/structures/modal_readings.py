@@ -104,7 +104,7 @@ def read_decay(time: ArrayLike, signal: ArrayLike) -> FreeDecay:
 
 def _signal(time: ArrayLike, signal: ArrayLike) -> tuple[Floats, Floats]:
     """Times and values of a signal whose powers are still numbers."""
-    t, x = np.atleast_1d(record("time", time)), np.atleast_1d(record("signal", signal))
+    t, x = np.atleast_1d(record("time", time, "s")), np.atleast_1d(record("signal", signal))
     if t.size != x.size:
         raise InputError(f"signal must have one value for each of the {t.size} times, got {x.size}")
     largest = float(np.abs(x).max(initial=0.0))
@@ -249,7 +249,7 @@ def _means_in_time(
 
 def _band_limits(band: Any) -> tuple[float, float]:
     """Limits of a band [Hz]."""
-    ends = floats("band", band)
+    ends = floats("band", band, "Hz")
     if ends.shape != (2,):
         raise InputError(f"`band` must be two frequencies [Hz], (150.0, 220.0), got {show(band)}")
     return float(ends[0]), float(ends[1])

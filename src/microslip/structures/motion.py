@@ -168,7 +168,7 @@ def integrate(
     beginning or of the strongest force.
     """
     model, mass, stiffness, radius = rest.model, rest.mass, rest.stiffness, spectral_radius
-    times = np.atleast_1d(record("time", time))
+    times = np.atleast_1d(record("time", time, "s"))
     size = model.shapes.shape[0]
     steps = np.diff(times)
     if times.size < 2 or steps.min() <= 0.0 or np.ptp(steps) > 1e-6 * steps.mean():

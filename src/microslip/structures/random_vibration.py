@@ -170,7 +170,7 @@ class RandomResponse(ModalAnswer):
             One-sided levels, of the quantity's unit squared over Hz; zero outside the noise.
         """
         power, modal = power_of(quantity), self._at(at)
-        f = np.atleast_1d(record("frequencies", frequencies))
+        f = np.atleast_1d(record("frequencies", frequencies, "Hz"))
         omega = 2.0 * math.pi * np.array([positive("frequencies", x, "Hz", 100.0) for x in f])
         signal = (self._answer(omega) @ modal) * (1j * omega) ** power
         if power == 2:

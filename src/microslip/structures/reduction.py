@@ -135,7 +135,7 @@ class Reducer:
             patch_boxes=patched.boxes,
             patch_contacts=patched.contacts,
             bolt_stiffness=np.array([stiff for _, stiff in self.shanks]),
-            bolt_tension=np.broadcast_to(floats("tension", tension), (bolts,)).copy(),
+            bolt_tension=np.broadcast_to(floats("tension", tension, "N"), (bolts,)).copy(),
             sensor_names=names,
             sensor_rows=np.concatenate([sensing @ part for part in shapes], axis=1),
             samples=patched.samples,

@@ -45,7 +45,7 @@ class Pulse:
     acceleration: Floats
 
     def __init__(self, time: ArrayLike, acceleration: ArrayLike) -> None:
-        t, a = floats("time", time), floats("acceleration", acceleration)
+        t, a = floats("time", time, "s"), floats("acceleration", acceleration, "m/s^2")
         if t.ndim != 1 or t.size < 2 or t[0] != 0.0 or np.diff(t).min() <= 0.0:
             raise InputError("time of a pulse must rise from 0, at least two times [s]")
         if a.shape != t.shape or not a.any():

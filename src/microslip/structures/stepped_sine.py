@@ -73,8 +73,8 @@ def stepped_sine(
 ) -> SteppedSine:
     """See :meth:`microslip.ModalTest.from_stepped_sine`."""
     points, power = whole_number("points", points, 1, 1000), power_of(quantity)
-    f, sensed = record("frequency", frequency), record("amplitude", amplitude)
-    psi, push = record("phase", phase), record("force", force)
+    f, sensed = record("frequency", frequency, "Hz"), record("amplitude", amplitude)
+    psi, push = record("phase", phase, "rad"), record("force", force)
     if not f.shape == sensed.shape == psi.shape or push.size not in (1, f.size):
         raise InputError(
             "frequency, amplitude, phase and force must be of one length, got "

@@ -44,7 +44,7 @@ def checked(args: Arguments) -> Arguments:
         if name in NO_ARRAYS:
             continue
         if name in ("separation", "mean"):
-            length = result[name] = floats(name, value)
+            length = result[name] = floats(name, value, "m")
             if (largest := np.abs(length).max()) > LARGEST:
                 raise InputError(f"`{name}` must be at most {LARGEST:g} m in size, got {largest:g}")
         elif name in ("poisson_ratio", "other_poisson_ratio"):
@@ -53,14 +53,14 @@ def checked(args: Arguments) -> Arguments:
             if bad.size:
                 raise InputError(f"`{name}` must be in (-1, 0.5], got {exact(bad[0])}")
         elif name in ("amplitude", "force_amplitude"):
-            a = floats(name, value)
+            a = floats(name, value, _UNITS[name])
             if a.min() < 0.0:
                 raise InputError(f"`{name}` must not be negative, got {a.min():g}")
             if a.max() > LARGEST:
                 raise InputError(f"`{name}` must be at most {LARGEST:g}, got {a.max():g}")
             result[name] = np.abs(a)
         elif name == "other_young_modulus":
-            modulus = floats(name, value, endless=True)
+            modulus = floats(name, value, "Pa", endless=True)
             rigid = np.isposinf(modulus)
             elastic = positives(name, np.where(rigid, 1.0, modulus), "Pa")
             result[name] = np.where(rigid, np.inf, elastic)
@@ -95,7 +95,7 @@ def check_names(
 
 _UNITS = {
     "young_modulus": "Pa", "std": "m", "radius": "m", "density": "1/m^2", "area": "m^2",
-    "normal_load": "N",
+    "normal_load": "N", "amplitude": "m", "force_amplitude": "N",
 }  # fmt: skip
 
 

@@ -105,7 +105,7 @@ def sweep(
     name, values_along = "amplitude", amplitude
     if values_along is None:
         name, values_along = "force_amplitude", force_amplitude
-    along = _axis(name, values_along)
+    along = _axis(name, values_along, "m" if name == "amplitude" else "N")
     if along.min() < 0.0:
         raise InputError(f"`{name}` must not be negative, got {along.min():g}")
     if name == "amplitude" and along.max() > LARGEST:
@@ -138,15 +138,15 @@ def sweep(
     return _labelled(joint, axes, _of_interface(joint, axes, names, progress), name)
 
 
-def _axis(name: str, value: Any) -> Floats:
-    array = floats(name, value)
+def _axis(name: str, value: Any, unit: str) -> Floats:
+    array = floats(name, value, unit)
     if array.ndim > 1:
         raise InputError(f"`{name}` must be a number or one-dimensional, got shape {array.shape}")
     return array
 
 
 def _positive_axis(name: str, value: Any, unit: str) -> Floats:
-    return positives(name, _axis(name, value), unit).copy()
+    return positives(name, _axis(name, value, unit), unit).copy()
 
 
 def _quantity_names(quantities: Any, name: str) -> tuple[str, ...]:

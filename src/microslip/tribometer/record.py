@@ -16,7 +16,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from microslip._core.checks import Floats, exact, positive, show
+from microslip._core.checks import Floats, exact, positive, show, without_unit
 from microslip._core.checks import record as checked
 from microslip._core.frozen import Locked, lock
 from microslip.errors import InputError
@@ -99,6 +99,7 @@ class Record(Locked, Plottable):
         if size < 2:
             raise InputError(f"`displacement` must hold at least two samples, got {size}")
         load: Any = None
+        normal_load = without_unit("normal_load", normal_load, "N")
         alone = isinstance(normal_load, np.ndarray) and normal_load.ndim == 0
         if alone or isinstance(normal_load, (numbers.Real, str)):
             load = positive("normal_load", normal_load, "N", 100.0)
@@ -319,7 +320,7 @@ def once_a_record(function: Callable[[Record], Answer]) -> Callable[[Record], An
 
 def _locked_series(key: str, raw_values: Any) -> Floats:
     """Values of a series that nobody else can change."""
-    values = checked(key, raw_values).reshape(-1)
+    values = checked(key, raw_values, UNITS[key].strip("-")).reshape(-1)
     # Readers hand over arrays that are locked already; a long record is not copied again.
     if (
         isinstance(raw_values, np.ndarray)

@@ -20,8 +20,8 @@ from pathlib import Path
 import numpy as np
 
 import microslip as ms
-from microslip.report.plot import COLORS, Area, Axis, Entry, Line, Panel, beside
-from microslip.report.svg import svg
+from microslip.figures.plot import COLORS, Area, Axis, Entry, Line, Panel, beside
+from microslip.figures.svg import svg
 from microslip.scans import random_surface
 
 STEEL = ms.Material(210e9, 0.3)

@@ -88,8 +88,8 @@ def all_surfaces(folder: Path | None) -> dict[str, np.ndarray]:
 
 def draw(curves: dict[str, dict[str, np.ndarray]], path: Path) -> None:
     """Stiffness over load of every surface, by each way."""
-    from microslip.report.plot import COLORS, DASHES, Axis, Entry, Panel, Plot
-    from microslip.report.svg import svg
+    from microslip.figures.plot import COLORS, DASHES, Axis, Entry, Panel, Plot
+    from microslip.figures.svg import svg
 
     panels = []
     for place, (name, ways) in enumerate(curves.items()):

@@ -57,8 +57,8 @@ from .normal import RoughSurface as RoughSurface
 from .normal import SphereOnFlat as SphereOnFlat
 from .normal import TabulatedNormalLaw as TabulatedNormalLaw
 from .normal import TightenedSurface as TightenedSurface
-from .results import Result as Result
-from .results import Study as Study
+from .report import Result as Result
+from .report import Study as Study
 from .scans import Scan as Scan
 from .scans import Summits as Summits
 from .scans import SurfaceFinish as SurfaceFinish

@@ -136,9 +136,9 @@ class Loop(Locked):
         That shows the width of a thin loop. Loops laid over each other share their units. Axes,
         colour and label are as of :meth:`microslip.BackboneLaw.plot`.
         """
-        from microslip.report import draw
-        from microslip.report.kit import force_prefix, length_prefix
-        from microslip.report.plot import Axis, Panel, Plot
+        from microslip.figures import draw
+        from microslip.figures.kit import force_prefix, length_prefix
+        from microslip.figures.plot import Axis, Panel, Plot
 
         force = self.force_minus_secant if minus_secant else self.force
         x_unit, x_letter = length_prefix(float(np.abs(self.displacement).max()))

@@ -44,7 +44,7 @@ from click.testing import CliRunner
 import microslip as ms
 from microslip import export, identification, scans
 from microslip.cli import main
-from microslip.report.document import PictureCache
+from microslip.figures.picture import PictureCache
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"

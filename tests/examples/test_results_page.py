@@ -13,7 +13,7 @@ from studies import AMPLITUDES, CURVE, LOADS, SURFACE, SURFACES, edited
 
 import microslip as ms
 from microslip._core.quantities import QUANTITIES, UNITS
-from microslip.results.predicted.result import contents
+from microslip.report.predicted.result import contents
 
 PAGE = (Path(__file__).parents[2] / "docs" / "results.md").read_text(encoding="utf-8")
 FORMATS = ('formats = ["csv"]', 'formats = ["netcdf", "csv", "svg", "png"]')

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import microslip as ms
-from microslip.results.predicted.preview import preview
+from microslip.report.predicted.preview import preview
 from microslip.study.build import build_joints
 
 FOLDER = Path(__file__).parents[2] / "examples"

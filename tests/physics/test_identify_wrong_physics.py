@@ -104,7 +104,7 @@ def test_exponential_heights_in_gross_slip(seed: int) -> None:
 
 def test_without_their_number_summits_leave_numbers_apparent() -> None:
     """But friction, the force at gross slip; page and terminal are of one document."""
-    from microslip.results.identified.document import Identified, document
+    from microslip.report.identified.document import Identified, document
 
     rng = np.random.default_rng(5)
     joint = Joint(MU, SLIP_SCALE, 0.5, 1000.0, RIG, tuple(rng.normal(size=20_000)))

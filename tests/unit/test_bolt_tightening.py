@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import microslip as ms
-from microslip.results.predicted.preview import preview
-from microslip.results.structure.bolts import force_rows
+from microslip.report.predicted.preview import preview
+from microslip.report.structure.bolts import force_rows
 from microslip.runs.structure import keys_of_model
 from microslip.structures.bolt_tightening import ClampedBolt, Thread, proof_stress, tension_band
 from microslip.study.build import Design, at_middle, build_surface

@@ -18,7 +18,7 @@ from command import STUDY, fails, names, process, run
 
 import microslip as ms
 from microslip.cli import main
-from microslip.report.document import PictureCache
+from microslip.figures.picture import PictureCache
 
 
 @pytest.fixture(autouse=True)
@@ -87,9 +87,7 @@ def test_an_existing_folder_is_refused_before_anything_is_computed(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     assert run("predict", "joint.toml", "-o", "out").exit_code == 0
-    monkeypatch.setattr(
-        "microslip.results.predicted.result.run", lambda *_: pytest.fail("computed")
-    )
+    monkeypatch.setattr("microslip.report.predicted.result.run", lambda *_: pytest.fail("computed"))
     assert fails("predict", "joint.toml", "-o", "out") == (
         "error: out: exists; replace it with --overwrite or name another with -o"
     )
@@ -158,7 +156,7 @@ def test_an_internal_error_is_one_line_and_exits_1(monkeypatch: pytest.MonkeyPat
     def fail(*_: object) -> None:
         raise RuntimeError("a\nbug")
 
-    monkeypatch.setattr("microslip.results.predicted.result.run", fail)
+    monkeypatch.setattr("microslip.report.predicted.result.run", fail)
     assert fails("predict", "joint.toml", code=1) == (
         "error: internal error: RuntimeError: a bug (MICROSLIP_DEBUG=1 shows where)"
     )
@@ -170,7 +168,7 @@ def test_too_little_memory_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(*_: object) -> None:
         raise MemoryError
 
-    monkeypatch.setattr("microslip.results.predicted.result.run", fail)
+    monkeypatch.setattr("microslip.report.predicted.result.run", fail)
     assert fails("predict", "joint.toml") == "error: not enough memory for this"
 
 

@@ -14,7 +14,7 @@ import pytest
 from command import fails, run
 
 import microslip as ms
-from microslip.results.scanned.surface_block import block
+from microslip.report.scanned.surface_block import block
 from microslip.scans import random_surface
 from microslip.scans.findings import Request, analyse
 
@@ -78,7 +78,7 @@ def test_all_files_and_the_cutoff_in_each(folder: Path, undrawn: None) -> None:
 @pytest.fixture(name="undrawn")
 def _undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
     """Figures take most of the time, and are drawn by another test."""
-    monkeypatch.setattr("microslip.report.png", lambda plot: b"")
+    monkeypatch.setattr("microslip.figures.png", lambda plot: b"")
 
 
 def test_the_block_is_a_surface_of_a_study(folder: Path, undrawn: None) -> None:

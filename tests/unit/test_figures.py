@@ -14,15 +14,15 @@ import pytest
 from studies import AMPLITUDES, CURVE, LOADS, SURFACE, SURFACES, edited
 
 import microslip as ms
-from microslip.report.kit import linear, log_label, logarithmic
-from microslip.report.layout import SMALL, TEXT, TITLE, Frame, lay_out, text_width
-from microslip.report.matplotlib_figure import figure, png
-from microslip.report.plot import DASHED, Line, LineName, Marks, Panel, Pixels, Plot, Rule, Stems
-from microslip.report.svg import svg
-from microslip.results.predicted.curves import MOST_LOADS, force_exponent
-from microslip.results.predicted.figures import FIGURES, names, slipping_share
-from microslip.results.predicted.history_figure import MOST_SAMPLES, envelope, path
-from microslip.results.predicted.numbers import files
+from microslip.figures.kit import linear, log_label, logarithmic
+from microslip.figures.layout import SMALL, TEXT, TITLE, Frame, lay_out, text_width
+from microslip.figures.matplotlib_figure import figure, png
+from microslip.figures.plot import DASHED, Line, LineName, Marks, Panel, Pixels, Plot, Rule, Stems
+from microslip.figures.svg import svg
+from microslip.report.predicted.curves import MOST_LOADS, force_exponent
+from microslip.report.predicted.figures import FIGURES, names, slipping_share
+from microslip.report.predicted.history_figure import MOST_SAMPLES, envelope, path
+from microslip.report.predicted.numbers import files
 
 PICTURES = ('["csv"]', '["svg", "png"]')
 OSCILLATOR = '[oscillator]\nmass = "2 kg"\nstiffness = "100 MN/m"\nviscous_damping_ratio = 0.001\n'
@@ -136,7 +136,7 @@ def test_the_force_limits_are_marked_over_the_force_amplitude(result: ms.Result)
 
 @pytest.mark.parametrize("joint", ms.Interface.examples()[::4], ids=repr)
 def test_the_exponent_in_the_force_is_its_logarithmic_slope(joint: ms.Interface) -> None:
-    from microslip.results import AmplitudeCurve
+    from microslip.report import AmplitudeCurve
 
     scale = joint.force_limit / joint.tangential_stiffness
     curve = AmplitudeCurve.of(joint, 0.05 * scale * np.array([1.0 - 1e-4, 1.0, 1.0 + 1e-4]))

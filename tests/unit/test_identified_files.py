@@ -15,18 +15,18 @@ import numpy as np
 import pytest
 
 import microslip as ms
+from microslip.figures.plot import Words
 from microslip.identification.figures import intervals, pictures
 from microslip.report.document import Judged, Table
 from microslip.report.files import write
-from microslip.report.plot import Words
-from microslip.report.terminal import show
-from microslip.results.identified import numbers
-from microslip.results.identified.document import (
+from microslip.report.identified import numbers
+from microslip.report.identified.document import (
     Identified,
     document,
     identified,
 )
-from microslip.results.identified.numbers import joint_text
+from microslip.report.identified.numbers import joint_text
+from microslip.report.terminal import show
 
 JOINT = ms.Interface.examples()[0]
 STUDY = """

@@ -652,8 +652,8 @@ def _number(**more: Any) -> dict[str, Any]:
 )
 def test_a_delay_stands_beside_its_record(number: Any, text: str) -> None:
     """With half of its interval; a table without any has no such column."""
-    from microslip.results.identified.document import _records
-    from microslip.results.identified.numbers import delay_text
+    from microslip.report.identified.document import _records
+    from microslip.report.identified.numbers import delay_text
 
     plain = cell().summary()["records"]
     for record in plain:
@@ -665,7 +665,7 @@ def test_a_delay_stands_beside_its_record(number: Any, text: str) -> None:
 
 def test_a_cell_that_is_none_is_not_listed_as_open() -> None:
     """There is nothing to settle about it; about what is only bounded there is."""
-    from microslip.results.identified.numbers import open_parameters
+    from microslip.report.identified.numbers import open_parameters
 
     empty = _number(verdict="bounded above", at_bound=True, low=0.0, value=0.0)
     wanted = _number(verdict="bounded above", remedy="measure", reason="up to 3 N")

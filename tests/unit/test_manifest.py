@@ -11,8 +11,8 @@ import pytest
 from command import run
 
 import microslip as ms
-from microslip.results.identified.document import Identified, document
-from microslip.results.identified.groups import Groups
+from microslip.report.identified.document import Identified, document
+from microslip.report.identified.groups import Groups
 from microslip.tribometer.manifest import Manifest
 
 MUS = (0.50, 0.56, 0.53)

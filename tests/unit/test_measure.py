@@ -17,7 +17,7 @@ from scipy.special import stdtr, stdtrit
 from scipy.stats import ttest_1samp
 
 import microslip as ms
-from microslip.results.measured import document
+from microslip.report.measured import document
 from microslip.tribometer import (
     condition,
     delay_of,

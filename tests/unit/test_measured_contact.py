@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import microslip as ms
+from microslip.figures.plot import Line
 from microslip.normal import measured_face
 from microslip.normal.boundary_elements import HalfSpace, closing, press
-from microslip.normal.measured_pictures import face_plot
-from microslip.report.plot import Line
+from microslip.normal.figures import face_plot
 from microslip.scans.joints import contact_words
 
 STEEL = ms.Material(210e9, 0.3, hardness=2.5e9)

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 
 import microslip as ms
 from microslip.friction.laws import LAWS
-from microslip.results.predicted.numbers import files
+from microslip.report.predicted.numbers import files
 from microslip.study.new import demo_text
 
 JOINT = ms.Interface(

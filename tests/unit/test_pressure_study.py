@@ -9,8 +9,8 @@ import pytest
 from studies import LOADS, edited
 
 import microslip as ms
-from microslip.report.plot import Line
-from microslip.results.predicted.figures import FIGURES, names
+from microslip.figures.plot import Line
+from microslip.report.predicted.figures import FIGURES, names
 
 CONE = (LOADS, f'{LOADS}\npressure = {{ kind = "cone", outer = "7 mm", inner = "2 mm" }}')
 BOLT = '{ kind = "bolt", size = "M5", plates = ["3 mm", "4 mm"], count = 2, edge = "10 mm"'

@@ -15,14 +15,14 @@ from html_pages import Page
 from studies import AMPLITUDES, GAUSSIAN, LOADS, MATERIAL, SURFACE, SURFACES, edited
 
 import microslip as ms
+from microslip.figures.picture import PictureCache
+from microslip.figures.plot import Plot
 from microslip.report.cells import quantity, signed
-from microslip.report.document import PictureCache
 from microslip.report.html import page as html_page
-from microslip.report.plot import Plot
-from microslip.results.predicted import document as predicted_document
-from microslip.results.predicted import tables
-from microslip.results.predicted.document import document
-from microslip.results.predicted.figures import _CAPTIONS, FIGURES, names
+from microslip.report.predicted import document as predicted_document
+from microslip.report.predicted import tables
+from microslip.report.predicted.document import document
+from microslip.report.predicted.figures import _CAPTIONS, FIGURES, names
 from microslip.study import surfaces
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "al2017.toml"

@@ -21,7 +21,7 @@ from studies import AMPLITUDES, CURVE, LOADS, STUDY, SURFACE, SURFACES, edited
 import microslip as ms
 from microslip._core.quantities import QUANTITIES, UNITS
 from microslip.report.files import write_all
-from microslip.results.predicted.result import WORDS, contents, files
+from microslip.report.predicted.result import WORDS, contents, files
 
 FORMATS = ('formats = ["csv"]', 'formats = ["netcdf", "csv"]\nreport = false')
 HISTORY = 'history = { file = "record.csv", column = "x" }'

@@ -339,7 +339,7 @@ def test_files_that_vanish_while_others_are_written_are_missed(
     result: ms.Result, tmp_path: Path
 ) -> None:
     from microslip.report.files import write_all
-    from microslip.results.predicted.result import files
+    from microslip.report.predicted.result import files
 
     def compute() -> None:
         with folder_module.staged(tmp_path / "result") as stage:

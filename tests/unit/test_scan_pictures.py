@@ -10,12 +10,12 @@ import pytest
 from studies import SURFACE, edited
 
 import microslip as ms
-from microslip.report.document import PictureCache
+from microslip.figures.picture import PictureCache
+from microslip.figures.plot import Area, Line, Panel, Pixels
 from microslip.report.files import listed
 from microslip.report.html import page
-from microslip.report.plot import Area, Line, Panel, Pixels
-from microslip.results.scanned.document import document
-from microslip.results.scanned.height_pictures import (
+from microslip.report.scanned.document import document
+from microslip.report.scanned.height_pictures import (
     density_plot,
     height_plot,
     spectrum_plot,

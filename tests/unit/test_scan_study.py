@@ -13,8 +13,8 @@ from jsonschema import Draft7Validator
 from studies import GAUSSIAN, SURFACE, edited
 
 import microslip as ms
-from microslip.results.predicted.document import equations
-from microslip.results.predicted.preview import preview
+from microslip.report.predicted.document import equations
+from microslip.report.predicted.preview import preview
 from microslip.scans import random_surface
 from microslip.study.build import build_surface
 from microslip.study.json_schema import json_schema
@@ -168,7 +168,7 @@ def test_no_cutoff_has_to_be_said_and_is_shown(home: Path) -> None:
 
 
 def _rows(study: ms.Study) -> list[tuple[str, str]]:
-    from microslip.results.predicted.document import study_facts
+    from microslip.report.predicted.document import study_facts
 
     return list(next(facts.rows for facts in study_facts(study) if facts.title == "Surface"))
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import microslip as ms
-from microslip.results.predicted.numbers import files
+from microslip.report.predicted.numbers import files
 from microslip.study.build import at_middle, build_surface
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "shaker.toml"

@@ -14,11 +14,11 @@ from laps import DENSITY, STEEL, STRIP, small_lap
 from scipy import stats
 
 import microslip as ms
-from microslip.report.plot import Area, Marks
-from microslip.results.predicted.document import document
-from microslip.results.predicted.numbers import files
-from microslip.results.predicted.preview import preview
-from microslip.results.structure.pictures import curve_plot, shape_plot
+from microslip.figures.plot import Area, Marks
+from microslip.report.predicted.document import document
+from microslip.report.predicted.numbers import files
+from microslip.report.predicted.preview import preview
+from microslip.report.structure.pictures import curve_plot, shape_plot
 from microslip.study.build import Design, at_middle, build_surface
 from microslip.study.consistency import questions
 from microslip.study.new import text_of_template
@@ -285,7 +285,7 @@ def test_identify_takes_several_tests_of_a_structure(folder: Path, ring: Path) -
 
 
 def test_the_curves_are_in_the_labelled_arrays(result: ms.Result) -> None:
-    from microslip.results.predicted.result import contents
+    from microslip.report.predicted.result import contents
 
     held, found = contents(result), result.structure
     assert held.dims["mode"] == 1

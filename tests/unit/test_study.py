@@ -211,8 +211,8 @@ def test_a_result_is_frozen_and_survives_copies(record: Path) -> None:
 @pytest.mark.parametrize("name", ["exponential", "sphere", "table"])
 def test_the_files_are_known_before_anything_is_computed(name: str, record: Path) -> None:
     """Without matplotlib, which takes half a second to load: so the names stand twice."""
-    from microslip.results.predicted.figures import names
-    from microslip.results.predicted.numbers import files
+    from microslip.report.predicted.figures import names
+    from microslip.report.predicted.numbers import files
 
     for text in (with_history("x", "displacement"), STUDY):
         text = text.replace(SURFACE, SURFACES[name]).replace(LOADS, '"50 N"')

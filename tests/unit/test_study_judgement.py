@@ -14,7 +14,7 @@ from microslip._core.netcdf import Variable
 from microslip._core.units import HARDNESS, QuantityError, to_si
 from microslip.friction.input_slopes import input_slopes
 from microslip.normal import NORMAL_LAWS
-from microslip.results.predicted.preview import preview
+from microslip.report.predicted.preview import preview
 from microslip.runs.scatter import RANKED, scatter
 from microslip.study.build import at_middle, build_joints
 from microslip.study.description import StudyDescription

@@ -15,14 +15,14 @@ import pytest
 from studies import AMPLITUDES, CURVE, LOADS, SURFACE, SURFACES, edited
 
 import microslip as ms
-from microslip.report.document import PictureCache
+from microslip.figures.layout import lay_out
+from microslip.figures.picture import PictureCache
+from microslip.figures.plot import Marks
 from microslip.report.html import page as html_page
-from microslip.report.layout import lay_out
-from microslip.report.plot import Marks
+from microslip.report.predicted.document import document
+from microslip.report.predicted.figures import FIGURES, names
+from microslip.report.predicted.preview import preview
 from microslip.report.terminal import show
-from microslip.results.predicted.document import document
-from microslip.results.predicted.figures import FIGURES, names
-from microslip.results.predicted.preview import preview
 from microslip.runs.columns import VaryingLoop
 
 LIFTING = ((SURFACE, SURFACES["sphere"]), (LOADS, '["10 N", "20 N"]'))

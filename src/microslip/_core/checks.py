@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 import numbers
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,8 @@ from microslip._core.units import SMALLEST as SMALLEST
 from microslip.errors import InputError
 
 Floats = NDArray[np.float64]
+Progress = Callable[[float], None]
+"""Receiver of the completed share of a calculation, from 0 to 1."""
 
 
 def show(value: Any) -> str:

@@ -2,13 +2,28 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
 from typing import Any, NamedTuple
+
+import numpy as np
 
 
 def named(source: Any, *names: str) -> dict[str, Any]:
     """Attributes by their names, all of a record without any; records in them as well."""
     values = {name: getattr(source, name) for name in names or source._fields}
     return {n: named(v) if hasattr(v, "_asdict") else v for n, v in values.items()}
+
+
+def json_value(value: Any) -> Any:
+    """Return a value as JSON holds it: lists for arrays, None for a number that is not finite."""
+    if isinstance(value, Mapping):
+        return {name: json_value(part) for name, part in value.items()}
+    if isinstance(value, (np.ndarray, np.generic)):
+        value = value.tolist()
+    if isinstance(value, (list, tuple)):
+        return [json_value(part) for part in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 class Quantity(NamedTuple):

@@ -21,8 +21,8 @@ _PAUSE = 10.0
 
 def scan_view(scan: Scan, level: Any) -> dict[str, Any]:
     """A map of the heights, levelled, and their spectrum."""
-    from microslip.report.kit import coarse, coloured
-    from microslip.report.svg import png_bytes
+    from microslip.figures.kit import coarse, coloured
+    from microslip.figures.svg import png_bytes
     from microslip.scans.figures import SHARE
     from microslip.scans.spectrum import spectrum
 

@@ -149,7 +149,7 @@ async def _answer(
 
 _FOLDER = Path(__file__).parent
 _ASSETS = {
-    "/": "app.html", "/app.js": "app.js", "/app.css": "app.css", "/ticks.js": "../report/ticks.js",
+    "/": "app.html", "/app.js": "app.js", "/app.css": "app.css", "/ticks.js": "../figures/ticks.js",
 }  # fmt: skip
 LARGEST_UPLOADS = 4_000_000_000  # bytes of all files that one workbench takes
 _PREFIX = "microslip-app-"

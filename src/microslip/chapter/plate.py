@@ -18,8 +18,8 @@ from matplotlib.figure import Figure, SubFigure
 from matplotlib.ticker import Formatter
 from numpy.typing import NDArray
 
-from microslip.report.kit import log_label
-from microslip.report.matplotlib_figure import STYLE
+from microslip.figures.kit import log_label
+from microslip.figures.matplotlib_figure import STYLE
 
 Columns = dict[str, NDArray[np.float64]]
 NANO, MICRO, MILLI, KILO, MEGA = 1e-9, 1e-6, 1e-3, 1e3, 1e6

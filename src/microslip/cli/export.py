@@ -14,7 +14,7 @@ from microslip.cli.options import Report, flag, offers, output_option, progress,
 from microslip.cli.studies import overridable, study_argument
 
 if TYPE_CHECKING:
-    from microslip.results import Study
+    from microslip.report import Study
 
 KINDS = (
     "c", "abaqus-user", "fmu", "fmu3", "opensees", "calculix", "abaqus", "ansys", "lsdyna",
@@ -114,7 +114,7 @@ def export(
     of_card = {name: value for name, value in of_card.items() if value is not None}
     with stoppable(), progress("Exporting") as report:
         from microslip.export import write
-        from microslip.results import Study
+        from microslip.report import Study
         from microslip.study.uncertain import spreads_of
 
         described = Study.load(study, overrides)
@@ -160,10 +160,10 @@ def _write_card(
     if as_json:
         from dataclasses import asdict
 
-        from microslip.report.files import plain
+        from microslip._core.quantities import json_value
 
         about = {"program": done.program, "files": [str(file)], "run": done.run}
-        echo_json(about | plain(asdict(card)))
+        echo_json(about | json_value(asdict(card)))
         return
     click.echo(f"Written: {file}")
     click.echo(

@@ -41,7 +41,7 @@ from microslip.identification.options import LAWS, LOSSES, NUISANCES
 
 if TYPE_CHECKING:
     from microslip.identification import Identification
-    from microslip.results.identified.groups import Groups
+    from microslip.report.identified.groups import Groups
     from microslip.study.description import StudyDescription
     from microslip.tribometer import Measurement, Record
 
@@ -190,7 +190,7 @@ def identify(
         raise click.UsageError("--delay and --free-delay contradict each other; give one of them")
     with stoppable():
         from microslip.report.files import write
-        from microslip.results.identified.document import (
+        from microslip.report.identified.document import (
             KIND,
             document,
             identified,
@@ -264,8 +264,8 @@ def _groups(
     """A fit for each value of a column of the manifest; None without one."""
     if files.manifest is None or (group is None and "specimen" not in files.manifest.columns):
         return None
-    from microslip.results.identified.document import identified
-    from microslip.results.identified.groups import Groups
+    from microslip.report.identified.document import identified
+    from microslip.report.identified.groups import Groups
     from microslip.tribometer.manifest import text_of
 
     column = group or "specimen"

@@ -106,7 +106,7 @@ def measure(
     with stoppable():
         from microslip.errors import InputError
         from microslip.report.files import write
-        from microslip.results.measured import KIND, document
+        from microslip.report.measured import KIND, document
         from microslip.tribometer import measure as measured
         from microslip.tribometer.campaign import Campaign
         from microslip.tribometer.record import path_text

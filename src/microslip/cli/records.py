@@ -103,7 +103,7 @@ def known_of(texts: tuple[str, ...], laws: Sequence[str]) -> dict[str, tuple[flo
 
 def _units_of(laws: Sequence[str]) -> dict[str, str]:
     """Units of the parameters of some laws."""
-    from microslip.results.identified.document import units_of
+    from microslip.report.identified.document import units_of
 
     return units_of(laws)
 

@@ -70,7 +70,7 @@ def measure_modes(records: Sequence[str], output: Output, band: str | None) -> N
     """Frequency and damping against amplitude of tests of modes."""
     with stoppable():
         from microslip.report.files import write
-        from microslip.results.modal_test import KIND, document
+        from microslip.report.modal_test import KIND, document
         from microslip.structures import ModalTest
 
         bands = bands_of(records, band)
@@ -89,7 +89,7 @@ def identify_structure(
     study: Path, records: Sequence[str], output: Output, band: str | None
 ) -> None:
     """Predict the structure with a fit to its tests."""
-    from microslip.results import Study
+    from microslip.report import Study
 
     table = tables_of(text_of(study))["structure"]
     before = table.get("measured", {}) if isinstance(table, dict) else {}
@@ -114,8 +114,8 @@ def identify_structure(
         predict_into(read, output.folder, output)
         return
     with stoppable():
+        from microslip.report.predicted.document import document
         from microslip.report.terminal import show
-        from microslip.results.predicted.document import document
 
         loaded = read()
         with progress("Fitting") as report:

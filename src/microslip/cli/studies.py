@@ -30,7 +30,7 @@ from microslip.scans.options import PROCESSES
 from microslip.study.new import LAWS, TEMPLATES, command_line, demo_text, write
 
 if TYPE_CHECKING:
-    from microslip.results import Study
+    from microslip.report import Study
 
 
 study_argument = click.argument("study", type=ANY_PATH, shell_complete=complete_study)
@@ -75,7 +75,7 @@ def predict(study: Path, workers: int, output: Output, overrides: tuple[str, ...
     """
 
     def read() -> Study:
-        from microslip.results import Study
+        from microslip.report import Study
 
         return _with_figures(partial(Study.load, study), overrides, output.kinds)
 
@@ -92,7 +92,7 @@ def demo(beam: bool, output: Output, overrides: tuple[str, ...]) -> None:
     """
 
     def read() -> Study:
-        from microslip.results import Study
+        from microslip.report import Study
 
         name = "demo_beam.toml" if beam else "demo.toml"
         load = partial(Study.from_toml, demo_text(beam), name)
@@ -108,13 +108,13 @@ def predict_into(read: Callable[[], Study], folder: Path, output: Output, worker
     unprinted: OSError | None = None
     with stoppable():
         study = read()
-        from microslip.results.predicted.numbers import KIND
+        from microslip.report.predicted.numbers import KIND
 
         with staged(folder, output.overwrite, KIND, "result") as stage:
             from microslip.report.files import write_all
+            from microslip.report.predicted.document import document
+            from microslip.report.predicted.result import files
             from microslip.report.terminal import show, show_files
-            from microslip.results.predicted.document import document
-            from microslip.results.predicted.result import files
 
             with progress("Computing") as report:
                 result = study.run(report, workers)
@@ -147,7 +147,7 @@ def check(study: Path, overrides: tuple[str, ...], as_json: bool) -> None:
     Exit code 0 means that predict will run; doubtful assumptions are reported, but are no error.
     """
     with stoppable(), progress("Checking") as report:
-        from microslip.results.predicted.preview import next_step, preview
+        from microslip.report.predicted.preview import next_step, preview
         from microslip.study.build import check_draws
         from microslip.study.description import StudyDescription
 
@@ -248,8 +248,8 @@ def batch(
     listed with their reason and tried again by the next run.
     """
     with stoppable():
+        from microslip.report.batched import document, finish
         from microslip.report.terminal import show
-        from microslip.results.batched import document, finish
         from microslip.runs.batch import earlier_outcomes, items_of, prepare, run
 
         items = items_of(source, study)

@@ -67,8 +67,8 @@ def surface(
     """
     with stoppable():
         from microslip.report.files import write
-        from microslip.results.scanned.document import document
-        from microslip.results.scanned.numbers import FACES_KIND, KIND
+        from microslip.report.scanned.document import document
+        from microslip.report.scanned.numbers import FACES_KIND, KIND
         from microslip.scans.findings import Request, analyse
 
         context = click.get_current_context()
@@ -80,7 +80,7 @@ def surface(
             raise click.UsageError("wanted a SCAN, or a drawing such as --ra '0.8 um'", context)
         of_faces = request.is_of_faces
         if of_faces:  # they are made into a study, whose schema takes its time to load
-            from microslip.results.scanned import faces
+            from microslip.report.scanned import faces
         kind = FACES_KIND if of_faces else KIND
         with output.staged(kind, "measured scan") as stage:
             with progress("Measuring") as report:

@@ -16,13 +16,13 @@ from microslip import kernels
 from microslip._core.parameters import Parameter, parameter_of
 from microslip._core.units import LARGEST, SMALLEST
 from microslip._version import __version__
+from microslip.figures.html import script
 from microslip.friction import Interface
 from microslip.friction.validity import RULES
 from microslip.heights import Gaussian
 from microslip.materials import Material, metals
 from microslip.normal import GreenwoodWilliamson
 from microslip.numerics.quadrature import gauss_legendre
-from microslip.report.html import script
 
 _FOLDER = Path(__file__).parent
 _NODES = 20

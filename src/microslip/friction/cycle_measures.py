@@ -211,8 +211,8 @@ class CycleMeasures(ABC):
         matplotlib.axes.Axes
             What was drawn on.
         """
-        from microslip.friction.law_figure import law_figure
-        from microslip.report import draw
+        from microslip.figures import draw
+        from microslip.friction.figures import law_figure
 
         return draw(law_figure(self, quantity, amplitudes), ax, color=color, label=label)
 

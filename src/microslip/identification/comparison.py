@@ -9,13 +9,12 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
-from microslip._core.checks import show
+from microslip._core.checks import Progress, show
 from microslip._core.frozen import Locked
 from microslip._core.units import significant
 from microslip.errors import InputError
 from microslip.identification.caveats import FIXED
 from microslip.identification.coordinates import RIG
-from microslip.identification.intervals import Progress
 from microslip.identification.models import MODELS, CycleModel, model_of
 from microslip.identification.result import Identification
 from microslip.identification.run import fold_all, identify

@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from microslip._core.units import engineering, prefix
+from microslip.figures.kit import evenly, length_prefix
+from microslip.figures.picture import Picture
+from microslip.figures.plot import COLORS, Axis, Band, Entry, Panel, Pixels, Plot, Rule, Words
 from microslip.identification.caveats import label, short_symbol
 from microslip.identification.fit_quality import RecordFit
 from microslip.identification.verdicts import Fitted
-from microslip.report.document import Picture
-from microslip.report.kit import evenly, length_prefix
-from microslip.report.plot import COLORS, Axis, Band, Entry, Panel, Pixels, Plot, Rule, Words
 
 Floats = NDArray[np.float64]
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
-from microslip._core.checks import Floats
+from microslip._core.checks import Floats, Progress
 from microslip.identification.coordinates import GAIN, RIG, Coordinate, Function
 from microslip.identification.fit import Fit, covariance_of
 from microslip.identification.profiles import (
@@ -21,8 +21,6 @@ from microslip.identification.profiles import (
     over_separations,
 )
 from microslip.identification.verdicts import MISFIT, WIDEST_RATIO
-
-Progress = Callable[[float], None]
 
 _SIGNIFICANT = 1e-3
 _CERTAIN = 1e12  # times the information of what is known

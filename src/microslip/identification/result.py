@@ -13,9 +13,12 @@ from numpy.typing import NDArray
 
 from microslip._core.checks import positive, show
 from microslip._core.frozen import Locked
+from microslip._core.quantities import json_value
 from microslip._core.units import engineering
 from microslip._core.wording import plural
 from microslip.errors import InputError
+from microslip.figures.plot import Plot
+from microslip.figures.plottable import Plottable
 from microslip.friction import Interface
 from microslip.heights import Discrete, Exponential, Gaussian
 from microslip.identification.caveats import (
@@ -34,9 +37,6 @@ from microslip.identification.quantities import GivenDatum
 from microslip.identification.verdicts import Direction, Fitted, interval_text
 from microslip.materials import Material
 from microslip.normal import GreenwoodWilliamson
-from microslip.report.files import plain
-from microslip.report.plot import Plot
-from microslip.report.plottable import Plottable
 
 CONVERGED = "converged"
 NOT_CONVERGED = "not converged"
@@ -286,7 +286,7 @@ class Identification(Locked, Plottable):
         values = {key: getattr(self, key) for key in _SUMMARY} | {"records": records}
         values |= {"message": self._message(call), "notes": self._notes(call)}
         values["correlation"] = {"names": self.names, "matrix": self.correlation}
-        summary: dict[str, Any] = plain(_as_mappings(values, call))
+        summary: dict[str, Any] = json_value(_as_mappings(values, call))
         return summary
 
     def table(self) -> str:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from microslip._core.checks import exact, number, positive, show
+from microslip._core.checks import Progress, exact, number, positive, show
 from microslip.errors import InputError
 from microslip.identification import parameter_choice
 from microslip.identification.caveats import Caveat
@@ -22,7 +22,7 @@ from microslip.identification.coordinates import (
 )
 from microslip.identification.fit import Fit, solve
 from microslip.identification.fit_quality import held_back_error
-from microslip.identification.intervals import Profiled, Progress
+from microslip.identification.intervals import Profiled
 from microslip.identification.models import model_of
 from microslip.identification.models.base import BackboneModel, CycleModel, Materials, Model
 from microslip.identification.models.interface import InterfaceModel

@@ -321,8 +321,8 @@ class MeasuredContact(TabulatedNormalLaw):
         numpy.ndarray of matplotlib.axes.Axes
             What was drawn on.
         """
-        from microslip.normal.measured_pictures import face_plot
-        from microslip.report import draw
+        from microslip.figures import draw
+        from microslip.normal.figures import face_plot
 
         return draw(face_plot(self), ax)
 

@@ -1,3 +1,6 @@
-from .matplotlib_figure import draw as draw
-from .matplotlib_figure import pdf as pdf
-from .matplotlib_figure import png as png
+from .predicted.result import AmplitudeCurve as AmplitudeCurve
+from .predicted.result import HistoryResponse as HistoryResponse
+from .predicted.result import Limits as Limits
+from .predicted.result import OscillatorCurve as OscillatorCurve
+from .predicted.result import Result as Result
+from .predicted.result import Study as Study

@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 from microslip._core.units import engineering, significant
 from microslip._core.verdicts import WORDS, Verdict
 from microslip._core.wording import joined, one_line
+from microslip.figures.kit import evenly
 from microslip.report.document import Column, Judged, Table, Value, Verdicts
-from microslip.report.kit import evenly
 
 UNKNOWN = "–"
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
-from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from microslip._core.checks import Progress
 from microslip._core.verdicts import Verdict, worst
-from microslip.report.plot import Plot
+from microslip.figures.picture import Picture
 
 
 class Judged(NamedTuple):
@@ -21,7 +21,6 @@ class Judged(NamedTuple):
 
 Value = float | int | str | bool | Judged | None
 Write = Callable[[Any], str]
-Progress = Callable[[float], None]
 
 
 @dataclass(frozen=True)
@@ -61,16 +60,6 @@ class Facts:
 
     title: str
     rows: tuple[tuple[str, str], ...]
-
-
-@dataclass(frozen=True)
-class Picture:
-    """A figure that is made only when a renderer wants it."""
-
-    name: str  # stem of its files
-    caption: str  # what to see in it, in a sentence or two
-    plot: Callable[[], Plot]  # says the figure as data
-    alternative: str = ""  # what it is, for those who cannot see it
 
 
 @dataclass(frozen=True)
@@ -185,22 +174,3 @@ class Document:
         if not self.verdicts:
             return ""
         return worst(verdict for block in self.verdicts for verdict in block.verdicts)
-
-
-class PictureCache:
-    """Makes each picture once: the file and the page share it."""
-
-    def __init__(self) -> None:
-        self._made: dict[tuple[str, str], Any] = {}
-
-    def as_bytes(self, picture: Picture, kind: str = "svg") -> bytes:
-        """The picture in a format: "svg", "png" or "pdf"."""
-        if (picture.name, "plot") not in self._made:
-            self._made[picture.name, "plot"] = picture.plot()
-        if (picture.name, kind) not in self._made:
-            # Lines and text need no Matplotlib.
-            where = "svg" if kind == "svg" else "matplotlib_figure"
-            render = getattr(import_module(f"microslip.report.{where}"), kind)
-            self._made[picture.name, kind] = render(self._made[picture.name, "plot"])
-        image: bytes = self._made[picture.name, kind]
-        return image

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import accumulate
@@ -15,10 +14,12 @@ from numpy.typing import NDArray
 
 from microslip import kernels
 from microslip._core import netcdf
+from microslip._core.checks import Progress
 from microslip._core.netcdf import Contents
 from microslip._core.wording import ESCAPED, one_line
 from microslip._version import __version__
-from microslip.report.document import Document, File, PictureCache, Progress
+from microslip.figures.picture import PictureCache
+from microslip.report.document import Document, File
 from microslip.report.folder import staged
 
 Blocks = Iterator[Mapping[str, NDArray[np.float64]]]
@@ -163,17 +164,6 @@ def csv_text(heads: Iterable[str], rows: Iterable[Iterable[Any]]) -> str:
         return "" if value is None or value != value else repr(value)
 
     return "\n".join([",".join(heads), *(",".join(map(cell, row)) for row in rows)]) + "\n"
-
-
-def plain(value: Any) -> Any:
-    """A value as JSON has it: lists for arrays, None for a number that is not finite."""
-    if isinstance(value, Mapping):
-        return {name: plain(part) for name, part in value.items()}
-    if isinstance(value, (np.ndarray, np.generic)):
-        value = value.tolist()
-    if isinstance(value, (list, tuple)):
-        return [plain(part) for part in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def json_text(data: Mapping[str, Any]) -> str:

@@ -11,7 +11,10 @@ from functools import singledispatch
 from html import escape
 from pathlib import Path
 
+from microslip._core.checks import Progress
 from microslip._version import __version__
+from microslip.figures.html import figure, script
+from microslip.figures.picture import Picture, PictureCache
 from microslip.report.cells import HEADLINES, as_text, is_text, judgements, signed
 from microslip.report.document import (
     Block,
@@ -22,9 +25,6 @@ from microslip.report.document import (
     Markup,
     Note,
     Number,
-    Picture,
-    PictureCache,
-    Progress,
     Section,
     Table,
     Verdicts,
@@ -62,7 +62,7 @@ def page(document: Document, cache: PictureCache, progress: Progress | None = No
             f"<header>\n<h1>{title}</h1>\n<p class='answer'>{escape(document.answer)}</p>\n",
             _number(document.number),
             *_banner(document),
-            *(_figure(picture, 1, cache.as_bytes(picture)) for picture in lead),
+            *(figure(picture, 1, cache.as_bytes(picture)) for picture in lead),
             '<nav aria-label="Sections">',
             *(f'<a href="#{anchor(s.title)}">{escape(s.title)}</a>' for s in sections),
             "</nav>\n</header>\n<main>\n",
@@ -70,11 +70,6 @@ def page(document: Document, cache: PictureCache, progress: Progress | None = No
             f"</main>\n<script>{code}</script>\n</body>\n</html>\n",
         )
     )
-
-
-def script(name: str) -> str:
-    """A script of the package as it is."""
-    return Path(__file__).with_name(name).read_text(encoding="utf-8")
 
 
 def _pruned(section: Section, pictures: list[Picture]) -> Section:
@@ -134,22 +129,12 @@ def _sections(
         for block in section.blocks:
             if isinstance(block, Picture):
                 number += 1
-                yield _figure(block, number, cache.as_bytes(block))
+                yield figure(block, number, cache.as_bytes(block))
                 if progress is not None:
                     progress(number / pictures)
             else:
                 yield _html(block, section)
         yield "</section>\n"
-
-
-def _figure(picture: Picture, number: int, svg: bytes) -> str:
-    # Apart from the page, so that its names and styles stay its own.
-    source = "data:image/svg+xml;base64," + base64.b64encode(svg).decode("ascii")
-    return (
-        f'<figure>\n<img src="{source}" alt="{escape(picture.alternative or picture.caption)}">\n'
-        f"<figcaption><strong>Figure {number}.</strong> {escape(picture.caption)}</figcaption>\n"
-        "</figure>\n"
-    )
 
 
 def _provenance(document: Document) -> Iterator[Section]:

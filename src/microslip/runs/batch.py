@@ -15,16 +15,16 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+from microslip._core.checks import Progress
 from microslip._core.files import reason, whole_file
 from microslip._core.packages import needed_for
+from microslip._core.quantities import json_value
 from microslip._core.wording import one_line
 from microslip._version import __version__
 from microslip.errors import InputError
 from microslip.readers.files import reading
 from microslip.readers.laboratory import rows_of
 from microslip.readers.text import whole_text
-from microslip.report.document import Progress
-from microslip.report.files import plain
 from microslip.study.toml_text import tables_of, text_of
 
 Outcome = dict[str, Any]
@@ -166,7 +166,7 @@ def _predicted(item: Item) -> list[dict[str, float | None]]:
     if item.work == "scan":
         changes = (*changes, f"surface.scan={json.dumps(item.path)}")
     study = StudyDescription.load(item.study or item.path, changes)
-    return plain(rows_of(study))  # type: ignore[no-any-return]
+    return json_value(rows_of(study))  # type: ignore[no-any-return]
 
 
 def _measured(item: Item) -> list[dict[str, float | None]]:
@@ -179,7 +179,7 @@ def _measured(item: Item) -> list[dict[str, float | None]]:
 
         joint = build_joints(StudyDescription.load(item.study))[0]
     measurement = measure(Record.read(item.path), model=joint)
-    return [{name: plain(float(mean.value)) for name, mean in measurement.mean.items()}]
+    return [{name: json_value(float(mean.value)) for name, mean in measurement.mean.items()}]
 
 
 # -- all items -------------------------------------------------------------------------------------

@@ -9,13 +9,12 @@ from typing import Literal, TypeVar
 
 import numpy as np
 
-from microslip._core.checks import Floats
+from microslip._core.checks import Floats, Progress
 from microslip._core.frozen import Locked, lock
 from microslip._core.units import engineering
 from microslip.friction import Interface
 from microslip.friction.energies import dissipated_along
 from microslip.loops import Loop
-from microslip.report.document import Progress
 from microslip.structures import Oscillator
 from microslip.study.schema import LoadVariation
 

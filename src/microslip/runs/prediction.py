@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from microslip._core.checks import Floats, whole_number
+from microslip._core.checks import Floats, Progress, whole_number
 from microslip._core.netcdf import Variable
 from microslip._core.quantities import QUANTITIES
 from microslip._core.units import engineering
@@ -20,7 +20,6 @@ from microslip.errors import InputError
 from microslip.friction import Interface
 from microslip.friction.input_slopes import input_slopes
 from microslip.loops import Loop
-from microslip.report.document import Progress
 from microslip.runs.columns import (
     AmplitudeCurve,
     Columns,

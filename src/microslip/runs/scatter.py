@@ -9,10 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from microslip._core.checks import Floats
+from microslip._core.checks import Floats, Progress
 from microslip._core.netcdf import Variable
 from microslip.errors import InputError, StudyError
-from microslip.report.document import Progress
 from microslip.runs.columns import AmplitudeCurve
 from microslip.study.build import Design, Input
 from microslip.study.description import StudyDescription

@@ -9,10 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
-from microslip._core.checks import Floats
+from microslip._core.checks import Floats, Progress
 from microslip.errors import InputError
 from microslip.normal import NormalLaw
-from microslip.report.document import Progress
 from microslip.runs.structure_prediction import (
     SHARES,
     Bands,

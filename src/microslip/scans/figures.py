@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from microslip._core.units import engineering, prefix
-from microslip.report.kit import coarse, coloured, length_prefix
-from microslip.report.plot import Axis, Panel, Pixels, Plot
+from microslip.figures.kit import coarse, coloured, length_prefix
+from microslip.figures.plot import Axis, Panel, Pixels, Plot
 
 SHARE = 0.005
 """Share of the points at either end of the colour scale that are beyond it."""

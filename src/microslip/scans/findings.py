@@ -11,12 +11,12 @@ from typing import Any, Literal
 
 import numpy as np
 
+from microslip._core.checks import Progress
 from microslip._core.units import engineering
 from microslip._core.verdicts import Verdict
 from microslip._core.wording import shorten
 from microslip.errors import InputError
 from microslip.materials import Material, MaterialPair
-from microslip.report.document import Progress
 from microslip.scans import Scan
 from microslip.scans.conditioning import condition
 from microslip.scans.cutoffs import CutoffTable, default_cutoffs, over_cutoffs

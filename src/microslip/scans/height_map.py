@@ -14,8 +14,8 @@ from microslip._core.checks import Floats, positive, show
 from microslip._core.frozen import Locked, assign
 from microslip._core.units import engineering
 from microslip.errors import InputError
-from microslip.report.plot import Plot
-from microslip.report.plottable import Plottable
+from microslip.figures.plot import Plot
+from microslip.figures.plottable import Plottable
 from microslip.scans.checks import enough, height_array, length_of, objection, pixel_of
 from microslip.scans.filters import weights
 from microslip.scans.moments import Moments, Statistics, moments_of, statistics_of

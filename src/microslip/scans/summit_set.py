@@ -14,12 +14,12 @@ from microslip._core.units import engineering
 from microslip._core.verdicts import Verdict
 from microslip._core.wording import quoted
 from microslip.errors import InputError
+from microslip.figures.plot import Plot
+from microslip.figures.plottable import Plottable
 from microslip.friction import Interface
 from microslip.heights import Discrete, HeightDistribution, TabulatedHeights
 from microslip.materials import MaterialPair
 from microslip.normal import AsperityPopulation, GreenwoodWilliamson
-from microslip.report.plot import Plot
-from microslip.report.plottable import Plottable
 from microslip.scans.checks import area_of
 from microslip.scans.height_laws import HeightLaws, Heights, MeasuredSurface, height_laws
 from microslip.scans.height_map import HeightMap

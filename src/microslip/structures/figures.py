@@ -8,8 +8,8 @@ import numpy as np
 
 from microslip._core.checks import Floats, whole_number
 from microslip._core.units import prefix
-from microslip.report.kit import force_prefix, length_prefix
-from microslip.report.plot import COLORS, DASHED, Axis, Panel, Plot, stacked
+from microslip.figures.kit import force_prefix, length_prefix
+from microslip.figures.plot import COLORS, DASHED, Axis, Panel, Plot, stacked
 
 
 def modal_figure(curve: Any) -> Plot:

@@ -17,8 +17,8 @@ from microslip._core.files import whole_file
 from microslip._core.frozen import LockedArrays
 from microslip._core.packages import needed_for
 from microslip.errors import InputError
-from microslip.report.plot import Plot
-from microslip.report.plottable import PlottableAtSensor
+from microslip.figures.plot import Plot
+from microslip.figures.plottable import PlottableAtSensor
 from microslip.structures.balance import Balance
 from microslip.structures.forced_path import Drive, Excitation, follow
 from microslip.structures.modal_model import ModalAnswer, ModalModel

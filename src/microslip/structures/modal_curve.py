@@ -14,8 +14,8 @@ from numpy.typing import ArrayLike, NDArray
 from microslip._core.checks import Floats, floats, whole_number
 from microslip._core.verdicts import Rule, Verdict
 from microslip.errors import InputError
-from microslip.report.plot import Plot
-from microslip.report.plottable import Plottable
+from microslip.figures.plot import Plot
+from microslip.figures.plottable import Plottable
 from microslip.structures.modal_model import Answer
 
 

@@ -13,8 +13,8 @@ from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, exact, floats, number, record
 from microslip.errors import InputError
-from microslip.report.plot import Plot
-from microslip.report.plottable import PlottableAtSensor
+from microslip.figures.plot import Plot
+from microslip.figures.plottable import PlottableAtSensor
 from microslip.structures.matrices import vector
 from microslip.structures.modal_model import Answer, ModalModel
 from microslip.structures.static import AtRest, answered

@@ -11,12 +11,11 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip._core.checks import Floats
+from microslip._core.checks import Floats, Progress
 from microslip.errors import InputError, StudyError
 from microslip.friction import Interface
 from microslip.materials import MaterialPair
 from microslip.normal import GreenwoodWilliamson, MeasuredContact, NormalLaw
-from microslip.report.document import Progress
 from microslip.study.consistency import check, lifting
 from microslip.study.description import StudyDescription
 from microslip.study.joints import Joint

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from microslip._core.checks import Progress
 from microslip._core.parameters import option
 from microslip._core.quantities import named
 from microslip._core.units import PRESSURE, engineering
 from microslip._core.wording import shorten
 from microslip.normal import MeasuredContact, NormalLaw
-from microslip.report.document import Progress
 from microslip.scans import options
 from microslip.study.fields import MATERIALS
 from microslip.study.part import key as key_of

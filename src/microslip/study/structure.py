@@ -57,9 +57,9 @@ from microslip.study.vibration import (
 )
 
 if TYPE_CHECKING:
+    from microslip._core.checks import Progress
     from microslip.materials import Material
     from microslip.normal import NormalLaw
-    from microslip.report.document import Progress
     from microslip.structures import Convergence, ReducedJoint
     from microslip.structures.reduction import Reducer
 

@@ -20,8 +20,8 @@ from microslip._core.netcdf import write as write_netcdf
 from microslip._core.packages import needed_for
 from microslip._core.units import engineering, prefix
 from microslip.errors import InputError
-from microslip.report.kit import evenly
-from microslip.report.plot import COLORS, DASHES, Axis, Entry, Panel, Plot
+from microslip.figures.kit import evenly
+from microslip.figures.plot import COLORS, DASHES, Axis, Entry, Panel, Plot
 
 if TYPE_CHECKING:
     import xarray
@@ -127,7 +127,7 @@ class Sweep:
         By default along the longest. Axes, colour and label, those of the first line, are as of
         :meth:`microslip.BackboneLaw.plot`.
         """
-        from microslip.report import draw
+        from microslip.figures import draw
 
         return draw(sweep_figure(self, quantity, along), ax, color=color, label=label)
 

@@ -10,8 +10,8 @@ import numpy as np
 
 from microslip._core.units import engineering, prefix, significant
 from microslip._core.wording import shorten
-from microslip.report.kit import evenly, force_prefix, length_prefix
-from microslip.report.plot import (
+from microslip.figures.kit import evenly, force_prefix, length_prefix
+from microslip.figures.plot import (
     COLORS,
     DASHES,
     GREY,

@@ -13,13 +13,13 @@ from numpy.typing import NDArray
 
 from microslip._core.checks import Floats, exact, positive, show
 from microslip._core.frozen import lock
+from microslip._core.quantities import json_value
 from microslip._core.units import engineering, significant
 from microslip._core.wording import did_you_mean, plural
 from microslip.errors import InputError
+from microslip.figures.plot import Plot
+from microslip.figures.plottable import Plottable
 from microslip.friction import BackboneLaw
-from microslip.report.files import plain
-from microslip.report.plot import Plot
-from microslip.report.plottable import Plottable
 from microslip.tribometer.blocks import Block, Blocks, Count, Dissipated, dissipated
 from microslip.tribometer.conditioning import condition
 from microslip.tribometer.cuts import Cuts, noise_of, one_loop
@@ -228,7 +228,7 @@ class Measurement(Plottable):
         ]
         up_to = self.dissipated()
         total = None if up_to is None else {"value": up_to.energy[-1], "error": up_to.error}
-        summary: dict[str, Any] = plain(
+        summary: dict[str, Any] = json_value(
             {
                 "name": self.name,
                 "cycles": len(self),

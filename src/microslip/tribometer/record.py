@@ -20,9 +20,9 @@ from microslip._core.checks import Floats, exact, positive, show, without_unit
 from microslip._core.checks import record as checked
 from microslip._core.frozen import Locked, lock
 from microslip.errors import InputError
+from microslip.figures.plot import Plot
+from microslip.figures.plottable import Plottable
 from microslip.readers.files import POINTS, reading
-from microslip.report.plot import Plot
-from microslip.report.plottable import Plottable
 from microslip.tribometer.reading import Statements, read
 
 Answer = TypeVar("Answer")

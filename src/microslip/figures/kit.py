@@ -1,0 +1,360 @@
+"""What figures are made of: prefixes and ticks, families of lines, bands, histograms, maps."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from microslip._core.units import prefix
+from microslip.figures.plot import (
+    COLORS,
+    DASHES,
+    MARKERS,
+    Area,
+    Axis,
+    Entry,
+    Floats,
+    Line,
+    Marker,
+    Panel,
+    Pixels,
+    Plot,
+    Rule,
+)
+
+
+def evenly(count: int, limit: int) -> list[int]:
+    """Indices of at most `limit` of `count` things, evenly, the first and the last among them."""
+    size = min(count, limit)
+    if size < 2:
+        return list(range(size))
+    return sorted({round(i * (count - 1) / (size - 1)) for i in range(size)})
+
+
+def length_prefix(largest: float, smallest: float = 0.0) -> tuple[float, str]:
+    """Micrometres wherever they suit lengths [m], since those of joints are read in them."""
+    return (1e-6, "µ") if largest > 1e-7 and (smallest or largest) < 1e-3 else prefix(largest)
+
+
+def force_prefix(values: ArrayLike) -> tuple[float, str]:
+    """Prefix for values that may all be zero."""
+    largest = float(np.abs(values).max(initial=0.0))
+    return prefix(largest) if largest > 0.0 else (1.0, "")
+
+
+def common_prefix(values: Sequence[float]) -> tuple[float, str]:
+    """Prefix of the largest value, or none where the others are too far below it."""
+    return (1.0, "") if far_apart(values, 1e4) else prefix(max(values))
+
+
+def far_apart(values: Sequence[float], factor: float = 20.0) -> bool:
+    """Whether positive values are too far apart for one linear axis."""
+    return max(values) > factor * min(values)
+
+
+_SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+_MINUS = str.maketrans("-", "−")
+
+
+class Ticks(NamedTuple):
+    """Places along an axis."""
+
+    major: tuple[tuple[float, str], ...]
+    """Ticks with a grid line, and their labels."""
+    minor: tuple[tuple[float, str], ...] = ()
+    """Ticks between them; most have no label."""
+    offset: str = ""
+    """The power of ten that all labels leave out."""
+
+
+def round_numbers(low: float, high: float, limit: int, log: bool, integer: bool = False) -> Ticks:
+    """Ticks of an axis, of which at most `limit` are labelled."""
+    return logarithmic(low, high, limit) if log else linear(low, high, limit, integer)
+
+
+def linear(low: float, high: float, limit: int, integer: bool = False) -> Ticks:
+    """At most `limit` round numbers between two ends, which may be in either order."""
+    low, high = min(low, high), max(low, high)
+    rough = (high - low) / max(limit, 1)
+    power = math.floor(math.log10(rough))
+    step = next(
+        (n * 10.0**power for n in (1, 2, 2.5, 5) if n * 10.0**power >= rough * (1.0 - 1e-9)),
+        10.0 ** (power + 1),
+    )
+    if integer:
+        step = float(max(round(step), 1))
+    first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
+    values = [i * step for i in range(first, last + 1)]
+    largest = max(abs(low), abs(high))
+    scale = math.floor(math.log10(largest)) if largest > 0.0 else 0
+    exponent = 0 if -3 <= scale <= 4 else scale
+    texts = [_decimal(value / 10.0**exponent, step / 10.0**exponent) for value in values]
+    offset = f"×10{str(exponent).translate(_SUPERSCRIPTS)}" if exponent else ""
+    return Ticks(tuple(zip(values, texts, strict=True)), (), offset)
+
+
+def logarithmic(low: float, high: float, limit: int) -> Ticks:
+    """Powers of ten between two ends, at most `limit` of them labelled, and what lies between."""
+    first, last = math.floor(math.log10(low) - 1e-9), math.ceil(math.log10(high) + 1e-9)
+    inside = [n for n in range(first, last + 1) if 0.999999 * low <= 10.0**n <= 1.000001 * high]
+    every = max(1, math.ceil(len(inside) / max(limit, 1)))
+    powers = [n for n in inside if n % every == 0]
+    major = tuple((10.0**n, log_label(10.0**n, low, high)) for n in powers)
+    if every > 1:
+        return Ticks(major, tuple((10.0**n, "") for n in inside if n % every))
+    minor = [
+        (k * 10.0**n, log_label(k * 10.0**n, low, high))
+        for n in range(first, last + 1)
+        for k in range(2, 10)
+        if low < k * 10.0**n < high
+    ]
+    labelled = sum(bool(text) for _, text in (*major, *minor))
+    if labelled < 2 or labelled > 2 * limit:  # within a decade round numbers are enough
+        return linear(low, high, min(limit, 4))
+    return Ticks(major, tuple(minor))
+
+
+def log_label(x: float, low: float, high: float) -> str:
+    """Label of a place on a log axis: 0.1, 1, 10 where these are short, else 10⁻⁶; never mixed.
+
+    Empty for a place that needs none.
+    """
+    power = math.floor(math.log10(x) + 1e-9)
+    factor = float(f"{x / 10.0**power:.5g}")
+    decades = math.log10(high / low)
+    if factor not in ((1,) if decades > 1.6 else (1, 2, 5) if decades > 0.5 else (factor,)):
+        return ""
+    if low >= 0.9e-4 and high <= 1.2e5:
+        return f"{x:.6g}"
+    exponent = str(power).translate(_SUPERSCRIPTS)
+    return f"10{exponent}" if factor == 1 else f"{factor:g}·10{exponent}"
+
+
+def _decimal(value: float, step: float) -> str:
+    """A number with the decimals that tell it from its neighbours."""
+    digits = max(0, -math.floor(math.log10(step) + 1e-9))
+    if abs(step * 10**digits - round(step * 10**digits)) > 1e-6:  # steps of 2.5
+        digits += 1
+    text = f"{value:.{digits}f}"
+    return "0" if float(text) == 0.0 and digits == 0 else text.translate(_MINUS)
+
+
+EDGE = "#444444"
+"""Color of a line that marks a place on an axis."""
+SHORT_DASH = (1.0, 1.0)
+
+
+class Look(NamedTuple):
+    """Style of a line; dashes or markers tell lines apart in grey."""
+
+    color: str = COLORS[0]
+    dash: tuple[float, ...] = ()
+    marker: Marker = "o"
+
+    def entry(self, label: str, *, line: bool = True, marked: bool = True) -> Entry:
+        """Its line in a legend."""
+        return Entry(label, self.color, self.dash if line else (), self.marker if marked else None)
+
+
+LOOKS = tuple(map(Look, COLORS, DASHES, MARKERS))
+
+
+def look_of(index: int) -> Look:
+    """One of the looks of the house; they begin again after the last one."""
+    return LOOKS[index % len(LOOKS)]
+
+
+def pale(color: str) -> str:
+    """A colour thinned with white, as areas behind lines have it."""
+    parts = (int(color[i : i + 2], 16) for i in (1, 3, 5))
+    return "#" + "".join(f"{round(255 - 0.3 * (255 - part)):02x}" for part in parts)
+
+
+# -- numbers on an axis ----------------------------------------------------------------------------
+
+
+def drawable(values: Floats, log: bool = True) -> Floats:
+    """Values with NaN for those that an axis cannot show."""
+    return np.where(np.isfinite(values) & ((values > 0.0) | (not log)), values, np.nan)
+
+
+def visible_values(values: Floats, log: bool = True) -> Floats:
+    """Only the values that an axis can show."""
+    values = drawable(values, log)
+    return values[np.isfinite(values)]
+
+
+def in_unit(values: Floats, unit: str) -> tuple[float, str]:
+    """Divisor of values and their unit, chosen by the middle value."""
+    if unit in ("", "-", "–"):
+        return 1.0, "–"
+    if unit.startswith("1/"):  # counts per area are read per square millimetre
+        return 1e6, "1/mm²"
+    values = visible_values(values)
+    if not values.size:
+        return 1.0, unit
+    factor, letter = prefix(math.sqrt(float(values.min()) * float(values.max())))
+    return factor, f"{letter}{unit}"
+
+
+# -- items of a panel ------------------------------------------------------------------------------
+
+
+def between(x: Floats, low: Floats, high: Floats, color: str) -> Area:
+    """The area between two lines over the same places, such as quantiles."""
+    fine = np.isfinite(x) & np.isfinite(low) & np.isfinite(high)
+    x, low, high = x[fine], low[fine], high[fine]
+    return Area(np.concatenate([x, x[::-1]]), np.concatenate([low, high[::-1]]), color)
+
+
+def box(left: float, right: float, bottom: float, top: float, color: str) -> Area:
+    """A filled rectangle."""
+    return Area(np.array([left, right, right, left]), np.array([bottom, bottom, top, top]), color)
+
+
+def edge_of(left: float, right: float, bottom: float, top: float, color: str, width: float) -> Line:
+    """The edge of a rectangle."""
+    x = np.array([left, right, right, left, left], dtype=float)
+    return Line(x, np.array([bottom, bottom, top, top, bottom], dtype=float), color, width)
+
+
+def sideways_histogram(edges: Floats, density: Floats, foot: float, color: str) -> Area:
+    """A histogram whose classes go up and whose densities go to the right, from a foot on."""
+    shape = np.maximum(np.repeat(density, 2), foot)
+    x = np.concatenate([[foot], shape, [foot]])
+    return Area(x, np.concatenate([edges[:1], np.repeat(edges, 2)[1:-1], edges[-1:]]), color)
+
+
+def marked_line(
+    panel: Panel,
+    x: Floats,
+    y: Floats,
+    how: Look,
+    places: Sequence[int] | NDArray[np.intp] | slice = slice(None),
+) -> None:
+    """A line with markers at some of its points."""
+    panel.line(x, y, how.color)
+    panel.marks(x[places], y[places], how.color, marker=how.marker)
+
+
+# -- panels ----------------------------------------------------------------------------------------
+
+
+def in_rows(panels: Sequence[Panel], columns: int) -> tuple[float, ...]:
+    """Put panels into rows of so many, and give the heights of the rows."""
+    for number, panel in enumerate(panels):
+        row, column = divmod(number, columns)
+        panel.cell = (row, row, column, column)
+    return (1.0,) * math.ceil(len(panels) / columns)
+
+
+class Family(NamedTuple):
+    """One of many panels over the same axis: its name, its unit, and its lines."""
+
+    name: str
+    unit: str
+    lines: Sequence[tuple[Look, Floats]]
+
+
+def families(
+    contents: Sequence[Family],
+    x: Floats,
+    axis: Callable[[bool], Axis],
+    chosen: float,
+    room: float,
+    rest: float,
+    *,
+    first: int = 0,
+    always_log: bool = False,
+) -> Plot:
+    """A panel for each family of lines, three a row, with a chosen place.
+
+    Each row has so much room [in]; ``axis`` is told whether others stand below. Lines begin at the
+    point ``first``, markers are at all.
+    """
+    panels = []
+    for number, (name, unit, lines) in enumerate(contents):
+        values = np.concatenate([line for _, line in lines])
+        scale, label = in_unit(values, unit)
+        positive = visible_values(values)
+        log = always_log or bool(positive.size and positive.max() > 3.0 * positive.min())
+        panel = Panel(axis(number + 3 < len(contents)), Axis(log=log), note=f"{name} [{label}]")
+        panel.add(Rule(chosen, "x", EDGE, 0.9, SHORT_DASH))
+        for how, line in lines:
+            y = drawable(line / scale, log)
+            panel.line(x[first:], y[first:], how.color, dash=how.dash)
+            panel.marks(x, y, how.color, marker=how.marker)
+        panels.append(panel)
+    heights = in_rows(panels, 3) or (1.0,)
+    widths = (1.0,) * max(1, min(3, len(panels)))
+    return Plot(panels, room * len(heights) + rest, heights=heights, widths=widths)
+
+
+def scale_of_colours(
+    label: str, low: float, high: float, ramp: NDArray[np.uint8], cell: tuple[int, int, int, int]
+) -> Panel:
+    """The scale of colours below maps."""
+    return Panel(
+        Axis(label, low, high),
+        Axis(low=0.0, high=1.0, ticks=()),
+        grid=False,
+        cell=cell,
+        items=[Pixels(ramp, low, high, 0.0, 1.0)],
+    )
+
+
+def with_scale(
+    panels: Sequence[Panel],
+    scale: Panel,
+    room: float,
+    rest: float,
+    widths: tuple[float, ...] = (1.0,),
+) -> Plot:
+    """Maps of which each row has so much room [in], and their scale of colours below them."""
+    rows = 1 + max(panel.cell[1] for panel in panels)
+    return Plot(
+        [*panels, scale],
+        room * rows + rest,
+        heights=(*(1.0,) * rows, 0.14 / room),
+        widths=widths,
+    )
+
+
+# -- values on a grid as colours -------------------------------------------------------------------
+
+_MOST_PIXELS = 700
+_MISSING = 255  # white
+# Even steps of cividis (Nuñez, Anderton and Renslow 2018, DOI 10.1371/journal.pone.0199239), made
+# for the colour-blind; its lightness rises evenly.
+_COLOURS = np.array(
+    (
+        (0, 34, 78), (0, 46, 106), (26, 56, 111), (50, 67, 109), (67, 78, 108), (83, 90, 109),
+        (97, 101, 111), (111, 112, 115), (125, 124, 120), (140, 136, 120), (155, 148, 118),
+        (171, 160, 114), (188, 174, 108), (205, 187, 99), (222, 201, 88), (240, 216, 70),
+        (254, 232, 56),
+    ),
+    dtype=float,
+)  # fmt: skip
+
+
+def coloured(heights: Floats, low: float, high: float) -> NDArray[np.uint8]:
+    """Heights as colours; what is beyond the ends has their colour, what is missing is white."""
+    place = np.clip((heights - low) / (high - low if high > low else 1.0), 0.0, 1.0)
+    missing = np.isnan(place)
+    steps = np.arange(len(_COLOURS)) / (len(_COLOURS) - 1.0)
+    table = np.stack([np.interp(np.arange(256) / 255.0, steps, c) for c in _COLOURS.T], axis=1)
+    result: NDArray[np.uint8] = np.rint(table).astype(np.uint8)[
+        np.where(missing, 0, np.rint(255.0 * np.nan_to_num(place))).astype(np.intp)
+    ]
+    result[missing] = _MISSING
+    return result
+
+
+def coarse(heights: Floats) -> Floats:
+    """Every so many points; the mean of each block would round the summits off."""
+    step = max(1, math.ceil(max(heights.shape) / _MOST_PIXELS))
+    return heights[::step, ::step]

@@ -1,0 +1,64 @@
+"""A friction law drawn: its backbone, or a measure of its closed cycles, against the amplitude."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from microslip._core.checks import Floats, show
+from microslip._core.units import prefix
+from microslip.errors import InputError
+from microslip.figures.kit import length_prefix
+from microslip.figures.plot import DASHED, THIN, Axis, Panel, Plot, Rule
+
+LABELS = {
+    "backbone": ("Force of first loading", "N"),
+    "backbone_stiffness": ("Tangent stiffness", "N/m"),
+    "secant_stiffness": ("Secant stiffness", "N/m"),
+    "dissipated_energy": ("Dissipated energy per cycle", "J"),
+    "loss_factor": ("Loss factor η", ""),
+    "damping_ratio": ("Damping ratio ζ of the interface", ""),
+    "dissipation_exponent": ("Local exponent d ln E / d ln δ", ""),
+}
+_POINTS = 241
+_RIGID = (1e-9, 1e-4)  # amplitudes of a law that has no slip scale [m]
+
+
+def law_figure(law: Any, quantity: Any, amplitudes: Any) -> Plot:
+    """One quantity over amplitudes, from far in the microslip to far in the slip by default."""
+    if not isinstance(quantity, str) or quantity not in LABELS:
+        names = ", ".join(LABELS)
+        raise InputError(f"`quantity` must be one of {names}, got {show(quantity)}")
+    a = _amplitudes(law) if amplitudes is None else np.sort(law._amplitudes(amplitudes, None))
+    a = a.reshape(-1)
+    values = np.asarray(getattr(law, quantity)(a), dtype=float)
+    x_unit, x_letter = length_prefix(float(a.max()))
+    name, symbol = LABELS[quantity]
+    finite = values[np.isfinite(values)]
+    unit, letter = prefix(float(finite.max(initial=0.0)) or 1.0) if symbol else (1.0, "")
+    log = quantity != "dissipation_exponent" and bool((values > 0.0).any())
+    displacement = "Displacement" + " amplitude" * (not quantity.startswith("backbone"))
+    panel = Panel(
+        Axis(f"{displacement} [{x_letter}m]", log=True, margin=0.0, unit=x_unit),
+        Axis(f"{name} [{letter}{symbol}]" if symbol else name, log=log, unit=unit),
+    )
+    panel.line(a / x_unit, values / unit)
+    if quantity == "backbone":
+        stuck = law.tangential_stiffness * a
+        near = stuck < 4.0 * law.force_limit
+        panel.line(a[near] / x_unit, stuck[near] / unit, width=THIN, dash=DASHED)
+        panel.add(Rule(law.force_limit / unit))
+        panel.note = "dashed: all stick, T = kₜ δ, and all slip"
+    elif quantity in ("loss_factor", "damping_ratio"):
+        factor = 4.0 if quantity == "loss_factor" else 2.0
+        panel.add(Rule(factor / math.pi))
+        panel.note = f"dashed: rigid–plastic, {factor:g}/π"
+    return Plot([panel], 4.2)
+
+
+def _amplitudes(law: Any) -> Floats:
+    scale = law.force_limit / law.tangential_stiffness
+    low, high = (1e-3 * scale, 1e2 * scale) if 0.0 < scale < math.inf else _RIGID
+    return np.geomspace(low, high, _POINTS)

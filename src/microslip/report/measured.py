@@ -1,0 +1,314 @@
+"""Measured records: document and files of their loops."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from itertools import count, repeat
+from typing import Any
+
+import numpy as np
+
+from microslip._core.units import engineering, significant
+from microslip._core.wording import plural, shorten
+from microslip.figures.picture import Picture
+from microslip.report import cells
+from microslip.report import measured_campaign as together
+from microslip.report.document import Block, Column, Document, Items, Note, Number, Section, Table
+from microslip.report.files import csv_text, header, text_cell, text_file
+from microslip.tribometer import Measurement
+from microslip.tribometer.campaign import Campaign
+from microslip.tribometer.cycle_columns import LABELS, UNITS
+from microslip.tribometer.figures import measured_loops
+from microslip.tribometer.reading import ChannelNote
+from microslip.tribometer.settling import CERTAIN
+
+KIND = "microslip-measurement"
+"""Kind of a folder of measured records in summary.json."""
+
+_GOES_WITHOUT_SAYING = 0.999
+"""Probability of a regime that goes without saying."""
+_FIRST = (
+    "amplitude",
+    "force_amplitude",
+    "normal_load",
+    "dissipated_energy",
+    "loss_factor",
+    "friction_peak",
+    "friction_energy",
+    "reversal_stiffness",
+)
+"""Columns of a single record in a terminal; the page and summary.json have all."""
+Say = Callable[[str], str]
+
+
+def document(
+    measurements: Sequence[Measurement] | Campaign,
+    say: Say = str,
+    skipped: Sequence[tuple[str, str]] = (),
+) -> Document:
+    """Document of measured records, at least one; ``skipped`` could not be measured, and why.
+
+    Texts that name arguments are spelt by ``say`` for those who read them.
+    """
+    campaign = measurements if isinstance(measurements, Campaign) else Campaign(tuple(measurements))
+    measurements = campaign.measurements
+    level = measurements[0].confidence
+    names = [shorten(measured.name, 200) for measured in measurements]
+    title = names[0] if len(names) == 1 else f"{len(names)} measured records"
+    heading = header(KIND, 1, title)
+    data = {
+        **heading,
+        "version": heading["generator"]["version"],
+        "records": [measured.summary() for measured in measurements],
+        "files": [],
+    }
+    sections = [
+        part
+        for measured in measurements
+        for part in _sections(measured, say, len(measurements) == 1)
+    ]
+    last: list[Section] = []
+    if len(measurements) > 1 or skipped or campaign.worn_volumes is not None:
+        first, last = together.sections(campaign, skipped, level)
+        sections[:0] = first
+        data["campaign"] = together.data_of(campaign, skipped, level)
+    caption = (
+        "Mean cycles of the records without offsets, in the manner of Fig. 19.7 of the chapter, "
+        "and the energy of each cycle."
+    )
+    picture = Picture(
+        "loops",
+        caption,
+        lambda: measured_loops(measurements),
+        "Mean loops, and energies over the cycles",
+    )
+    sections += [Section("Loops", (picture,), brief=False), *last]
+    tables = [text_file("cycles.csv", lambda: _cycles(measurements))]
+    if len(measurements) > 1:
+        tables.append(text_file("records.csv", lambda: together.csv_of(campaign)))
+    answer, number = _answer(measurements), _number(measurements)
+    return Document(KIND, title, answer, tuple(sections), data, (), number, "loops", tuple(tables))
+
+
+def _joules(*ends: float, digits: int = 0) -> str:
+    return " to ".join(engineering(end, "J", digits or _digits(*ends)) for end in ends)
+
+
+def _digits(*ends: float) -> int:
+    """Numbers with digits until the first and the last one differ."""
+    width, largest = abs(ends[-1] - ends[0]), max(map(abs, ends))
+    if not 0.0 < width < math.inf:  # of one cycle there is no interval
+        return 4
+    return min(max(1 + math.ceil(math.log10(largest / width)), 4), 8)
+
+
+def _answer(measurements: Sequence[Measurement]) -> str:
+    """The regime and the energy per cycle in a sentence."""
+    energies = [measured.mean["dissipated_energy"] for measured in measurements]
+    if len(measurements) > 1:
+        values = [energy.value for energy in energies]
+        ends = _joules(min(values), max(values))
+        return f"{_campaign_regimes(measurements)}: a cycle dissipates {ends}."
+    measured, energy = measurements[0], energies[0]
+    if len(measured.levels) > 1:
+        return f"{len(measured)} cycles at {len(measured.levels)} amplitudes: {_ends(measured)}."
+    cycles = f"{len(measured)} cycle{'s' * (len(measured) > 1)}"
+    spread = ""
+    if energy.number > 1:
+        ends = _joules(energy.low, energy.high)
+        spread = f" ({ends} with {100.0 * measured.confidence:g} % confidence)"
+        if not measured.is_settled:
+            spread = f" in the mean, not settled ({ends})"
+    value = _joules(energy.value, digits=_digits(energy.low, energy.high))
+    return f"{cycles}, {_regime(measured)}: each dissipates {value}{spread}."
+
+
+def _regime(measured: Measurement) -> str:
+    """Such as "mostly gross slip", or which ones it may be where the cycles do not tell."""
+    possible = measured.possible_regimes
+    if len(possible) < 2:
+        return f"mostly {measured.regime}"
+    shares = " or ".join(f"{name} ({100.0 * share:.0f} %)" for name, share in possible.items())
+    return shares if measured.is_settled else shares.replace(" or ", ", ")
+
+
+def _campaign_regimes(measurements: Sequence[Measurement]) -> str:
+    """Such as "4 records in partial slip, 2 in gross slip, 1 in stick or partial slip"."""
+    counts = Counter(" or ".join(sorted(m.possible_regimes)) for m in measurements)
+    texts = [f"{number} in {regime}" for regime, number in counts.most_common()]
+    first, _, rest = texts[0].partition(" ")
+    return ", ".join([f"{plural(int(first), 'record')} {rest}", *texts[1:]])
+
+
+def _ends(measured: Measurement) -> str:
+    """Energy a cycle at the least and the largest amplitude of a record with several."""
+    levels = sorted(measured.levels, key=lambda level: level.mean["amplitude"].value)
+    low, high = (
+        f"{_joules(level.mean['dissipated_energy'].value)} at "
+        f"{engineering(level.mean['amplitude'].value, 'm')}"
+        for level in (levels[0], levels[-1])
+    )
+    return f"each dissipates {low}, to {high}"
+
+
+def _number(measurements: Sequence[Measurement]) -> Number:
+    """Energy a cycle with its interval; over several records its range."""
+    energies = [measured.mean["dissipated_energy"] for measured in measurements]
+    first, measured = energies[0], measurements[0]
+    if len(energies) > 1:
+        values = [energy.value for energy in energies]
+        mean = _joules(float(np.mean(sorted(values))))
+        band = f"{_joules(min(values), max(values))} over {len(energies)} records"
+        return Number("dissipated a cycle, the mean of the records", mean, band)
+    band = ""
+    if first.number > 1:
+        level = f"{100.0 * measured.confidence:g} % interval of the mean"
+        if not measured.is_settled:
+            level = "range of the cycles"
+        band = f"{_joules(first.low, first.high)} ({level})"
+    value = _joules(first.value, digits=_digits(first.low, first.high))
+    return Number("dissipated a cycle", value, band)
+
+
+def _sections(measured: Measurement, say: Say, is_alone: bool) -> tuple[Section, Section]:
+    """One record: its regimes, means and notes; then where its numbers are from."""
+    summary = measured.summary()
+    counts = [f"{n} {name}" for name, n in summary["regimes"].items() if n]
+    facts = [f"{', '.join(counts)} cycle{'s' * (len(measured) > 1)}"]
+    likely = summary["probability"].get(measured.regime)
+    # Where the amplitude steps, the means are of other cycles than most.
+    if likely is not None and likely < _GOES_WITHOUT_SAYING and not measured.levels:
+        facts.append(f"{measured.regime} with a probability of {100.0 * likely:.0f} %")
+    if measured.frequency is not None:
+        facts.append(f"frequency {engineering(measured.frequency, 'Hz', 4, trim=True)}")
+    facts.append(f"third harmonic {significant(100.0 * measured.third_harmonic)} %")
+    if measured.load_ripple is not None:
+        facts.append(f"load ripple {significant(100.0 * measured.load_ripple)} %")
+    if measured.rig_stiffness is not None:
+        facts.append(f"rig of {engineering(measured.rig_stiffness, 'N/m')} subtracted")
+    ends = measured.thresholds
+    regimes = (
+        f"Regimes: stick up to A = {ends.stick:.3g}, gross slip from B = {ends.gross:.3g} "
+        f"({ends.source})."
+    )
+    channels = [note for note in measured.notes if isinstance(note, ChannelNote)]
+    blocks: tuple[Block, ...] = (
+        Note(f"{shorten(measured.name, 200)}: {', '.join(facts)}."),
+        _means(measured),
+        *((Note(total),) if (total := _total_text(measured)) else ()),
+        *((_levels(measured),) if measured.levels else ()),
+        *((Note(_channels_text(channels)),) if channels else ()),
+        Items(tuple(say(note) for note in measured.notes if note not in channels)),
+    )
+    title = shorten(measured.name, 100)
+    return (
+        Section(title, blocks, brief=is_alone),
+        Section(f"{title}, as read", (Note(regimes), Items(tuple(channels))), brief=False),
+    )
+
+
+def _total_text(measured: Measurement) -> str:
+    """Energy of all cycles where not all were logged; empty otherwise."""
+    up_to, count = measured.dissipated(), measured.count
+    if up_to is None or not up_to.error or count is None or count.numbers is None:
+        return ""
+    total, first, last = float(up_to.energy[-1]), count.numbers[0], count.numbers[-1]
+    ends = _joules(total - up_to.error, total + up_to.error)
+    return (
+        f"Cycles {first:.12g} to {last:.12g} dissipate {_joules(total)} ({ends}, for any energies "
+        "that are monotonic between logged cycles)."
+    )
+
+
+def _channels_text(notes: Sequence[ChannelNote]) -> str:
+    """Columns read, in a line."""
+    words = [
+        f'{note.kind.replace("_", " ")} "{note.heading}"{", sign reversed" * note.is_turned}'
+        for note in notes
+    ]
+    return f"Read: {'; '.join(words)}."
+
+
+def _means(measured: Measurement) -> Table:
+    """Means with their intervals; each quantity has a unit of its own."""
+    level = f"{100.0 * measured.confidence:g} % interval of the mean"
+    if not measured.is_settled:
+        level = "range of the cycles: not settled"
+    rows = [
+        (
+            LABELS[name],
+            _written(mean.value, name),
+            _interval(mean.low, mean.high, name),
+            _drift(measured, name),
+        )
+        for name in (*_FIRST, *(name for name in LABELS if name not in _FIRST))
+        if (mean := measured.mean.get(name)) is not None
+    ]
+    columns = (
+        Column("quantity", "quantity"),
+        Column("mean", "mean"),
+        Column("interval", level),
+        Column("drift", "drift per cycle"),
+    )
+    caption = (
+        "Drift per cycle: slope of a straight line over all cycles, where it is more than five "
+        "standard errors."
+    )
+    brief_rows = tuple(range(sum(name in measured.mean for name in _FIRST)))
+    return Table("Means over the cycles", columns, tuple(rows), caption=caption, few=brief_rows)
+
+
+_OF_LEVELS = ("amplitude", "force_amplitude", "dissipated_energy", "loss_factor", "friction_peak")
+
+
+def _levels(measured: Measurement) -> Table:
+    """A row for each amplitude of a record whose amplitude steps."""
+    names = [name for name in _OF_LEVELS if name in measured.mean]
+    rows = [
+        (
+            f"{level.cycles[0] + 1} to {level.cycles[-1] + 1}",
+            *(_written(level.mean[name].value, name) for name in names),
+            _interval(*level.mean["dissipated_energy"][1:3], "dissipated_energy"),
+            "settled" if level.is_settled else "not settled",
+        )
+        for level in measured.levels
+    ]
+    columns = (
+        Column("cycles", "cycles"),
+        *(Column(name, LABELS[name]) for name in names),
+        Column("energy_interval", f"{100.0 * measured.confidence:g} % of the energy"),
+        Column("settled", ""),
+    )
+    return Table("Each amplitude by itself", columns, tuple(rows))
+
+
+def _drift(measured: Measurement, name: str) -> str:
+    """The trend of a column over the cycles, where there is one."""
+    drift = measured.drift(name)
+    certain = drift.number > 3 and abs(drift.value) > CERTAIN * drift.standard_error
+    return _written(drift.value, name) if certain else "–"
+
+
+def _written(value: float, name: str) -> str:
+    return cells.value(value, UNITS[name])
+
+
+def _interval(low: float, high: float, name: str) -> str:
+    return " … ".join(_written(end, name) for end in (low, high)) if np.isfinite(low) else "–"
+
+
+def _cycles(measurements: Sequence[Measurement]) -> str:
+    """A row for each cycle; empty where a record does not have the column or the value."""
+    names = [name for name in UNITS if any(name in m.cycles for m in measurements)]
+
+    def rows() -> Iterator[tuple[Any, ...]]:
+        for measured in measurements:
+            unknown = np.full(len(measured), np.nan)
+            columns = [measured.cycles.get(name, unknown).astype(float).tolist() for name in names]
+            record = repeat(text_cell(measured.name), len(measured))
+            yield from zip(record, count(1), *columns, measured.regimes, strict=False)
+
+    heads = ["record", "cycle", *(f"{name} [{UNITS[name]}]" for name in names), "regime"]
+    return csv_text(heads, rows())

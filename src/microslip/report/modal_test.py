@@ -1,0 +1,121 @@
+"""Tests of modes: frequency and damping against amplitude, as a document and as files."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from microslip._core.checks import Floats
+from microslip._core.quantities import named
+from microslip._core.units import engineering, prefix
+from microslip._core.wording import shorten
+from microslip.figures.picture import Picture
+from microslip.figures.plot import COLORS, DASHES, Axis, Entry, Panel, Plot, stacked
+from microslip.report import cells
+from microslip.report.document import Block, Column, Document, Items, Section, Table, Verdicts
+from microslip.report.files import csv_text, header, text_cell, text_file
+from microslip.report.structure.document import MOTIONS
+from microslip.structures import ModalTest
+
+KIND = "microslip-modal-test"
+"""Kind of a folder of modal tests in summary.json."""
+
+
+def document(tests: Sequence[ModalTest]) -> Document:
+    """Document of modal tests."""
+    names = [shorten(test.name, 100) for test in tests]
+    title = names[0] if len(names) == 1 else f"{len(names)} tests of modes"
+    data = {
+        **header(KIND, 1, title),
+        "tests": [
+            {
+                "name": test.name,
+                "amplitude": test.amplitude.tolist(),
+                "modal_frequency": test.frequency.tolist(),
+                "modal_damping_ratio": test.damping_ratio.tolist(),
+                **named(test, "motion", "notes"),
+                "verdicts": [verdict._asdict() for verdict in test.verdicts],
+            }
+            for test in tests
+        ],
+        "files": [],
+    }
+    sections = [_section(test) for test in tests]
+    caption = (
+        "Frequency and damping ratio against the displacement amplitude at the sensor. A joint "
+        "that slips lowers the frequency and raises the damping as the amplitude grows."
+    )
+    picture = Picture(
+        "modal_curves",
+        caption,
+        lambda: curve_plot(tests),
+        "Frequency and damping of the tests against amplitude",
+    )
+    sections.append(Section("Curves", (picture,), brief=False))
+    table = text_file("modal_curves.csv", lambda: _csv(tests))
+    return Document(KIND, title, _answer(tests), tuple(sections), data, files=(table,))
+
+
+def _answer(tests: Sequence[ModalTest]) -> str:
+    sentences = []
+    for test in tests:
+        ends = [int(test.amplitude.argmin()), int(test.amplitude.argmax())]
+        sizes = " to ".join(engineering(float(a), "m", 3) for a in test.amplitude[ends])
+        ratios = " to ".join(cells.ratio(float(ratio)) for ratio in test.damping_ratio[ends])
+        low, high = test.frequency[ends]
+        begin = "From" if len(tests) == 1 else f"{shorten(test.name, 40)}: from"
+        sentences.append(
+            f"{begin} {sizes} at the sensor the frequency goes from {low:.5g} to {high:.5g} Hz and "
+            f"the damping ratio from {ratios}."
+        )
+    return " ".join(sentences)
+
+
+def _section(test: ModalTest) -> Section:
+    columns = (
+        Column("amplitude", "Amplitude at the sensor", "m", 3),
+        Column("modal_frequency", "Frequency", "Hz", write=lambda f: f"{f:.5g}"),
+        Column("modal_damping_ratio", f"ζ, {MOTIONS[test.motion]}", "", write=cells.ratio),
+    )
+    rows = tuple(map(tuple, _rows(test)[test.amplitude.argsort(kind="stable")].tolist()))
+    name = shorten(test.name, 100)
+    blocks: list[Block] = [Table(name, columns, rows, noun="amplitudes"), Items(test.notes)]
+    if test.verdicts:
+        blocks.insert(1, Verdicts(test.verdicts, caption="How far the reading holds."))
+    return Section(name, tuple(blocks))
+
+
+def _rows(test: ModalTest) -> Floats:
+    return np.column_stack([test.amplitude, test.frequency, test.damping_ratio])
+
+
+def _csv(tests: Sequence[ModalTest]) -> str:
+    """One line for each amplitude; the headers are those that a study reads."""
+    rows = ((text_cell(test.name), *row) for test in tests for row in _rows(test).tolist())
+    return csv_text(("test", "amplitude [m]", "frequency [Hz]", "damping_ratio"), rows)
+
+
+def curve_plot(tests: Sequence[ModalTest]) -> Plot:
+    """Frequency and damping ratio against amplitude, of each test."""
+    scale, letter = prefix(max(float(test.amplitude.max()) for test in tests))
+    label = f"Amplitude at the sensor [{letter}m]"
+    alone = len(tests) == 1
+    frequency_label = "Frequency [Hz]" if alone else "Frequency over the first [%]"
+    upper = Panel(Axis(label, log=True), Axis(frequency_label))
+    lower = Panel(Axis(label, log=True), Axis("Damping ratio ζ [–]", log=True))
+    legend = []
+    for index, test in enumerate(tests):
+        color, dash = COLORS[index % len(COLORS)], DASHES[index % len(DASHES)]
+        order = test.amplitude.argsort(kind="stable")
+        x, f = test.amplitude[order] / scale, test.frequency[order]
+        for panel, y in (
+            (upper, f if alone else 100.0 * f / f[0]),
+            (lower, test.damping_ratio[order]),
+        ):
+            panel.line(x, y, color, dash=dash)
+            panel.marks(x, y, color)
+        frequency = f"{f[0]:.5g} Hz" if math.isfinite(f[0]) else ""
+        legend.append(Entry(f"{shorten(test.name, 40)}, {frequency}", color, dash, marker="o"))
+    return stacked([upper, lower], 5.6, (1.0, 1.3), legend)

@@ -1,0 +1,338 @@
+"""Curves over amplitudes: common parts of figures; energy and damping over both amplitudes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from microslip._core.units import engineering
+from microslip.figures.kit import (
+    LOOKS,
+    Look,
+    between,
+    common_prefix,
+    drawable,
+    evenly,
+    length_prefix,
+    pale,
+    visible_values,
+)
+from microslip.figures.plot import (
+    DASHED,
+    DOTTED,
+    THIN,
+    WIDTH,
+    Axis,
+    Floats,
+    LineName,
+    Panel,
+    Plot,
+    Rule,
+    Words,
+    stacked,
+)
+from microslip.runs.columns import AmplitudeCurve, VaryingCycles, in_words
+from microslip.runs.prediction import Prediction
+
+MOST_LOADS = 6
+MOST_MARKS = 12
+
+Quantity = Callable[[AmplitudeCurve], Floats]
+
+
+def drawn_loads(result: Prediction) -> list[tuple[int, Look]]:
+    """Loads that are drawn: their index and look."""
+    return list(zip(evenly(len(result.joints), MOST_LOADS), LOOKS, strict=False))
+
+
+def add_legend(plot: Plot, result: Prediction, *, dashed: bool = False, title: str = "") -> Plot:
+    """Name the loads below the panels, and the study above them.
+
+    Without a title these are normal loads or, in a study with others that vary, constant ones.
+    """
+    if not title:
+        title = "Constant normal load" if result.study.excitation.load_varies else "Normal load"
+    loads = drawn_loads(result)
+    left_out = len(result.joints) - len(loads)
+    plot.legend_title = title + (f" ({left_out} more in the tables)" if left_out else "")
+    plot.legend = tuple(
+        look.entry(_label(result.joints[index]), line=dashed, marked=not dashed)
+        for index, look in loads
+    )
+    plot.title = result.study.title
+    return plot
+
+
+class AmplitudeAxis(NamedTuple):
+    """The amplitude that curves are drawn against."""
+
+    column: str
+    """Name of the column in :class:`~microslip.report.predicted.result.AmplitudeCurve`."""
+    unit: float
+    """Divisor of its values [SI unit]."""
+    label: str
+    low: float
+    """Its left end, divided by the unit."""
+    high: float
+
+    def of(self, curve: AmplitudeCurve | VaryingCycles) -> Floats:
+        """Values of a curve on this axis."""
+        values: Floats = getattr(curve, self.column)
+        return values / self.unit
+
+    def panel(self, y: Axis, note: str = "") -> Panel:
+        """A panel over this axis."""
+        return Panel(Axis(self.label, self.low, self.high, log=True), y, note)
+
+
+def displacement_axis(result: Prediction, name: str = "Displacement amplitude") -> AmplitudeAxis:
+    """The displacement amplitude, over the range of the curves."""
+    curves = [result.curves[index] for index, _ in drawn_loads(result)]
+    low = min(float(curve.amplitude[0]) for curve in curves)
+    high = max(float(curve.amplitude[-1]) for curve in curves)
+    unit, letter = length_prefix(high, low)
+    low, high = (
+        (low / unit, high / unit) if high > 1.01 * low else (low / 1.2 / unit, high * 1.2 / unit)
+    )
+    return AmplitudeAxis("amplitude", unit, f"{name} [{letter}m]", low, high)
+
+
+def force_axis(result: Prediction) -> AmplitudeAxis:
+    """The force amplitude, over the range of the curves and past the largest force limit.
+
+    Loops under a load that varies reach further than the limit at its mean.
+    """
+    loads = [index for index, _ in drawn_loads(result)]
+    largest = max(result.joints[i].force_limit for i in loads)
+    forces = np.concatenate([result.curves[i].force_amplitude for i in loads])
+    smallest = float(forces[forces > 0.0].min()) if (forces > 0.0).any() else 0.1 * largest
+    unit, letter = common_prefix([result.joints[i].force_limit for i in loads])
+    if 1.6 * largest < 10.0 * smallest:  # so that nothing lies on the edge
+        smallest /= 1.6
+    varying = [float(result.varying[i].force_amplitude.max()) for i in loads if result.varying]
+    high = max([1.6 * largest, *(1.2 * force for force in varying)])
+    return AmplitudeAxis(
+        "force_amplitude", unit, f"Force amplitude [{letter}N]", smallest / unit, high / unit
+    )
+
+
+def some_drawn(values: Floats) -> Floats:
+    """The values that can be drawn; one NaN if there is none."""
+    return finite if (finite := visible_values(values, False)).size else np.array([np.nan])
+
+
+def draw_curves(
+    panel: Panel, result: Prediction, axis: AmplitudeAxis, quantity: Quantity
+) -> Floats:
+    """Draw a quantity of every load: a line, and markers where there are loops.
+
+    Gives the ordinates of all lines that can be drawn, above zero on a log axis.
+    """
+    loads = drawn_loads(result)
+    lines = [
+        np.stack([axis.of(result.curves[i]), drawable(quantity(result.curves[i]), panel.y.log)])
+        for i, _ in loads
+    ]
+    bands = [_band(panel, result, axis, quantity, number) for number in range(len(loads))]
+    for number, (index, look) in enumerate(loads):
+        curve, row = result.curves[index], result.rows[index]
+        x, y = lines[number]
+        # A line that others will hide is so wide that it shows on both sides of them.
+        above = sum(_coincide(lines[number], cover) for cover in lines[number + 1 :])
+        panel.line(x, y, look.color, width=WIDTH + 1.3 * above)
+        inside = (row.amplitude >= curve.amplitude[0]) & (row.amplitude <= curve.amplitude[-1])
+        marked = np.flatnonzero(inside)
+        if marked.size:
+            marked = marked[evenly(marked.size, MOST_MARKS)]
+            x, y = axis.of(row)[marked], drawable(quantity(row), panel.y.log)[marked]
+        else:  # markers also tell the loads apart in grey
+            places = evenly(x.size, 7)
+            x, y = x[places], y[places]
+        panel.marks(x, y, look.color, marker=look.marker)
+    return some_drawn(np.concatenate([*(line[1] for line in lines), *bands]))
+
+
+def _band(
+    panel: Panel, result: Prediction, axis: AmplitudeAxis, quantity: Quantity, number: int
+) -> Floats:
+    """Shade between the outer quantiles of a load, below all lines; its ordinates."""
+    scatter = result.scatter
+    index, look = drawn_loads(result)[number]
+    if scatter is None:
+        return np.zeros(0)
+    curve = result.curves[index]
+    edges = [
+        drawable(quantity(scatter.curve(end, index, curve.amplitude)), panel.y.log)
+        for end in (0, scatter.quantiles.size - 1)
+    ]
+    area = between(axis.of(curve), edges[0], edges[1], pale(look.color))
+    panel.items.insert(0, area)
+    return area.y
+
+
+def _coincide(line: Floats, cover: Floats) -> bool:
+    """Whether one of two lines would hide the other."""
+    overlap = np.isfinite(line[1]) & np.isfinite(cover[1])
+    near = np.allclose(line[:, overlap], cover[:, overlap], rtol=5e-3, atol=0.0)
+    return bool(overlap.any() and near)
+
+
+def _label(joint: Any) -> str:
+    """Its normal load; the name of a law that knows none."""
+    if not hasattr(joint, "normal_load"):
+        return type(joint).__name__
+    return engineering(joint.normal_load, "N", trim=True)
+
+
+CUBIC = "cubic limit, ∝ δₘ³"
+CUBIC_IN_FORCE = "cubic limit, ∝ Tₘ³"
+LINEAR = "linear limit, 4μN δₘ"
+MOST_EXPONENT = 6.0
+
+
+def energy_damping(result: Prediction) -> Plot:
+    """Energy, loss factor, damping ratio and exponent against the displacement amplitude."""
+    return _figure(result, displacement_axis(result))
+
+
+def force_damping(result: Prediction) -> Plot:
+    """Energy, loss factor, damping ratio and exponent against the force amplitude."""
+    return _figure(result, force_axis(result))
+
+
+def _figure(result: Prediction, axis: AmplitudeAxis) -> Plot:
+    panels = [make(result, axis) for make in (_energy, _damping, _exponent)]
+    if axis.column == "force_amplitude":
+        for panel in panels:
+            for index, look in drawn_loads(result):
+                limit = result.joints[index].force_limit / axis.unit
+                panel.items.insert(0, Rule(limit, "x", look.color, 1.0, DOTTED))
+    if (variation := result.study.excitation.load_variation) is not None:
+        panels[0].note = f"hollow: constant load, filled: load varies by {in_words(variation)}"
+    return add_legend(stacked(panels, 8.9, (3.0, 2.0, 1.3)), result)
+
+
+def _draw_varying(
+    panel: Panel,
+    result: Prediction,
+    axis: AmplitudeAxis,
+    constant: Floats,
+    quantity: Callable[[VaryingCycles], Floats],
+) -> Floats:
+    """Mark the loops of a load that varies; ordinates drawn, with those at constant load."""
+    ordinates = [constant]
+    for index, look in drawn_loads(result) if result.varying else ():
+        cycles = result.varying[index]
+        marked = evenly(cycles.amplitude.size, MOST_MARKS)
+        x, y = axis.of(cycles)[marked], quantity(cycles)[marked]
+        inside = np.isfinite(y) & (y > 0.0) & (x >= axis.low) & (x <= axis.high)
+        panel.marks(x[inside], y[inside], look.color, marker=look.marker, filled=True)
+        ordinates.append(y[inside])
+    return some_drawn(np.concatenate(ordinates))
+
+
+# -- energy --------------------------------------------------------------------------------------
+
+
+def _energy(result: Prediction, axis: AmplitudeAxis) -> Panel:
+    panel = axis.panel(Axis("Dissipated energy per cycle [J]", log=True))
+    uppermost: dict[str, tuple[float, LineName]] = {}
+    for index, look in drawn_loads(result):
+        for x, y, name, height in _limit_lines(result, index, axis):
+            panel.line(x, y, look.color, width=THIN, dash=DASHED)
+            if name not in uppermost or height > uppermost[name][0]:
+                uppermost[name] = height, LineName(x, y, name, at_end=name == LINEAR)
+    energies = draw_curves(panel, result, axis, lambda curve: curve.dissipated_energy)
+    energies = _draw_varying(panel, result, axis, energies, lambda cycles: cycles.dissipated_energy)
+    if np.isfinite(energies).any():
+        panel.y.low, panel.y.high = float(energies.min()) / 5.0, float(energies.max()) * 10.0
+    panel.add(*(name for _, name in uppermost.values()))
+    return panel
+
+
+def _limit_lines(
+    result: Prediction, index: int, axis: AmplitudeAxis
+) -> list[tuple[Floats, Floats, str, float]]:
+    """Limits of the energy at small and at large amplitudes: lines, names, coefficients.
+
+    Of parallel lines the one with the largest coefficient is uppermost.
+    """
+    curve, limit, joint = result.curves[index], result.limits[index], result.joints[index]
+    a, energy = curve.amplitude, curve.dissipated_energy
+    lines = []
+    if axis.column == "force_amplitude":
+        if limit.cubic_coefficient is not None:
+            # At small amplitudes the displacement is the force over the stiffness at rest.
+            force = curve.force_amplitude
+            coefficient = limit.cubic_coefficient / joint.tangential_stiffness**3
+            lines.append((force / axis.unit, coefficient * force**3, CUBIC_IN_FORCE, coefficient))
+        return lines
+    if limit.cubic_coefficient is not None:
+        cubic = limit.cubic_coefficient * a**3
+        near = cubic < 30.0 * energy
+        lines.append((a[near] / axis.unit, cubic[near], CUBIC, limit.cubic_coefficient))
+    if limit.linear_offset is not None:
+        linear = 4.0 * joint.force_limit * a
+        near = linear < 30.0 * energy
+        lines.append((a[near] / axis.unit, linear[near], LINEAR, joint.force_limit))
+    return lines
+
+
+# -- damping -------------------------------------------------------------------------------------
+
+
+def _damping(result: Prediction, axis: AmplitudeAxis) -> Panel:
+    """Over decades, as the energy: where joints live the loss factor is small."""
+    panel = axis.panel(Axis("Loss factor η", log=True))
+    panel.second = ("Damping ratio ζ = η/2", 0.5)
+    top = 4.0 / math.pi
+    factors = draw_curves(panel, result, axis, lambda curve: curve.loss_factor)
+    factors = _draw_varying(panel, result, axis, factors, lambda cycles: cycles.loss_factor)
+    drawable = np.isfinite(factors).any()
+    largest, smallest = (
+        (float(np.nanmax(factors)), float(np.nanmin(factors))) if drawable else (1.0, 0.1)
+    )
+    text = "full sliding (rigid–plastic): η = 4/π, ζ = 2/π"
+    if largest > 0.1 * top:
+        panel.items.insert(0, Rule(top))
+        panel.y.high = 4.0 * max(top, largest)
+    else:
+        text += ", above this scale"
+        panel.y.high = 4.0 * largest
+    panel.y.low = max(0.5 * smallest, 1e-5 * panel.y.high)
+    panel.add(Words(0.012, 0.98, text))
+    return panel
+
+
+# -- exponent ------------------------------------------------------------------------------------
+
+
+def force_exponent(curve: AmplitudeCurve) -> Floats:
+    """Local exponent of the energy in the force amplitude, d ln E / d ln T_m [-].
+
+    The one in the displacement times d ln delta_m / d ln T_m, the secant over the tangent
+    stiffness; infinite where the force no longer grows.
+    """
+    with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
+        return curve.dissipation_exponent * (curve.secant_stiffness / curve.tangent_stiffness)
+
+
+def _exponent(result: Prediction, axis: AmplitudeAxis) -> Panel:
+    by_force = axis.column == "force_amplitude"
+    panel = axis.panel(Axis(f"Local exponent\nd ln E / d ln {'T' if by_force else 'δ'}"))
+    panel.add(*(Rule(level) for level in ((3.0,) if by_force else (3.0, 1.0))))
+    values = draw_curves(
+        panel,
+        result,
+        axis,
+        force_exponent if by_force else lambda curve: curve.dissipation_exponent,
+    )
+    lowest, highest = (
+        (float(values.min()), float(values.max())) if np.isfinite(values).any() else (1.0, 3.0)
+    )
+    panel.y.low = max(0.0, min(lowest, 3.0 if by_force else 1.0) - 0.3)
+    panel.y.high = min(max(highest, 3.0) + 0.3, MOST_EXPONENT)
+    return panel

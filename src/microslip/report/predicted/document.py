@@ -1,0 +1,285 @@
+"""Document of a prediction: its answer, tables, figures, verdicts and the study itself."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+
+from microslip._core.checks import Floats
+from microslip._core.units import engineering, significant
+from microslip.report.cells import quantity
+from microslip.report.document import (
+    Block,
+    Document,
+    Facts,
+    Items,
+    Listing,
+    Markup,
+    Note,
+    Number,
+    Section,
+)
+from microslip.report.predicted.figures import pictures
+from microslip.report.predicted.numbers import KIND, REMINDER
+from microslip.report.predicted.scatter_document import sections as scatter_sections
+from microslip.report.predicted.tables import (
+    cycle_table,
+    history_table,
+    oscillator_table,
+    rest_section,
+    validity,
+    varying_table,
+)
+from microslip.report.structure.document import answer as structure_answer
+from microslip.report.structure.document import number as structure_number
+from microslip.report.structure.document import sections as structure_sections
+from microslip.runs.columns import in_words
+from microslip.runs.prediction import Prediction
+from microslip.study.consistency import questions
+from microslip.study.description import StudyDescription
+from microslip.study.part import Part
+from microslip.study.scanned_surface import NO_CUTOFF
+
+REMARK = (
+    "η (loss factor) and ζ = η/2 (damping ratio) are the interface’s own, not a mode’s: in a "
+    "structure ζ_mode = ΣE_d / 4πU."
+)
+
+
+def document(result: Prediction) -> Document:
+    """A prediction as a document; its data is the summary."""
+    study, summary = result.study, result.summary
+    joints = summary["joints"]
+    by_force = study.excitation.force_amplitudes is not None
+    cycles: list[Block] = [cycle_table(joints, by_force=by_force, varies=bool(result.varying))]
+    if result.varying:
+        cycles.append(varying_table(joints))
+    sections = [] if result.structure is None else [*structure_sections(result.structure)]
+    sections += scatter_sections(result)
+    if study.asks_for_joint:
+        sections += [rest_section(joints, _law(study)), Section("Cycles", tuple(cycles))]
+    if result.oscillators:
+        sections.append(Section("Oscillator", (oscillator_table(joints, by_force=by_force),)))
+    if result.histories:
+        sections.append(Section("History", (history_table(joints),)))
+    notes = tuple(note for note in summary["notes"] if note != REMINDER)  # it is a remark
+    computed = [Note(subject(result))] if study.asks_for_joint else []
+    description: list[Block] = [*computed, *study_facts(study), Listing(study.text)]
+    sections += [
+        Section("Figures", pictures(result), brief=False),
+        Section("Validity", (validity(study, result.joints),)),
+        Section("Notes", (*([Items(notes)] if notes else []), Note(REMARK))),
+        Section("Study", tuple(description), brief=False),
+        Section("Equations", (Markup(equations(result)),), brief=False),
+    ]
+    title, sentence, number, figure = "Joint", answer(result), _number(result), "loops"
+    if (structure := result.structure) is not None:
+        title, figure = "Structure", "modal_curves"
+        sentence, number = structure_answer(structure), structure_number(structure)
+    title, remarks = summary["title"] or title, tuple(questions(study))
+    return Document(KIND, title, sentence, tuple(sections), summary, remarks, number, figure)
+
+
+def _middle(result: Prediction) -> tuple[int, int]:
+    """Index of the load and of the amplitude that the answer is about: those in the middle."""
+    return len(result.joints) // 2, (len(result.rows[0].amplitude) - 1) // 2
+
+
+def _written(value: float, unit: str) -> str:
+    return engineering(value, unit, 4, trim=True)
+
+
+def _excitation(result: Prediction) -> tuple[str, str, list[Floats]]:
+    """Excitation of the study: its name and unit, and its amplitudes under each load."""
+    if result.study.excitation.force_amplitudes is not None:
+        return "force amplitude", "N", [row.force_amplitude for row in result.rows]
+    return "displacement amplitude", "m", [row.amplitude for row in result.rows]
+
+
+def _case(result: Prediction) -> str:
+    """The load and the amplitude that the answer is about, such as "±300 nm and 2 kN"."""
+    load, place = _middle(result)
+    _, unit, amplitudes = _excitation(result)
+    case = f"±{_written(float(amplitudes[load][place]), unit)}"
+    normal = getattr(result.joints[load], "normal_load", None)
+    return case if normal is None else f"{case} and {_written(normal, 'N')}"
+
+
+def answer(result: Prediction) -> str:
+    """Energy of a cycle, in a sentence."""
+    load, place = _middle(result)
+    row = result.rows[load]
+    share = float(row.force_ratio[place])
+    reached = f"the force reaches {significant(100.0 * share)} % of gross slip"
+    if share > 0.999:
+        reached = "the joint slips as a whole"
+    return (
+        f"At {_case(result)} a cycle dissipates "
+        f"{engineering(float(row.dissipated_energy[place]), 'J')}, "
+        f"the loss factor is η = {significant(float(row.loss_factor[place]))} and {reached}."
+    )
+
+
+def _number(result: Prediction) -> Number:
+    load, place = _middle(result)
+    eta = float(result.rows[load].loss_factor[place])
+    every = np.concatenate([row.loss_factor for row in result.rows])
+    every = every[np.isfinite(every)]
+    band = f"ζ = η/2 = {significant(0.5 * eta)}"
+    if (scatter := result.scatter) is not None:
+        ends = scatter.bands["loss_factor"].values[[0, -1], load, place].tolist()
+        shares = " to ".join(f"{100.0 * share:g}" for share in scatter.quantiles[[0, -1]])
+        band = f"{shares} %: {' to '.join(map(significant, ends))}; {band}"
+    elif every.size > 1:
+        ends = [float(every.min()), float(every.max())]
+        band += f"; from {' to '.join(map(significant, ends))} "
+        band += "over the loads and amplitudes of the study"
+    return Number(f"loss factor η at {_case(result)}", significant(eta), band)
+
+
+def subject(result: Prediction) -> str:
+    """Say in a sentence what was computed."""
+    noun, unit, amplitudes = _excitation(result)
+    sentence = (
+        f"Hysteresis, stiffness and damping {_of(result.study)}, "
+        f"cycled at {_range_text(noun, amplitudes[0].tolist(), unit)}"
+    )
+    if result.histories:
+        sentence += f", along a history of {result.histories[0].force.size} samples"
+    if result.oscillators:
+        sentence += ", and in an oscillator"
+    return sentence + "."
+
+
+def _of(study: StudyDescription) -> str:
+    """The joint, its friction and its loads."""
+    if not study.joint.loads:
+        return f"by the friction law {study.joint.law}"
+    law = study.surface.law
+    _, surface = LAWS.get(law, ("", f"of the surface {law}"))
+    loads = _range_text("normal load", [*study.joint.loads], "N")
+    if study.joint.tightening_load is not None:
+        surface += f" tightened to {_written(study.joint.tightening_load, 'N')}"
+    if study.joint.pressure is not None:
+        surface += f" under a pressure spread as {study.joint.pressure.kind}"
+    return f"{surface}, friction coefficient {study.joint.friction_coefficient:g}, at {loads}"
+
+
+def _range_text(noun: str, values: list[float], unit: str) -> str:
+    if len(values) == 1:
+        return f"one {noun}, {_written(values[0], unit)}"
+    ends = " to ".join(_written(end, unit) for end in (min(values), max(values)))
+    return f"{len(values)} {noun}s, {ends}"
+
+
+# -- equations -----------------------------------------------------------------------------------
+
+
+def equations(result: Prediction) -> str:
+    """The equations that this result was computed with, in MathML."""
+    holds = {_law(result.study)}
+    if result.oscillators:
+        holds.add("oscillator")
+    if getattr(result.joints[0], "contact_area", None) is not None:
+        holds.add("contacts")
+    text = Path(__file__).with_name("equations.html").read_text(encoding="utf-8")
+    # Parts are headed by a comment that names what they need.
+    head, *parts = re.split(r"<!-- (.+?) -->\n", text)
+    sections = zip(parts[::2], parts[1::2], strict=True)
+    return head + "".join(part for need, part in sections if need == "always" or need in holds)
+
+
+def _law(study: StudyDescription) -> str:
+    """The law whose equation holds: a scan gives one of two."""
+    surface = study.surface
+    return str(study.joint.law) if surface is None else str(surface.law_name)
+
+
+LAWS = {
+    "greenwood-williamson": ("Greenwood–Williamson", "of a Greenwood–Williamson surface"),
+    "population": ("given summits", "of a given population of summits"),
+    "sphere": ("one sphere on a flat", "of one sphere on a flat"),
+    "table": ("a table", "with a tabulated normal law"),
+    "scan": ("summits of a scan", "of a scanned surface"),
+    "measured": ("a measured face", "of a measured face"),
+    "rough": ("rough, by its drawing", "of a rough face by its drawing"),
+    "persson": ("Persson's, of a power spectrum", "of a surface by its power spectrum"),
+    "drawing": ("a drawing", "of a surface by its drawing"),
+    "two-faces": ("two rough faces", "of two rough faces"),
+}
+"""Normal laws by themselves, and in a sentence about their joint."""
+_KIND = "Summit heights"
+# What is said with something else, or in the notes.
+_ELSEWHERE = (
+    "rigid", "materials", "law", "file", "column", "unit", "start", "to", "points", "measured",
+    "x", "y", "gap", "time",
+)  # fmt: skip
+_BESIDE = {"interfaces": "rz"}
+"""Keys that say nothing without another one."""
+
+
+def study_facts(study: StudyDescription) -> tuple[Facts, ...]:
+    """Materials, surface, joint, excitation and oscillator, with what is given of each."""
+    groups = [
+        Facts(f"Material {name}", _rows(material) or (("Body", "rigid"),))
+        for name, material in study.material.items()
+    ]
+    joint = _rows(study.joint)
+    if not study.asks_for_joint:  # its load is that of the bolts
+        load = study.joint.keys["normal_load"].heading
+        joint = tuple(row for row in joint if row[0] != load)
+    if (surface := study.surface) is None:
+        joint = (("Friction law", study.joint.law), *joint)
+    else:
+        law, _ = LAWS.get(surface.law, (surface.law, ""))
+        bodies = (("Bodies", " on ".join(surface.materials)), ("Normal law", law))
+        groups.append(Facts("Surface", bodies + _rows(surface)))
+    groups += [Facts("Joint", joint), Facts("Excitation", _rows(study.excitation))]
+    if study.oscillator is not None:
+        groups.append(Facts("Oscillator", _rows(study.oscillator)))
+    if study.structure is not None:
+        groups.append(Facts("Structure", _rows(study.structure)))
+    return tuple(group for group in groups if group.rows)
+
+
+def _rows(part: Part) -> tuple[tuple[str, str], ...]:
+    """Meaning and values of the keys of a part, those of the parts in it included."""
+    rows: list[tuple[str, str]] = []
+    for name, key in ((part.attributes[name], key) for name, key in part.keys.items()):
+        value = getattr(part, name)
+        if name == "cutoff" and value is None:
+            rows.append((key.heading, NO_CUTOFF))
+        if value is None or value == () or name in _ELSEWHERE:
+            continue
+        if name in _BESIDE and not getattr(part, _BESIDE[name]):
+            continue
+        if name == "curve":
+            ends = " to ".join(quantity(x, "m") for x in (value.start, value.to))
+            rows.append(("Amplitudes of the curves", f"{ends}, {value.points} points"))
+        elif name == "history":
+            text = f'{len(value.values)} {value.quantity}s, column "{value.column}"'
+            if value.normal_load is not None:
+                text += f', normal loads, column "{value.normal_load.column}",'
+            rows.append(("Own history", f"{text} of {value.file}"))
+        elif name == "load_variation":
+            rows.append(("Normal load varies by", in_words(value)))
+        elif name == "mesh":
+            contacts = ", ".join(f"{a} on {b}" for a, b in value.contacts)
+            rows += [("Mesh", value.file), ("Its bodies", ", ".join(value.bodies))]
+            rows += [("Its contacts", contacts), ("Its bolts", ", ".join(value.bolts))]
+        elif name in ("first", "second"):
+            rows += [(f"{name.capitalize()} face: {label}", text) for label, text in _rows(value)]
+        elif name == "pressure" and isinstance(value, Part):
+            rows.append(("Pressure spread as", str(value.kind)))  # type: ignore[attr-defined]
+            rows += [item for item in _rows(value) if item[0] != _KIND]
+        elif isinstance(value, tuple) and isinstance(value[0], Part):
+            word = name.removesuffix("s").capitalize()
+            for count, item in enumerate(value, start=1):
+                rows += [(f"{word} {count}: {label}", text) for label, text in _rows(item)]
+        elif isinstance(value, Part):
+            rows += _rows(value)
+        else:
+            rows.append((_KIND if name == "kind" else key.heading, quantity(value, key.unit)))
+    return tuple(rows)

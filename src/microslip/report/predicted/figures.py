@@ -1,0 +1,493 @@
+"""The figures of a prediction, as data, and their captions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from microslip._core.units import engineering, prefix
+from microslip.errors import InputError
+from microslip.figures.kit import (
+    common_prefix,
+    evenly,
+    far_apart,
+    in_rows,
+    marked_line,
+    visible_values,
+)
+from microslip.figures.picture import Picture
+from microslip.figures.plot import (
+    DASHED,
+    GREY,
+    THIN,
+    Axis,
+    Floats,
+    Panel,
+    Plot,
+    Rule,
+    Stems,
+    stacked,
+)
+from microslip.report.predicted.curves import (
+    AmplitudeAxis,
+    add_legend,
+    displacement_axis,
+    draw_curves,
+    drawn_loads,
+    energy_damping,
+    force_damping,
+)
+from microslip.report.predicted.history_figure import history, pressure
+from microslip.report.predicted.numbers import figure_names
+from microslip.runs.columns import AmplitudeCurve, in_words
+from microslip.runs.prediction import Prediction
+
+MOST_PANELS = 6
+_MARKS = 7
+_AREAS = ((1.0, "m²"), (1e-6, "mm²"), (1e-12, "µm²"), (1e-18, "nm²"))
+
+
+# -- loops ---------------------------------------------------------------------------------------
+
+
+def loops(result: Prediction) -> Plot:
+    """Hysteresis loops, one panel for each amplitude, one loop for each load."""
+    indices = evenly(len(result.rows[0].amplitude), MOST_PANELS)
+    columns = 1 if len(indices) == 1 else 2 if len(indices) <= 4 else 3
+    largest_x = max(float(row.amplitude[indices].max()) for row in result.rows)
+    rows = result.varying or result.rows
+    largest_y = max(float(row.force_amplitude[indices].max()) for row in rows)
+    # Loops far apart share no axis: then each is drawn over its own amplitude, in all panels alike.
+    loads = drawn_loads(result)
+    over_amplitude = any(
+        far_apart([float(result.rows[i].amplitude[index]) for i, _ in loads]) for index in indices
+    )
+    panels = [_loops_at(result, i, (largest_x, largest_y), over_amplitude) for i in indices]
+    heights = in_rows(panels, columns)
+    plot = Plot(
+        panels,
+        0.9 + (3.6 if columns == 1 else 2.5) * len(heights),
+        heights=heights,
+        widths=(1.0,) * columns,
+    )
+    variation = result.study.excitation.load_variation
+    mean = "" if variation is None else f"Mean normal load, which varies by {in_words(variation)}"
+    return add_legend(plot, result, dashed=True, title=mean)
+
+
+def _loops_at(
+    result: Prediction, index: int, largest: tuple[float, float], over_amplitude: bool
+) -> Panel:
+    # No markers: they would pass for measured points.
+    loads = drawn_loads(result)
+    amplitudes = [float(result.rows[i].amplitude[index]) for i, _ in loads]
+    limits = [result.joints[i].force_limit for i, _ in loads]
+    rows = result.varying or result.rows
+    forces = [float(rows[i].force_amplitude[index]) for i, _ in loads]
+    by_force = result.study.excitation.force_amplitudes is not None
+    # As the amplitudes, force limits far apart share no axis.
+    over_limit = far_apart(limits) and not by_force
+    x_unit, x_letter = _prefix(max(amplitudes), largest[0], min(1e-9, largest[0]))
+    y_unit, y_letter = _prefix(max(forces), largest[1])
+    panel = Panel(
+        Axis("Displacement / amplitude, δ/δₘ" if over_amplitude else f"Displacement [{x_letter}m]"),
+        Axis("Force / force limit, T/μN" if over_limit else f"Force [{y_letter}N]"),
+        title=f"Force amplitude {engineering(forces[0], 'N', 6, trim=True)}"
+        if by_force
+        else f"Amplitude {amplitudes[0] / x_unit:.6g} {x_letter}m",
+    )
+    if result.varying:
+        panel.title += ", load varies"
+    for (i, look), amplitude, limit in zip(loads, amplitudes, limits, strict=True):
+        loop = result.loops[i][index]
+        x = loop.displacement / (amplitude if over_amplitude else x_unit)
+        for band in _loop_bands(result, i, index):
+            y = band / (limit if over_limit else y_unit)
+            panel.line(x, y, look.color, width=0.6, dash=DASHED)
+        panel.line(x, loop.force / (limit if over_limit else y_unit), look.color, dash=look.dash)
+    panel.cross()
+    return panel
+
+
+def _loop_bands(result: Prediction, load: int, index: int) -> list[Floats]:
+    """Forces of a loop at the outer quantiles, sample by sample."""
+    if result.scatter is None or "force" not in result.scatter.bands:
+        return []
+    band = result.scatter.bands["force"].values
+    return [band[0, load, index], band[-1, load, index]]
+
+
+def _prefix(value: float, largest: float, smallest: float = 0.0) -> tuple[float, str]:
+    """Prefix of the largest panel where it still suits this one, else its own."""
+    unit, letter = prefix(largest)
+    return (unit, letter) if value >= 0.0999 * unit else prefix(max(value, smallest))
+
+
+# -- first loading -------------------------------------------------------------------------------
+
+
+def backbone(result: Prediction) -> Plot:
+    """Force of first loading, and its tangent and secant stiffness."""
+    axis = displacement_axis(result, "Displacement")
+    panels = [_force(result, axis), _stiffness(result, axis)]
+    return add_legend(stacked(panels, 7.4, (3.0, 2.0)), result)
+
+
+def _force(result: Prediction, axis: AmplitudeAxis) -> Panel:
+    loads = drawn_loads(result)
+    limits = [result.joints[i].force_limit for i, _ in loads]
+    unit, letter = common_prefix(limits)
+    panel = axis.panel(
+        Axis(f"Force of first loading [{letter}N]", log=True),
+        "dashed: all stick, T = kₜ δ, and all slip, T = μN",
+    )
+    for (index, look), limit in zip(loads, limits, strict=True):
+        joint, curve = result.joints[index], result.curves[index]
+        stuck = joint.tangential_stiffness * curve.amplitude
+        near = stuck < 6.0 * limit
+        panel.line(axis.of(curve)[near], stuck[near] / unit, look.color, width=THIN, dash=DASHED)
+        panel.add(Rule(limit / unit, "y", look.color))
+    forces = draw_curves(panel, result, axis, lambda curve: curve.force_amplitude / unit)
+    if np.isfinite(forces).any():
+        panel.y.low, panel.y.high = 0.5 * float(forces.min()), 3.0 * max(limits) / unit
+    return panel
+
+
+def _stiffness(result: Prediction, axis: AmplitudeAxis) -> Panel:
+    loads = drawn_loads(result)
+    # A law that is rigid at rest ends where its secants do.
+    at_rest = [
+        k
+        if (k := result.joints[i].tangential_stiffness) < np.inf
+        else float(result.curves[i].secant_stiffness[0])
+        for i, _ in loads
+    ]
+    unit, letter = common_prefix(at_rest)
+    log = far_apart(at_rest)
+    low, high = (1e-3 * min(at_rest), 3.0 * max(at_rest)) if log else (0.0, 1.08 * max(at_rest))
+    panel = axis.panel(
+        Axis(f"Stiffness [{letter}N/m]", low / unit, high / unit, log),
+        "solid: tangent dT/dδ, dashed: secant T/δ",
+    )
+    draw_curves(panel, result, axis, lambda curve: curve.tangent_stiffness / unit)
+    for index, look in loads:
+        curve = result.curves[index]
+        secant = curve.secant_stiffness / unit
+        panel.line(axis.of(curve), secant, look.color, width=THIN, dash=DASHED)
+    return panel
+
+
+# -- contacts ------------------------------------------------------------------------------------
+
+
+def contact_state(result: Prediction) -> Plot:
+    """Contacts and real area against the load, and the sticking share of the area."""
+    surface = result.joints[0].surface
+    loads, separations = _loads(result)
+    counts = np.zeros(1)
+    if result.joints[0].contact_count is not None:  # a spectrum knows an area, but no contacts
+        counts = np.asarray(surface.contact_count(separations))
+    areas = np.asarray(surface.contact_area(separations))
+    unit, letter = common_prefix([joint.normal_load for joint in result.joints])
+    scale, label = _area_scale(result, float(areas.max()))
+    over_load: list[Panel] = []
+
+    def add(label: str, values: Floats, marks: list[float | None]) -> None:
+        panel = Panel(Axis(f"Normal load [{letter}N]", log=True), Axis(label, log=True))
+        panel.cell = (0, 0, len(over_load), len(over_load))
+        panel.line(loads / unit, values, GREY)
+        for index, look in drawn_loads(result):
+            load, mark = result.joints[index].normal_load, marks[index]
+            if mark is not None:
+                panel.marks(load / unit, mark, look.color, marker=look.marker)
+        over_load.append(panel)
+
+    if np.ptp(counts) > 0.0:  # a single sphere has one contact whatever the load
+        add("Contacts", counts, [joint.contact_count for joint in result.joints])
+    contact_areas = [joint.contact_area for joint in result.joints]
+    add(label, areas / scale, [None if area is None else area / scale for area in contact_areas])
+    stick = _stick(result)
+    stick.cell = (1, 1, 0, len(over_load) - 1)
+    return add_legend(
+        Plot([*over_load, stick], 6.6, heights=(1.0, 1.25), widths=(1.0,) * len(over_load)),
+        result,
+    )
+
+
+def _loads(result: Prediction) -> tuple[Floats, Floats]:
+    """Normal loads [N] from below the lightest to above the heaviest, and their separations [m]."""
+    joints = result.joints
+    low = min(joint.normal_load for joint in joints)
+    high = max(joint.normal_load for joint in joints)
+    loads = np.geomspace(low / 3.0, 3.0 * high, 80)
+    try:
+        return loads, np.asarray(joints[0].surface.separation(loads))
+    except InputError:  # one of the loads is at the end of what the surface can answer
+        order = np.argsort([joint.normal_load for joint in joints])
+        pairs = [(joints[i].normal_load, joints[i].separation) for i in order]
+        return np.array([load for load, _ in pairs]), np.array([place for _, place in pairs])
+
+
+def _area_scale(result: Prediction, largest: float) -> tuple[float, str]:
+    """Divisor of real areas [m²], and the label of their axis."""
+    apparent = getattr(result.study.surface, "area", None)
+    if apparent is not None:
+        return 0.01 * apparent, "Real over apparent area [%]"
+    scale, name = next(((s, n) for s, n in _AREAS if largest >= 0.01 * s), _AREAS[-1])
+    return scale, f"Contact area [{name}]"
+
+
+def _stick(result: Prediction) -> Panel:
+    axis = displacement_axis(result, "Displacement from rest")
+    panel = axis.panel(Axis("Sticking share of the contact area", 0.0, 1.05))
+
+    def share(curve: AmplitudeCurve) -> Floats:
+        values = curve.stick_share
+        return np.full_like(curve.amplitude, np.nan) if values is None else values
+
+    draw_curves(panel, result, axis, share)
+    return panel
+
+
+# -- sliders -------------------------------------------------------------------------------------
+
+
+def slider_density(result: Prediction) -> Plot:
+    """Density of sliders, discrete sliders as stems, and their share of the force limit."""
+    axis = displacement_axis(result, "Yield displacement of the slider")
+    panels = []
+    if any(_peak(result.curves[index]) > 0.0 for index, _ in drawn_loads(result)):
+        panels.append(_density(result, axis))
+    if (stems := _stems(result, axis)) is not None:
+        panels.append(stems)
+    share = axis.panel(
+        Axis("Share of the force limit", 0.0, 1.05),
+        "what the sliders up to this yield displacement carry when all slip",
+    )
+    draw_curves(share, result, axis, slipping_share)
+    panels.append(share)
+    return add_legend(stacked(panels, 1.2 + 2.9 * len(panels)), result)
+
+
+def _peak(curve: AmplitudeCurve) -> float:
+    """Largest density that can be drawn; it is infinite at the slip limits of given summits."""
+    density = curve.slider_density
+    return float(density[np.isfinite(density)].max(initial=0.0))
+
+
+def _density(result: Prediction, axis: AmplitudeAxis) -> Panel:
+    panel = axis.panel(
+        Axis("Slider density −T₀″ [N/m²]", log=True),
+        "stiffness of the spread sliders per yield displacement",
+    )
+    values = draw_curves(panel, result, axis, lambda curve: curve.slider_density)
+    peaks = [_peak(result.curves[index]) for index, _ in drawn_loads(result)]
+    floor = 1e-6 * min(peak for peak in peaks if peak > 0.0)
+    panel.y.low, panel.y.high = max(0.3 * float(values.min()), floor), 3.0 * max(peaks)
+    return panel
+
+
+def slipping_share(curve: AmplitudeCurve) -> Floats:
+    """Share of the force limit that sliders up to a yield displacement carry [-].
+
+    (T0 - u T0')/mu N, unlike the density finite for every surface; discrete sliders are its jumps.
+    """
+    share = curve.force_ratio * (1.0 - curve.tangent_stiffness / curve.secant_stiffness)
+    return np.maximum(share, 0.0)
+
+
+def _stems(result: Prediction, axis: AmplitudeAxis) -> Panel | None:
+    sliders = {index: result.joints[index].sliders() for index, _ in drawn_loads(result)}
+    # A rigid one slips from zero on, and has no place on the axes.
+    sizes = [float(k.max()) for s in sliders.values() if (k := s.stiffnesses).size]
+    if not sizes or not np.isfinite(sizes).all():
+        return None
+    unit, letter = prefix(max(sizes))
+    panel = axis.panel(
+        Axis(f"Slider stiffness [{letter}N/m]", 0.0, 1.05 * max(sizes) / unit), "discrete sliders"
+    )
+    for index, look in drawn_loads(result):
+        x = sliders[index].yield_displacements / axis.unit
+        y = sliders[index].stiffnesses / unit
+        panel.add(Stems(x, y, look.color))
+        panel.marks(x, y, look.color, marker=look.marker)
+    return panel
+
+
+# -- the oscillator ------------------------------------------------------------------------------
+
+
+def oscillator(result: Prediction) -> Plot:
+    """Frequency and modal damping against the amplitude, with the interface's own damping."""
+    axis = displacement_axis(result)
+    loads = drawn_loads(result)
+    highest = [float(result.oscillators[i].frequency.max()) for i, _ in loads]
+    unit, letter = common_prefix(highest)
+    above = axis.panel(Axis(f"Frequency [{letter}Hz]", log=far_apart(highest)))
+    middle = axis.panel(Axis("Frequency shift [%]"), "from the smallest amplitude")
+    for index, look in loads:
+        curve = result.oscillators[index]
+        x = curve.amplitude / axis.unit
+        shift = 100.0 * (curve.frequency / curve.frequency[0] - 1.0)
+        for panel, values in ((above, curve.frequency / unit), (middle, shift)):
+            marked_line(panel, x, values, look, evenly(x.size, _MARKS))
+    plot = stacked([above, middle, _modal_damping(result, axis)], 7.4, (2.0, 2.0, 3.0))
+    return add_legend(plot, result)
+
+
+def _modal_damping(result: Prediction, axis: AmplitudeAxis) -> Panel:
+    panel = axis.panel(
+        Axis("Damping ratio ζ", log=True),
+        "solid: of the mode, dashed: of the interface alone, which is not the mode’s",
+    )
+    ordinates = [np.zeros(0)]
+    for index, look in drawn_loads(result):
+        curve = result.oscillators[index]
+        x = curve.amplitude / axis.unit
+        panel.line(x, curve.interface_damping_ratio, look.color, width=THIN, dash=DASHED)
+        marked_line(panel, x, curve.damping_ratio, look, evenly(x.size, _MARKS))
+        ordinates += [curve.damping_ratio, curve.interface_damping_ratio]
+    values = visible_values(np.concatenate(ordinates))
+    if values.size:
+        largest = float(values.max())
+        panel.y.low, panel.y.high = max(0.5 * float(values.min()), 1e-8 * largest), 3.0 * largest
+    return panel
+
+
+def face(result: Prediction) -> Plot:
+    """A measured face: its pressures, what touches, its loads."""
+    from microslip.normal.figures import face_plot
+    from microslip.study.build import build_surface
+
+    return face_plot(build_surface(result.study))
+
+
+_LAW_FIGURES = (
+    loops,
+    backbone,
+    energy_damping,
+    force_damping,
+    contact_state,
+    pressure,
+    slider_density,
+)
+FIGURES: dict[str, Callable[[Prediction], Plot]] = {
+    figure.__name__: figure for figure in (*_LAW_FIGURES, history, oscillator, face)
+}
+"""Captions of the figures by name, in the order of reading."""
+
+
+def names(result: Prediction) -> tuple[str, ...]:
+    """Names of the figures that a result has something to show in."""
+    return tuple(name for name in FIGURES if name in figure_names(result.study))
+
+
+def pictures(result: Prediction) -> tuple[Picture, ...]:
+    """The figures that a result has something to show in, in the order of reading."""
+    figures = []
+    for name in names(result):
+        alternative, caption = _CAPTIONS[name]
+        if result.study.excitation.load_varies:
+            caption = _while_varying(result, name, caption)
+        if result.scatter is not None:
+            between = " to ".join(f"{100.0 * end:g}" for end in result.scatter.quantiles[[0, -1]])
+            edges = "Dashed" if name == "loops" else "Shaded"
+            if name in ("loops", "backbone", "energy_damping", "force_damping", "contact_state"):
+                caption += f" {edges}: the {between} % band of the uncertain inputs."
+        figure = FIGURES[name]
+        figures.append(Picture(name, caption, lambda figure=figure: figure(result), alternative))  # type: ignore[misc]
+    return tuple(figures)
+
+
+_PANELS = "one panel for each amplitude and one loop for each load"
+# What holds of loops at constant normal load only, and what stands for it where that varies.
+_VARYING_WORDS = (
+    ("every loop follows", "every loop at constant load follows"),
+    ("which no force amplitude passes", "which no force amplitude passes at constant load"),
+    (
+        "markers are the loops.",
+        "filled markers are the loops, under a load that varies about the one named; hollow ones "
+        "are at their amplitudes.",
+    ),
+)
+_CAPTIONS = {
+    "loops": (
+        "Hysteresis loops, force against displacement",
+        f"Closed hysteresis loops, {_PANELS}. Thin "
+        "and pointed: most contacts stick (microslip). A parallelogram with flat ends: gross slip. "
+        "The area is the energy lost in a cycle.",
+    ),
+    "backbone": (
+        "Force and stiffness of first loading against displacement",
+        "First loading from rest (the backbone), from which every loop follows: its slope is kₜ "
+        "fully stuck, and it ends at the force limit μN. Below, the tangent stiffness and the "
+        "secant stiffness, which a linear model of the joint would have at that amplitude.",
+    ),
+    "energy_damping": (
+        "Dissipated energy, loss factor and exponent against displacement amplitude",
+        "Energy lost in a cycle, loss factor η with damping ratio ζ = η/2, and the local exponent "
+        "of the energy, over the displacement amplitude; markers are the loops. The exponent is 3 "
+        "in the microslip of a smooth backbone and 1 in gross slip.",
+    ),
+    "force_damping": (
+        "Dissipated energy, loss factor and exponent against force amplitude",
+        "The same over the force amplitude, as tests under force control show it. Dotted lines are "
+        "the force limits μN, which no force amplitude passes; towards them energy and exponent "
+        "rise steeply.",
+    ),
+    "contact_state": (
+        "Contacts and real contact area against load, sticking share against displacement",
+        "Contacts and real contact area over the normal load, with the loads of the study marked; "
+        "below, the share of the contact area that still sticks after a displacement from rest.",
+    ),
+    "face": (
+        "Pressures and contacts on a piece of the face, and its loads against the separation",
+        "The face point by point: pressures of its first piece as it was tightened, what touches "
+        "of it then and under two lighter loads, and the mean pressure against the separation, "
+        "each piece of the scan within the grey.",
+    ),
+    "pressure": (
+        "Pressure over the faces, and how near each place is to sliding",
+        "The normal load as it is spread over the faces; below, the share of its own slip limit "
+        "that each place carries after a displacement from rest: where little presses, all slides "
+        "first, and slip reaches inwards from there as the displacement grows.",
+    ),
+    "slider_density": (
+        "Slider density and share of the force limit against yield displacement",
+        "The joint as a parallel Iwan model: the stiffness of its sliders per yield displacement, "
+        "and the share of the force limit that the sliders up to a yield displacement carry.",
+    ),
+    "history": (
+        "Displacement, force and dissipated energy along the history, and its path",
+        "The own history from rest: displacement, force and energy lost so far over the samples, "
+        "and the path that force and displacement take.",
+    ),
+    "oscillator": (
+        "Frequency and damping of the oscillator against displacement amplitude",
+        "A mass on a spring that the joint holds, too: its frequency, the shift of it, and the "
+        "damping ratio of the mode (solid) beside the interface’s own (dashed). The two differ: "
+        "energy is lost in the joint alone, but the whole mode stores it.",
+    ),
+}
+
+
+def _while_varying(result: Prediction, name: str, caption: str) -> str:
+    """The caption of a figure of a study in which the normal load varies somewhere."""
+    variation = result.study.excitation.load_variation
+    if name == "history":
+        if result.histories[0].varying_normal_load is None:
+            return f"{caption} The normal load is constant along it."
+        return f"{caption} The normal load starts from that of the joint and follows the file."
+    if name == "loops" and variation is not None:
+        return (
+            f"Closed hysteresis loops, {_PANELS}. The normal load varies over these cycles about "
+            f"the one named: {in_words(variation)}. So the loops need not be symmetric. The area "
+            "is the energy lost in a cycle."
+        )
+    if variation is not None:
+        for constant, varying in _VARYING_WORDS:
+            caption = caption.replace(constant, varying)
+        if name in ("energy_damping", "force_damping"):
+            return f"{caption} Lines and hollow markers are at constant normal load."
+    return f"{caption} All this is at constant normal load."

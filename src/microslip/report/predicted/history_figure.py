@@ -1,0 +1,193 @@
+"""The figure of the own history: records over time, and force over displacement."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from microslip._core.units import engineering, prefix
+from microslip.figures.kit import common_prefix, evenly, far_apart, length_prefix, look_of
+from microslip.figures.plot import GREY, THIN, WIDTH, Axis, Entry, Floats, Panel, Plot
+from microslip.friction import PressedJoint
+from microslip.report.predicted.curves import add_legend, drawn_loads
+from microslip.runs.prediction import Prediction
+
+MOST_SAMPLES = 20_000
+"""Samples of a load up to which each of them is drawn."""
+_STRETCHES, _GRID = 750, 1500
+_LABELS = {
+    "displacement": ("Displacement", "m"),
+    "force": ("Force", "N"),
+    "varying_normal_load": ("Normal load", "N"),
+    "dissipated_energy": ("Dissipated energy", "J"),
+}
+_THIN_FROM = 3000
+
+
+def history(result: Prediction) -> Plot:
+    """Displacement, force and dissipated energy over time, and force over displacement.
+
+    Without times they are drawn over the samples; a normal load that varies is drawn as well.
+    """
+    names = [name for name in _LABELS if name in result.histories[0].columns()]
+    loads = drawn_loads(result)
+    count = result.histories[0].force.size
+    record = result.study.excitation.history
+    times = None if record is None else record.times
+    along, label = np.arange(count, dtype=np.float64), "Sample"
+    if times is not None:
+        unit, letter = prefix(float(np.abs(times).max()))
+        along, label = times / unit, f"Time [{letter}s]"
+
+    def envelope_of(values: Floats) -> tuple[Floats, Floats]:
+        places, extremes = envelope(values)
+        return along[places.astype(np.intp)], extremes
+
+    columns: dict[str, list[Floats]] = {}
+    panels: dict[str, Panel] = {}
+    for row, name in enumerate(names):
+        columns[name], up = _scaled([getattr(result.histories[i], name) for i, _ in loads], name)
+        panels[name] = Panel(
+            Axis(label, integer=times is None, bare=row < len(names) - 1),
+            Axis(up),
+            cell=(row, row, 0, 0),
+        )
+    path_panel = Panel(
+        Axis(panels["displacement"].y.label),
+        Axis(panels["force"].y.label, opposite=True),
+        cell=(0, len(names) - 1, 1, 1),
+    )
+    # What was given is the same for all loads, and has the colour of none.
+    common = record.quantity if record is not None and len(loads) > 1 else None
+    alike = {common, "varying_normal_load"} & set(names) if common is not None else set()
+    for name in alike:
+        panels[name].line(*envelope_of(columns[name][0]), GREY, width=THIN)
+    answers = columns["displacement" if common == "force" else "force"]
+    sizes = [float(np.abs(answer).max()) for answer in answers]
+    width = 0.7 if count > _THIN_FROM else WIDTH
+    # The smaller in front of the larger, which would hide it.
+    for number in sorted(range(len(loads)), key=lambda i: -sizes[i]):
+        look = loads[number][1]
+        dash = () if count > MOST_SAMPLES else look.dash  # strokes shorter than a dash
+        for name, values in columns.items():
+            if name not in alike:
+                panels[name].line(*envelope_of(values[number]), look.color, width=width, dash=dash)
+        paths = (columns[name][number] for name in ("displacement", "force"))
+        path_panel.line(*path(*paths), look.color, width=width, dash=dash)
+    path_panel.cross()
+    # Beside a load that varies it is no more than where that begins.
+    starts = "Normal load, starts at" if "varying_normal_load" in names else "Normal load"
+    plot = Plot(
+        [*panels.values(), path_panel],
+        5.4 + 1.5 * (len(names) - 3),
+        heights=(1.0,) * len(names),
+        widths=(1.0, 1.05),
+    )
+    return add_legend(plot, result, dashed=True, title=starts)
+
+
+def _scaled(values: list[Floats], name: str) -> tuple[list[Floats], str]:
+    """Columns of all loads in one unit, or each over its own largest value; and their label."""
+    label, symbol = _LABELS[name]
+    sizes = [float(np.abs(column).max()) for column in values]
+    if far_apart(sizes, 50.0):
+        ratios = [column / (size or 1.0) for column, size in zip(values, sizes, strict=True)]
+        return ratios, f"{label} / largest"
+    unit, letter = length_prefix(max(sizes)) if symbol == "m" else prefix(max(sizes))
+    return [column / unit for column in values], f"{label} [{letter}{symbol}]"
+
+
+def envelope(values: Floats) -> tuple[Floats, Floats]:
+    """Places and values of a record; of a long one only the extremes of each stretch."""
+    if values.size <= MOST_SAMPLES:
+        return np.arange(values.size, dtype=np.float64), values
+    width = -(-values.size // _STRETCHES)
+    stretches = values[: values.size // width * width].reshape(-1, width)
+    starts = width * np.arange(len(stretches))
+    ends = np.sort(np.stack([stretches.argmin(axis=1), stretches.argmax(axis=1)]), axis=0) + starts
+    places = np.concatenate(([0], ends.T.ravel(), np.arange(stretches.size, values.size)))
+    return places.astype(np.float64), values[places]
+
+
+def path(x: Floats, y: Floats) -> tuple[Floats, Floats]:
+    """A path; of a long one each stroke on a fine grid once, since cycles repeat themselves."""
+    if x.size <= MOST_SAMPLES:
+        return x, y
+    cells = np.stack([np.round((v - v.min()) / (np.ptp(v) or 1.0) * _GRID) for v in (x, y)])
+    strokes = np.concatenate((cells[:, :-1], cells[:, 1:])).astype(np.int64)
+    keys = ((strokes[0] * 2048 + strokes[1]) * 2048 + strokes[2]) * 2048 + strokes[3]
+    first = np.sort(np.unique(keys, return_index=True)[1])
+    # A run of strokes that follow each other is one line, and a gap parts it from the next.
+    ends = np.flatnonzero(np.diff(first, append=x.size + 1) > 1)
+    places = np.repeat(ends + 1, 2)
+    lines = []
+    for values in (x, y):
+        gaps = np.full(2 * ends.size, np.nan)
+        gaps[::2] = values[first[ends] + 1]
+        lines.append(np.insert(values[first], places, gaps))
+    return lines[0], lines[1]
+
+
+MOST_AMPLITUDES = 6
+
+
+def pressure(result: Prediction) -> Plot:
+    """Pressure over the place, and how near each place is to sliding at the amplitudes."""
+    every: Sequence[object] = result.joints
+    joints = [
+        (joint, look)
+        for i, look in drawn_loads(result)
+        if isinstance(joint := every[i], PressedJoint)
+    ]
+    first = joints[0][0]
+    places, axis = _places(first)
+    unit, letter = common_prefix([float(joint.pressures.max()) for joint, _ in joints])
+    over = Panel(Axis(axis), Axis(f"Pressure [{letter}Pa]", 0.0))
+    for joint, look in joints:
+        over.line(*_stepped(places, joint.pressures / unit), look.color, dash=look.dash)
+        if joint.pressure.areas.size <= 1:
+            over.marks(places, joint.pressures / unit, look.color, marker=look.marker)
+    slip = Panel(
+        Axis(axis),
+        Axis("Share of the slip limit, T/μN", 0.0, 1.05),
+        f"at displacements from rest, under {engineering(first.normal_load, 'N', 4, trim=True)}: "
+        "1 slides",
+    )
+    amplitudes = result.rows[0].amplitude
+    indices = evenly(amplitudes.size, MOST_AMPLITUDES)
+    entries = []
+    for number, index in enumerate(indices):
+        color, dash, _ = look_of(number)
+        shares = first.slip_shares(float(amplitudes[index]))
+        slip.line(*_stepped(places, shares), color, dash=dash)
+        if shares.size <= 1:
+            slip.marks(places, shares, color)
+        label = engineering(float(amplitudes[index]), "m", 3, trim=True)
+        entries.append(Entry(label, color, dash, None))
+    if len(joints) > 1:
+        loads = ", ".join(engineering(joint.normal_load, "N", 4, trim=True) for joint, _ in joints)
+        over.note = f"from below: {loads}"
+    over.cell, slip.cell = (0, 0, 0, 0), (1, 1, 0, 0)
+    plot = Plot([over, slip], 6.4, heights=(1.0, 1.2))
+    plot.legend_title, plot.legend = "Displacement below", tuple(entries)
+    plot.title = result.study.title
+    return plot
+
+
+def _places(joint: PressedJoint) -> tuple[Floats, str]:
+    """Position of each area: its distance from the axis, or its rank by pressure as area."""
+    spread = joint.pressure
+    if spread.distances is not None:
+        unit, letter = prefix(float(spread.distances.max()))
+        return spread.distances / unit, f"Distance from the axis [{letter}m]"
+    order = np.argsort(-joint.pressures, kind="stable")
+    reach = np.empty(order.size)
+    reach[order] = np.cumsum(spread.areas[order]) - 0.5 * spread.areas[order]
+    return 100.0 * reach / spread.area, "Pressed area, the most pressed first [%]"
+
+
+def _stepped(places: Floats, values: Floats) -> tuple[Floats, Floats]:
+    """A line through the values in the order of their places."""
+    order = np.argsort(places, kind="stable")
+    return places[order], values[order]

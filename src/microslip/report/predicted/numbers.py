@@ -1,0 +1,350 @@
+"""`summary.json`: all but the long columns, under descriptive keys."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+
+from microslip._core.quantities import UNITS, json_value, named
+from microslip._core.units import engineering, significant
+from microslip.friction import Interface, PressedJoint, Verdict
+from microslip.friction.validity import worst_validity
+from microslip.normal import SphereOnFlat, TightenedSurface
+from microslip.report.files import header
+from microslip.report.predicted.scatter_document import FIGURES as SCATTER_FIGURES
+from microslip.report.predicted.scatter_document import numbers as scatter_numbers
+from microslip.report.structure.bolts import force_numbers, force_rows
+from microslip.report.structure.document import FIGURES as STRUCTURE_FIGURES
+from microslip.report.structure.document import numbers as structure_numbers
+from microslip.report.structure.driven import FIGURES as SHAKING_FIGURES
+from microslip.report.structure.driven import FORCED_FIGURE, FORCED_TABLES, RESPONSES
+from microslip.report.structure.fitted_study import FITTED_STUDY
+from microslip.runs.columns import (
+    AmplitudeCurve,
+    Columns,
+    HistoryResponse,
+    OscillatorCurve,
+)
+from microslip.runs.prediction import Defaults, Prediction, leading_inputs, oscillator_of, scalars
+from microslip.structures.bolt_tightening import BoltForces
+from microslip.study import surfaces as u
+from microslip.study.build import is_uncertain
+from microslip.study.description import StudyDescription
+from microslip.study.schema import OscillatorPart
+
+KIND = "microslip-result"
+SUMMARY_SCHEMA = 1
+REMINDER = (
+    "Loss factor and damping ratio are the interface's own. In a structure the damping ratio of a "
+    "mode is the sum of the energies of its joints over 4 pi times the energy of the whole mode."
+)
+
+
+JOINT_FIGURES = ("loops", "backbone", "energy_damping", "force_damping")
+
+
+def figure_names(study: StudyDescription) -> tuple[str, ...]:
+    """Names of the figures that a study has something to show in."""
+    # A table of loads has no contacts.
+    has_contacts = study.surface is not None and not isinstance(study.surface, u.TableSurface)
+    is_pressed = has_contacts and study.joint.pressure is not None
+    figures = {
+        **dict.fromkeys(STRUCTURE_FIGURES, study.structure is not None),
+        FORCED_FIGURE: study.structure is not None and study.structure.force is not None,
+        **{figure: _is_asked(study, table) for table, figure in SHAKING_FIGURES.items()},
+        **dict.fromkeys(SCATTER_FIGURES, _scatters(study)),
+        **dict.fromkeys(JOINT_FIGURES, study.asks_for_joint),
+        "contact_state": has_contacts and not is_pressed and study.asks_for_joint,
+        "pressure": is_pressed,
+        "slider_density": study.asks_for_joint,
+        "history": study.excitation.history is not None,
+        "oscillator": study.oscillator is not None,
+        "face": isinstance(study.surface, u.MeasuredFace),
+    }
+    return tuple(name for name, is_there in figures.items() if is_there)
+
+
+def _is_asked(study: StudyDescription, table: str) -> bool:
+    """Whether a table of the structure is there."""
+    return getattr(study.structure, table, None) is not None
+
+
+def _scatters(study: StudyDescription) -> bool:
+    return study.structure is None and is_uncertain(study)
+
+
+def files(study: StudyDescription) -> tuple[str, ...]:
+    """Files that a study writes; summary.json, which names the others, is the first."""
+    formats = study.output.formats
+    tables = {
+        "loops": study.asks_for_joint,
+        "curves": study.asks_for_joint,
+        "history": study.excitation.history is not None,
+        "oscillator": study.oscillator is not None,
+        "varying": study.excitation.load_variation is not None,
+        "structure": study.structure is not None,
+        **dict.fromkeys(FORCED_TABLES, _is_asked(study, "force")),
+        **{table: _is_asked(study, table) for table in SHAKING_FIGURES},
+        "bands": _scatters(study),
+    }
+    pictures = [kind for kind in ("svg", "png", "pdf") if kind in formats]
+    return (
+        "summary.json",
+        "study.toml",
+        *((FITTED_STUDY,) if study.structure is not None and study.structure.fitted else ()),
+        *(("report.html",) if study.output.report else ()),
+        *(("result.nc",) if "netcdf" in formats else ()),
+        *((RESPONSES,) if "uff" in formats else ()),
+        *(f"{name}.csv" for name, there in tables.items() if there and "csv" in formats),
+        *(f"{name}.{kind}" for name in figure_names(study) for kind in pictures),
+    )
+
+
+def summarise(result: Prediction, defaults: Defaults) -> dict[str, Any]:
+    """Contents of `summary.json`."""
+    study, names, joint = result.study, files(result.study), result.joints[0]
+    surface, structure, scatter = study.surface, result.structure, result.scatter
+    notes = [
+        *(defaults.notes() if study.asks_for_joint else ()),
+        *load_notes(study, joint),
+        *study.notes,
+        *_title_notes(study, names),
+        REMINDER,
+    ]
+    parts = {
+        **({} if surface is None else surface.findings()),
+        "tightening": tightening(joint),
+        "pressure": pressure(joint),
+        "bolts": force_numbers(_bolt_forces(study)),
+        "structure": None if structure is None else structure_numbers(structure),
+        "uncertainty": None if scatter is None else scatter_numbers(scatter),
+    }
+    return {
+        **header(KIND, SUMMARY_SCHEMA, study.title),
+        "study": study.plain(),
+        "notes": notes,
+        **{name: numbers for name, numbers in parts.items() if numbers is not None},
+        "joints": [_joint(result, index) for index in range(len(result.joints))],
+        "units": dict(UNITS),
+        "files": list(names),
+    }
+
+
+def _bolt_forces(study: StudyDescription) -> BoltForces | None:
+    # A joint of a friction law has no pressure, one of a field no bolts.
+    forces: BoltForces | None = getattr(getattr(study.joint, "pressure", None), "bolt_forces", None)
+    return forces
+
+
+def tightening(joint: Any) -> dict[str, Any] | None:
+    """Effect of tightening on the surface, if it was tightened."""
+    law = getattr(joint, "surface", None)
+    if not isinstance(law, TightenedSurface):
+        return None
+    parts, worst = [law], law
+    if isinstance(joint, PressedJoint):  # each place yielded under its own pressure
+        parts = [place.surface for place in joint.laws]  # type: ignore[attr-defined]
+        worst = parts[int(np.argmax(joint.pressures))]
+    tightest = math.fsum(float(part.contact_area(part.closest_separation)) for part in parts)
+    return {
+        **named(law, "tightening_load", "yield_stress", "model"),
+        **named(worst, "closest_separation", "yielded_share"),
+        "mean_indentation_over_yield": worst.mean_indentation,
+        "contact_area": tightest,
+        "contact_area_fraction": tightest / law.area if law.area else None,
+    }
+
+
+def pressure(joint: Any) -> dict[str, Any] | None:
+    """Distribution of the load, if there is one."""
+    if not isinstance(joint, PressedJoint):
+        return None
+    spread = joint.pressure
+    numbers = named(spread, "kind", "area", "concentration")
+    return {**numbers, "largest_pressure": float(joint.pressures.max())}
+
+
+def load_notes(study: StudyDescription, joint: Interface) -> list[str]:
+    """Notes on the scan, tightening and constant normal load, in sentences."""
+    notes = [] if study.surface is None else study.surface.sentences()
+    if (state := tightening(joint)) is not None:
+        fraction = state["contact_area_fraction"]
+        of = "" if fraction is None else f" ({100.0 * fraction:.3g} % of the apparent)"
+        where = " where most was pressed" if isinstance(joint, PressedJoint) else ""
+        tightened_by = engineering(state["tightening_load"], "N", 6, trim=True)
+        notes.append(
+            f"joint.tightening_load: at {tightened_by} "
+            f"{100.0 * state['yielded_share']:.3g} % of the contacts{where} yielded, "
+            f"{state['mean_indentation_over_yield']:.3g} times as deep as at first yield in the "
+            f"mean over the load, and the real area was "
+            f"{significant(1e6 * state['contact_area'])} mm²{of} (yield stress "
+            f"{engineering(state['yield_stress'], 'Pa', 4, trim=True)}, {state['model']}). Loads "
+            "up to that are elastic."
+        )
+    if (spread := pressure(joint)) is not None:
+        notes.append(
+            f"joint.pressure: {spread['kind']}, on {significant(1e6 * spread['area'])} mm², "
+            f"{significant(spread['concentration'])} times the mean where it is largest, "
+            f"{engineering(spread['largest_pressure'], 'Pa')} under "
+            f"{engineering(joint.normal_load, 'N', 4, trim=True)}. The verdicts are those there."
+        )
+    if rows := force_rows(_bolt_forces(study)):
+        words = "; ".join(f"{name[0].lower()}{name[1:]} {text}" for name, text in rows)
+        notes.append(f"joint.pressure, each bolt: {words}.")
+    variation, history = study.excitation.load_variation, study.excitation.history
+    index = joint.surface._assumptions(None).get("plasticity index") if study.structure else None
+    if index is not None and index > 1.0:
+        notes.append(
+            f"surface.law: summits that stay elastic bear the bolts here, though at a plasticity "
+            f'index of {index:.3g} most yield. law = "rough" (rq, roll_off, shortest) and law = '
+            '"measured" yield under the pressure of each patch: take one of these.'
+        )
+    if variation is not None:
+        size = (
+            f"{100.0 * variation.share:.6g} % of N"
+            if variation.amplitude is None and variation.share is not None
+            else engineering(variation.amplitude, "N", 6, trim=True)
+        )
+        notes.append(
+            "excitation.load_variation: the loops are settled cycles under a normal load that "
+            f"varies about N by {size}, {math.degrees(variation.phase):.6g} degrees ahead, "
+            f"harmonic {variation.harmonic}. What is marked as varying is read from them; the "
+            "curves and all other numbers are at the constant load N."
+        )
+        top, first = max(study.excitation.extremes(joint.normal_load)), study.joint.tightening_load
+        state = getattr(joint.surface, "tightening_load", None)
+        if state is not None and top > (first or joint.normal_load):
+            notes.append(
+                "The load grows above that of tightening, and in the first cycle the faces yield "
+                "again: all numbers are of faces tightened under the largest load, "
+                f"{engineering(state, 'N', 6, trim=True)} at the first N."
+            )
+    if history is not None and history.normal_load is not None:
+        notes.append(
+            "excitation.history.normal_load: the history starts at displacement 0 under the normal "
+            "load of each joint and then follows the loads of the file."
+        )
+    if study.excitation.load_varies:
+        notes.append(
+            "The normal load varies: each verdict is the worse of those at its smallest and at its "
+            "largest value."
+        )
+    return notes
+
+
+def _title_notes(study: StudyDescription, names: Sequence[str]) -> list[str]:
+    if study.title.isascii() or not any(name.endswith((".png", ".pdf")) for name in names):
+        return []  # what shows lines and text has fonts of its own
+    from microslip.figures.matplotlib_figure import missing_glyphs
+
+    missing = missing_glyphs(study.title)
+    return [f"title: the figures have no letters for {missing} and draw boxes."] if missing else []
+
+
+def joint_entry(study: StudyDescription, joint: Interface) -> dict[str, Any]:
+    """Joint at rest in the summary, its verdicts included."""
+    varies = study.excitation.load_varies
+    return {
+        "normal_load": json_value(getattr(joint, "normal_load", None)),
+        **{name: json_value(value) for name, value in scalars(study, joint).items()},
+        "slip_scale_meaning": joint._slip_scale[1],
+        "sensitivities": leading_inputs(study, joint),
+        **hertz(joint, study),
+        "validity": [
+            {**json_value(verdict._asdict()), **({"normal_load": load} if varies else {})}
+            for verdict, load in verdicts(study, joint)
+        ],
+    }
+
+
+def hertz(joint: Any, study: StudyDescription) -> dict[str, Any]:
+    """Hertz's and Cattaneo's numbers of a sphere; nothing of other surfaces."""
+    surface = getattr(joint, "surface", None)
+    if not isinstance(surface, SphereOnFlat):
+        return {}
+    depth = -joint.separation
+    radius = math.sqrt(surface.radius * depth)
+    pressure = surface.hertz_pressure(joint.separation)
+    limit = joint.slip_per_indentation * depth
+    amplitudes = study.excitation.amplitudes or ()
+    inner = {a: math.sqrt(max(1.0 - a / limit, 0.0)) for a in amplitudes}
+    return {
+        "hertz": {
+            "approach": depth,
+            "contact_radius": radius,
+            "largest_pressure": pressure,
+            "slip_limit": limit,
+            "sticking": [
+                {
+                    "amplitude": a,
+                    "stick_radius_over_contact_radius": share,
+                    # Cattaneo's traction is largest at the edge of the zone that sticks.
+                    "edge_traction": joint.friction_coefficient
+                    * pressure
+                    * math.sqrt(1.0 - share * share),
+                }
+                for a, share in inner.items()
+            ],
+        }
+    }
+
+
+def verdicts(study: StudyDescription, joint: Interface) -> list[tuple[Verdict, float | None]]:
+    """Verdicts on a joint at its load [N] or, where that varies, the worst of its extremes.
+
+    Those of the joint, then what a scan adds, each with the load that it is for; None where it is
+    the same at every load.
+    """
+    if not study.joint.loads:
+        return []
+    surface = study.surface
+    scanned = () if surface is None else surface.verdicts()
+    if isinstance(joint, PressedJoint):
+        return [(verdict, None) for verdict in (*joint.validity, *scanned)]
+    loads = dict.fromkeys(study.excitation.extremes(joint.normal_load))
+    return [*worst_validity(joint, loads), *((verdict, None) for verdict in scanned)]
+
+
+def _joint(result: Prediction, index: int) -> dict[str, Any]:
+    joint, row, part = result.joints[index], result.rows[index], result.study.oscillator
+    return {
+        **joint_entry(result.study, joint),
+        "limits": json_value(asdict(result.limits[index])),
+        "amplitudes": _records(row),
+        **({"varying": _records(result.varying[index])} if result.varying else {}),
+        **({"history": _history(result.histories[index])} if result.histories else {}),
+        **({"oscillator": _oscillator(part, joint, row)} if part is not None else {}),
+    }
+
+
+def _records(columns: Columns) -> list[dict[str, float | None]]:
+    """Rows of a table, each with the names of its columns."""
+    arrays = columns.columns()
+    rows = zip(*(json_value(array) for array in arrays.values()), strict=True)
+    return [dict(zip(arrays, row, strict=True)) for row in rows]
+
+
+def _history(response: HistoryResponse) -> dict[str, float | None]:
+    ends = {
+        "largest_displacement": abs(response.displacement).max(),
+        "largest_force": abs(response.force).max(),
+        "dissipated_energy": response.dissipated_energy[-1],
+    }
+    if (loads := response.varying_normal_load) is not None:
+        ends |= {"smallest_normal_load": loads.min(), "largest_normal_load": loads.max()}
+    return {name: json_value(value) for name, value in ends.items()}
+
+
+def _oscillator(part: OscillatorPart, joint: Interface, row: AmplitudeCurve) -> dict[str, Any]:
+    oscillator = oscillator_of(part, joint)
+    springs = oscillator.stiffness, oscillator.stiffness + joint.tangential_stiffness
+    slip, stick = (math.sqrt(k / oscillator.mass) / (2.0 * math.pi) for k in springs)
+    return {
+        "frequency_at_rest": json_value(stick),
+        "frequency_in_slip": json_value(slip),
+        "amplitudes": _records(OscillatorCurve.of(oscillator, row.amplitude)),
+    }

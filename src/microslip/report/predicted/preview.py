@@ -1,0 +1,211 @@
+"""Preview of a study in SI units, and of its joint at rest: no loop, no file."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+
+from microslip._core.checks import Progress
+from microslip._core.quantities import UNITS
+from microslip._version import __version__
+from microslip.report.cells import si
+from microslip.report.document import Column, Document, Facts, Items, Section, Table
+from microslip.report.predicted.numbers import (
+    files,
+    joint_entry,
+    load_notes,
+)
+from microslip.report.predicted.tables import rest_section, validity
+from microslip.runs.prediction import DEFAULT_AMPLITUDES, DEFAULT_POINTS, Defaults
+from microslip.runs.structure_cost import Cost, cost_of
+from microslip.study.build import build_joints, check_loads
+from microslip.study.consistency import questions
+from microslip.study.description import StudyDescription
+from microslip.study.part import Part
+from microslip.study.uncertain import Spread
+
+KIND = "microslip-check"
+MOST_ITEMS = 4
+_WORDS = {
+    "outside": "Outside the assumptions of the model; it can be run all the same.",
+    "watch": "Ready to run; see the verdicts.",
+    "not judged": "Ready to run; not everything could be judged, see the verdicts.",
+}
+
+
+def preview(study: StudyDescription, progress: Progress | None = None) -> Document:
+    """Check a study without running it."""
+    joints = build_joints(study, progress)
+    check_loads(study, joints)
+    unsaid = () if study.structure else Defaults.of(study, joints).notes()
+    excitation, loads = study.excitation, len(joints)
+    amplitudes = excitation.amplitudes or excitation.force_amplitudes or DEFAULT_AMPLITUDES
+    points = excitation.curve.points if excitation.curve else DEFAULT_POINTS
+    samples = len(excitation.history.values) if excitation.history else 0
+    data: dict[str, Any] = {
+        "kind": KIND,
+        "generator": {"name": "microslip", "version": __version__},
+        "title": study.title,
+        "study": study.plain(),
+        "quantities": list(_quantities(study)),
+        "notes": [*study.notes, *unsaid, *load_notes(study, joints[0])],
+        "questions": questions(study),
+        "joints": [joint_entry(study, joint) for joint in joints],
+        "loops": loads * len(amplitudes),
+        "points": loads * points,
+        "samples": loads * samples,
+        "units": dict(UNITS),
+        "files": list(files(study)),
+    }
+    cost = None if study.structure is None else cost_of(study)
+    if cost is not None:
+        data["structure"] = cost._asdict()
+    law = (study.joint if study.surface is None else study.surface).law
+    sections = [
+        *(() if cost is None else [Section("Structure", (_size(cost),))]),
+        Section("Quantities", (_quantity_table(data["quantities"]),)),
+        # The area of a structure's surface is not that of a joint: patches have areas of their own.
+        *(() if cost is not None else [rest_section(data["joints"], law)]),
+        Section("Validity", (validity(study, joints),)),
+    ]
+    if data["notes"]:
+        sections.append(Section("Notes", (Items(tuple(data["notes"])),)))
+    return Document(
+        KIND, study.title or "Joint", "", tuple(sections), data, tuple(data["questions"])
+    )
+
+
+def _size(cost: Cost) -> Facts:
+    """Size of a structure, and its cost."""
+    low, high = cost.seconds
+    unit, name = (1.0, "s") if high < 120.0 else (60.0, "min")
+    duration = f"{math.floor(low / unit)} to {math.ceil(high / unit)} {name}"
+    rows = (
+        ("Finite elements", f"{cost.degrees_of_freedom} degrees of freedom"),
+        ("Patches", str(cost.patches)),
+        ("Reductions", str(cost.reductions)),
+        ("Curves of modes", str(cost.balances)),
+        ("Time on one core", duration),
+        ("Memory, about", f"{cost.gigabytes:.1f} GB"),
+    )
+    return Facts("Size", rows)
+
+
+def next_step(document: Document) -> str:
+    """Content of a run, to be followed by the command."""
+    data = document.data
+    parts = [f"{data['loops']} loops", f"curves of {data['points']} points in all"]
+    if "structure" in data:
+        parts = [f"{data['structure']['balances']} curves of modes"]
+    elif data["samples"]:
+        parts.append(f"histories of {data['samples']} samples in all")
+    word = _WORDS.get(document.word, "Ready to run.")
+    return f"{word} To compute {', '.join(parts)}, and write {len(data['files'])} files:"
+
+
+def _quantity_table(quantities: list[dict[str, Any]]) -> Table:
+    rows = []
+    for quantity in quantities:
+        written, unit = quantity["written"], quantity["unit"]
+        if "count" in quantity:
+            ends = (si(quantity[end]) for end in ("smallest", "largest"))
+            value = f"{quantity['count']} values, {' to '.join(ends)}"
+        else:
+            value = _list(quantity["value"], si)
+        text = "– (table of metals)" if written is None else _list(written, str)
+        rows.append((quantity["key"], text, value if unit == "-" else f"{value} {unit}"))
+    columns = (Column("key", "key"), Column("written", "written"), Column("value", "in SI units"))
+    return Table("Quantities", columns, tuple(rows), most=len(rows) or 1)
+
+
+def _list(value: Any, write: Callable[[Any], str]) -> str:
+    """One value, or those of a list as far as there is room."""
+    if not isinstance(value, list):
+        return write(value)
+    if len(value) <= MOST_ITEMS:
+        return ", ".join(map(write, value))
+    first, second, last = map(write, (value[0], value[1], value[-1]))
+    return f"{first}, {second} … {last} ({len(value)})"
+
+
+def _quantities(study: StudyDescription) -> Iterator[dict[str, Any]]:
+    """Each number of a study: its key, what was written for it, and what it is [SI unit]."""
+    source = tomllib.loads(study.text)
+    values = study.by_keys()
+    history = study.excitation.history
+    # Materials may hold more than was written: what the table of metals adds.
+    materials = source.pop("material", {})
+    material = {
+        name: {**dict.fromkeys(keys), **materials.get(name, {})}
+        for name, keys in values["material"].items()
+    }
+    units = dict(_units(study))
+    for key, written, value in _walk({"material": material, **source}, values):
+        unit = units.get(key) or "-"
+        if key == "excitation.history" and history is not None:
+            value, unit = history.values.tolist(), "N" if history.quantity == "force" else "m"
+        if isinstance(written, dict) and "file" not in written:
+            texts = (f"{len(x)} values" if isinstance(x, list) else x for x in written.values())
+            pairs = zip(written, texts, strict=True)
+            written = ", ".join(f"{name} = {text}" for name, text in pairs)
+            spread = value[0] if isinstance(value, tuple) else value
+            ends = (float(spread),)
+            if isinstance(spread, Spread) and (spread.values or spread.low is not None):
+                ends = spread.quantiles(np.array([0.0, 1.0])).tolist()
+            quantity: dict[str, Any] = {"value": list(ends) if len(ends) > 1 else ends[0]}
+        elif isinstance(written, dict):
+            written = f'{written.get("file")}, column "{written.get("column")}"'
+            quantity = {"count": len(value), "smallest": min(value), "largest": max(value)}
+        else:
+            quantity = {"value": list(value) if isinstance(written, list) else _first_item(value)}
+        yield {"key": key, "written": written, **quantity, "unit": unit}
+        loads = None if history is None else history.loads
+        if key == "excitation.history" and isinstance(written, str) and loads is not None:
+            column = source["excitation"]["history"]["normal_load"]["column"]
+            yield {
+                "key": f"{key}.normal_load",
+                "written": f'{written.partition(", column")[0]}, column "{column}"',
+                "count": loads.size,
+                "smallest": float(loads.min()),
+                "largest": float(loads.max()),
+                "unit": "N",
+            }
+
+
+def _units(part: Any, path: str = "") -> Iterator[tuple[str, str]]:
+    """SI units of the keys of a part and of the parts in it, as they are declared."""
+    if isinstance(part, dict):
+        for name, inner in part.items():
+            yield from _units(inner, f"{path}.{name}".lstrip("."))
+    elif isinstance(part, Part):
+        for name, key in part.keys.items():
+            here = f"{path}.{name}".lstrip(".")
+            yield here, key.unit
+            yield from _units(getattr(part, part.attributes[name]), here)
+
+
+def _walk(source: Any, values: Any, path: str = "") -> Iterator[tuple[str, Any, Any]]:
+    """Keys that hold numbers, or that say which file holds them."""
+    for key, written in source.items():
+        here, value = f"{path}{key}", values.get(key)
+        if isinstance(written, dict) and "file" in written and path != "structure.":
+            if "values" in (value or {}):  # heights
+                here, value = f"{here}.values", value["values"]
+            yield here, written, value
+        elif isinstance(written, dict) and isinstance(value, dict):
+            yield from _walk(written, value, f"{here}.")
+        elif key != "schema" and _is_number(_first_item(value)):
+            yield here, written, value
+
+
+def _first_item(value: Any) -> Any:
+    """A value, or the first one of a list: one written without brackets is a list, too."""
+    return value[0] if isinstance(value, (list, tuple)) else value
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool)

@@ -1,0 +1,206 @@
+"""Scatter of a prediction: bands, their sampling error, and the next measurement."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from microslip._core.checks import Floats
+from microslip._core.quantities import json_value, named
+from microslip._core.units import engineering
+from microslip.figures.kit import box
+from microslip.figures.picture import Picture
+from microslip.figures.plot import Axis, Panel, Plot
+from microslip.report import cells
+from microslip.report.document import Block, Column, Facts, Note, Section, Table
+from microslip.runs.prediction import Prediction
+from microslip.runs.scatter import RANKED, Decision, Scatter
+from microslip.sweeps.quantiles import samples_for
+
+_BANDS = {
+    "loss_factor": Column("loss_factor", "Loss factor η", "", 3, write=cells.ratio),
+    "dissipated_energy": Column("dissipated_energy", "Dissipated energy", "J", 3),
+}
+_LOOP = (
+    Column("normal_load", "Normal load", "N", 4, short="load"),
+    Column("amplitude", "Amplitude", "m", 4, short="amplitude"),
+)
+_MOST_BARS = 10
+FIGURES = ("tornado",)
+"""Names of the figures."""
+
+
+def sections(result: Prediction) -> tuple[Section, ...]:
+    """The part of a document that is about the scatter."""
+    scatter = result.scatter
+    if scatter is None:
+        return ()
+    inputs = ((entry.key, entry.written) for entry in scatter.inputs)
+    blocks: list[Block] = [
+        Facts("Uncertain inputs", (*inputs, ("Samples", str(scatter.samples)))),
+        *(_bands(result, scatter, name) for name in _BANDS),
+        _ranking(result, scatter),
+        Note(_remark(scatter), small=True),
+        *(Note(note, small=True) for note in scatter.notes),
+    ]
+    picture = Picture(
+        "tornado",
+        "The loss factor with one input at its 5 % and 95 % and the others at their medians, at "
+        "the amplitude of each loop where it scatters most: the longest bar is what to measure "
+        "next.",
+        lambda: tornado(result, scatter),
+        "Effect of each input on the loss factor",
+    )
+    figures = Section("Scatter in figures", (picture,), brief=False)
+    return Section("Scatter", tuple(blocks)), figures
+
+
+def _places(result: Prediction) -> list[tuple[int, int, float | None, float]]:
+    """Load and amplitude indices, with their values."""
+    return [
+        (i, j, json_value(getattr(joint, "normal_load", None)), float(a))
+        for i, (joint, row) in enumerate(zip(result.joints, result.rows, strict=True))
+        for j, a in enumerate(row.amplitude)
+    ]
+
+
+def _bands(result: Prediction, scatter: Scatter, name: str) -> Table:
+    band, column = scatter.bands[name].values, _BANDS[name]
+    columns = (
+        *_LOOP,
+        *(replace(column, label=f"{100.0 * q:g} %") for q in scatter.quantiles),
+        Column("error", "90 % interval of these, ±", "", write=cells.percent, short="± (90 %)"),
+    )
+    widths = _half_widths(scatter, name)
+    rows = tuple(
+        (load, a, *band[:, i, j].tolist(), json_value(np.max(widths[:, i, j])))
+        for i, j, load, a in _places(result)
+    )
+    return Table(column.label, columns, rows, keys=2, noun="loops")
+
+
+def _half_widths(scatter: Scatter, name: str) -> Floats:
+    """Relative distance of the ends of an interval from its quantile; infinite if unknown."""
+    band, (low, high) = scatter.bands[name].values, scatter.intervals[name]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.asarray(np.maximum(band - low, high - band) / np.abs(band))
+
+
+def _of_input(decision: Decision, place: int) -> dict[str, Any]:
+    """Contribution of an input to a result; Sobol' indices where they were asked for."""
+    arrays = {"share": decision.shares, "low": decision.low, "high": decision.high}
+    if decision.first is not None and decision.total is not None:
+        arrays |= {"first": decision.first, "total": decision.total}
+    return {name: json_value(values[place]) for name, values in arrays.items()}
+
+
+def _ranking(result: Prediction, scatter: Scatter) -> Table:
+    """Inputs to measure next, for the loss factor."""
+    columns = (
+        Column("share", "Share in the scatter of ln η", "", write=cells.percent, short="share"),
+        Column("first", "Sobol’ index, first", "", write=cells.ratio, short="first"),
+        Column("total", "Sobol’ index, total", "", write=cells.ratio, short="total"),
+        Column("low", "η at its 5 %", "", write=cells.ratio),
+        Column("high", "η at its 95 %", "", write=cells.ratio),
+    )
+    rows = []
+    for i, j, load, a in _places(result):
+        decision = scatter.decision("loss_factor", i, j)
+        for k in np.argsort(-decision.shares)[:4].tolist():
+            numbers = _of_input(decision, k)
+            key = scatter.inputs[k].key
+            rows.append((load, a, key, *(numbers.get(column.key) for column in columns)))
+    heads = (*_LOOP, Column("input", "Uncertain inputs", short="input"), *columns)
+    return Table("What to measure next", heads, tuple(rows), keys=2, noun="inputs")
+
+
+def _remark(scatter: Scatter) -> str:
+    """Remark of the delta method."""
+    decisions = [d for d in scatter.decisions if d.name == "loss_factor"]
+    worst = max(decisions, key=lambda d: abs(d.scatter - d.delta))
+    return (
+        f"Standard deviation of ln η over the samples and by the delta method: "
+        f"{worst.scatter:.3g} and {worst.delta:.3g} where they differ most; a regression on the "
+        f"inputs explains {min(d.explained for d in decisions):.0%} or more. {_sureness(scatter)}"
+    )
+
+
+def _sureness(scatter: Scatter) -> str:
+    """Confidence of the quantiles of the loss factor, and the samples needed for more."""
+    widths = _half_widths(scatter, "loss_factor")
+    widest, count = float(np.max(widths, initial=0.0)), scatter.samples
+    text = (
+        "Intervals hold the quantiles of more samples with a confidence of 90 %, by order "
+        "statistics over eight scramblings of the points"
+    )
+    if not math.isfinite(widest):
+        tail = min(min(q, 1.0 - q) for q in scatter.quantiles.tolist())
+        # Eight times a power of two, of which twelve lie in a tail: then it has an interval.
+        enough = 8 << max(3, math.ceil(math.log2(12.0 / tail / 8.0)))
+        return (
+            f"{text}; {count} samples leave an outer one open: take some {enough} "
+            "(uncertainty.samples)."
+        )
+    if widest <= _FINE:
+        return f"{text}."
+    return f"{text}; for ±{_FINE:.0%} take {samples_for(count, widest, _FINE)} samples at most."
+
+
+_FINE = 0.01
+
+
+def tornado(result: Prediction, scatter: Scatter) -> Plot:
+    """Bars of what each input does, for the load and amplitude whose loss factor scatters most."""
+    decision = max(
+        (d for d in scatter.decisions if d.name == "loss_factor"), key=lambda d: d.scatter
+    )
+    middle = float(result.rows[decision.load].loss_factor[decision.amplitude])
+    reach: Floats = np.abs(np.log(decision.high / decision.low))
+    order = np.argsort(reach)[::-1][:_MOST_BARS][::-1]
+    ticks = [(float(place), scatter.inputs[k].key) for place, k in enumerate(order.tolist())]
+    joint, row = result.joints[decision.load], result.rows[decision.load]
+    at = engineering(float(row.amplitude[decision.amplitude]), "m", 3, trim=True)
+    load = getattr(joint, "normal_load", None)
+    at += f", {engineering(load, 'N', 3, trim=True)}" if load is not None else ""
+    panel = Panel(
+        Axis("Loss factor η"),
+        Axis(low=-0.6, high=len(ticks) - 0.4, ticks=ticks),
+        note=f"at {at}; pale: 5 % of the input, dark: 95 %",
+    )
+    for place, k in enumerate(order.tolist()):
+        for value, color in ((decision.low[k], "#9ecae1"), (decision.high[k], "#2b7bba")):
+            panel.add(box(middle, float(value), place - 0.32, place + 0.32, color))
+    panel.line([middle, middle], [-0.6, len(ticks) - 0.4], "#333333", width=0.8)
+    return Plot([panel], 1.2 + 0.42 * len(ticks), title=result.study.title)
+
+
+def numbers(scatter: Scatter) -> dict[str, Any]:
+    """Scatter in the summary: plain values in SI units."""
+    return {
+        "inputs": {entry.key: entry.written for entry in scatter.inputs},
+        "samples": scatter.samples,
+        "quantiles": scatter.quantiles.tolist(),
+        "bands": {
+            name: {
+                "quantiles": json_value(scatter.bands[name].values),
+                "intervals": json_value(scatter.intervals[name]),
+            }
+            for name in (*RANKED, "force_amplitude", "damping_ratio", "tangential_stiffness")
+            if name in scatter.intervals
+        },
+        "decisions": [
+            {
+                "quantity": d.name,
+                **named(d, "load", "amplitude"),
+                "standard_deviation_of_logarithm": json_value(d.scatter),
+                "delta_method": json_value(d.delta),
+                "explained": json_value(d.explained),
+                "inputs": {entry.key: _of_input(d, k) for k, entry in enumerate(scatter.inputs)},
+            }
+            for d in scatter.decisions
+        ],
+        "notes": list(scatter.notes),
+    }

@@ -1,0 +1,102 @@
+"""Bolts in results: forces by their tightening, and effects of slack bolts."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from microslip._core.quantities import json_value
+from microslip._core.units import engineering
+from microslip.report import cells
+from microslip.report.document import Column, Section, Table
+from microslip.runs.structure_prediction import StructurePrediction, TightMode
+from microslip.structures.bolt_tightening import BoltForces, tension_band
+
+
+def names(prediction: StructurePrediction) -> str:
+    """The slack bolts, in words."""
+    slack = prediction.part.bolts.slack
+    listed = ", ".join(str(number) for number in sorted(slack))
+    return f"bolt{'s' if len(slack) > 1 else ''} {listed}" if slack else ""
+
+
+def force_rows(forces: BoltForces | None) -> list[tuple[str, str]]:
+    """Forces of a bolt from its tightening on, for facts: nothing where no size tells them."""
+    if forces is None:
+        return []
+    low, high = tension_band(forces.tightening_factor)
+    tightened = engineering(forces.assembly, "N", 4)
+    if high > low:
+        ends = " to ".join(engineering(end * forces.assembly, "N", 4) for end in (low, high))
+        tightened += f", {ends} by a tightening factor of {forces.tightening_factor:g}"
+    rows = [("Tension after tightening", tightened)]
+    if forces.utilisation is not None:
+        rows.append(("Stress of tightening", f"{forces.utilisation:.2f} of the proof stress"))
+    if forces.embedding:
+        lost = f"{engineering(forces.loss, 'N', 3)} as faces embed by"
+        rows.append(("Lost after tightening", f"{lost} {engineering(forces.embedding, 'm', 3)}"))
+    if forces.load_factor is not None:
+        rows.append(("Load factor of an axial load", f"{forces.load_factor:.3g}"))
+    if forces.axial_load:
+        pulls = f"{engineering(forces.axial_load, 'N', 4)} pulls, "
+        adds = f"{engineering(forces.added, 'N', 3)} of it on the bolt"
+        rows.append(("Axial load of a bolt", pulls + adds))
+    if forces.clamping != forces.assembly:
+        left = engineering(forces.clamping, "N", 4)
+        if high > low:
+            left += ", " + " to ".join(engineering(end, "N", 4) for end in forces.ends)
+        rows.append(("Left between the plates, a bolt", left))
+    return rows
+
+
+def force_numbers(forces: BoltForces | None) -> dict[str, Any] | None:
+    """The same for the summary: plain values in SI units."""
+    if forces is None:
+        return None
+    return {**vars(forces), "clamping": forces.clamping, "clamping_range": list(forces.ends)}
+
+
+def comparison(prediction: StructurePrediction) -> Section:
+    """Frequency and damping of each mode, and of the mode that it is with all bolts tight."""
+    unit = prediction.part.unit
+    listed = (
+        Column("amplitude", "Amplitude at the sensor", unit, 3, short="amplitude"),
+        Column("slack_frequency", "Slack", "Hz", write=lambda f: f"{f:.5g}"),
+        Column("tight_frequency", "All tight", "Hz", write=lambda f: f"{f:.5g}"),
+        Column("slack_damping_ratio", "ζ, slack", "", write=cells.ratio),
+        Column("tight_damping_ratio", "ζ, all tight", "", write=cells.ratio),
+    )
+    tables = []
+    for mode, beside in zip(prediction.modes, prediction.tight, strict=True):
+        curves = (
+            mode.curve.amplitude, mode.curve.frequency, beside.curve.frequency,
+            mode.curve.damping_ratio, beside.curve.damping_ratio,
+        )  # fmt: skip
+        rows = tuple(zip(*(json_value(values) for values in curves), strict=True))
+        title = (
+            f"Mode {mode.number} with {names(prediction)} slack, "
+            f"mode {beside.number} with all tight"
+        )
+        last = engineering(float(mode.curve.amplitude[mode.last]), unit, 3)
+        change = mode.curve.frequency[mode.last] / beside.curve.frequency[mode.last] - 1.0
+        ratio = mode.curve.damping_ratio[mode.last] / beside.curve.damping_ratio[mode.last]
+        caption = (
+            f"At {last} the frequency changes by {change:+.2%} and the damping ratio by a factor "
+            f"of {ratio:.3g}. The MAC of the two shapes is {beside.mac:.3f}."
+        )
+        tables.append(Table(title, listed, rows, caption=caption, noun="amplitudes"))
+    return Section("Slack bolts", tuple(tables))
+
+
+def tight_numbers(tight: tuple[TightMode, ...]) -> list[dict[str, Any]]:
+    """Summary of the modes with all bolts tight: plain values in SI units."""
+    return [
+        {
+            "mode": beside.of,
+            "tight_mode": beside.number,
+            "mac": beside.mac,
+            "linear_frequency": beside.curve.linear_frequency,
+            "modal_frequency": json_value(beside.curve.frequency),
+            "modal_damping_ratio": json_value(beside.curve.damping_ratio),
+        }
+        for beside in tight
+    ]

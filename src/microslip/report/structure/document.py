@@ -1,0 +1,555 @@
+"""Document of a bolted structure: its answer, sections, numbers, tables and arrays."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from microslip._core.checks import Floats
+from microslip._core.netcdf import Variable
+from microslip._core.quantities import QUANTITIES, json_value, named
+from microslip._core.units import engineering
+from microslip.figures.picture import Picture
+from microslip.report import cells
+from microslip.report.document import Block, Column, Facts, Note, Number, Section, Table, Verdicts
+from microslip.report.structure import driven as told
+from microslip.report.structure.bolts import (
+    comparison,
+    force_numbers,
+    force_rows,
+    names,
+    tight_numbers,
+)
+from microslip.report.structure.driven import (
+    FORCED_FIGURE,
+    force_plot,
+    force_section,
+    response_numbers,
+)
+from microslip.report.structure.fitted_study import FITTED_STUDY
+from microslip.report.structure.pictures import (
+    curve_plot,
+    loss_plot,
+    pressure_plot,
+    shape_plot,
+    slip_plot,
+)
+from microslip.runs.structure_prediction import Bands, Mode, StructurePrediction
+from microslip.structures import Convergence, ModalCurve, ModalIdentification, ModalTest
+from microslip.structures.modal_curve import Resonance
+
+_PATCH = ("x", "y", "area", "gap", "normal_load")
+FIGURES = ("modal_curves", "pressure_map", "slip_map", "loss_map", "mode_shapes")
+"""Names of the figures."""
+
+
+def answer(prediction: StructurePrediction) -> str:
+    """The result in a sentence."""
+    mode, curve, last = prediction.modes[0], prediction.modes[0].curve, prediction.modes[0].last
+    band = "" if mode.bands is None else f" (5–95 %: {_band(mode.bands, last)})"
+    slack = f" with {names(prediction)} slack" if prediction.tight else ""
+    place = engineering(float(curve.amplitude[last]), prediction.part.unit, 3)
+    return (
+        f"Mode {mode.number}: {curve.linear_frequency:.5g} Hz fully stuck{slack}; at an amplitude "
+        f"of {place} at the sensor "
+        f"{curve.frequency[last]:.5g} Hz, with a damping ratio in steady motion of "
+        f"{cells.ratio(float(curve.damping_ratio[last]))}{band}. {_errors(prediction)}"
+    )
+
+
+def _errors(prediction: StructurePrediction) -> str:
+    """Errors of the answer: of patches, mesh and reduction, and of so few samples."""
+    mode, convergence = prediction.modes[0], prediction.convergence
+    model = "not estimated"
+    if prediction.part.mesh is None:  # that of a user cannot be refined
+        model += " (converge = true estimates them)"
+    if convergence is not None:
+        model = f"±{convergence.error[1]:.1%} of the joint's damping"
+    left = float(abs(mode.curve.harmonic_error[mode.last]))
+    errors = f"Errors: of patches, mesh and reduction {model}; of truncated harmonics ±{left:.1%}"
+    if mode.bands is None:
+        return f"{errors}."
+    if not math.isfinite(mode.bands.damping_error):
+        return f"{errors}; sampling error of the band's ends unknown: too few samples."
+    return f"{errors}; sampling error of the band's ends ±{mode.bands.damping_error:.1%}."
+
+
+def number(prediction: StructurePrediction) -> Number:
+    """The damping ratio at the largest amplitude, with its band."""
+    mode, last = prediction.modes[0], prediction.modes[0].last
+    place = engineering(float(mode.curve.amplitude[last]), prediction.part.unit, 3)
+    band = ""
+    if mode.quick is not None:
+        band = f"quasi-static: {cells.ratio(float(mode.quick.damping_ratio[last]))}"
+    if mode.bands is not None:
+        band = f"5 to 95 %: {_band(mode.bands, last)}"
+    value = cells.ratio(float(mode.curve.damping_ratio[last]))
+    return Number(f"steady damping ratio ζ of mode {mode.number} at {place}", value, band)
+
+
+def _band(bands: Bands, place: int) -> str:
+    return " to ".join(cells.ratio(bands.damping_ratio[end, place]) for end in (0, -1))
+
+
+def sections(prediction: StructurePrediction) -> tuple[Section, ...]:
+    """The parts of a document that are about the structure, the first ones to read."""
+    parts = [Section("Structure", (_model(prediction),))]
+    blocks: list[Block] = [_table(mode, prediction.part.unit) for mode in prediction.modes]
+    ranking = [_ranking(mode) for mode in prediction.modes if mode.bands is not None]
+    parts.append(Section("Frequency and damping", (*blocks, Note(_remark(prediction), small=True))))
+    if prediction.tight:
+        parts.append(comparison(prediction))
+    if prediction.part.force is not None:
+        parts.append(force_section(prediction))
+    if prediction.convergence is not None:
+        parts.append(_convergence_section(prediction.convergence, prediction.part.modes[0]))
+    if ranking:
+        parts.append(Section("Contributions to the scatter", tuple(ranking)))
+    if prediction.identified is not None:
+        parts.append(_fitted(prediction, prediction.identified))
+    shaking = prediction.shaking
+    figures: tuple[Picture, ...] = pictures(prediction)
+    if shaking is not None:
+        parts += told.sections(shaking)
+        figures += tuple(told.pictures(shaking))
+    parts.append(Section("Structure in figures", figures, brief=False))
+    return tuple(parts)
+
+
+def pictures(prediction: StructurePrediction) -> tuple[Picture, ...]:
+    """The figures."""
+    markers = " Markers are the tests." if prediction.tests else ""
+    if any(test.motion == "decay" for test in prediction.tests):
+        markers += " Thin: as in a free decay, to be compared with ring-downs."
+    fitted = (
+        " Dotted: fitted to the tests, with its 5 to 95 % range."
+        if prediction.identified is not None
+        else ""
+    )
+    bands = " Shaded: 5 to 95 % of the uncertain inputs." if prediction.inputs else ""
+    figures = {
+        "modal_curves": (
+            curve_plot,
+            f"Frequency and damping ratio of each mode against the {prediction.part.quantity} "
+            "amplitude at the sensor, in steady motion by harmonic balance"
+            f"{'; dashed: quasi-static.' if prediction.modes[0].quick else '.'}"
+            f"{bands}{markers}{fitted} {_errors(prediction)}",
+            "Frequency and damping of the modes against amplitude",
+        ),
+        "pressure_map": (
+            pressure_plot,
+            "Mean pressure on each patch after tightening, seen from above.",
+            "Pressure on the contact patches",
+        ),
+        "slip_map": (
+            slip_plot,
+            "Relative tangential amplitude of the two faces at each patch, at the largest "
+            "amplitude: where it slips.",
+            "Relative motion of the contact patches",
+        ),
+        "loss_map": (
+            loss_plot,
+            "Share of each patch in the energy lost per cycle, at the largest amplitude: patches "
+            "should be fine where it is large, and form and friction matter there.",
+            "Loss of the contact patches",
+        ),
+        "mode_shapes": (
+            shape_plot,
+            "The modes at the largest amplitude, seen from the side, or from above where they bend "
+            "that way; the motion is exaggerated.",
+            "Shapes of the modes",
+        ),
+    }
+    if prediction.part.force is not None:
+        figures[FORCED_FIGURE] = (
+            force_plot,
+            f"Amplitude at the sensor against the frequency of the force, near each mode.{bands}",
+            "Response of the modes to the force",
+        )
+    return tuple(
+        Picture(name, caption, partial(plot, prediction), alternative)
+        for name, (plot, caption, alternative) in figures.items()
+    )
+
+
+def numbers(prediction: StructurePrediction) -> dict[str, Any]:
+    """Structure in the summary: plain values in SI units."""
+    joint, state, convergence = prediction.joint, prediction.state, prediction.convergence
+    parts = {
+        "convergence": convergence and [change._asdict() for change in convergence.changes],
+        "model_error": convergence
+        and dict(zip(("frequency", "joint_damping_ratio"), convergence.error, strict=True)),
+        "from_asked_patches_to_limit": convergence
+        and dict(zip(("frequency", "damping_ratio"), convergence.asked, strict=True)),
+        "bolts": force_numbers(prediction.part.bolt_forces),
+        "slack_bolts": list(prediction.part.bolts.slack) or None,
+        "all_tight": tight_numbers(prediction.tight) or None,
+        "identified": prediction.identified and _identified(prediction.identified),
+        "shaking": prediction.shaking and told.numbers(prediction.shaking),
+    }
+    return {
+        "answer": answer(prediction),
+        "amplitude_quantity": prediction.part.quantity,
+        "degrees_of_freedom": {"elements": joint.full_size, "reduced": joint.size},
+        "equilibrium_error": state.equilibrium_error,
+        "bolt_tension": joint.tensions(state.displacement, state.static_force).tolist(),
+        "uncertain": dict(prediction.inputs),
+        "patches": [
+            {name: float(value) for name, value in zip(_PATCH, row, strict=True)}
+            for row in np.column_stack(
+                [joint.patch_centres, joint.patch_areas, joint.patch_gaps, state.normal_loads]
+            )
+        ],
+        "modes": [_mode_numbers(mode) for mode in prediction.modes],
+        **{name: part for name, part in parts.items() if part is not None},
+    }
+
+
+def columns(prediction: StructurePrediction) -> dict[str, Floats]:
+    """The curves of all modes in long form, for a CSV file."""
+    parts = [
+        {"mode": np.full(mode.curve.amplitude.size, float(mode.number)), **_curves(mode)}
+        for mode in prediction.modes
+    ]
+    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+
+
+def _curves(mode: Mode) -> dict[str, Floats]:
+    """The curves of a mode by the names that they have everywhere."""
+    curves = {
+        "amplitude": mode.curve.amplitude,
+        "modal_frequency": mode.curve.frequency,
+        "modal_damping_ratio": mode.curve.damping_ratio,
+        "decay_damping_ratio": mode.curve.decay_damping_ratio,
+    }
+    if mode.quick is not None:
+        curves["quasi_static_frequency"] = mode.quick.frequency
+        curves["quasi_static_damping_ratio"] = mode.quick.damping_ratio
+    for name in ("frequency", "damping_ratio") if mode.bands is not None else ():
+        for word, row in zip(("low", "median", "high"), getattr(mode.bands, name), strict=True):
+            curves[f"modal_{name}_{word}"] = row
+    return curves
+
+
+def _identified(identified: ModalIdentification) -> dict[str, Any]:
+    return {
+        "values": dict(identified.values),
+        "intervals": {name: list(ends) for name, ends in identified.intervals.items()},
+        "scatter": dict(zip(identified.values, identified.scatter.tolist(), strict=True)),
+        "correlation": identified.correlation.tolist(),
+        "misfit": json_value(identified.misfit),
+        "linear_frequencies": [
+            dict(zip(("test", "study", "fitted"), row, strict=True))
+            for row in identified.linear_frequencies.tolist()
+        ],
+        "curves": [
+            {
+                "mode": curve.index + 1,
+                "amplitude": json_value(curve.amplitude),
+                "modal_frequency": json_value(curve.frequency),
+                "modal_damping_ratio": json_value(curve.damping_ratio),
+                "modal_frequency_bands": json_value(band[0]),
+                "modal_damping_ratio_bands": json_value(band[1]),
+            }
+            for curve, band in zip(identified.curves, identified.bands, strict=True)
+        ],
+        "verdicts": [v.word for v in identified.verdicts],
+    }
+
+
+def _mode_numbers(mode: Mode) -> dict[str, Any]:
+    bands, curves = mode.bands, _curves(mode)
+    result: dict[str, Any] = {
+        "mode": mode.number,
+        **named(mode.curve, "linear_frequency", "message"),
+        **{c.key: json_value(curves[c.key]) for c in _COLUMNS[:5] if c.key in curves},
+        "harmonic_error": json_value(mode.curve.harmonic_error),
+        "loss_share": json_value(mode.loss()),
+        "mac": json_value(mode.curve.mac),
+        "near_resonances": [
+            {"mode": r.mode + 1, **named(r, "multiple", "distance")} for r in mode.curve.near
+        ],
+    }
+    if mode.forced:
+        result["forced_response"] = [response_numbers(response) for response in mode.forced]
+    if bands is not None:
+        result["modal_frequency_bands"] = json_value(bands.frequency)
+        result["modal_damping_ratio_bands"] = json_value(bands.damping_ratio)
+        errors = {
+            "modal_frequency": bands.frequency_error, "modal_damping_ratio": bands.damping_error
+        }  # fmt: skip
+        result["sampling_error"] = json_value(
+            errors
+        )  # infinite where few samples leave an end open
+        if bands.model_error is not None:
+            frequency, damping = bands.model_error
+            result["model_error"] = {"modal_frequency": frequency, "joint_damping_ratio": damping}
+        result["unsolved_samples"] = bands.unsolved
+        result["ranking"] = dict(bands.ranking)
+    return result
+
+
+def _model(prediction: StructurePrediction) -> Facts:
+    joint, state, part = prediction.joint, prediction.state, prediction.part
+    tensions = joint.tensions(state.displacement, state.static_force)
+    pressed = int((state.normal_loads > 0.0).sum())
+    bolts = f"{len(tensions)} bolt{'s' if len(tensions) > 1 else ''}"
+    rows = [
+        ("Finite elements", f"{joint.full_size} degrees of freedom"),
+        ("Reduced to", f"{joint.patches} patches, {bolts}, {joint.size} in all"),
+        ("Bolt tension", ", ".join(engineering(float(t), "N", 4) for t in tensions)),
+        *force_rows(part.bolt_forces),
+        *([("Slack", names(prediction))] if prediction.tight else []),
+        ("Patches in contact", f"{pressed} of {joint.patches}"),
+        ("Largest pressure", engineering(float(state.pressures.max()), "Pa", 3)),
+        ("Residual of the tightened state", f"{state.equilibrium_error:.1e} of the largest force"),
+        ("Base damping, an input", cells.ratio(part.base_damping_ratio)),
+    ]
+    rows += [(f"Uncertain inputs: {name}", text) for name, text in prediction.inputs]
+    return Facts("Model", tuple(rows))
+
+
+_COLUMNS = (
+    Column("amplitude", "Amplitude at the sensor", "m", 3, short="amplitude"),
+    Column("modal_frequency", "Frequency [Hz]", "Hz", write=lambda f: f"{f:.5g}", short="Hz"),
+    Column("modal_damping_ratio", "Damping ratio ζ, steady", "", write=cells.ratio, short="ζ"),
+    Column("decay_damping_ratio", "ζ, free decay", "", write=cells.ratio),
+    Column("quasi_static_damping_ratio", "ζ, quasi-static", "", write=cells.ratio),
+    Column("modal_damping_ratio_low", "ζ, 5 %", "", write=cells.ratio),
+    Column("modal_damping_ratio_median", "ζ, 50 %", "", write=cells.ratio),
+    Column("modal_damping_ratio_high", "ζ, 95 %", "", write=cells.ratio),
+)
+
+
+def _table(mode: Mode, unit: str) -> Table:
+    curves = _curves(mode)
+    listed = tuple(
+        replace(column, unit=unit) if column.key == "amplitude" else column
+        for column in _COLUMNS
+        if column.key in curves
+    )
+    rows = tuple(zip(*(json_value(curves[column.key]) for column in listed), strict=True))
+    title = f"Mode {mode.number}, {mode.curve.linear_frequency:.5g} Hz fully stuck"
+    return Table(title, listed, rows, caption=mode.curve.message, noun="amplitudes")
+
+
+def _remark(prediction: StructurePrediction) -> str:
+    if prediction.modes[0].quick is None:
+        text = (
+            "Quasi-static curves have no even harmonics and are left out with a nonlinear geometry."
+        )
+    else:
+        worst = max(float(np.nanmax(abs(m.curve.damping_difference))) for m in prediction.modes)
+        text = f"The quasi-static damping differs from harmonic balance by up to {worst:.1%}."
+    error = max(float(np.nanmax(abs(m.curve.harmonic_error))) for m in prediction.modes)
+    harmonics = ", ".join(map(str, prediction.part.harmonics))
+    text += f" Harmonics beyond {harmonics} would change the joint's damping by {error:.1%}."
+    shapes = min(float(np.nanmin(m.curve.mac)) for m in prediction.modes)
+    if shapes < _SAME_SHAPE:
+        text += f" Shapes change: their MAC with those of stuck joints falls to {shapes:.3f}."
+    near = (_resonance(mode, other) for mode in prediction.modes for other in mode.curve.near)
+    return " ".join(
+        [
+            text,
+            *near,
+            *(_bands_remark(m, prediction.part.mesh is not None) for m in prediction.modes),
+        ]
+    )
+
+
+_SAME_SHAPE = 0.99
+
+
+def _resonance(mode: Mode, other: Resonance) -> str:
+    """A mode that may be drawn in, in words."""
+    times = "the frequency" if other.multiple == 1 else f"{other.multiple} times the frequency"
+    return (
+        f"Mode {other.mode + 1} is {other.distance:+.1%} away from {times} of mode {mode.number}: "
+        "if the joint couples them they respond together, which curves of one mode do not show."
+    )
+
+
+def _bands_remark(mode: Mode, meshed: bool) -> str:
+    """Method and sampling error of the bands of a mode."""
+    if mode.bands is None:
+        return ""
+    error = mode.bands.damping_error
+    text = (
+        f"Bands of mode {mode.number} are the 5, 50 and 95 % quantiles of harmonic balances at "
+        "Sobol' points, interpolated where the inputs explain the result. The sampling error "
+        + (
+            f"of the damping's quantiles is at most ±{error:.1%} (90 %)."
+            if math.isfinite(error)
+            else "of its outer quantiles is open: take more (samples)."
+        )
+    )
+    if mode.bands.unsolved:
+        text += (
+            f" {mode.bands.unsolved} samples do not reach all amplitudes and are left out there."
+        )
+    if mode.bands.model_error is None:
+        remedy = "" if meshed else "; converge = true includes it"
+        return f"{text} The error of patches, mesh and reduction is not included{remedy}."
+    return (
+        f"{text} Their ends are moved out by {mode.bands.model_error[1]:.1%} of the joint's "
+        "damping, the error of patches, mesh and reduction."
+    )
+
+
+_FITTED = {
+    "friction_coefficient": "Friction coefficient",
+    "tension": "Bolt tension, of the study's",
+    "form": "Factor on the form",
+    "young_modulus": "Young's modulus, of the study's",
+    "base_damping_ratio": "Base damping ratio",
+}
+
+
+def _fitted(prediction: StructurePrediction, identified: ModalIdentification) -> Section:
+    """Parameters of the joint identified and not identified by the test."""
+    listed = (
+        Column("parameter", "Parameter"),
+        Column("value", "Value", "", write=cells.ratio),
+        Column("low", "5 %", "", write=cells.ratio),
+        Column("high", "95 %", "", write=cells.ratio),
+    )
+    rows = tuple(
+        (_FITTED[name], value, *identified.intervals[name])
+        for name, value in identified.values.items()
+    )
+    table = Table("Fitted to the test", listed, rows, noun="parameters")
+    verdicts = Verdicts(identified.verdicts, caption=_strongest_correlation(identified))
+    listed_curves = zip(prediction.tests, identified.curves, identified.bands, strict=True)
+    compared = (_compared(*fitted) for fitted in listed_curves)
+    saved = Note(f"Saved as a study in {FITTED_STUDY}, for: microslip predict {FITTED_STUDY}")
+    blocks: list[Block] = [table, verdicts, _linear(prediction, identified), *compared, saved]
+    return Section("Fitted to the test", tuple(blocks))
+
+
+def _linear(prediction: StructurePrediction, identified: ModalIdentification) -> Table:
+    """Frequencies of sticking joints beside those of the smallest amplitudes of the tests."""
+    listed = (
+        Column("mode", "Mode"),
+        *(
+            Column(f"{name}_frequency", label, "Hz", write=lambda f: f"{f:.5g}")
+            for name, label in (
+                ("test", "Test, smallest amplitude"),
+                ("study", "Joints stick, as in the study"),
+                ("linear", "Joints stick, fitted"),
+            )
+        ),
+    )
+    numbered = zip(prediction.tests, identified.linear_frequencies.tolist(), strict=True)
+    rows = tuple((test.mode + 1, *row) for test, row in numbered)
+    return Table("Linear frequencies", listed, rows, noun="tests")
+
+
+MOTIONS = {"steady": "steady motion", "decay": "free decay"}
+_COMPARED = (
+    Column("amplitude", "Displacement amplitude at the sensor", "m", 3, short="amplitude"),
+    Column("test_frequency", "Frequency, test", "Hz", write=lambda f: f"{f:.5g}"),
+    Column("fitted_frequency", "fitted", "Hz", write=lambda f: f"{f:.5g}"),
+    Column("test_damping_ratio", "ζ, test", "", write=cells.ratio),
+    Column("fitted_damping_ratio", "ζ, fitted", "", write=cells.ratio),
+    Column("fitted_damping_ratio_low", "ζ, 5 %", "", write=cells.ratio),
+    Column("fitted_damping_ratio_high", "ζ, 95 %", "", write=cells.ratio),
+)
+
+
+def _compared(test: ModalTest, curve: ModalCurve, band: Floats) -> Table:
+    """A test beside the curve that was fitted to it, with the band of the fitted parameters."""
+    columns = (
+        test.amplitude, test.frequency, curve.frequency, test.damping_ratio,
+        test.damping_of(curve), *band[1],
+    )  # fmt: skip
+    rows = tuple(zip(*(json_value(column) for column in columns), strict=True))
+    title = f"Fitted curve of mode {test.mode + 1}, {MOTIONS[test.motion]}"
+    return Table(title, _COMPARED, rows, noun="amplitudes")
+
+
+def _strongest_correlation(identified: ModalIdentification) -> str:
+    """The two parameters that the test tells apart least, in words."""
+    names, matrix = tuple(identified.values), abs(identified.correlation)
+    if len(names) < 2:
+        return ""
+    first, second = divmod(int(np.argmax(np.triu(matrix, 1))), len(names))
+    value = identified.correlation[first, second]
+    return f"{_FITTED[names[first]]} and {_FITTED[names[second]].lower()} correlate by {value:.2f}."
+
+
+def _convergence_section(convergence: Convergence, number: int) -> Section:
+    """Changes by a finer model."""
+    listed = (
+        Column("what", "Changed"),
+        Column("from", "From"),
+        Column("to", "To"),
+        Column("frequency", "Frequency", "", write=lambda change: f"{change:+.3%}"),
+        Column("damping_ratio", "ζ", "", write=lambda change: f"{change:+.2%}"),
+        Column("frequency_left", "Frequency, left", "", write=lambda change: f"{change:+.3%}"),
+        Column("damping_left", "ζ, left", "", write=lambda change: f"{change:+.2%}"),
+    )
+    title = f"Mode {number}, the largest changes over its amplitudes"
+    table = Table(title, listed, convergence.changes, noun="changes")
+    message = Note(f"{convergence.message}.", small=True)
+    return Section("Convergence of the model", (table, message))
+
+
+def _ranking(mode: Mode) -> Table:
+    assert mode.bands is not None  # who calls has looked
+    listed = (
+        Column("input", "Uncertain inputs"),
+        Column("share", "Share in the scatter of ln ζ", "", write=cells.percent),
+    )
+    return Table(f"Mode {mode.number}", listed, mode.bands.ranking, noun="inputs")
+
+
+AMPLITUDE, PATCH = "structure_amplitude", "patch"
+"""Dimensions beside `mode`."""
+
+Labelled = dict[str, Variable]
+
+
+def labelled(prediction: StructurePrediction) -> tuple[dict[str, int], Labelled, Labelled]:
+    """Dimensions, coordinates and variables."""
+    table = columns(prediction)
+    modes, amplitude = len(prediction.modes), prediction.modes[0].curve.amplitude
+    joint, state = prediction.joint, prediction.state
+    dims = {"mode": modes, AMPLITUDE: amplitude.size, PATCH: joint.patches}
+    numbers = np.array([mode.number for mode in prediction.modes], dtype=np.int32)
+    coords = {
+        "mode": Variable(("mode",), numbers, QUANTITIES["mode"].attributes),
+        AMPLITUDE: _named(
+            (AMPLITUDE,),
+            amplitude,
+            prediction.part.unit,
+            f"{prediction.part.quantity} amplitude at the sensor",
+        ),
+        "patch_x": _named((PATCH,), joint.patch_centres[:, 0], "m", "place along the lap"),
+        "patch_y": _named((PATCH,), joint.patch_centres[:, 1], "m", "place across the lap"),
+    }
+    variables = {
+        name: Variable(("mode", AMPLITUDE), values.reshape(modes, -1), QUANTITIES[name].attributes)
+        for name, values in table.items()
+        if name not in ("mode", "amplitude")
+    }
+    loss = np.stack([mode.loss() for mode in prediction.modes])
+    slip = np.stack([mode.slip(joint) for mode in prediction.modes])
+    largest = "at the largest amplitude"
+    for name, values, unit, meaning in (
+        ("area", joint.patch_areas, "m^2", "area of a patch"),
+        ("gap", joint.patch_gaps, "m", "gap of a patch where nothing presses"),
+        ("normal_load", state.normal_loads, "N", "normal load of a patch after tightening"),
+        ("loss_share", loss, "1", f"share of a patch in the loss of a cycle {largest}"),
+        ("slip", slip, "m", f"relative tangential amplitude of a patch {largest}"),
+    ):
+        along = ("mode", PATCH)[2 - values.ndim :]
+        variables[f"patch_{name}"] = _named(along, values, unit, meaning)
+    return dims, coords, variables
+
+
+def _named(dims: tuple[str, ...], values: Floats, unit: str, meaning: str) -> Variable:
+    return Variable(dims, np.ascontiguousarray(values), {"units": unit, "long_name": meaning})

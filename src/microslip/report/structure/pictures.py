@@ -1,0 +1,214 @@
+"""Figures of a bolted structure: curves with bands, maps of patches, shapes of modes."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from microslip._core.checks import Floats
+from microslip._core.units import prefix
+from microslip.figures.kit import between, box, look_of, scale_of_colours, with_scale
+from microslip.figures.plot import (
+    COLORS,
+    DASHED,
+    DOTTED,
+    Area,
+    Axis,
+    Entry,
+    Panel,
+    Plot,
+    stacked,
+)
+from microslip.runs.structure_prediction import Mode, StructurePrediction
+from microslip.structures import ModalCurve, ModalTest
+from microslip.structures.periodic_motion import POWERS
+
+_LIGHT, _DARK = np.array([240.0, 244.0, 248.0]), np.array([0.0, 76.0, 130.0])
+_POSTERIOR = ("#b8b8b8", "#9dc6e2", "#eebd98", "#9cd3bd", "#e0b9cf", "#f0d689")  # of fitted curves
+PALE = ("#dddddd", "#cfe3f1", "#f6dccb", "#cfe9df", "#f0dce8", "#f8ebcc")
+
+
+def curve_plot(prediction: StructurePrediction) -> Plot:
+    """Frequency over its value at rest, and damping ratio, against amplitude."""
+    unit, letter = prefix(float(prediction.modes[0].curve.amplitude[-1]))
+    quantity = prediction.part.quantity
+    si = prediction.part.unit.replace("^2", "²")
+
+    def sensed(test: ModalTest | ModalCurve) -> Floats:
+        """Displacement amplitudes in the quantity and unit of the axis."""
+        omega = 2.0 * np.pi * test.frequency
+        return np.asarray(test.amplitude * omega ** POWERS[quantity] / unit)
+
+    upper, lower = (
+        Panel(Axis(f"Amplitude at the sensor [{letter}{si}]", log=True, margin=0.0), axis)
+        for axis in (Axis("Frequency change [%]"), Axis("Damping ratio ζ [–]", log=True))
+    )
+    panels = ((upper, "frequency"), (lower, "damping_ratio"))
+
+    def values(mode: Mode, curve: object, name: str, place: int | None = None) -> Floats:
+        y = getattr(curve, name) if place is None else getattr(curve, name)[place]
+        return scaled(mode, y, name)
+
+    def scaled(mode: Mode, y: Floats, name: str) -> Floats:
+        """Values of an axis."""
+        at_rest = mode.curve.linear_frequency
+        return 100.0 * (y / at_rest - 1.0) if name == "frequency" else np.asarray(y)
+
+    # All bands lie below all lines, and keep their edges where they overlap.
+    for index, mode in enumerate(prediction.modes):
+        for panel, name in panels if mode.bands is not None else ():
+            low, high = (values(mode, mode.bands, name, end) for end in (0, -1))
+            x = mode.curve.amplitude / unit
+            panel.add(between(x, low, high, PALE[index % len(PALE)]))
+            for edge in (low, high):
+                panel.line(x, edge, look_of(index).color, width=0.6, dash=DOTTED)
+    # The band that tests leave for the fitted curves, over the band of the uncertain inputs.
+    numbers = [mode.number for mode in prediction.modes]
+    fitted = [] if prediction.identified is None else [
+        (numbers.index(curve.index + 1), np.argsort(curve.amplitude, kind="stable"), curve, band)
+        for curve, band in zip(
+            prediction.identified.curves, prediction.identified.bands, strict=True
+        )
+    ]  # fmt: skip
+    for index, order, curve, band in fitted:
+        for (panel, name), ends in zip(panels, band[:, :, order], strict=True):
+            low, high = (scaled(prediction.modes[index], end, name) for end in ends)
+            panel.add(between(sensed(curve)[order], low, high, _POSTERIOR[index % len(_POSTERIOR)]))
+    legend = []
+    for index, mode in enumerate(prediction.modes):
+        color, x = look_of(index).color, mode.curve.amplitude / unit
+        for panel, name in panels:
+            if mode.quick is not None:
+                panel.line(x, values(mode, mode.quick, name), color, dash=DASHED)
+            panel.line(x, values(mode, mode.curve, name), color)
+        text = f"mode {mode.number}, {mode.curve.linear_frequency:.5g} Hz at rest"
+        legend.append(Entry(text, color))
+    for test in prediction.tests:
+        index = numbers.index(test.mode + 1)
+        color, mode = look_of(index).color, prediction.modes[index]
+        if test.motion == "decay":
+            x = mode.curve.amplitude / unit
+            lower.line(x, mode.curve.decay_damping_ratio, color, width=0.8)
+        for panel, name in panels:
+            panel.marks(sensed(test), values(mode, test, name), color)
+        kind = "decay" if test.motion == "decay" else "test"
+        legend.append(Entry(f"{kind} of mode {test.mode + 1}", color, marker="o", line=False))
+    for test, (index, order, curve, _) in zip(prediction.tests, fitted, strict=False):
+        change = values(prediction.modes[index], curve, "frequency")
+        for panel, y in ((upper, change), (lower, test.damping_of(curve))):
+            panel.line(sensed(curve)[order], y[order], look_of(index).color, dash=DOTTED)
+    if prediction.modes[0].quick is not None:
+        legend.append(Entry("quasi-static", COLORS[0], DASHED))
+    if fitted:
+        legend.append(Entry("fitted to the tests", COLORS[0], DOTTED))
+    return stacked([upper, lower], 6.2, (1.0, 1.3), legend)
+
+
+def pressure_plot(prediction: StructurePrediction) -> Plot:
+    """Pressures after tightening."""
+    scale, letter = prefix(float(prediction.state.pressures.max()))
+    return _maps(prediction, [("", prediction.state.pressures / scale)], f"Pressure [{letter}Pa]")
+
+
+def slip_plot(prediction: StructurePrediction) -> Plot:
+    """Relative tangential amplitudes."""
+    slips = [(f"Mode {mode.number}", mode.slip(prediction.joint)) for mode in prediction.modes]
+    scale, letter = prefix(max(float(slip.max()) for _, slip in slips))
+    return _maps(
+        prediction,
+        [(name, slip / scale) for name, slip in slips],
+        f"Relative amplitude [{letter}m]",
+    )
+
+
+def loss_plot(prediction: StructurePrediction) -> Plot:
+    """Shares in the loss."""
+    losses = [(f"Mode {mode.number}", 100.0 * mode.loss()) for mode in prediction.modes]
+    return _maps(prediction, losses, "Share of the loss [%]")
+
+
+def _maps(prediction: StructurePrediction, maps: list[tuple[str, Floats]], label: str) -> Plot:
+    """Patches in plan, coloured by values, with the bolts and one scale of colours."""
+    joint = prediction.joint
+    largest = max(float(values.max()) for _, values in maps) or 1.0
+    contacts = np.unique(joint.patch_contacts)
+    boxes = 1e3 * joint.patch_boxes
+    turn = np.linspace(0.0, 2.0 * np.pi, 49)
+    rows = [(title, values, contact) for title, values in maps for contact in contacts]
+    panels = []
+    for row, (title, values, contact) in enumerate(rows):
+        last = row == len(rows) - 1
+        here = joint.patch_contacts == contact
+        if len(contacts) > 1:
+            title = f"{title}, contact {contact + 1}".removeprefix(", ")
+        panel = Panel(
+            Axis("Along the lap [mm]", boxes[here, 0].min(), boxes[here, 1].max(), bare=not last),
+            Axis("Across [mm]", boxes[here, 2].min(), boxes[here, 3].max()),
+            note=title,
+            grid=False,
+            equal=True,
+            cell=(row, row, 0, 0),
+        )
+        for (x0, x1, y0, y1), value in zip(boxes[here], values[here], strict=True):
+            share = min(max(value / largest, 0.0), 1.0)
+            red, green, blue = np.rint(_LIGHT + share * (_DARK - _LIGHT)).astype(int)
+            panel.add(box(x0, x1, y0, y1, f"#{red:02x}{green:02x}{blue:02x}"))
+        for x, y, diameter, number in prediction.part.holes:
+            if number == contact:
+                circle = 500.0 * diameter * np.array([np.cos(turn), np.sin(turn)])
+                panel.add(Area(1e3 * x + circle[0], 1e3 * y + circle[1], "#ffffff"))
+        panels.append(panel)
+    wide = np.ptp(boxes[:, 2:]) / np.ptp(boxes[:, :2])
+    high = min(max(6.0 * float(wide), 1.2), 3.5)
+    bar = scale_of_colours(label, 0.0, largest, _ramp(), (len(rows), len(rows), 0, 0))
+    return with_scale(panels, bar, high, 1.4)
+
+
+def _ramp() -> NDArray[np.uint8]:
+    share = np.linspace(0.0, 1.0, 256)[None, :, None]
+    ramp: NDArray[np.uint8] = np.rint(_LIGHT + share * (_DARK - _LIGHT)).astype(np.uint8)
+    return ramp
+
+
+def shape_plot(prediction: StructurePrediction) -> Plot:
+    """Each mode from the side that shows it, exaggerated, over the structure at rest."""
+    panels = [_shape(prediction, mode) for mode in prediction.modes]
+    return stacked(panels, 1.5 * len(panels) + 0.7)
+
+
+def _shape(prediction: StructurePrediction, mode: Mode) -> Panel:
+    outside = prediction.joint.surface
+    solved = mode.last
+    shape = mode.curve.shape[solved]
+    turned = (shape * np.exp(-1j * np.angle(shape[np.argmax(abs(shape))]))).real
+    motion = outside.motion.astype(float) @ turned
+    points = outside.points.astype(float)
+    # Drawings lie along x; a mesh may lie anyhow. Seen from the side, or from above.
+    along = int(np.argmax(np.ptp(points, axis=0))) if prediction.part.mesh is not None else 0
+    first, second = (axis for axis in range(3) if axis != along)
+    up = second if np.ptp(motion[:, second]) >= np.ptp(motion[:, first]) else first
+    hidden = 3 - along - up
+    near = points[:, hidden].min() if hidden < up else points[:, hidden].max()
+    size = np.ptp(points[:, along])
+    facets = outside.facets
+    depth = points[facets][:, :, hidden]
+    visible = facets[(abs(depth - near) < 1e-6).all(axis=1)]
+    flat = np.ptp(depth, axis=1) < 1e-6
+    if hidden > up and flat.any():  # heads hide the plates: take the plane where most facets lie
+        heights = np.round(depth.mean(axis=1), 6)
+        levels, counts = np.unique(heights[flat], return_counts=True)
+        visible = facets[flat & (heights == levels[np.argmax(counts)])]
+    if not len(visible):  # nothing is flat that way
+        visible = facets
+    grown = points + 0.08 * size / abs(motion).max() * motion
+    panel = Panel(
+        Axis("Along [mm]"),
+        Axis("Up [mm]" if up == second else "Across [mm]"),
+        note=f"Mode {mode.number}, {mode.curve.frequency[solved]:.5g} Hz",
+        equal=True,
+        grid=False,
+    )
+    for places, color in ((points, "#e4e4e4"), (grown, "#4c8fc0")):
+        for facet in visible:
+            panel.add(Area(1e3 * places[facet, along], 1e3 * places[facet, up], color))
+    return panel

@@ -29,14 +29,14 @@ from microslip._core.units import (
 from microslip._core.verdicts import Verdict
 from microslip._core.wording import did_you_mean, quoted, shorten
 from microslip.errors import InputError
-from microslip.readers.files import head_of, kind_of, reading
+from microslip.readers.files import reading
+from microslip.readers.roles import is_of_loop
+from microslip.readers.table_files import read_table
 from microslip.readers.tables import Named, Table, find, fits, understood
 from microslip.structures.modal_curve import ModalCurve
 from microslip.structures.modal_readings import Values, ring_down
 from microslip.structures.periodic_motion import POWERS
 from microslip.structures.stepped_sine import SteppedSine, stepped_sine
-from microslip.tribometer.reading import READERS
-from microslip.tribometer.roles import is_of_loop
 
 Motion = Literal["steady", "decay"]
 
@@ -274,7 +274,7 @@ _GRAVITY = 9.80665
 def modal_kind(path: str | os.PathLike[str]) -> str | None:
     """Kind of a file: a curve, a ring-down or a stepped sine; None for all else."""
     try:
-        there = understood(_table(Path(path)).columns)
+        there = understood(read_table(Path(path), "a modal test").columns)
         return _kind(_roles(there, {}), there)
     except (InputError, ValueError, OSError):
         return None  # whoever reads it says what is wrong with it
@@ -294,7 +294,7 @@ def read(
             hint = did_you_mean(str(role), KINDS)
             raise InputError(f"columns must be among {quoted(KINDS)}, got {show(role)}{hint}")
     with reading(place, "a test of a mode", called=name):
-        table = _table(place)
+        table = read_table(place, "a modal test")
         roles = _roles(understood(table.columns), columns)
         kind = _kind(roles, [] if columns else understood(table.columns))
         if kind is None:
@@ -320,14 +320,6 @@ def read(
         notes.append(f"filtered to {band[0]:g} … {band[1]:g} Hz, without a shift in time.")
     motion = "decay" if kind == "ring-down" else "steady"
     return values, {"name": name, "notes": tuple(notes), "verdicts": verdicts, "motion": motion}
-
-
-def _table(path: Path) -> Table:
-    head = head_of(path)
-    kind = kind_of(head, path.suffix.lower()) if head else None
-    if kind is None:
-        raise ValueError("wanted text, MAT, TDMS, HDF5 or NumPy's, got another file")
-    return READERS[kind](path)
 
 
 def _roles(columns: list[Named], stated: Mapping[str, str]) -> dict[str, Named]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import numbers
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from decimal import Decimal
 from pathlib import Path
@@ -17,20 +17,10 @@ from microslip._core.checks import Floats
 from microslip._core.frozen import lock
 from microslip._core.units import CLAMPING, QuantityError, engineering, to_si
 from microslip._core.verdicts import Remark
-from microslip._core.wording import plural, quoted, shorten, show
+from microslip._core.wording import plural, shorten, show
 from microslip.errors import InputError
 from microslip.numerics.runs import runs_of
-from microslip.readers import (
-    array_files,
-    arrays,
-    hdf5,
-    laboratory,
-    matlab,
-    text,
-)
-from microslip.readers.files import foreign_kind, head_of, kind_of
-from microslip.readers.tables import Named, Table, find, listed, scale, understood
-from microslip.tribometer.roles import (
+from microslip.readers.roles import (
     CYCLE_NUMBER,
     KINDS,
     NEEDED,
@@ -43,22 +33,9 @@ from microslip.tribometer.roles import (
     sign_of,
     zero_of,
 )
+from microslip.readers.table_files import read_table
+from microslip.readers.tables import Named, Table, find, listed, scale, understood
 
-READERS: Mapping[str, Callable[[Path], Table]] = {
-    "tdms": laboratory.tdms_table,
-    "mat": lambda path: arrays.table(matlab.read_arrays(path)),
-    "hdf5": lambda path: arrays.table(hdf5.read_arrays(path)),
-    "npy": lambda path: arrays.table(array_files.read_npy(path)),
-    "npz": lambda path: arrays.table(array_files.read_npz(path)),
-    "json": lambda path: arrays.table(array_files.read_json(path)),
-    "parquet": laboratory.parquet_table,
-    "uff": laboratory.uff_table,
-    "excel": laboratory.excel_table,
-    "text": text.table,
-}
-"""Readers of the columns of a file, by its format."""
-
-_KNOWN_FORMATS = "wanted text, Excel, MAT, TDMS, HDF5, Parquet, JSON, UFF or NumPy's"
 _BY_COEFFICIENT = "by its name, times the normal load"
 _MOST_LONE, _LONGEST_LONE = 0.01, 3
 """Share of rows that may lack a number, and how many of them in a row."""
@@ -100,7 +77,7 @@ class ChannelNote(Remark):
 
 def read(path: Path, statements: Statements) -> dict[str, Any]:
     """The parts of a record, by their names."""
-    table = _open(path, statements.format)
+    table = read_table(path, "a record", statements.format)
     columns = understood(table.columns)
     loads = statements.columns["normal_load"]
     load = _one_load(columns, loads)
@@ -171,20 +148,6 @@ def _counted(arrays: dict[str, Floats], counter: Named, how: str) -> ChannelNote
         return ChannelNote(CYCLE_NUMBER, heading, f"{how}, not used, for it falls.")
     ends = f"from {values[0]:.12g} to {values[-1]:.12g}"
     return ChannelNote(CYCLE_NUMBER, heading, f"{how}: {ends}.")
-
-
-def _open(path: Path, file_format: Any) -> Table:
-    head = head_of(path)
-    if file_format is not None:
-        if file_format not in READERS:
-            raise ValueError(f"wanted format {quoted(sorted(READERS))}, got {show(file_format)}")
-        return READERS[file_format](path)
-    if not head:
-        raise ValueError("wanted a record, got an empty file")
-    kind = kind_of(head, path.suffix.lower())
-    if kind is None:
-        raise ValueError(f"{_KNOWN_FORMATS}, got {foreign_kind(head)}; save the record as CSV")
-    return READERS[kind](path)
 
 
 def _one_load(columns: list[Named], stated: Any) -> float | None:

@@ -1,0 +1,58 @@
+"""Tables of columns in files of any known format."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from microslip._core.wording import quoted, show
+from microslip.readers import array_files, arrays, hdf5, laboratory, matlab, text
+from microslip.readers.files import foreign_kind, head_of, kind_of
+from microslip.readers.tables import Table
+
+READERS: Mapping[str, Callable[[Path], Table]] = {
+    "tdms": laboratory.tdms_table,
+    "mat": lambda path: arrays.table(matlab.read_arrays(path)),
+    "hdf5": lambda path: arrays.table(hdf5.read_arrays(path)),
+    "npy": lambda path: arrays.table(array_files.read_npy(path)),
+    "npz": lambda path: arrays.table(array_files.read_npz(path)),
+    "json": lambda path: arrays.table(array_files.read_json(path)),
+    "parquet": laboratory.parquet_table,
+    "uff": laboratory.uff_table,
+    "excel": laboratory.excel_table,
+    "text": text.table,
+}
+"""Readers of the columns of a file, by its format."""
+
+
+def read_table(path: Path, noun: str, file_format: object = None) -> Table:
+    """Read the table in a file, of the given format or the one that its content shows.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    noun : str
+        Content that is wanted, for messages, such as ``"a record"``.
+    file_format : str, optional
+        Key of :data:`READERS`.
+
+    Raises
+    ------
+    ValueError
+        An unknown format, an empty file, or a file of no known format.
+    """
+    head = head_of(path)
+    if file_format is not None:
+        if not isinstance(file_format, str) or file_format not in READERS:
+            raise ValueError(f"wanted format {quoted(sorted(READERS))}, got {show(file_format)}")
+        return READERS[file_format](path)
+    if not head:
+        raise ValueError(f"wanted {noun}, got an empty file")
+    kind = kind_of(head, path.suffix.lower())
+    if kind is None:
+        raise ValueError(
+            "wanted text, Excel, MAT, TDMS, HDF5, Parquet, JSON, UFF or NumPy's, got "
+            f"{foreign_kind(head)}; save {noun} as CSV"
+        )
+    return READERS[kind](path)

@@ -9,6 +9,7 @@ REMOVED: dict[str, str] = {
     "density[::-1]), the arrays read by scipy.io.loadmat or numpy",
     "Assembly": "use ReducedJoint.tightened: settled motion does not depend on the order",
     "EllipticSummits": "use a measured face with its direction, microslip.MeasuredContact",
+    "BoucWen": "use ms.SegalmanIwan or ms.Iwan: every friction law is given by its backbone",
 }
 """Public names that 0.2 had, and what to use instead; the next version drops this table."""
 

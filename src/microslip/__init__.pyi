@@ -4,7 +4,6 @@ from .errors import StudyError as StudyError
 from .friction import Asperity as Asperity
 from .friction import AsperityFields as AsperityFields
 from .friction import BackboneLaw as BackboneLaw
-from .friction import BoucWen as BoucWen
 from .friction import Coulomb as Coulomb
 from .friction import CoupledCycle as CoupledCycle
 from .friction import CoupledHarmonics as CoupledHarmonics

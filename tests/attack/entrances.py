@@ -135,9 +135,6 @@ def _add_motion(add: Add, laws: dict[str, Any]) -> None:
     add("joint.start", joint.start, arrays=joint.start().to_arrays())
     _add_options(add, joint)
     add("Parallel", ms.Parallel, laws=[joint, laws["Jenkins"]])
-    add("BoucWen", ms.BoucWen, stiffness=1e8, yield_force=1.0, alpha=0.1, A=1.0, beta=0.5,
-        gamma=0.5, n=1.0)  # fmt: skip
-    add("BoucWen.force", ms.BoucWen(1e8, 1.0).force, displacement=[1e-8, -1e-8])
     add("tightened", joint.surface.tightened, normal_load=3e3, yield_stress=5e8)
     add("tightened by hardness", joint.surface.tightened, normal_load=3e3, hardness=1e9)
     add("TabulatedHeights", ms.TabulatedHeights, height=[0.0, 1e-6, 2e-6], density=[0.0, 1e6, 0.0])
@@ -170,7 +167,6 @@ def _add_options(add: Add, joint: Any) -> None:
         largest_amplitude=1e-6)  # fmt: skip
     add("Sliders.density", joint.sliders().density, yield_displacement=1e-7)
     add("Iwan.guess", ms.Iwan.guess, ("data",), data=joint.loop(1e-6), cells=4)
-    add("BoucWen.loop", ms.BoucWen(1e8, 1.0).loop, amplitude=1e-8, samples=16)
     cycle = joint.periodic([1e-7, -1e-7, 0.0], separation=[3e-7, 2e-7, 3e-7])
     add("CoupledCycle.derivative", cycle.derivative, displacement=[0.0, 1.0, 0.0],
         separation=[1.0, 0.0, 0.0])  # fmt: skip

@@ -15,7 +15,7 @@ from own_laws import Hyperbola
 
 import microslip as ms
 from microslip._core.checks import Floats
-from microslip.identification.models import MODELS, BackboneModel, CycleModel, Model, model_of
+from microslip.identification.models import MODELS, Model, model_of
 from microslip.identification.models.base import Materials
 from microslip.identification.models.surface_shape import Template
 from microslip.normal.base import aluminium
@@ -24,14 +24,12 @@ PAIR = aluminium()
 LOADS = (300.0, 800.0, 1500.0)  # the examples of the interface hold 800 N as reference
 
 
-def example_params(
-    kind: type[Model] = Model, which: Callable[[Any], bool] = lambda model: True
-) -> list[Any]:
+def example_params(which: Callable[[Any], bool] = lambda model: True) -> list[Any]:
     return [
         pytest.param(model, values, id=f"{model.name}-{i}")
         for prototype in (*MODELS, model_of(Hyperbola))
         for i, (model, values) in enumerate(prototype.examples())
-        if isinstance(model, kind) and which(model)
+        if which(model)
     ]
 
 
@@ -59,7 +57,7 @@ def sixth_order(function: Callable[[float], Any], x: float, step: float) -> Any:
 # -- values ---------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("model", "values"), example_params(BackboneModel))
+@pytest.mark.parametrize(("model", "values"), example_params())
 def test_branch_is_the_backbone_of_the_law_it_builds(
     model: Model, values: Mapping[str, float]
 ) -> None:
@@ -84,7 +82,7 @@ def test_examples_lie_within_their_bounds(model: Model, values: Mapping[str, flo
     assert model.within(values) == dict(values)
 
 
-@pytest.mark.parametrize(("model", "values"), example_params(BackboneModel))
+@pytest.mark.parametrize(("model", "values"), example_params())
 def test_radius_and_area_change_no_loop(model: Model, values: Mapping[str, float]) -> None:
     u = places(model, values)
     first = model.build(values, 500.0, Materials(PAIR))
@@ -103,7 +101,6 @@ def corners_of(model: Model, values: Mapping[str, float]) -> Floats:
 
 
 SMOOTH = example_params(
-    BackboneModel,
     lambda m: (
         # A sphere's slope ends as a root: tests/physics/test_sphere_fit.py looks away from there.
         m.name not in ("segalman", "sphere")
@@ -355,68 +352,3 @@ def test_derived_quantities_are_those_of_the_joint() -> None:
     again = model.build(values)
     assert again.surface.density == pytest.approx(truth.surface.density, rel=1e-12)
     assert again.separation == pytest.approx(truth.separation, rel=1e-12)
-
-
-# -- settled cycles of Bouc and Wen ---------------------------------------------------------------
-
-BOUC_WEN = example_params(CycleModel)
-PHASES = np.linspace(0.0, 2.0 * np.pi, 65)[:-1]
-CYCLES = {  # the last has loops within the loop
-    "sine": lambda t: np.sin(t),
-    "late": lambda t: 0.3 * np.cos(t - 1.0) + 0.2,
-    "inner loops": lambda t: np.sin(t) + 0.7 * np.sin(3.0 * t) + 0.1,
-}
-
-
-@pytest.mark.parametrize("shape", CYCLES)
-@pytest.mark.parametrize(("model", "values"), BOUC_WEN)
-def test_cycles_are_what_many_cycles_come_to(
-    model: Any, values: Mapping[str, float], shape: str
-) -> None:
-    x = 3.0 * length_of(model, values) * CYCLES[shape](PHASES)
-    force, slope, _ = model.cycle(x, values)
-    law = model.build(values)
-    settled = law.force(np.tile(x, 25))[-x.size :]
-    # 25 cycles forget all; Newton's method inside is right to 1e-12 of the limit.
-    assert np.abs(force - settled).max() <= 1e-11 * np.abs(force).max()
-    given = model.law.force(np.tile(x, 25))[-x.size :]  # A and beta + gamma as they were given
-    assert np.abs(force - given).max() <= 1e-11 * np.abs(force).max()
-    assert slope.max() <= law.tangential_stiffness * max(1.0, 2.0 * values["beta"])
-    assert slope.min() >= values["alpha"] * law.stiffness * (1.0 - 1e-12)
-
-
-@pytest.mark.parametrize("shape", ["late", "inner loops"])
-@pytest.mark.parametrize(("model", "values"), BOUC_WEN)
-def test_sensitivities_of_cycles(model: Any, values: Mapping[str, float], shape: str) -> None:
-    x = 3.0 * length_of(model, values) * CYCLES[shape](PHASES)
-    _, _, by_values = model.cycle(x, values)
-    law = model.build(values)
-    for i, name in enumerate(model.names):
-        step = 1e-3 * (abs(values[name]) or 0.1)
-        at_bound = (name, values[name]) in (("alpha", 0.0), ("n", 1.0), ("beta", 0.5))
-
-        def at(value: float, name: str = name) -> Floats:
-            return np.asarray(model.cycle(x, {**values, name: value})[0])
-
-        if at_bound:  # one-sided: the step to the fourth is left
-            step *= 0.1
-            sides = [at(values[name] + k * step) for k in range(5)]
-            weights = np.array([-25.0, 48.0, -36.0, 16.0, -3.0]) / (12.0 * step)
-            found = np.tensordot(weights, np.array(sides), 1)
-        else:
-            found = sixth_order(at, values[name], step)
-        # For n = 1 the second derivative jumps where w is 0: differences across it are so much off.
-        tolerance = 1e-9 if values["n"] >= 2.0 and not at_bound else 3e-5
-        error = np.abs(found - by_values[i]).max()
-        noise = 1e-13 * law.force_limit / step
-        assert error <= tolerance * np.abs(by_values[i]).max() + noise
-
-
-def test_slope_of_cycles_is_along_the_motion() -> None:
-    model, values = model_of("bouc-wen"), dict(BOUC_WEN[1].values[1])
-    phases = np.linspace(0.0, 2.0 * np.pi, 4001)[:-1] + 1e-4
-    x = 2.0 * length_of(model, values) * np.sin(phases)
-    force, slope, _ = model.cycle(x, values)
-    dx, dt = (np.roll(v, -1) - np.roll(v, 1) for v in (x, force))
-    away = np.abs(np.cos(phases)) > 0.05  # from the turning points
-    assert dt[away] / dx[away] == pytest.approx(slope[away], rel=1e-4)

@@ -10,9 +10,7 @@ import mpmath as mp
 import numpy as np
 import pytest
 from cases import REFERENCE, law_params, reach_of, records
-from hypothesis import assume, given
-from hypothesis import strategies as st
-from scipy.integrate import solve_ivp
+from hypothesis import given
 
 import microslip as ms
 
@@ -67,14 +65,6 @@ def test_cells_one_by_one_are_jenkins(case):
     record = np.array([1.0, -0.3, 0.8, 0.8, -2.5, 0.0, 1.7, -0.1]) * reach_of(law)
     total = sum(cell.force(record) for cell in cells)
     np.testing.assert_allclose(law.force(record), total, atol=1e-14 * law.force_limit)
-
-
-@pytest.mark.parametrize("case", cases_of("BoucWen"))
-def test_bouc_wen_against_high_precision(case):
-    """The stated tolerance is 1e-12 of the force limit; what is reached is rounding."""
-    law = law_of(case)
-    error = np.abs(law.force(case["displacement"]) - np.array(case["force"]))
-    assert error.max() <= 2e-15 * np.abs(case["force"]).max()
 
 
 # -- other methods ---------------------------------------------------------------------------------
@@ -157,46 +147,6 @@ def test_many_random_cells():
     np.testing.assert_allclose(law.backbone(law.backbone_displacement(force)), force, rtol=1e-14)
 
 
-def integrated(law: ms.BoucWen, path: np.ndarray) -> np.ndarray:
-    """Bouc and Wen's equation by an adaptive integrator of order 8."""
-    scale, w, before, forces = law.stiffness / law.yield_force, 0.0, 0.0, []
-    for x in path:
-        if x != before:
-            sign = float(np.sign(x - before))
-
-            def rate(_s, y, sign=sign):
-                bend = law.gamma + law.beta * np.sign(y * sign)
-                return sign * (law.A - np.abs(y) ** law.n * bend)
-
-            way = abs(x - before) * scale
-            done = solve_ivp(
-                rate, (0, way), [w], method="DOP853", rtol=1e-12, atol=1e-14, max_step=way / 8
-            )
-            w = float(done.y[0, -1])
-        before = x
-        forces.append(law.alpha * law.stiffness * x + (1 - law.alpha) * law.yield_force * w)
-    return np.array(forces)
-
-
-bouc_wens = st.builds(
-    lambda beta, share, n, alpha, a: ms.BoucWen(5e7, 100.0, alpha, a, beta, share * beta, n),
-    beta=st.floats(0.2, 2.0),
-    share=st.floats(-0.95, 1.0),
-    n=st.one_of(st.sampled_from([1.0, 2.0]), st.floats(1.0, 8.0)),
-    alpha=st.sampled_from([0.0, 0.2]),
-    a=st.sampled_from([1.0, 0.5]),
-)
-
-
-@given(law=bouc_wens, x=st.lists(st.floats(-3, 3), min_size=1, max_size=5))
-def test_bouc_wen_against_an_integrator(law, x):
-    path = 2e-6 * np.array(x)
-    assume(np.abs(np.diff(path, prepend=0.0)).min() > 1e-12)
-    largest = law.force_limit + law.alpha * law.stiffness * np.abs(path).max()
-    # The integrator steps over the bend of the equation at w = 0.
-    np.testing.assert_allclose(law.force(path), integrated(law, path), rtol=0, atol=1e-7 * largest)
-
-
 class SmoothStep(ms.BackboneLaw):
     """A law of a user's own with no energy of its own: cycles go like a^4 when small."""
 
@@ -257,70 +207,3 @@ def test_stiff_cells_become_coulomb():
         a = 1e-6
         missing = 1 - law.dissipated_energy(a) / coulomb.dissipated_energy(a)
         assert missing == pytest.approx(100.0 / stiffness / a, rel=1e-6, abs=1e-16)
-
-
-@given(law=bouc_wens, x=records(max_size=20))
-def test_bouc_wen_is_odd_limited_and_dissipative(law, x):
-    """Work less what is stored, (1 - alpha) F_y^2 w^2/2 k A and the spring, never falls."""
-    path = np.clip(np.append(x, 0.0), -30, 30) * 2e-6
-    force = law.force(path)
-    np.testing.assert_array_equal(law.force(-path), -force)
-    hysteretic = force - law.alpha * law.stiffness * path
-    assert np.all(np.abs(hysteretic) <= law.force_limit * (1 + 1e-14))
-    # Samples between change nothing.
-    steps = np.linspace(0, 1, 65)[1:]
-    ends = np.append(0.0, path)
-    fine = (ends[:-1, None] + np.diff(ends)[:, None] * steps).ravel()
-    fine[63::64] = path
-    dense = law.force(fine)
-    np.testing.assert_allclose(dense[63::64], force, rtol=0, atol=1e-13 * np.abs(force).max())
-    t = np.append(0.0, dense - law.alpha * law.stiffness * fine)
-    work = np.cumsum(0.5 * (t[1:] + t[:-1]) * np.diff(fine, prepend=0.0))
-    unit = (1 - law.alpha) * law.stiffness * law.A
-    stored = 0.5 * t[1:] ** 2 / unit
-    # The trapezoidal rule is wrong by the curvature of the force within a step.
-    rough = 2e-2 * law.force_limit * (np.abs(np.diff(ends)).repeat(64) + 2e-6) / 64
-    assert np.all(np.diff(work - stored, prepend=0.0) >= -rough)
-    assert work[-1] - stored[-1] >= -rough.sum()
-
-
-@pytest.mark.parametrize("case", cases_of("BoucWen"))
-@pytest.mark.parametrize("share", [0.9, 1.5, 6.0])
-def test_bouc_wen_loops_are_where_cycles_settle(case, share):
-    law = law_of(case)
-    loop = law.loop(share * law.yield_force / law.stiffness, samples=65)
-    turns = np.tile(loop.displacement[[32, 0]], 300)
-    settled = law.force(np.append(turns, loop.displacement))[turns.size :]
-    size = np.abs(loop.force).max()
-    np.testing.assert_allclose(settled, loop.force, rtol=0, atol=1e-12 * size)
-    assert loop.closure_error == 0
-    np.testing.assert_allclose(
-        loop.force[:33][::-1], -loop.force[32:][::-1], rtol=0, atol=1e-14 * size
-    )
-    assert 0 < loop.energy_ratio < 1, "also where the bend is sharp"
-
-
-def test_bouc_wen_becomes_jenkins():
-    """A sharp bend and straight unloading: elastic, perfectly plastic."""
-    law, cell = ms.BoucWen(5e7, 100.0, n=100.0), ms.Jenkins(5e7, 100.0)
-    x = 2e-6 * np.array([0.5, 0.8, 3.0, 2.0, -1.0, -5.0, 0.0])
-    assert np.abs(law.force(x) - cell.force(x)).max() < 1.0
-    a = np.array([3e-6, 1e-5])
-    energy = [law.loop(v, 4001).dissipated_energy for v in a]
-    np.testing.assert_allclose(energy, cell.dissipated_energy(a), rtol=0.01)
-
-
-def test_bouc_wen_does_not_obey_masing():
-    """What its docstring says: the branch is not the doubled backbone, and small loops drift."""
-    law = ms.BoucWen(5e7, 100.0)
-    branch = law.force([3e-6, 1e-6])
-    assert abs(branch[1] - (branch[0] - 2 * law.force(1e-6))) > 0.1 * law.force_limit
-    # Unloaded and loaded again it is softer than it was, so the loop does not close ...
-    small = law.force(np.append(np.tile([3e-6, 2e-6], 20), 3e-6))
-    assert small[2] < small[0] - 5.0
-    # ... but creeps on with every cycle,
-    assert np.all(np.diff(small[::2]) < 0)
-    # whereas a joint comes back exactly.
-    joint = ms.Interface.examples()[0]
-    closed = joint.force([3e-7, 2e-7, 3e-7, 2e-7, 3e-7])
-    assert closed[0] == closed[2] == closed[4]

@@ -4,8 +4,6 @@
 
 writes laws.json beside itself. Nothing of the package is used. Iwan's laws come from their
 definition, each slider by itself: T0 = sum or integral of k min(u, y), E_d that of 4 k y (a - y).
-Bouc and Wen's equation comes from its solution in hypergeometric functions, which is inverted by
-bisection and held against quadrature of the equation.
 """
 
 from __future__ import annotations
@@ -34,18 +32,9 @@ IWAN = [
         "force_limits": [float((53 * i) % 97 + 1) * 0.25 for i in range(100)],
     },
 ]
-BOUC_WEN = [
-    {"stiffness": 5e7, "yield_force": 100.0},
-    {"stiffness": 5e7, "yield_force": 100.0, "n": 2.0, "beta": 0.75, "gamma": 0.25},
-    {"stiffness": 5e7, "yield_force": 100.0, "alpha": 0.05, "beta": 0.7, "gamma": -0.2, "n": 3.7,
-     "A": 1.3},
-    {"stiffness": 1e4, "yield_force": 2.0, "alpha": 0.3, "beta": 0.9, "gamma": -0.8, "n": 1.5},
-    {"stiffness": 1e9, "yield_force": 1e3, "n": 12.0},
-]  # fmt: skip
+
+
 # In units of yield_force/stiffness: reversals below and above zero force, rest, gross slip.
-RECORD = [0.3, 0.9, 0.4, 0.4, 1.7, -0.2, 0.6, -3.0, -2.9, 0.0, 25.0, 24.0, -30.0, -29.99, 1.0]
-
-
 def number(value: Any) -> float:
     return float(value)
 
@@ -98,55 +87,6 @@ def iwan(case: dict[str, list[float]]) -> dict[str, Any]:
     return {"law": "Iwan", "parameters": case, **rows}
 
 
-def bouc_wen(case: dict[str, float]) -> dict[str, Any]:
-    given = {"alpha": 0.0, "A": 1.0, "beta": 0.5, "gamma": 0.5, "n": 1.0} | case
-    stiffness, unit, alpha, a, beta, gamma, n = (
-        mp.mpf(given[name])
-        for name in ("stiffness", "yield_force", "alpha", "A", "beta", "gamma", "n")
-    )
-
-    def way(y: Any, rate: Any) -> Any:
-        """Integral of dy/(A - rate y^n) from 0 to y > 0."""
-        return y / a * mp.hyp2f1(1, 1 / n, 1 + 1 / n, rate * y**n / a)
-
-    def solve(function: Any, target: Any, high: Any) -> Any:
-        low = mp.mpf(0)
-        for _ in range(110):
-            middle = (low + high) / 2
-            low, high = (middle, high) if function(middle) < target else (low, middle)
-        return (low + high) / 2
-
-    most = (a / (beta + gamma)) ** (1 / n)
-    for y in (most / 3, 9 * most / 10):
-        for rate in (beta + gamma, gamma - beta):
-            quad = mp.quad(lambda t, r=rate: 1 / (a - r * t**n), mp.linspace(0, y, 9))
-            agree(way(y, rate), quad, mp.mpf(10) ** -18)
-
-    def move(w: Any, step: Any) -> Any:
-        sign, left = mp.sign(step), abs(step)
-        y = sign * w
-        if y < 0:
-            back = way(-y, gamma - beta)
-            if left < back:
-                return -sign * solve(lambda v: way(v, gamma - beta), back - left, -y)
-            y, left = mp.mpf(0), left - back
-        done = way(y, beta + gamma) if y else mp.mpf(0)
-        end = most * (1 - mp.mpf(10) ** -26)
-        if way(end, beta + gamma) < done + left:
-            return sign * most
-        return sign * solve(lambda v: way(v, beta + gamma), done + left, end)
-
-    places = [number(mp.mpf(v) * unit / stiffness) for v in RECORD]
-    forces, w, before = [], mp.mpf(0), mp.mpf(0)
-    for place in places:
-        x = mp.mpf(place)
-        if x != before:
-            w = move(w, (x - before) * stiffness / unit)
-        before = x
-        forces.append(number(alpha * stiffness * x + (1 - alpha) * unit * w))
-    return {"law": "BoucWen", "parameters": case, "displacement": places, "force": forces}
-
-
 def agree(value: Any, wanted: Any, tolerance: Any = None) -> None:
     if abs(value / wanted - 1) > (tolerance or mp.mpf(10) ** (8 - DIGITS)):
         raise ArithmeticError(f"{value} is not {wanted}")
@@ -160,7 +100,6 @@ if __name__ == "__main__":
         "cases": [
             *map(segalman, SEGALMAN),
             *map(iwan, IWAN),
-            *map(bouc_wen, BOUC_WEN),
         ],
     }
     path = Path(__file__).with_name("laws.json")

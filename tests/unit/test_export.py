@@ -150,23 +150,6 @@ def test_fits_are_studies_with_their_misfit():
         assert outcome.exit_code == 0, outcome.output
 
 
-@pytest.mark.slow
-def test_a_bouc_wen_fit_beats_its_guess_and_finds_itself():
-    done = export.write("bouc-wen", JOINT, "b.json", **_RANGE)
-    read = json.loads(done.files[0].read_text())
-    model = ms.BoucWen(**read["parameters"])
-    amplitudes = np.geomspace(1e-8, 1e-6, 9)
-    loops = [JOINT.loop(float(a), samples=128) for a in amplitudes]
-
-    def misfit(law):
-        off = [(law.loop(float(a), samples=128).force - loop.force) / loop.force.max()
-               for a, loop in zip(amplitudes, loops, strict=True)]  # fmt: skip
-        return float(np.sqrt(np.mean(np.square(off))))
-
-    assert misfit(model) == pytest.approx(read["misfit"]["rms_force_over_largest"], rel=1e-9)
-    assert misfit(model) < misfit(ms.BoucWen.guess(loops))
-
-
 @pytest.mark.parametrize(
     ("kind", "law", "options", "says"),
     [
@@ -175,7 +158,7 @@ def test_a_bouc_wen_fit_beats_its_guess_and_finds_itself():
         ("fmu", ms.IsotropicJoint(JOINT), {}, "fmu holds one direction, and Isotropic"),
         ("ansys", _FIELD.two_directions(16), {"nodes": [[1, 2]]}, "ansys holds one direction"),
         ("fmu", _FIELD, {}, "fmu holds one law; a field of patches is held by opensees, calc"),
-        ("c", ms.BoucWen(1e8, 10.0), {}, "law must be a backbone law"),
+        ("c", ms.Gaussian(1e-6), {}, "law must be a backbone law"),
         ("c", JOINT, {"nodes": [[1, 2]]}, "nodes must not be given for c"),
         ("abaqus", JOINT, {}, "nodes must be given for abaqus"),
         ("abaqus", _FIELD, {}, "nodes must be given for a field, two numbers a patch"),

@@ -16,12 +16,7 @@ from microslip.friction.guesses import all_features
 
 # A joint that never slips wholly does not show its limit: loops of a few reaches do.
 AMPLITUDES = (4.0, 20.0)
-BOUC_WEN = (
-    ms.BoucWen(5e7, 100.0),
-    ms.BoucWen(5e7, 100.0, 0.2, beta=0.9, gamma=0.1, n=2.0),
-    ms.BoucWen(1e3, 2e-3, 0.05, n=4.0),
-)
-LAW_PARAMS = law_params() + [pytest.param(law, id=f"BoucWen-{i}") for i, law in enumerate(BOUC_WEN)]
+LAW_PARAMS = law_params()
 
 
 @dataclass(frozen=True)

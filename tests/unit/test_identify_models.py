@@ -12,7 +12,7 @@ from scipy import stats
 
 import microslip as ms
 from microslip.friction.surface_guesses import conventional_radius
-from microslip.identification.models import MODELS, BackboneModel, model_of, template_of
+from microslip.identification.models import MODELS, model_of, template_of
 from microslip.identification.models.base import Materials
 
 PAIR = ms.Interface.examples()[0].surface.pair
@@ -21,14 +21,12 @@ NAMES = {
     "jenkins": ms.Jenkins,
     "iwan": ms.Iwan,
     "segalman": ms.SegalmanIwan,
-    "bouc-wen": ms.BoucWen,
 }
 LAWS: dict[str, Any] = {
     "interface": ms.Interface.examples()[0],
     "jenkins": ms.Jenkins(5e7, 100.0),
     "iwan": ms.Iwan([3e7, 1e7, 6e7], [60.0, 50.0, 30.0]),
     "segalman": ms.SegalmanIwan(4000.0, 1.5e8, -0.5, 0.6),
-    "bouc-wen": ms.BoucWen(5e7, 100.0, 0.1, n=2.0),
 }
 
 
@@ -81,11 +79,8 @@ def test_models_survive_copies(name: str) -> None:
     values = model.start or {}
     for other in (copy.deepcopy(model), pickle.loads(pickle.dumps(model))):
         assert other.start == values
-        if isinstance(model, BackboneModel):
-            u = np.array([0.0, 1e-7, 1e-6])
-            assert np.array_equal(
-                other.branch(u, values, None)[2], model.branch(u, values, None)[2]
-            )
+        u = np.array([0.0, 1e-7, 1e-6])
+        assert np.array_equal(other.branch(u, values, None)[2], model.branch(u, values, None)[2])
 
 
 def test_bounds_of_separations() -> None:
@@ -192,29 +187,6 @@ def test_what_is_missing() -> None:
     known = iwan.prepared([loop], [None])
     with pytest.raises(ms.InputError, match="stiffnesses must be above zero for one cell"):
         known.build(dict.fromkeys(known.names, 0.0))
-    bouc: Any = model_of(LAWS["bouc-wen"])
-    with pytest.raises(ms.InputError, match="displacement must move"):
-        bouc.cycle(np.ones(8), bouc.start)
-
-
-@pytest.mark.parametrize("number", range(4))
-def test_bouc_wen_accepts_a_repeated_peak(number: int) -> None:
-    """Samples that repeat the top, or wiggle there by rounding, change nothing."""
-    from microslip.identification.models.bouc_wen import BoucWenModel
-
-    model, values = BoucWenModel.examples()[number]
-    top = 3.0 * values["yield_force"] / values["stiffness"]
-    x = top * np.cos(2.0 * np.pi * np.arange(64) / 64)
-    force, slope, by = model.cycle(x, values)
-    # Rounding of forces that reach the limit, and of sensitivities that grow with the settling.
-    for more in ([top], [top * (1.0 - 2e-16), top, top * (1.0 - 4e-16), top]):
-        for place in (0, 1):
-            answer = model.cycle(np.insert(x, place, more), values)
-            kept = np.delete(np.arange(64 + len(more)), np.arange(place, place + len(more)))
-            np.testing.assert_allclose(answer[0][kept], force, atol=1e-12 * np.abs(force).max())
-            np.testing.assert_allclose(answer[1][kept], slope, atol=1e-9 * slope.max())
-            sizes = np.abs(by).max(axis=1, keepdims=True)
-            np.testing.assert_allclose(answer[2][:, kept] / sizes, by / sizes, atol=1e-9)
 
 
 def test_a_separation_at_each_load() -> None:

@@ -12,7 +12,7 @@ import pytest
 
 import microslip as ms
 from microslip.identification import fit, nuisances, options
-from microslip.identification.models import MODELS, model_of
+from microslip.identification.models import MODELS
 
 CELL = ms.Jenkins(stiffness=5e7, force_limit=100.0)
 
@@ -49,23 +49,6 @@ def test_a_rigid_rig(rigid: Any) -> None:
     none = identified(rigs=["a", "b"], rig_stiffness={"a": None, "b": 1e8})
     assert values(one) == values(none)
     assert [record.rig_stiffness for record in one.records] == [None, 1e8]
-    assert ms.identify(records(), "bouc-wen", rig_stiffness=rigid, intervals="curvature").names
-
-
-@pytest.mark.parametrize(
-    "name",
-    [
-        "bouc-wen",
-        "bouc_wen",
-        "bouc wen",
-        "Bouc\N{EN DASH}Wen",
-        "Bouc\N{NON-BREAKING HYPHEN}Wen",
-        "BOUC \N{MINUS SIGN} WEN",
-    ],
-)
-def test_names_of_laws(name: str) -> None:
-    """As they are written, with whatever dash."""
-    assert model_of(name).name == "bouc-wen"
 
 
 def test_a_wrong_law_is_no_law_that_does_not_suit() -> None:

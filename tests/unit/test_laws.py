@@ -14,7 +14,6 @@ COULOMB = ms.Coulomb(force_limit=100.0)
 JENKINS = ms.Jenkins(stiffness=5e7, force_limit=100.0)
 IWAN = ms.Iwan([3e7, 1e7, 6e7], [60.0, 50.0, 30.0])  # yields at 2, 5 and 0.5 um
 SEGALMAN = ms.SegalmanIwan(force_limit=4000.0, stiffness=1.5e8, chi=-0.5, beta=0.6)
-BOUC_WEN = ms.BoucWen(stiffness=5e7, yield_force=100.0)
 
 
 # -- Coulomb: rigid --------------------------------------------------------------------------------
@@ -200,32 +199,3 @@ def test_result_of_a_fit() -> None:
     assert fit.smallest_amplitude == pytest.approx(1e-7, rel=1e-15, abs=0)
     assert fit.largest_amplitude == pytest.approx(1e-4, rel=1e-15, abs=0)
     assert all(type(value) is float for value in fit[1:])
-
-
-# -- Bouc and Wen ----------------------------------------------------------------------------------
-
-
-def test_bouc_wen_shapes_and_values() -> None:
-    assert BOUC_WEN.force_limit == 100.0
-    assert BOUC_WEN.tangential_stiffness == 5e7
-    # n = 1: an exponential.
-    x = np.array([1e-9, 1e-6, 5e-6])
-    np.testing.assert_allclose(BOUC_WEN.force(x), -100 * np.expm1(-x / 2e-6), rtol=1e-14)
-    assert type(BOUC_WEN.force(1e-6)) is float
-    assert BOUC_WEN.force(1e-6) == BOUC_WEN.force([1e-6])[0]
-    np.testing.assert_array_equal(BOUC_WEN.force([0.0, 0.0]), 0.0)
-    np.testing.assert_array_equal(BOUC_WEN.force([0.0, 1e-6, 1e-6])[1:], BOUC_WEN.force(1e-6))
-    np.testing.assert_array_equal(BOUC_WEN.force([1e300, -1e300, 1.7e308]), [100, -100, 100])
-    other = ms.BoucWen(5e7, 100.0, alpha=0.1, A=2.0, beta=0.3, gamma=0.2, n=2.0)
-    assert other.force_limit == pytest.approx(0.9 * 100 * 2.0, rel=1e-15, abs=0)
-    assert other.tangential_stiffness == pytest.approx(5e7 * 1.9, rel=1e-15, abs=0)
-    step = 1e-12
-    assert other.force(step) / step == pytest.approx(5e7 * 1.9, rel=1e-6, abs=0)
-
-
-def test_bouc_wen_is_frozen_and_pickles() -> None:
-    with pytest.raises(AttributeError):
-        BOUC_WEN.n = 2.0  # type: ignore[misc]
-    other = pickle.loads(pickle.dumps(BOUC_WEN))
-    assert other == BOUC_WEN
-    assert other.force(1e-6) == BOUC_WEN.force(1e-6)

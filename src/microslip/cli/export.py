@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 KINDS = (
     "c", "abaqus-user", "fmu", "fmu3", "opensees", "calculix", "abaqus", "ansys", "lsdyna",
-    "nastran", "table", "segalman", "bouc-wen", "iwan",
+    "nastran", "table", "segalman", "iwan",
 )  # fmt: skip
 _OPTIONS = (
     option(
@@ -107,7 +107,7 @@ def export(
     """Write the joint of STUDY as a file of another program, with its errors in the header.
 
     KIND is c, abaqus-user, fmu, fmu3, opensees, calculix, abaqus, ansys, lsdyna or nastran; table
-    (numbers), segalman, bouc-wen or iwan (the closest such model); or card, contact per unit area
+    (numbers), segalman or iwan (the closest such model); or card, contact per unit area
     for the program named by --for.
     """
     of_card = {name: options.pop(name) for name in (item.name for item in _CARD_OPTIONS)}

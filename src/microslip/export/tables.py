@@ -8,10 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from microslip._core.checks import Floats
 from microslip._core.parameters import key_of, values_of
 from microslip.export.request import Accuracy, Order
-from microslip.friction import BackboneLaw, BoucWen
+from microslip.friction import BackboneLaw
 
 _POINTS = 200
 
@@ -56,14 +55,10 @@ def _csv(header: list[str], columns: dict[str, Any]) -> str:
     return "\n".join([*lines, *(",".join(map(repr, row)) for row in rows)]) + "\n"
 
 
-_LOOPS = 9
-_SAMPLES = 128
-
-
 def write_fitted(order: Order) -> tuple[dict[str, str | bytes], Accuracy]:
     """One file: JSON, or a study whose joint the model is."""
     low, high = order.span
-    model: BackboneLaw | BoucWen
+    model: BackboneLaw
     if order.kind == "segalman":
         fit = order.law.to_segalman(low, high)
         model = fit.law
@@ -73,13 +68,11 @@ def write_fitted(order: Order) -> tuple[dict[str, str | bytes], Accuracy]:
             "force_over_limit": fit.force_misfit,
         }
         accuracy = Accuracy.of(order.law, order.span, model._backbone, model._energy)
-    elif order.kind == "iwan":
+    else:
         (cells,) = order.cell_models
         model = cells
         misfit = {"backbone": cells.fit.backbone_error, "energy": cells.fit.energy_error}
         accuracy = Accuracy(*order.span, cells.fit.backbone_error, cells.fit.energy_error)
-    else:
-        model, misfit, accuracy = _bouc_wen(order)
     values = {name: np.asarray(value).tolist() for name, value in values_of(model).items()}
     if order.suffix == ".json":
         content = {
@@ -100,41 +93,3 @@ def _written(value: Any, unit: str | None) -> str:
     if isinstance(value, list):
         return f"[{', '.join(_written(item, unit) for item in value)}]"
     return f'"{value!r} {unit}"' if unit else repr(value)
-
-
-def _bouc_wen(order: Order) -> tuple[BoucWen, dict[str, float], Accuracy]:
-    """Least squares over settled loops of the range, the force by the largest of each loop."""
-    from scipy.optimize import least_squares
-
-    law = order.law
-    amplitudes = np.geomspace(*order.span, _LOOPS)
-    loops = [law.loop(float(a), samples=_SAMPLES) for a in amplitudes]
-    start = BoucWen.guess(loops)
-    share = law.force_limit / start.force_limit
-
-    def model(point: Floats) -> BoucWen:
-        stiffness, force, sharpness = np.exp(point[:3])
-        return BoucWen(stiffness, force, n=1.0 + sharpness, beta=0.5, gamma=0.5)
-
-    def misfits(point: Floats) -> Floats:
-        candidate = model(point)
-        off = [
-            (candidate.loop(loop_amplitude, samples=_SAMPLES).force - loop.force) / loop.force.max()
-            for loop_amplitude, loop in zip(amplitudes.tolist(), loops, strict=True)
-        ]
-        return np.asarray(np.concatenate(off))
-
-    first = np.log([law.tangential_stiffness, start.force_limit * share, max(start.n - 1.0, 0.05)])
-    low, high = [*(first[:2] - 5.0), -12.0], [*(first[:2] + 5.0), 4.0]
-    best = least_squares(misfits, first, bounds=(low, high), xtol=1e-10, ftol=1e-10)
-    best_model = model(best.x)
-    forces, energies = [], []
-    for a, loop in zip(amplitudes.tolist(), loops, strict=True):
-        fitted_loop = best_model.loop(a, samples=_SAMPLES)
-        forces.append(float(abs(fitted_loop.force.max() / loop.force.max() - 1.0)))
-        energies.append(abs(fitted_loop.dissipated_energy / loop.dissipated_energy - 1.0))
-    misfit = {
-        "rms_force_over_largest": float(np.sqrt(np.mean(best.fun**2))),
-        "largest_force_over_largest": float(np.abs(best.fun).max()),
-    }
-    return best_model, misfit, Accuracy(*order.span, max(forces), max(energies))

@@ -66,7 +66,6 @@ FORMATS = (
     Format("nastran", _NOT_RUN, (".bdf", ".dat"), elements.nastran),
     Format("table", f"{_RUN}, read back", (".json", ".csv"), tables.write),
     Format("segalman", f"{_RUN}, as a study", (".toml", ".json"), tables.write_fitted),
-    Format("bouc-wen", f"{_RUN}, read back", (".json",), tables.write_fitted),
     Format("iwan", f"{_RUN}, as a study", (".toml", ".json"), tables.write_fitted),
 )
 

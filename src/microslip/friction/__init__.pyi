@@ -1,7 +1,6 @@
 from .asperity import Asperity as Asperity
 from .base import BackboneLaw as BackboneLaw
 from .base import SegalmanFit as SegalmanFit
-from .bouc_wen import BoucWen as BoucWen
 from .coulomb import Coulomb as Coulomb
 from .coupled import CoupledResponse as CoupledResponse
 from .coupled_cycles import CoupledCycle as CoupledCycle

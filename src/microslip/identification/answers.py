@@ -23,13 +23,7 @@ from microslip.identification.coordinates import (
     behind_spring,
     stiffness_after_reversal,
 )
-from microslip.identification.models.base import (
-    UNKNOWN,
-    BackboneModel,
-    CycleModel,
-    Materials,
-    Model,
-)
+from microslip.identification.models.base import UNKNOWN, Materials, Model
 from microslip.memory import Memory
 from microslip.tribometer.folding import Folded
 from microslip.tribometer.motion import later
@@ -101,10 +95,9 @@ class Answers:
         ends = np.concatenate(([0], np.cumsum(bins))).astype(np.int64)
         self.bins = [slice(int(a), int(b)) for a, b in pairwise(ends)]
         self.groups: list[Group] = []
-        backbone = isinstance(self.model, BackboneModel)
         for at, i in enumerate(self.order):
             places = slice(int(starts[at]), int(starts[at + 1]))
-            if self.groups and keys[i] == keys[self.order[at - 1]] and backbone:
+            if self.groups and keys[i] == keys[self.order[at - 1]]:
                 last = self.groups.pop()
                 places = slice(last.places.start, places.stop)
             self.groups.append(Group(places, *keys[i]))
@@ -183,17 +176,12 @@ class Answers:
     def _answer(
         self, number: int, group: Group, values: dict[str, float], compliance: float, gain: float
     ) -> Answer:
-        model = self.model
-        if isinstance(model, BackboneModel):  # from where it was last
-            y, guess = gain * self.half[group.places], self.guess[number]
-            answer, self.guess[number] = behind_spring(
-                model, y, values, group.load, compliance, guess
-            )
-            return answer
-        assert isinstance(model, CycleModel)  # without Masing's rules; its rig is rigid
-        at = int(np.searchsorted(self.starts, group.places.start))
-        force, stiffness, by = model.cycle(self.cycles[at].displacement, values)
-        return force, stiffness, by, np.zeros_like(force)
+        # The solution behind the rig is sought from the last one.
+        y, guess = gain * self.half[group.places], self.guess[number]
+        answer, self.guess[number] = behind_spring(
+            self.model, y, values, group.load, compliance, guess
+        )
+        return answer
 
     def respond(self, q: Floats) -> tuple[Floats, Floats, Floats]:
         """Force, tangent stiffness and derivatives by the free coordinates at all places."""
@@ -211,8 +199,7 @@ class Answers:
                 by[row[group.rig], group.places] = slopes[group.rig] * by_compliance
         if self._gain is not None:
             by[row[self._gain]] = slopes[self._gain] * stiffness * self.half
-        if isinstance(self.model, BackboneModel):
-            self._summed((force, *by))
+        self._summed((force, *by))
         return force, stiffness, by
 
     def _summed(self, rows: Iterable[Floats]) -> None:
@@ -253,16 +240,12 @@ class Answers:
 
     def by_move(self, at: int, q: Floats, stiffness: Floats, moves: Floats) -> Floats:
         """Change of the forces in the bins by moves (rows) of the displacement of a record."""
-        model, cycle = self.model, self.cycles[at]
-        if isinstance(model, CycleModel):
-            values = self.values_of(self.order[at], q)
-            rise = model.moved(cycle.displacement, values, moves)
-        else:
-            above = np.where(cycle.parent < 0, 0, cycle.parent)
-            local = stiffness[self.starts[at] : self.starts[at + 1]]
-            rise = local * (moves - moves[:, above])
-            for row in rise:
-                kernels.compiled.accumulate(cycle.parent, row, np.zeros(1))
+        cycle = self.cycles[at]
+        above = np.where(cycle.parent < 0, 0, cycle.parent)
+        local = stiffness[self.starts[at] : self.starts[at + 1]]
+        rise = local * (moves - moves[:, above])
+        for row in rise:
+            kernels.compiled.accumulate(cycle.parent, row, np.zeros(1))
         return np.asarray(0.5 * (rise[:, cycle.first] + rise[:, cycle.second]))
 
     def rig_of(self, record: int, q: Floats) -> float | None:
@@ -302,7 +285,6 @@ class Cycle(NamedTuple):
     half: Floats
     sign: Floats
     parent: NDArray[np.int64]
-    displacement: Floats
     basis: Floats
     """Terms of the displacement (rows) at each place."""
     first: NDArray[np.int64]
@@ -335,7 +317,6 @@ def cycle_of(folded: Folded) -> Cycle:
         np.maximum(tree.half - folded.play, 0.0) if folded.play else tree.half,
         tree.sign,
         tree.parent,
-        x,
         np.ascontiguousarray(np.roll(basis, -root, axis=0).T),
         place[:count],
         place[count : 2 * count] if is_wide else place[:count],

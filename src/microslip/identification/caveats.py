@@ -194,7 +194,6 @@ TABLE: Mapping[str, Row] = {
         IN_DOUBT,
     ),
     # -- of the whole fit -----------------------------------------------------------------------
-    "own elastic part": Row("{law!r} has an elastic part of its own: the rig is part of it"),
     "continuum": Row(
         "found with a continuous height distribution: the sampling scatter of the summits in "
         "contact moves slip scale, separation and rig, by more than noise where they are few, and "

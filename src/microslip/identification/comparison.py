@@ -15,7 +15,7 @@ from microslip._core.units import significant
 from microslip.errors import InputError
 from microslip.identification.caveats import FIXED
 from microslip.identification.coordinates import RIG
-from microslip.identification.models import MODELS, CycleModel, model_of
+from microslip.identification.models import MODELS, model_of
 from microslip.identification.result import Identification
 from microslip.identification.run import fold_all, identify
 from microslip.identification.verdicts import Fitted, interval_text
@@ -150,8 +150,6 @@ def compare(
                 progress((at + share) / len(laws))
 
         name = _unused_name(model.name, (*fits, *failed))
-        if isinstance(model, CycleModel):
-            law_options["rig_stiffness"] = None  # its elastic part stands for the rig
         try:
             fits[name] = identify(folded, law, intervals=intervals, progress=report, **law_options)
         except InputError as error:

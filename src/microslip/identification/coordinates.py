@@ -13,7 +13,7 @@ from microslip._core.checks import Floats, number, positive, show
 from microslip._core.parameters import Parameter
 from microslip._core.wording import did_you_mean, plural
 from microslip.errors import InputError
-from microslip.identification.models.base import BackboneModel
+from microslip.identification.models.base import Model
 from microslip.loops import Loop
 from microslip.tribometer.folding import Folded
 
@@ -179,7 +179,7 @@ _NEAR, _THERE = 1e-5, 1e-8
 
 
 def behind_spring(
-    model: BackboneModel,
+    model: Model,
     y: Floats,
     values: Mapping[str, float],
     load: float | None,

@@ -12,7 +12,6 @@ from microslip._core.checks import Floats
 from microslip.identification.caveats import IDENTIFIED, NOT, Caveat
 from microslip.identification.fit import Fit, covariance_of
 from microslip.identification.intervals import Profiled
-from microslip.identification.models.base import BackboneModel
 from microslip.identification.problem import EFFECTS, Problem, columns_of
 from microslip.identification.verdicts import CAUSES_FROM, WRONG_FROM, Fitted
 from microslip.tribometer.folding import CLIPPED
@@ -53,8 +52,6 @@ class Play(NamedTuple):
 def play_of(best: Fit) -> Play:
     """The play of all records, by a golden section in which all is fitted again."""
     problem = best.problem
-    if not isinstance(problem.model, BackboneModel):
-        return Play(0.0, 0.0, 0.0)
 
     def cost_with(play: float) -> float:
         fit = Fit(after_play(problem, play), best.q).settled_near(np.arange(best.q.size))

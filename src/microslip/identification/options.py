@@ -1,6 +1,6 @@
 """Options of an identification, without the code that works on them, for fast commands."""
 
-LAWS = ("interface", "jenkins", "iwan", "segalman", "bouc-wen")
+LAWS = ("interface", "jenkins", "iwan", "segalman")
 """The usual laws; any other that is exported may be fitted, too."""
 NUISANCES = ("parallel", "viscous", "inertia", "tilt", "play")
 """Additional force terms of free size."""

@@ -14,7 +14,6 @@ from microslip._core.checks import Floats, show
 from microslip.errors import InputError
 from microslip.identification.answers import Answers, delayed
 from microslip.identification.coordinates import Datum, Quantity
-from microslip.identification.models.base import BackboneModel
 from microslip.identification.options import NUISANCES
 from microslip.tribometer.folding import Folded
 from microslip.tribometer.motion import phase_derivative
@@ -221,8 +220,6 @@ class Problem(Answers):
     def _by_load(self, q: Floats) -> Floats:
         """Change of the force in all bins by the logarithm of the load of its record [N]."""
         model = self.model
-        if not isinstance(model, BackboneModel):
-            return np.zeros(self.weight.size)
 
         def rise(v: Floats, values: dict[str, float], load: float | None) -> Floats:
             if load is None:
@@ -237,7 +234,7 @@ class Problem(Answers):
     def _by_summits(self, q: Floats) -> Floats:
         """Whitened change of the forces by the chance in the heights of summits (rows)."""
         model, count = self.model, self.summits
-        if not isinstance(model, BackboneModel) or count is None:
+        if count is None:
             return np.zeros((0, self.weight.size))
         loads = list(dict.fromkeys(group.load for group in self.groups))
         root = math.sqrt(count)

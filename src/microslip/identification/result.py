@@ -172,7 +172,7 @@ class Identification(Locked, Plottable):
 
         Returns
         -------
-        Interface, Jenkins, Iwan, SegalmanIwan or BoucWen
+        Interface, Jenkins, Iwan or SegalmanIwan
             Without its rig.
         """
         self._check_accepted(even_if)

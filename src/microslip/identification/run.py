@@ -17,14 +17,13 @@ from microslip.identification.conclusions import Conclusions
 from microslip.identification.coordinates import (
     FAR_SOFTER,
     gain_coordinate,
-    is_rigid,
     rig_coordinates,
 )
 from microslip.identification.fit import Fit, solve
 from microslip.identification.fit_quality import held_back_error
 from microslip.identification.intervals import Profiled
 from microslip.identification.models import model_of
-from microslip.identification.models.base import BackboneModel, CycleModel, Materials, Model
+from microslip.identification.models.base import Materials, Model
 from microslip.identification.models.interface import InterfaceModel
 from microslip.identification.nuisances import PLAY, play_of
 from microslip.identification.options import LOSSES
@@ -89,7 +88,7 @@ def identify(
     records : Record or iterable of Record
         One or many, at several loads and amplitudes; each with at least three settled cycles.
     law : str, type or BackboneLaw, optional
-        "interface", "jenkins", "iwan", "segalman", "bouc-wen", or the class. An instance also gives
+        "interface", "jenkins", "iwan", "segalman", or the class. An instance also gives
         the values to start from; an Interface the shape of its heights and its materials, too.
     pair : MaterialPair, optional
         Materials, which turn the length kappa sigma into sigma. Loops alone do not need them.
@@ -193,15 +192,6 @@ def identify(
     loops = [record.loop for record in folded]
     model = model.prepared(loops, [record.normal_load for record in folded])
     notes: list[Caveat] = []
-    if isinstance(model, CycleModel) and not is_rigid(rig_stiffness):
-        if not isinstance(rig_stiffness, str):
-            raise InputError(
-                f"`rig_stiffness` cannot be fitted with {model.name!r}, which has its own "
-                "elastic part; subtract the rig from the displacement, or write "
-                "`rig_stiffness=None`"
-            )
-        rig_stiffness = None
-        notes.append(Caveat("own elastic part", {"law": model.name}))
     coordinates, columns, start_values = parameter_choice.coordinates_for(
         model, folded, fixed=fixed, bounds=bounds, start=start, shared=shared, per_load=per_load
     )
@@ -214,7 +204,7 @@ def identify(
     if summit_coordinate is not None:
         coordinates.append(summit_coordinate)
     gains = checked_gains(gain_errors)
-    if isinstance(model, BackboneModel) and gains.get("displacement"):
+    if gains.get("displacement"):
         coordinates.append(gain_coordinate(gains["displacement"]))
     effects = checked_effects(nuisances)
     problem = Problem(

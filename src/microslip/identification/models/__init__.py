@@ -11,12 +11,10 @@ from microslip._core.checks import show
 from microslip._core.parameters import parameters_of, says_all
 from microslip.errors import InputError
 from microslip.friction.base import BackboneLaw
-from microslip.friction.bouc_wen import BoucWen
 from microslip.friction.interface import Interface
 from microslip.friction.iwan import Iwan
 from microslip.friction.laws import LAWS
-from microslip.identification.models.base import BackboneModel, Branch, CycleModel, Derived, Model
-from microslip.identification.models.bouc_wen import BoucWenModel
+from microslip.identification.models.base import Branch, Derived, Model
 from microslip.identification.models.interface import InterfaceModel
 from microslip.identification.models.law import IwanModel, LawModel
 from microslip.identification.models.sphere import GivenSurfaceModel, SphereModel
@@ -25,9 +23,7 @@ from microslip.normal import NormalLaw, SphereOnFlat
 
 __all__ = [
     "MODELS",
-    "BackboneModel",
     "Branch",
-    "CycleModel",
     "Derived",
     "LawModel",
     "Model",
@@ -38,9 +34,8 @@ __all__ = [
 _SPECIAL: dict[type, type[Model]] = {
     Interface: InterfaceModel,
     Iwan: IwanModel,
-    BoucWen: BoucWenModel,
 }
-"""Laws that need more than their parameters: a surface, a grid, whole cycles."""
+"""Laws that need more than their parameters: a surface, a grid."""
 
 
 def _model(kind: Any) -> Model | None:
@@ -56,7 +51,7 @@ def _model(kind: Any) -> Model | None:
 
 
 MODELS: tuple[Model, ...] = (
-    *(model for model in map(_model, (*LAWS, BoucWen)) if model is not None),
+    *(model for model in map(_model, LAWS) if model is not None),
     SphereModel(),
 )
 """The model of every exported law that can be fitted; the shared tests run over it."""

@@ -48,7 +48,7 @@ Branch = tuple[Floats, Floats, Floats]
 
 
 class Model(ABC):
-    """A law seen by an identification: a :class:`BackboneModel` or a :class:`CycleModel`.
+    """Law of an identification, given by its backbone, from which Masing's rules make every cycle.
 
     A model that needs to know the data first, a grid of yield displacements or a reference load,
     is what :meth:`prepared` returns.
@@ -111,6 +111,28 @@ class Model(ABC):
     def build(self, values: Values, load: float | None = None, given: Materials = UNKNOWN) -> Any:
         """The law that has these values, as users know it."""
 
+    @abstractmethod
+    def branch(self, u: Floats, values: Values, load: float | None) -> Branch:
+        """First loading curve at u >= 0 [m], one-dimensional, and all its derivatives."""
+
+    def by_summits(
+        self,
+        u: Floats,
+        values: Values,
+        load: float | None,
+        loads: Loads,
+    ) -> Floats:
+        """Change of :meth:`curve` by one summit: a row for each height.
+
+        One standard deviation of the number of summits at each height, the same heights for all
+        ``loads``; no rows for a law without summits of random heights.
+        """
+        return np.zeros((0, u.size))
+
+    def curve(self, u: Floats, values: Values, load: float | None) -> tuple[Floats, Floats]:
+        """First loading curve and its slope at u >= 0 [m]: :meth:`branch` without the rest."""
+        return self.branch(u, values, load)[:2]
+
     def derived(
         self, values: Values, loads: Loads, given: Materials = UNKNOWN
     ) -> tuple[Derived, ...]:
@@ -135,41 +157,3 @@ class Model(ABC):
     def examples(cls) -> tuple[tuple[Model, Values], ...]:
         """Prepared models with values, for the shared tests."""
         return ()
-
-
-class BackboneModel(Model):
-    """A law given by its first loading curve, from which Masing's rules make every cycle."""
-
-    @abstractmethod
-    def branch(self, u: Floats, values: Values, load: float | None) -> Branch:
-        """First loading curve at u >= 0 [m], one-dimensional, and all its derivatives."""
-
-    def by_summits(
-        self,
-        u: Floats,
-        values: Values,
-        load: float | None,
-        loads: Loads,
-    ) -> Floats:
-        """Change of :meth:`curve` by one summit: a row for each height.
-
-        One standard deviation of the number of summits at each height, the same heights for all
-        ``loads``; no rows for a law without summits of random heights.
-        """
-        return np.zeros((0, u.size))
-
-    def curve(self, u: Floats, values: Values, load: float | None) -> tuple[Floats, Floats]:
-        """First loading curve and its slope at u >= 0 [m]: :meth:`branch` without the rest."""
-        return self.branch(u, values, load)[:2]
-
-
-class CycleModel(Model):
-    """A law without Masing's rules, which answers a whole settled cycle."""
-
-    @abstractmethod
-    def cycle(self, x: Floats, values: Values) -> Branch:
-        """Forces of the settled cycle of a period x [m], its first sample not repeated."""
-
-    @abstractmethod
-    def moved(self, x: Floats, values: Values, moves: Floats) -> Floats:
-        """Change of the forces of :meth:`cycle` by moves (rows) of its displacement x."""

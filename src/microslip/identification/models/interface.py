@@ -18,7 +18,6 @@ from microslip.friction.interface import Interface
 from microslip.friction.surface_guesses import CONVENTIONAL_AREA, Shape, interface_values
 from microslip.identification.models.base import (
     UNKNOWN,
-    BackboneModel,
     Branch,
     Derived,
     Loads,
@@ -35,7 +34,7 @@ _HEIGHTS, _TALLEST = 192, 8.0
 
 
 @dataclass(frozen=True, eq=False)
-class InterfaceModel(BackboneModel):
+class InterfaceModel(Model):
     """T0 = mu N [1 - n(h + x)/n(h)] with x = u/slip_scale, for loads that the records know.
 
     The normal law is a template with two scales, N(d) = C n(d/s). Loops determine mu, the length

@@ -19,7 +19,6 @@ from microslip.friction.guesses import cell_stiffnesses, yield_grid
 from microslip.friction.iwan import Iwan
 from microslip.identification.models.base import (
     UNKNOWN,
-    BackboneModel,
     Branch,
     Derived,
     Loads,
@@ -34,7 +33,7 @@ to that of rounding, some 1e-13 of a smooth backbone."""
 
 
 @dataclass(frozen=True)
-class LawModel(BackboneModel):
+class LawModel(Model):
     """A law by the metadata of its parameters; its load does not enter.
 
     Derivatives are those of the law where it gives them, else differences of the sixth order:
@@ -167,7 +166,7 @@ _NO_STIFFNESS = 1e-12  # of the largest stiffness: a cell that is none
 
 
 @dataclass(frozen=True, eq=False)
-class IwanModel(Locked, BackboneModel):
+class IwanModel(Locked, Model):
     """T0 = sum of k_i min(u, y_i): yield displacements on a fixed geometric grid.
 
     Only the stiffnesses k_i >= 0 are fitted, in which the model is linear (Iwan 1966,

@@ -16,7 +16,6 @@ from microslip.friction.guesses import loads_of
 from microslip.friction.interface import Interface
 from microslip.identification.models.base import (
     UNKNOWN,
-    BackboneModel,
     Branch,
     Derived,
     Loads,
@@ -44,7 +43,7 @@ def _limit_of(loops: Sequence[Any], loads: Sequence[float]) -> float:
 
 
 @dataclass(frozen=True)
-class SphereModel(BackboneModel):
+class SphereModel(Model):
     """T0 = mu N [1 - (1 - u/u_L)^(3/2)], u_L = slip_limit (N/N_ref)^(2/3).
 
     Cattaneo (1938) and Mindlin (1949, DOI 10.1115/1.4009973). Loops determine mu and the slip
@@ -165,7 +164,7 @@ class SphereModel(BackboneModel):
 
 
 @dataclass(frozen=True)
-class GivenSurfaceModel(BackboneModel):
+class GivenSurfaceModel(Model):
     """T0 = mu [N(d) - N(d + u/(mu lambda))] on a surface that is known: only mu is left to fit."""
 
     surface: Any

@@ -15,7 +15,7 @@ from microslip._version import __version__
 from microslip.errors import InputError
 from microslip.identification import Comparison, Identification, figures, identify
 from microslip.identification.caveats import HAS_VALUE, label
-from microslip.identification.models import CycleModel, model_of
+from microslip.identification.models import model_of
 from microslip.report import measured_campaign as together
 from microslip.report.document import (
     Block,
@@ -131,8 +131,6 @@ def identified(
             keywords[key] = {name: value for name, value in options[key].items() if name in names}
         if law != "interface":
             keywords["contact_area"] = keywords["known"] = keywords["summits"] = None
-        if isinstance(model_of(law), CycleModel) and len(laws) > 1:
-            keywords["rig_stiffness"] = None  # its elastic part stands for the rig
         if index > 0:
             keywords["intervals"] = "curvature"  # of what is compared there are no profiles
         model: Any = law

@@ -163,7 +163,7 @@ dist: $(READY)  ## build the sdist, and from it the wheel, into dist/
 
 # One lock for every Python and platform, read by uv and by pip. LOCK_ARGS=--upgrade takes newer versions.
 # Every extra is in that of the tests but torch, jax and pyharm, which brings JAX: environments of their own.
-EXTRAS := app dask nastran parquet scan tdms uff xarray zarr
+EXTRAS := app dask nastran parquet scan tdms uff xarray
 lock:  ## write the locks again
 	@uv="$(UV)"; if [ -z "$$uv" ]; then \
 	    [ -x .venv-lock/bin/uv ] || { "$(PYTHON)" -m venv .venv-lock && .venv-lock/bin/python -m pip install --quiet uv; }; \

@@ -1,13 +1,12 @@
 """Batches and big sweeps: nothing lost, nothing doubled, and how much faster more workers are.
 
-    python benchmarks/batches.py [--predictions 10000] [--records 1000] [--points 1e8]
+    python benchmarks/batches.py [--predictions 10000] [--records 1000]
                                  [--workers 2] [--dask] [--page]
 
 Runs the command `microslip batch` on so many changes to a study and so many records, kills it in
 the middle and starts it again; with --dask the same on a local Dask cluster of which a worker is
-killed. Then a sweep of so many points into a Zarr store, with the most memory it took. --page
-writes the table into docs/batches.md. Wall times are those of a machine that may be busy; CPU times
-hold on any.
+killed. --page writes the table into docs/batches.md. Wall times are those of a machine that
+may be busy; CPU times hold on any.
 """
 
 from __future__ import annotations
@@ -116,27 +115,6 @@ def on_dask(words: list[str], folder: Path, count: int) -> None:
         subprocess.run(command(*words, "--dask", address), check=True, stdout=subprocess.DEVNULL)
 
 
-def sweep_to_store(folder: Path, points: int) -> tuple[float, float]:
-    """A sweep into a store, and the most memory of the process that made it."""
-    side = round(points**0.5)
-    code = (
-        "import resource, numpy as np, microslip as ms\n"
-        "from microslip.sweeps import evaluate_to_zarr\n"
-        f"evaluate_to_zarr({str(folder / 'sweep.zarr')!r}, "
-        f"{{'normal_load': np.geomspace(100.0, 5e3, {side}), "
-        f"'amplitude': np.geomspace(1e-9, 1e-5, {side})}}, ['loss_factor'], young_modulus=69e9, "
-        "poisson_ratio=0.33, std=5e-7, radius=1e-3, density=1e8, area=2e-4, "
-        "friction_coefficient=0.55)\n"
-        f"print({side * side}, "
-        "resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)\n"
-    )
-    process = subprocess.run(
-        [sys.executable, "-c", code], check=True, capture_output=True, text=True
-    )
-    count, megabytes = map(float, process.stdout.split())
-    return count, megabytes
-
-
 def speed_up(folder: Path, study: list[str], workers: int, count: int) -> tuple[str, str]:
     """Wall times of one process over those of several, in turns: others may use the machine."""
     here = folder / "turns"
@@ -193,7 +171,6 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--predictions", type=int, default=10_000)
     parser.add_argument("--records", type=int, default=1000)
-    parser.add_argument("--points", type=float, default=1e8)
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--dask", action="store_true")
     parser.add_argument("--page", action="store_true", help="write the table into docs/batches.md")
@@ -234,9 +211,6 @@ def main() -> None:
             on_dask([str(source), *study_words, "-o", str(out)], out, count)
             report.add(f"{task}, on a local Dask cluster of two whose worker was killed at 30 %",
                        outcome_of(out, count, failed), has_cpu=False)  # fmt: skip
-        report.begin()
-        count, megabytes = sweep_to_store(folder, int(options.points))
-        report.add(f"sweep of {count:.3g} points to Zarr", f"{megabytes:.0f} MB of memory at most")
     if options.page:
         report.page()
 

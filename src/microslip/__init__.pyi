@@ -88,7 +88,6 @@ from .structures import identify_modal as identify_modal
 from .structures import read_decay as read_decay
 from .sweeps import Sweep as Sweep
 from .sweeps import evaluate as evaluate
-from .sweeps import evaluate_to_zarr as evaluate_to_zarr
 from .sweeps import sweep as sweep
 from .tribometer import Measurement as Measurement
 from .tribometer import Record as Record

@@ -132,7 +132,7 @@ NOT_ENTERED = {
     *("Sweep", "TightenedSurface", "VectorCycle", "VectorResponse", "Verdict"),
     *("MeshedJoint.read", "ModalTest.read", "Record.read", "Scan.read", "Structure.load"),
     "ReducedJoint.load",
-    *("Drawing.converge", "PerssonCurve.from_spectrum", "Scan.changed", "evaluate_to_zarr"),
+    *("Drawing.converge", "PerssonCurve.from_spectrum", "Scan.changed"),
     *("PressedJoint.guess", "Asperity.guess"),  # they refuse
     *(f"NormalLaw.{quantity}" for quantity in ("contact_area", "contact_count")),  # so do these
     *("NormalLaw.contact_probability", "MeshedJoint.shank_sections"),

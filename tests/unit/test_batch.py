@@ -1,4 +1,4 @@
-"""Batches: kinds of items, restarts, failures, shards, workers that die; sweeps to a store."""
+"""Batches: kinds of items, restarts, failures, workers that die."""
 
 from __future__ import annotations
 
@@ -8,14 +8,12 @@ import os
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 from click.testing import CliRunner
 
 import microslip as ms
 from microslip.cli import main
 from microslip.runs import batch
-from microslip.sweeps import evaluate_to_zarr
 
 STUDY = """
 schema = 1
@@ -62,15 +60,14 @@ def test_changes_to_a_study(folder: Path) -> None:
 
 def test_a_second_run_does_what_is_left(folder: Path) -> None:
     out, words = folder / "out", (folder / "changes.csv", "--study", folder / "study.toml")
-    assert called(*words, "-o", out, "--shard", "1/3", "--json").exit_code == 0
-    data = json.loads((out / "summary.json").read_text())
-    assert (data["done"], data["not_yet"]) == (2, 4)
+    items = batch.items_of(folder / "changes.csv", folder / "study.toml")
+    batch.run([*items[:2], items[-1]], out)  # what is there after a stop
     before = {p.name: p.stat().st_mtime_ns for p in (out / "items").iterdir()}
     done = called(*words, "-o", out, "--workers", 2)
     assert "6 of 7 items done" in done.output
     after = {p.name: p.stat().st_mtime_ns for p in (out / "items").iterdir()}
     kept = {name for name, when in before.items() if after[name] == when}
-    assert len(kept) == 2  # of the third item that had failed a new try was made
+    assert len(kept) == 2  # the item that failed is tried again
     assert {row["item"] for row in table(out)} == {f"p{i}" for i in range(6)}
     # A changed study makes all of it anew, a spoilt outcome itself.
     (folder / "study.toml").write_text(STUDY.replace("5 mm", "6 mm"))
@@ -127,7 +124,6 @@ WRONG = {
     "empty": (["empty"], "wanted studies, records or scans, got none"),
     "twice": (["twice.txt"], "wanted each item once, got study.toml twice"),
     "no batch": (["study.txt", "-o", "full"], "full: exists and is no batch"),
-    "shard": (["study.txt", "--shard", "4/3"], "--shard: wanted I/N such as 3/10, got 4/3"),
     "ragged": (["ragged.csv", "--study", "study.toml"], "wanted 2 columns, got 1 in row 1"),
     "dask": (["study.txt", "--dask", "tcp://127.0.0.1:9"], "--dask"),
 }
@@ -155,41 +151,12 @@ def test_wrong_input_is_reported(
 
 @pytest.mark.slow
 def test_a_dask_cluster_gives_the_same(folder: Path) -> None:
-    pytest.importorskip("distributed", reason="the extra dask is not installed")
+    distributed = pytest.importorskip("distributed", reason="the extra dask is not installed")
     words = (folder / "changes.csv", "--study", folder / "study.toml")
     assert called(*words, "-o", folder / "a").exit_code == 0
-    assert called(*words, "-o", folder / "b", "--dask", "local").exit_code == 0
+    with distributed.LocalCluster(
+        n_workers=1, threads_per_worker=1, dashboard_address=None
+    ) as cluster:
+        address = cluster.scheduler_address
+        assert called(*words, "-o", folder / "b", "--dask", address).exit_code == 0
     assert (folder / "a" / "items.csv").read_text() == (folder / "b" / "items.csv").read_text()
-
-
-def test_a_store_is_the_grid_and_goes_on(tmp_path: Path) -> None:
-    zarr = pytest.importorskip("zarr", reason="the extra zarr is not installed")
-    loads, amplitudes = np.geomspace(100.0, 5e3, 7), np.geomspace(1e-8, 1e-5, 5)
-    given: dict[str, Any] = {
-        "young_modulus": 69e9, "poisson_ratio": 0.33, "std": 5e-7, "radius": 1e-3, "density": 1e8,
-        "area": 2e-4, "friction_coefficient": 0.5,
-    }  # fmt: skip
-    axes = {"normal_load": loads, "amplitude": amplitudes}
-    wanted = ms.evaluate(**given, normal_load=loads[:, None], amplitude=amplitudes)
-    names = ["loss_factor", "dissipated_energy"]
-    path = evaluate_to_zarr(tmp_path / "s.zarr", axes, names, region=10, **given)
-    store = zarr.open_group(str(path))
-    for name in names:
-        np.testing.assert_array_equal(store[name][:], wanted[name])
-    # As after a stop: what is marked as done stays, the rest is computed.
-    store = zarr.open_group(str(path), mode="r+")
-    store["done"][1] = False
-    store["loss_factor"][2:4] = np.nan
-    store["loss_factor"][0] = 7.0
-    shares: list[float] = []
-    evaluate_to_zarr(path, axes, names, region=10, progress=shares.append, **given)
-    assert shares[-1] == 1.0
-    again = zarr.open_group(str(path))["loss_factor"][:]
-    assert np.all(again[0] == 7.0)
-    np.testing.assert_array_equal(again[1:], wanted["loss_factor"][1:])
-    with pytest.raises(ms.InputError, match="no unfinished sweep of these arguments"):
-        evaluate_to_zarr(path, axes, ["loss_factor"], **given)
-    with pytest.raises(ms.InputError, match="axes must be a mapping"):
-        evaluate_to_zarr(tmp_path / "t", [1.0], names)  # type: ignore[arg-type]
-    with pytest.raises(ms.InputError, match="must be one-dimensional"):
-        evaluate_to_zarr(tmp_path / "t", {"amplitude": 1e-7}, names, **given)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import sys
 from collections.abc import Callable
 from functools import partial
@@ -208,13 +207,6 @@ def new(name: Path, kind: str, law: str, process: str | None) -> None:
         click.echo(f"  {step}")
 
 
-def _shard(context: click.Context, param: click.Parameter, value: str | None) -> tuple[int, int]:
-    match = re.fullmatch(r"(\d+)/(\d+)", value or "1/1")
-    if match is None or not 1 <= int(match[1]) <= int(match[2]):
-        raise click.UsageError(f"--shard: wanted I/N such as 3/10, got {value}", context)
-    return int(match[1]), int(match[2])
-
-
 @click.command(short_help="Run many studies, records or scans; restartable.")
 @click.argument("source", metavar="FOLDER|LIST", type=ANY_PATH)
 @option(
@@ -228,9 +220,8 @@ def _shard(context: click.Context, param: click.Parameter, value: str | None) ->
 )
 @option(
     "--dask", "ADDRESS",
-    'Address of a Dask scheduler, or "local" for a cluster of --workers here.',
+    "Address of a Dask scheduler, which runs the items in place of --workers.",
 )  # fmt: skip
-@option("--shard", "I/N", "Run only part I of N, as in a Slurm job array.", callback=_shard)
 @JSON
 def batch(
     source: Path,
@@ -238,7 +229,6 @@ def batch(
     folder: Path | None,
     workers: int,
     dask: str | None,
-    shard: tuple[int, int],
     as_json: bool,
 ) -> None:
     """Run all items of a FOLDER or a LIST: studies, records, scans, or changes to a study.
@@ -248,19 +238,15 @@ def batch(
     listed with their reason and tried again by the next run.
     """
     with stoppable():
-        from microslip.report.batched import document, finish
+        from microslip.report.batched import finish
         from microslip.report.terminal import show
-        from microslip.runs.batch import earlier_outcomes, items_of, prepare, run
+        from microslip.runs.batch import items_of, run
 
         items = items_of(source, study)
         folder = folder or Path(f"{source.stem}-batch")
-        prepare(folder)
         with progress("Running") as report:
-            part = items[shard[0] - 1 :: shard[1]]
-            outcomes = run(part, folder, workers, dask, report)
-        total = outcomes.of_all(items, earlier_outcomes(folder, items, failures=True))
-        finish(total, folder)
-        result = document(total)
+            outcomes = run(items, folder, workers, dask, report)
+        result = finish(outcomes, folder)
     if as_json:
         echo_json(result.data)
         return

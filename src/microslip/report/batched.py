@@ -10,7 +10,7 @@ import numpy as np
 
 from microslip._core.checks import Floats
 from microslip._core.files import whole_file
-from microslip._core.quantities import UNITS, json_value
+from microslip._core.quantities import UNITS
 from microslip._core.units import SMALLEST, significant
 from microslip.figures.picture import Picture
 from microslip.figures.plot import Axis, Panel, Plot, stacked
@@ -20,76 +20,65 @@ from microslip.report.document import (
     Column,
     Document,
     Facts,
-    Items,
-    Note,
     Number,
     Section,
     Table,
 )
 from microslip.report.files import csv_text, header, listed, standard_files, text_cell, text_file
 from microslip.runs.batch import Batch, Outcome
-from microslip.sweeps.quantiles import intervals
 
 KIND = "microslip-batch"
 SUMMARY_SCHEMA = 1
 _QUANTILES = {"q5": 0.05, "q50": 0.5, "q95": 0.95}
-_OUTER = ("q5", "q95")
-_WITHIN = (
-    "Intervals are 90 % intervals of the quantiles, if the items are independent samples of the "
-    "production; an open end (?) needs 59 items or more."
-)
+_PANELS = {"loss_factor": "Loss factor η", "dissipated_energy": "Energy [J]"}
 
 
 def document(batch: Batch) -> Document:
-    """A batch as a document; its data is the summary."""
-    completed, failed = batch.done, batch.failed
-    missing = len(batch.items) - len(completed) - len(failed)
-    columns = columns_of(completed)
-    statistics = _statistics(columns, len(completed))
+    """Return a batch as a document; its data is the summary."""
+    done, failed = batch.done, batch.failed
+    columns = columns_of(done)
+    statistics = {
+        name: found
+        for name, values in columns.items()
+        if (found := _statistics(values[np.isfinite(values)]))
+    }
     counts = (
-        ("Done", str(len(completed))),
+        ("Done", str(len(done))),
         ("Failed", str(len(failed))),
-        ("Remaining", str(missing)),
         ("Computed in this run", str(batch.computed)),
     )
+    reasons = [(outcome["item"], outcome["reason"]) for outcome in failed]
     blocks: list[Block] = [Facts("Items", counts)]
-    reasons = tuple((outcome["item"], outcome["reason"]) for outcome in failed)
     if failed:
         heads = (Column("item", "Item"), Column("reason", "Reason"))
-        blocks.append(Table("Failed", heads, reasons, noun="items"))
+        blocks.append(Table("Failed", heads, tuple(reasons), noun="items"))
     sections = [Section("Items", tuple(blocks))]
-    if completed:
-        blocks = [_table(statistics), Note(_WITHIN, small=True)]
-        sections.append(Section("Over all", tuple(blocks)))
-    is_drawn = "loss_factor" in columns and _amplitude(columns) is not None
+    if done:
+        sections.append(Section("Over all", (_table(statistics),)))
+    amplitude = columns.get("amplitude", columns.get("displacement_amplitude"))
+    is_drawn = "loss_factor" in columns and amplitude is not None
     if is_drawn:
         caption = "Loss factor and energy of all items against the amplitude."
-        picture = Picture("batch", caption, lambda: plot(columns), "Results of all items")
+        drawn = {"amplitude": amplitude, **{name: columns.get(name) for name in _PANELS}}
+        picture = Picture("batch", caption, lambda: plot(drawn), "Results of all items")
         sections.append(Section("Figures", (picture,), brief=False))
-    if missing:
-        note = f"{missing} items belong to another shard or to the next run."
-        sections.append(Section("Notes", (Items((note,)),)))
     number = _number(statistics)
-    answer = f"{len(completed)} of {len(batch.items)} items done, {len(failed)} failed"
+    answer = f"{len(done)} of {len(batch.outcomes)} items done, {len(failed)} failed"
     answer += f"; the median {number.name} is {number.value}." if number else "."
     data: dict[str, Any] = {
         **header(KIND, SUMMARY_SCHEMA, "Batch"),
-        "items": len(batch.items),
-        "done": len(completed),
-        "failed": [{"item": outcome["item"], "reason": outcome["reason"]} for outcome in failed],
-        "not_yet": missing,
+        "items": len(batch.outcomes),
+        "done": len(done),
+        "failed": [{"item": item, "reason": reason} for item, reason in reasons],
         "statistics": statistics,
         "units": dict(UNITS),
         "files": [],
     }
     files = (
-        text_file("items.csv", lambda: _items(completed, columns)),
+        text_file("items.csv", lambda: _items(done, columns)),
         text_file(
             "failures.csv",
-            lambda: csv_text(
-                ("item", "reason"),
-                ([text_cell(o[key]) for key in ("item", "reason")] for o in failed),
-            ),
+            lambda: csv_text(("item", "reason"), (map(text_cell, row) for row in reasons)),
         ),
     )
     figure = "batch" if is_drawn else ""
@@ -97,7 +86,7 @@ def document(batch: Batch) -> Document:
 
 
 def columns_of(completed: list[Outcome]) -> dict[str, Floats]:
-    """The numbers of all items, a row each; the columns in the order they first come in."""
+    """Return the numbers of all items, a row each; columns in the order of their first row."""
     rows = [row for outcome in completed for row in outcome["rows"]]
     names = dict.fromkeys(name for row in rows for name in row)
     return {
@@ -106,24 +95,16 @@ def columns_of(completed: list[Outcome]) -> dict[str, Floats]:
     }
 
 
-def _statistics(columns: dict[str, Floats], items: int) -> dict[str, Any]:
-    """Quantiles over all rows, and their intervals where the items are independent draws."""
-    statistics = {}
-    for name, values in columns.items():
-        finite = values[np.isfinite(values)]
-        if finite.size:
-            ends = np.quantile(finite, list(_QUANTILES.values())).tolist()
-            between = intervals(finite[None], list(_QUANTILES.values()), min(items, finite.size))
-            statistics[name] = {
-                "count": finite.size,
-                **dict(zip(_QUANTILES, ends, strict=True)),
-                "intervals": dict(zip(_QUANTILES, json_value(between.T), strict=True)),
-            }
-    return statistics
+def _statistics(finite: Floats) -> dict[str, Any]:
+    """Return quantiles over all rows."""
+    if not finite.size:
+        return {}
+    quantiles = np.quantile(finite, list(_QUANTILES.values())).tolist()
+    return {"count": finite.size, **dict(zip(_QUANTILES, quantiles, strict=True))}
 
 
 def _number(statistics: dict[str, Any]) -> Number | None:
-    """The median over all rows with its band: of the damping, where there is one."""
+    """Return the median of the damping, or else of the first column, with its band."""
     preferred = ("loss_factor", "damping_ratio", *statistics)
     name = next((n for n in preferred if n in statistics), None)
     if name is None:
@@ -145,54 +126,36 @@ def _table(statistics: dict[str, Any]) -> Table:
         Column("quantity", "Quantity"),
         Column("count", "Rows", write=cells.counted),
         *(Column(name, f"{100.0 * share:g} %") for name, share in _QUANTILES.items()),
-        *(
-            Column(f"{name}_interval", f"{100.0 * _QUANTILES[name]:g} % interval")
-            for name in _OUTER
-        ),
     )
-
-    def within(ends: list[float | None], name: str) -> str:
-        return " to ".join("?" if end is None else _written(end, name) for end in ends)
-
     rows = tuple(
-        (
-            name.replace("_", " "),
-            n["count"],
-            *(_written(n[q], name) for q in _QUANTILES),
-            *(within(n["intervals"][q], name) for q in _OUTER),
-        )
+        (name.replace("_", " "), n["count"], *(_written(n[q], name) for q in _QUANTILES))
         for name, n in statistics.items()
     )
     return Table("All rows of all items", columns, rows, noun="quantities")
 
 
-def _amplitude(columns: dict[str, Floats]) -> Floats | None:
-    return columns.get("amplitude", columns.get("displacement_amplitude"))
-
-
-def plot(columns: dict[str, Floats]) -> Plot:
-    """Marks of all rows over their amplitudes."""
-    amplitude = _amplitude(columns)
-    assert amplitude is not None  # who calls has looked
+def plot(columns: dict[str, Any]) -> Plot:
+    """Plot loss factors and energies of all rows against their amplitudes."""
     panels = []
-    for name, label in (("loss_factor", "Loss factor η"), ("dissipated_energy", "Energy [J]")):
-        if name in columns:
+    for name, label in _PANELS.items():
+        if columns[name] is not None:
             panel = Panel(Axis("Displacement amplitude [µm]", log=True), Axis(label, log=True))
-            panel.marks(amplitude * 1e6, columns[name], "#2b7bba", size=2.5, filled=True)
+            panel.marks(columns["amplitude"] * 1e6, columns[name], "#2b7bba", size=2.5, filled=True)
             panels.append(panel)
     return stacked(panels, 3.2 * len(panels) + 0.6)
 
 
 def _items(completed: list[Outcome], columns: dict[str, Floats]) -> str:
-    """The table over all."""
     items = [text_cell(outcome["item"]) for outcome in completed for _ in outcome["rows"]]
     numbers = (map(repr, values.tolist()) for values in columns.values())
     heads = ["item", *(f"{name} [{UNITS.get(name, '-')}]" for name in columns)]
     return csv_text(heads, zip(items, *numbers, strict=True))
 
 
-def finish(batch: Batch, folder: Path) -> None:
+def finish(batch: Batch, folder: Path) -> Document:
     """Write the table over all and the report into the folder of a batch, each file whole."""
-    for file in standard_files(document(batch)):
+    result = document(batch)
+    for file in standard_files(result):
         with whole_file(folder / file.name, overwrite=True) as stage:
             file.write(stage, lambda share: None)
+    return result

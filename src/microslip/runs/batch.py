@@ -6,10 +6,11 @@ import hashlib
 import json
 import os
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, wait
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from concurrent.futures.process import BrokenProcessPool, ProcessPoolExecutor
-from contextlib import suppress
+from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import asdict, dataclass
 from importlib import import_module
 from pathlib import Path
@@ -70,83 +71,70 @@ class Item:
 
 
 def items_of(source: Path, study: Path | None) -> list[Item]:
-    """The items of a folder, of a list with a path a line, or of a CSV table of changes to a study.
+    """Return the items of a folder, a list of paths, or a CSV table of changes to a study.
 
-    The study is that of a table, of scans, or of the joint that tells the regimes of records apart.
+    The study is that of a table, of scans, or of the joint that defines the regimes of records.
     """
     base = "" if study is None else str(study.resolve())
     if source.is_dir():
         paths = sorted(p for p in source.iterdir() if p.is_file() and not p.name.startswith("."))
-        items = [_of_file(path, base) for path in paths]
+        items = [_of_file(path, base, path.name) for path in paths]
     elif not source.exists():
         raise InputError(f"{source}: no such file or folder")
-    elif source.suffix.lower() == ".csv":
-        items = list(_of_table(source, base))
     else:
-        lines = _listed(source, lambda path: whole_text(path).splitlines())
-        named = [line.strip() for line in lines if line.strip() and not line.startswith("#")]
-        items = [_of_file(source.parent / line, base, line) for line in named]
+        is_table = source.suffix.lower() == ".csv"
+        if is_table and not base:
+            raise InputError(f"`study` must be given: {source} is a table of changes to it")
+        with reading(source, "a list"):
+            rows: list[Any] = rows_of(source, None) if is_table else whole_text(source).splitlines()
+        if len(rows) > _MOST:
+            raise InputError(f"{source}: wanted at most {_MOST} items, got {len(rows)}")
+        if is_table:
+            items = list(_of_table(source, rows, base))
+        else:
+            lines = [row.strip() for row in rows if row.strip() and not row.startswith("#")]
+            items = [_of_file(source.parent / line, base, line) for line in lines]
     if not items:
         raise InputError(f"{source}: wanted studies, records or scans, got none")
-    names = [item.name for item in items]
-    if len(set(names)) < len(names):
-        twice = next(name for name in names if names.count(name) > 1)
-        raise InputError(f"{source}: wanted each item once, got {twice} twice")
+    name, count = Counter(item.name for item in items).most_common(1)[0]
+    if count > 1:
+        raise InputError(f"{source}: wanted each item once, got {name} twice")
     return items
 
 
-def _listed(source: Path, read: Callable[[Path], list[Any]]) -> list[Any]:
-    """Lines or rows of a list."""
-    with reading(source, "a list"):
-        listed = read(source)
-    if len(listed) > _MOST:
-        raise InputError(f"{source}: wanted at most {_MOST} items, got {len(listed)}")
-    return listed
-
-
-def _of_file(path: Path, study: str, name: str = "") -> Item:
+def _of_file(path: Path, study: str, name: str) -> Item:
     if path.suffix.lower() == STUDIES:
-        return Item(name or path.name, "predict", str(path.resolve()))
-    work = "scan" if study and _has_scan(study) else "measure"
-    return Item(name or path.name, work, str(path.resolve()), study)
+        return Item(name, "predict", str(path.resolve()))
+    surface: Any = None
+    if study:
+        with suppress(ValueError):  # the study has its error told when it is run
+            surface = tables_of(text_of(Path(study))).get("surface")
+    work = "scan" if isinstance(surface, dict) and "scan" in surface else "measure"
+    return Item(name, work, str(path.resolve()), study)
 
 
-def _has_scan(study: str) -> bool:
-    try:
-        data = tables_of(text_of(Path(study)))
-    except ValueError:
-        return False
-    surface = data.get("surface")
-    return isinstance(surface, dict) and surface.get("law") == "scan"
-
-
-def _of_table(source: Path, study: str) -> Iterator[Item]:
-    if not study:
-        raise InputError(f"`study` must be given: {source} is a table of changes to it")
-    rows = iter(_listed(source, lambda path: rows_of(path, None)))
-    keys: list[str] = next(rows, [])
-    for number, row in enumerate(rows, start=1):
+def _of_table(source: Path, rows: list[list[str]], study: str) -> Iterator[Item]:
+    keys = rows[0] if rows else []
+    for number, row in enumerate(rows[1:], start=1):
         if not any(row):
             continue
         if len(row) != len(keys):
             raise InputError(
                 f"{source}: wanted {len(keys)} columns, got {len(row)} in row {number}"
             )
-        cells = list(zip(keys, row, strict=True))
-        name = dict(cells).get("name") or f"{number:06d}"
-        changes = tuple(f"{key}={cell}" for key, cell in cells if key != "name")
-        yield Item(name, "predict", "", study, changes)
+        cells = dict(zip(keys, row, strict=True))
+        name = cells.pop("name", "") or f"{number:06d}"
+        yield Item(name, "predict", "", study, tuple(f"{k}={cell}" for k, cell in cells.items()))
 
 
 # -- one item --------------------------------------------------------------------------------------
 
 
 def run_item(item: Item) -> Outcome:
-    """Result of an item: rows of plain numbers, or the reason why there are none."""
+    """Return the result of an item: rows of plain numbers, or the reason why there are none."""
     begin = time.perf_counter()
     try:
-        rows = _measured(item) if item.work == "measure" else _predicted(item)
-        outcome = {"status": "done", "rows": rows}
+        outcome = {"status": "done", "rows": json_value(_rows(item))}
     except InputError as error:
         outcome = {"status": "failed", "reason": one_line(str(error))}
     except Exception as error:  # one item must not stop the others, whatever it meets
@@ -158,28 +146,19 @@ def _heading(item: Item) -> Outcome:
     return {"item": item.name, "mark": item.mark, "work": item.work}
 
 
-def _predicted(item: Item) -> list[dict[str, float | None]]:
-    from microslip.runs.prediction import rows_of
+def _rows(item: Item) -> Any:
+    from microslip.runs.prediction import rows_of as rows_at_amplitudes
+    from microslip.study.build import build_joints
     from microslip.study.description import StudyDescription
-
-    changes = item.changes
-    if item.work == "scan":
-        changes = (*changes, f"surface.scan={json.dumps(item.path)}")
-    study = StudyDescription.load(item.study or item.path, changes)
-    return json_value(rows_of(study))  # type: ignore[no-any-return]
-
-
-def _measured(item: Item) -> list[dict[str, float | None]]:
     from microslip.tribometer import Record, measure
 
-    joint = None
-    if item.study:
-        from microslip.study.build import build_joints
-        from microslip.study.description import StudyDescription
-
-        joint = build_joints(StudyDescription.load(item.study))[0]
-    measurement = measure(Record.read(item.path), model=joint)
-    return [{name: json_value(float(mean.value)) for name, mean in measurement.mean.items()}]
+    if item.work != "measure":
+        scan = (f"surface.scan={json.dumps(item.path)}",) * (item.work == "scan")
+        study = StudyDescription.load(item.study or item.path, (*item.changes, *scan))
+        return rows_at_amplitudes(study)
+    joint = build_joints(StudyDescription.load(item.study))[0] if item.study else None
+    means = measure(Record.read(item.path), model=joint).mean
+    return [{name: float(mean.value) for name, mean in means.items()}]
 
 
 # -- all items -------------------------------------------------------------------------------------
@@ -187,34 +166,25 @@ def _measured(item: Item) -> list[dict[str, float | None]]:
 
 @dataclass(frozen=True)
 class Batch:
-    """Results of a batch so far."""
+    """Outcomes of all items of a batch, in the order of the items."""
 
-    items: tuple[Item, ...]
-    outcomes: Mapping[str, Outcome]
+    outcomes: tuple[Outcome, ...]
     computed: int
     """Number of items computed in this run; the others existed already."""
 
-    def _by_status(self, is_done: bool) -> list[Outcome]:
-        outcomes = (self.outcomes.get(item.name) for item in self.items)
-        return [o for o in outcomes if o is not None and (o["status"] == "done") == is_done]
-
     @property
     def done(self) -> list[Outcome]:
-        """Outcomes with numbers, in the order of the items."""
-        return self._by_status(True)
-
-    def of_all(self, items: Sequence[Item], outcomes: Mapping[str, Outcome]) -> Batch:
-        """The same with the outcomes of other shards."""
-        return Batch(tuple(items), {**outcomes, **self.outcomes}, self.computed)
+        """Outcomes with numbers."""
+        return [outcome for outcome in self.outcomes if outcome["status"] == "done"]
 
     @property
     def failed(self) -> list[Outcome]:
         """Outcomes without numbers."""
-        return self._by_status(False)
+        return [outcome for outcome in self.outcomes if outcome["status"] != "done"]
 
 
 def prepare(folder: Path) -> None:
-    """Make the folder of a batch, or see that it is one."""
+    """Make the folder of a batch, or check that it is one."""
     if folder.exists() and not (folder / ITEMS).is_dir() and any(folder.iterdir()):
         raise InputError(f"{folder}: exists and is no batch; name another folder with -o")
     try:
@@ -223,18 +193,15 @@ def prepare(folder: Path) -> None:
         raise InputError(f"{folder}: cannot be written: {reason(error)}") from None
 
 
-def earlier_outcomes(
-    folder: Path, items: Sequence[Item], failures: bool = False
-) -> dict[str, Outcome]:
-    """Outcomes of an earlier run that still hold; failures only where they are asked for."""
+def earlier_outcomes(folder: Path, items: Sequence[Item]) -> dict[str, Outcome]:
+    """Return outcomes of an earlier run that still hold; items that failed are tried again."""
     outcomes = {}
     for item in items:
         try:
             outcome = json.loads((folder / ITEMS / item.file_name).read_text(encoding="utf-8"))
         except (OSError, ValueError):
             continue
-        unchanged = outcome.get("mark") == item.mark and outcome.get("item") == item.name
-        if unchanged and (failures or outcome.get("status") == "done"):
+        if outcome.get("status") == "done" and _heading(item).items() <= outcome.items():
             outcomes[item.name] = outcome
     return outcomes
 
@@ -246,41 +213,65 @@ def run(
     dask: str | None = None,
     progress: Progress | None = None,
 ) -> Batch:
-    """Run what is not there yet, and keep each outcome at once in a small file of its own.
+    """Run the items without an outcome, and save each outcome at once in a file of its own.
 
-    On so many processes of this machine, or on a Dask scheduler at an address; "local" for a
-    cluster of so many workers here.
+    They run in processes of this machine, or on the Dask scheduler at an address.
     """
     prepare(folder)
     outcomes = earlier_outcomes(folder, items)
     remaining = [item for item in items if item.name not in outcomes]
-    total = len(remaining)
     report = progress or (lambda share: None)
-    work = _on_dask(remaining, workers, dask) if dask is not None else _here(remaining, workers)
+    if workers == 1 and dask is None:
+        work: Iterator[tuple[Item, Outcome]] = ((item, run_item(item)) for item in remaining)
+    else:
+        work = _in_parallel(remaining, lambda: _pool(workers, dask))
     for count, (item, outcome) in enumerate(work, start=1):
         with whole_file(folder / ITEMS / item.file_name, overwrite=True) as stage:
             stage.write_text(json.dumps(outcome), encoding="utf-8")
         outcomes[item.name] = outcome
-        report(count / total)
-    return Batch(tuple(items), outcomes, total)
+        report(count / len(remaining))
+    return Batch(tuple(outcomes[item.name] for item in items), len(remaining))
 
 
-def _here(items: Sequence[Item], workers: int) -> Iterator[tuple[Item, Outcome]]:
-    """On processes of this machine; where one dies, the rest goes on with new ones."""
-    if workers == 1:
-        yield from ((item, run_item(item)) for item in items)
+@contextmanager
+def _pool(workers: int, dask: str | None) -> Iterator[tuple[Executor, int]]:
+    """Open an executor, and tell how many items it runs at once."""
+    if dask is None:
+        with ProcessPoolExecutor(workers) as pool:
+            yield pool, workers
         return
+    with needed_for("`dask` needs", "dask"):
+        distributed: Any = import_module("distributed")
+    try:
+        client = distributed.Client(dask, timeout=DASK_PATIENCE)
+    except (OSError, ValueError, TimeoutError) as error:
+        message = f"`dask` must be the address of a scheduler: {one_line(str(error))}"
+        raise InputError(message) from None
+    with client:
+        several = len(client.scheduler_info().get("workers", {}))
+        yield client.get_executor(pure=False), max(1, several)
+
+
+def _in_parallel(
+    items: Sequence[Item], pool_of: Callable[[], AbstractContextManager[tuple[Executor, int]]]
+) -> Iterator[tuple[Item, Outcome]]:
+    """Run items in an executor; where a process dies, its items run again in a new one."""
     waiting, tries = list(reversed(items)), dict.fromkeys(items, 0)
     while waiting:
         running: dict[Future[Outcome], Item] = {}
-        with ProcessPoolExecutor(workers) as pool:
+        with pool_of() as (pool, workers):
             try:
                 while waiting or running:
                     while waiting and len(running) < _WINDOW * workers:
                         item = waiting.pop()
                         running[pool.submit(run_item, item)] = item
                     for future in wait(running, return_when=FIRST_COMPLETED).done:
-                        outcome = future.result()
+                        try:
+                            outcome = future.result()
+                        except BrokenProcessPool:
+                            raise
+                        except Exception:  # Dask has given the item to several workers in turn
+                            outcome = _lost_worker(running[future])
                         yield running.pop(future), outcome
             except BrokenProcessPool:
                 for item in running.values():
@@ -294,45 +285,3 @@ def _here(items: Sequence[Item], workers: int) -> Iterator[tuple[Item, Outcome]]
 def _lost_worker(item: Item) -> Outcome:
     cause = f"its worker died {_TRIES} times (out of memory, or killed)"
     return {**_heading(item), "status": "failed", "reason": cause, "seconds": 0.0}
-
-
-def _on_dask(
-    items: Sequence[Item], workers: int, address: str | None
-) -> Iterator[tuple[Item, Outcome]]:
-    """On a Dask cluster, which gives the work of a worker that dies to another one."""
-    with needed_for("`dask` needs", "dask"):
-        distributed: Any = import_module("distributed")
-    cluster = None
-    if address == "local":
-        cluster = distributed.LocalCluster(
-            n_workers=workers, threads_per_worker=1, dashboard_address=None
-        )
-    try:
-        client = distributed.Client(cluster or address, timeout=DASK_PATIENCE)
-    except (OSError, ValueError, TimeoutError) as error:
-        raise InputError(
-            f"`dask` must be the address of a scheduler: {one_line(str(error))}"
-        ) from None
-    try:
-        waiting = list(reversed(items))
-        several = max(1, len(client.scheduler_info().get("workers", {})))
-        first = [waiting.pop() for _ in range(min(_WINDOW * several, len(waiting)))]
-        queued = {client.submit(run_item, item, pure=False): item for item in first}
-        completed = distributed.as_completed(list(queued))
-        for future in completed:
-            item = queued.pop(future)
-            try:
-                outcome = future.result()
-            except distributed.KilledWorker:
-                outcome = _lost_worker(item)
-            future.release()
-            if waiting:
-                following = waiting.pop()
-                submitted = client.submit(run_item, following, pure=False)
-                queued[submitted] = following
-                completed.add(submitted)
-            yield item, outcome
-    finally:
-        client.close()
-        if cluster is not None:
-            cluster.close()

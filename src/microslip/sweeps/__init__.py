@@ -3,6 +3,5 @@
 from microslip.sweeps.arrays import Sweep
 from microslip.sweeps.evaluation import evaluate
 from microslip.sweeps.run import sweep
-from microslip.sweeps.store import evaluate_to_zarr
 
-__all__ = ["Sweep", "evaluate", "evaluate_to_zarr", "sweep"]
+__all__ = ["Sweep", "evaluate", "sweep"]

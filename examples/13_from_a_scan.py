@@ -20,8 +20,7 @@ plt.style.use("microslip.style")
 scan = random_surface((400, 400), 1e-6, m0=4e-14, m2=4e-4, m4=1e8, seed=7)
 summits = scan.summits(cutoff=5e-6)
 print(f"rms height {scan.statistics().rms * 1e9:.1f} nm, Nayak's alpha {scan.moments().nayak:.2f}")
-for estimate in ("counted", "mccool"):
-    print(f"at a cut-off of 5 µm: {summits.statistics(estimate)}")
+print(f"at a cut-off of 5 µm: {summits.statistics()}")
 
 # %%
 # The same joint with the summits at other cut-offs. Coarser summits are fewer and rounder.

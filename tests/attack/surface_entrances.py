@@ -136,15 +136,7 @@ def add_scans(add: Add, pair: Any) -> None:
     add("Scan.condition", scan.condition, cutoff=4e-6, long_cutoff=1e-5, outliers=4.0)
     add("Scan.summits", scan.summits, cutoff=4e-6, window=3, prominence=1e-9)
     add("Scan.summits by prominence", scan.summits, cutoff=4e-6, prominence=1e-8)
-    add("Scan.over_cutoffs", scan.over_cutoffs, cutoffs=[3e-6, 4e-6])
-    add("Scan.material_ratio", scan.material_ratio, height=[-1e-7, 0.0, 1e-7])
     add("Scan.profile_parameters", scan.profile_parameters, section=1e-5, axis="x")
-    add("Scan.height_distribution", scan.height_distribution, bins=30)
     add("Scan.noise_behind", scan.noise_behind, cutoff=4e-6)
-    add("Scan.joint_over_cutoffs", scan.joint_over_cutoffs, pair=pair, normal_load=1e-4,
-        cutoff=4e-6, cutoffs=[3e-6, 4e-6], long_cutoffs=[1e-5], area=1e-8,
-        friction_coefficient=0.5, amplitude=1e-9)  # fmt: skip
     summits = scan.summits(cutoff=4e-6, prominence=1e-9)
     add("Summits.to_surface", summits.to_surface, ("pair",), pair=pair, area=1e-8)
-    add("Summits.height_laws", summits.height_laws, pair=pair, normal_load=1e-4, area=1e-8,
-        friction_coefficient=0.5, amplitude=1e-9)  # fmt: skip

@@ -22,7 +22,6 @@ from microslip.heights import HEIGHTS
 from microslip.normal import NORMAL_LAWS
 from microslip.normal.persson import PerssonSurface
 from microslip.normal.tightened import RecoveredHeights
-from microslip.scans.height_laws import MeasuredSurface
 from microslip.tribometer.virtual import InSeries
 
 PACKAGE = Path(ms.__file__).parent
@@ -187,9 +186,8 @@ def concrete(base: type) -> set[type]:
 def test_every_class_is_in_its_list(base: type, listed: tuple[type, ...]) -> None:
     modules()
     assert len(set(listed)) == len(listed)
-    # A rig in series wraps a law; fields, tightened surfaces, scans and spectra make their own: no
-    # choice.
-    made = {InSeries, FieldBackbone, RecoveredHeights, MeasuredSurface, PerssonSurface}
+    # A rig in series wraps a law; fields, tightened surfaces and spectra make their own: no choice.
+    made = {InSeries, FieldBackbone, RecoveredHeights, PerssonSurface}
     assert concrete(base) - made == set(listed)
     for law in listed:
         assert getattr(ms, law.__name__) is law

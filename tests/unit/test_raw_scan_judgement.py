@@ -12,7 +12,6 @@ import pytest
 import microslip as ms
 from microslip.readers.instruments import _check_sums
 from microslip.scans import random_surface, verdicts
-from microslip.scans.patches import long_wave_error
 
 GROUND = random_surface((128, 128), 1e-6, m0=1e-14, m2=1e-4, m4=1e7, seed=1)
 
@@ -57,21 +56,6 @@ def test_noise_that_is_roughness_is_distinguished_from_noise() -> None:
     told = found["peaks dropped for noise that is roughness"]
     assert told.word in ("watch", "outside")
     assert "prominence" in told.remedy
-
-
-def test_error_bars_of_long_waves_hold() -> None:
-    """Of surfaces with two waves to the side the bar is near the scatter from one to the next."""
-    rms, bars = [], []
-    for seed in range(24):
-        q = np.hypot(*np.meshgrid(np.fft.fftfreq(256, 1 / 256), np.fft.fftfreq(256, 1 / 256)))
-        amplitude = np.where((q > 0.0) & (q < 60.0), np.maximum(q, 8.0) ** -1.8, 0.0)
-        noise = np.random.default_rng(seed).standard_normal((256, 256))
-        z = np.fft.ifft2(np.fft.fft2(noise) * amplitude).real[:64, :64]
-        scan = ms.Scan(1e-6 * z / amplitude.std(), 1e-6)
-        rms.append(scan.statistics().rms)
-        bars.append(0.5 * long_wave_error(scan))
-    true = float(np.std(rms) / np.mean(rms))
-    assert np.mean(bars) == pytest.approx(true, rel=0.35)
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import math
 import pickle
 import subprocess
@@ -15,23 +14,17 @@ from scipy import stats
 
 from microslip.errors import InputError
 from microslip.scans import (
-    HeightFit,
     Moments,
     NayakSummits,
     Scan,
     SummitStatistics,
     combine,
     cut,
-    default_cutoffs,
     extreme_shares,
-    height_distribution,
-    over_cutoffs,
-    patch_errors,
     random_surface,
     verdicts,
 )
 from microslip.scans import paraboloids as paraboloids
-from microslip.scans.height_fit import height_distribution_of
 from microslip.scans.moments import moments_of, statistics_of
 from microslip.scans.spectrum import spectrum
 
@@ -169,88 +162,6 @@ def test_the_smallest_scans_have_spectra(shape: tuple[int, int]) -> None:
     assert math.isfinite(scan.spectrum().m0)
 
 
-# Height densities.
-
-
-def best_of(values: Any) -> HeightFit:
-    return height_distribution_of(np.asarray(values))
-
-
-@pytest.mark.parametrize(
-    ("law", "names"),
-    [
-        (stats.norm(3e-7, 2e-8), ("gaussian",)),
-        (stats.skewnorm(4.0, 0.0, 1e-7), ("skew-normal",)),
-        (stats.lognorm(0.5, 1e-7, 1e-7), ("lognormal",)),
-        (stats.weibull_min(1.5, 0.0, 1e-7), ("weibull",)),
-        (stats.t(3.0, 0.0, 1e-7), ("student t",)),
-        # A Weibull distribution of shape 1 is the exponential one.
-        (stats.expon(-1e-7, 1e-7), ("exponential", "weibull")),
-    ],
-)
-@pytest.mark.parametrize("mirrored", [False, pytest.param(True, marks=pytest.mark.slow)])
-def test_each_law_is_recognised(law: Any, names: tuple[str, ...], mirrored: bool) -> None:
-    z = law.ppf((np.arange(4000) + 0.5) / 4000)
-    found = best_of(-z if mirrored else z)
-    assert found.best.name in names or found.best.effect == pytest.approx(0.0, abs=0.02)
-    fit = next(fit for fit in found.fits if fit.name == names[0])
-    assert fit.word == "ok"
-    assert fit.effect < 0.1
-    if names[0] not in ("gaussian", "student t"):
-        assert fit.mirrored is mirrored
-    # Of that side, not of its mirror image.
-    height = -law.ppf(0.3) if mirrored else law.ppf(0.3)
-    assert fit.share_below(height) == pytest.approx(0.7 if mirrored else 0.3, abs=0.005)
-    # The density is the slope of the distribution function.
-    step = 1e-4 * z.std()
-    slope = (fit.share_below(height + step) - fit.share_below(height - step)) / (2 * step)
-    assert fit.density(height) == pytest.approx(slope, rel=1e-4)
-
-
-def test_the_verdict_is_on_the_effect_and_not_on_the_number_of_points() -> None:
-    # A little skewed: rejected by tests on a million points, and of no consequence.
-    law = stats.skewnorm(0.8)
-    few, many = (best_of(law.ppf((np.arange(n) + 0.5) / n)) for n in (2000, 20_000))
-    assert few.gaussian.share == pytest.approx(many.gaussian.share, abs=1e-3)
-    assert many.gaussian.word == "ok"
-    assert "Gaussian to practical accuracy" in many.verdict
-    skew = best_of(stats.expon.ppf((np.arange(9000) + 0.5) / 9000))
-    assert skew.gaussian.word == "outside"
-    assert "not Gaussian" in skew.verdict
-    assert {verdict.word for verdict in skew.verdicts()} == {"outside"}
-
-
-def test_the_tail_of_an_exponential_is_its_scale() -> None:
-    z = stats.expon.ppf((np.arange(100_000) + 0.5) / 100_000) * 2e-7
-    found = best_of(z)
-    assert found.tail_scale == pytest.approx(2e-7, rel=1e-3)
-    assert found.tail_start == pytest.approx(2e-7 * math.log(10.0), rel=1e-3)
-    assert found.tail_share < 1e-3
-
-
-def test_the_density_integrates_to_the_points_in_its_bins() -> None:
-    z = np.append(RNG.normal(size=20_000) * 1e-8, -1e-5)  # and a pit
-    found = height_distribution(Scan(z, 1e-6), bins=80)
-    width = found.height[1] - found.height[0]
-    assert found.height.size == found.density.size == 80
-    assert found.density.sum() * width == pytest.approx(1.0, abs=1e-3)
-    assert found.height[0] > -1e-7  # the pit leaves the bins to the others
-
-
-@pytest.mark.parametrize("size", [1e-30, pytest.param(1e30, marks=pytest.mark.slow)])
-def test_fits_scale(size: float) -> None:
-    z = stats.skewnorm(3.0).ppf((np.arange(500) + 0.5) / 500)
-    one, other = best_of(z), best_of(z * size)
-    assert other.best.name == one.best.name
-    assert other.best.share == pytest.approx(one.best.share, rel=1e-3)
-    assert other.best.scale == pytest.approx(one.best.scale * size, rel=1e-3)
-
-
-def test_heights_of_two_values_and_too_few_are_dealt_with() -> None:
-    two = best_of([0.0] * 50 + [1.0] * 50)
-    assert two.gaussian.word == "outside"
-
-
 # Patches.
 
 
@@ -260,100 +171,6 @@ def test_patches_are_the_scan() -> None:
     assert np.array_equal(np.vstack(rows), NOISE.heights)
     assert all(part.pixel == NOISE.pixel for part in parts)
     assert "patch (0, 1) of (2, 3)" in parts[1].notes[-1]
-
-
-def test_errors_of_patches() -> None:
-    found = patch_errors(NOISE, "rms", (3, 4))
-    values = [part.statistics().rms for part in cut(NOISE, (3, 4))]
-    assert found.values.tolist() == pytest.approx(values)
-    scatter = np.std(values, ddof=1) / math.sqrt(12)
-    assert found.standard_error == pytest.approx(max(scatter, found.long_waves))
-    # Of white noise the rms is known to one over the root of twice the points.
-    assert found.long_waves / found.value == pytest.approx(
-        1.0 / math.sqrt(2.0 * NOISE.heights.size), rel=0.1
-    )
-    assert found.bias == pytest.approx(np.mean(values) - NOISE.statistics().rms)
-    low, high = found.interval(0.9)
-    reach = stats.t(11).ppf(0.95) * found.standard_error
-    assert (low, high) == pytest.approx((found.value - reach, found.value + reach))
-    own = patch_errors(NOISE, lambda scan: float(np.nanmax(scan.heights)))
-    assert own.value == NOISE.heights.max()
-    assert own.values.max() == NOISE.heights.max()
-
-
-def test_patches_without_points_are_left_out() -> None:
-    z = NOISE.heights.copy()
-    z[:30, :40] = np.nan
-    found = patch_errors(Scan(z, 1e-6), "m2", (2, 2))
-    assert (found.values.size, found.failed) == (3, 1)  # one holds no point
-    z[:30, 41:] = np.nan  # a patch with a single column: no slopes along x
-    z[2:30, 40] = np.nan
-    found = patch_errors(Scan(z, 1e-6), "m2", (2, 2))
-    assert (found.values.size, found.failed) == (2, 2)
-
-
-def test_a_profile_has_patches() -> None:
-    assert patch_errors(Scan(RNG.normal(size=300), 1.0), "m0", 5).values.size == 5
-    assert patch_errors(Scan(RNG.normal(size=300), 1.0), "m0").values.size == 9
-    nine = (np.int64(3), np.int64(3))
-    assert patch_errors(Scan(RNG.normal(size=300), 1.0), "m0", nine).values.size == 9
-
-
-# Cut-offs.
-
-
-def test_default_cutoffs() -> None:
-    found = default_cutoffs(NOISE)
-    assert found[0] == 0.0
-    assert found[1] == pytest.approx(8e-6)
-    assert found[-1] == pytest.approx(80e-6 / 3)  # of 60 x 80 points
-    assert default_cutoffs(Scan(np.eye(11), 1e-6)).tolist() == [0.0]
-    long = Scan(np.random.default_rng(0).normal(size=(400, 400)), 1e-6, cutoff=10e-6)
-    assert default_cutoffs(long)[1] == pytest.approx(12.5e-6)
-    assert default_cutoffs(long)[-1] == pytest.approx(50e-6)  # an eighth of 400 um
-    banded = Scan(long.heights, 1e-6, long_cutoff=30e-6)
-    assert default_cutoffs(banded)[-1] == pytest.approx(15e-6)
-
-
-@pytest.mark.parametrize("shape", [(40, 50), (16, 16), (12, 300), (90, 90), (600, 130)])
-def test_default_cutoffs_of_small_scans_are_worth_a_table(shape: tuple[int, int]) -> None:
-    """Several, a quarter apart or more, up to a third of the side or four times the least."""
-    scan = Scan(np.random.default_rng(0).normal(size=shape), 1e-6)
-    found = default_cutoffs(scan)[1:]
-    side = min(shape) * 1e-6
-    assert found[0] == pytest.approx(4e-6)
-    assert found[-1] == pytest.approx(max(side / 8, min(side / 3, 16e-6)))
-    assert found.size == (1 if side < 13e-6 else found.size) <= 8
-    assert (found[1:] / found[:-1] > 1.15).all()
-    table = over_cutoffs(scan)
-    assert np.isfinite(table.mccool_radius).sum() >= found.size
-
-
-def test_a_table_of_cutoffs() -> None:
-    calls: list[tuple[int, int]] = []
-    table = over_cutoffs(
-        NOISE, [10e-6, 0.0], counted=False, progress=lambda done, all_: calls.append((done, all_))
-    )
-    assert calls == [(1, 2), (2, 2)]
-    assert table.cutoff.tolist() == [0.0, 10e-6]
-    assert np.isnan(table.counted_density).all()
-    rows = table.rows()
-    assert list(rows[0]) == list(table.names)
-    assert rows[1]["mccool_radius"] == table.mccool_radius[1]
-    with pytest.raises(ValueError, match="read-only"):
-        copy.deepcopy(table).rms[0] = 1.0
-
-
-def test_a_profile_has_no_counted_summits() -> None:
-    table = over_cutoffs(Scan(RNG.normal(size=400), 1e-6), [0.0, 2e-5])
-    assert np.isfinite(table.mccool_density).all()
-    assert np.isnan(table.counted).all()
-    assert any("no summits to count" in note for note in table.notes)
-
-
-@pytest.mark.parametrize("cutoffs", [["10 um", None], ("10 um", 0.0), [1e-5, 0], [None, 1e-5]])
-def test_cutoffs_as_text_and_as_numbers(cutoffs: Any) -> None:
-    assert over_cutoffs(NOISE, cutoffs, counted=False).cutoff.tolist() == [0.0, 1e-5]
 
 
 # Made surfaces.
@@ -409,15 +226,6 @@ def test_importing_scans_loads_no_scipy() -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
-
-
-def test_summits_known_before_are_not_sought_again() -> None:
-    scan = random_surface((96, 96), 1e-6, m0=1e-14, m2=1e-4, m4=4e6, seed=1)
-    known = scan.summits(8e-6)
-    one = over_cutoffs(scan, [0.0, 8e-6])
-    two = over_cutoffs(scan, [0.0, 8e-6], known=known)
-    for name in one.names:
-        np.testing.assert_array_equal(getattr(one, name), getattr(two, name))
 
 
 def test_steep_heights_are_reported() -> None:

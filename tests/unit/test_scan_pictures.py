@@ -11,15 +11,11 @@ from studies import SURFACE, edited
 
 import microslip as ms
 from microslip.figures.picture import PictureCache
-from microslip.figures.plot import Area, Line, Panel, Pixels
+from microslip.figures.plot import Line, Panel, Pixels
 from microslip.report.files import listed
 from microslip.report.html import page
 from microslip.report.scanned.document import document
-from microslip.report.scanned.height_pictures import (
-    density_plot,
-    height_plot,
-    spectrum_plot,
-)
+from microslip.report.scanned.height_pictures import height_plot, spectrum_plot
 from microslip.scans import random_surface
 from microslip.scans.findings import Findings, Request, analyse
 
@@ -63,27 +59,6 @@ def test_spectra_are_shown_where_they_are(tmp_path: Path, ground: np.ndarray) ->
     ]
 
 
-def test_a_spike_of_a_density_has_a_range_of_its_own(tmp_path: Path, ground: np.ndarray) -> None:
-    scratched = ground.copy()
-    scratched[60:62] -= 6e-7
-    for heights, alone in ((scratched, True), (ground, False)):
-        findings = found(tmp_path, heights, cutoff=None)
-        trace, density, tails = density_plot(findings).panels
-        ends = [(panel.y.low, panel.y.high) for panel in (trace, density, tails)]
-        assert ends[0] == pytest.approx(ends[2])
-        low, high = ends[1]
-        assert low is not None
-        assert high is not None
-        assert (high - low < 0.4 * (ends[0][1] - ends[0][0])) == alone  # type: ignore[operator]
-        assert (ends[1] == pytest.approx(ends[0])) == (not alone)
-        inside = (findings.scan.heights - findings.statistics.mean) * 1e9
-        assert np.mean((inside >= low) & (inside <= high)) > 0.95
-        # The area of the density is all of the points that are in its range.
-        (area,) = (item for item in density.items if isinstance(item, Area))
-        share = 0.01 * abs(np.trapezoid(area.x, area.y))
-        assert share == pytest.approx(np.mean((inside >= low) & (inside <= high)), abs=1e-4)
-
-
 def test_colours_are_heights(tmp_path: Path, ground: np.ndarray) -> None:
     heights = ground.copy()
     heights[5:9, 7:11] = np.nan
@@ -99,12 +74,12 @@ def test_colours_are_heights(tmp_path: Path, ground: np.ndarray) -> None:
     assert bar.x.low < 0.0 < bar.x.high  # type: ignore[operator]
 
 
-def test_a_scan_without_a_choice_of_cutoffs_has_no_figure_of_it(tmp_path: Path) -> None:
+def test_pictures_and_files_of_a_scan_without_a_load(tmp_path: Path) -> None:
     findings = found(tmp_path, 1e-8 * np.random.default_rng(3).standard_normal((10, 11)))
     names = [picture.name for picture in document(findings).pictures]
-    assert names == ["heights", "density", "spectrum", "texture"]
+    assert names == ["heights", "spectrum"]
     assert listed(document(findings, tmp_path), ("svg", "png")).data["files"] == [
-        *("report.html", "cutoffs.csv", "spectrum.csv"),
+        *("report.html", "spectrum.csv"),
         *(f"{name}.{kind}" for name in names for kind in ("svg", "png")),
         "summary.json",
     ]
@@ -119,15 +94,6 @@ def test_gaps_are_reported_beside_the_spectrum(
         heights[:9] = np.nan
     text = page(document(found(tmp_path, heights, cutoff=10e-6)), PictureCache())
     assert ("steps at the edges of gaps add waves of every length" in text) == gaps
-
-
-def test_a_table_with_none_counted_says_so(tmp_path: Path, ground: np.ndarray) -> None:
-    def told(heights: np.ndarray) -> str:
-        result = document(found(tmp_path, heights, cutoff=None, level=None))
-        return " ".join(str(block) for block in result.blocks())
-
-    assert "each beside that of the counted summits" in told(ground)
-    assert "none were counted" in told(ground + 1e-3 * np.arange(128.0))
 
 
 def test_the_pixel_is_judged_in_a_study(tmp_path: Path, ground: np.ndarray) -> None:

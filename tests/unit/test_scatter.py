@@ -225,7 +225,7 @@ def test_same_seed_same_bytes_for_any_number_of_workers(tmp_path: Path) -> None:
 
 def test_a_scan_draws_its_patches_together(tmp_path: Path) -> None:
     """Means over patches: their scatter is the standard error of the mean."""
-    from microslip.scans import patch_errors, random_surface
+    from microslip.scans import cut, random_surface
 
     scan = random_surface((192, 192), 2e-6, m0=2.5e-13, m2=2e-3, m4=4e7, seed=3)
     np.save(tmp_path / "scan.npy", scan.heights)
@@ -251,12 +251,9 @@ scan_patches = [3, 3]
     stds = np.array([law.heights.spread for law in laws])  # type: ignore[union-attr]
     densities = np.array([law.density for law in laws])  # type: ignore[union-attr]
     surface = study.surface
-    errors = patch_errors(
-        surface.conditioned,
-        lambda part: part.summits(2e-5, level=None).statistics("counted").std,
-        patches=(3, 3),
-    )
-    relative = errors.standard_error / errors.mean
+    parts = cut(surface.conditioned, (3, 3))
+    own = np.array([part.summits(2e-5, level=None).statistics().std for part in parts])
+    relative = own.std(ddof=1) / 3.0 / own.mean()
     # A mean over draws of nine has sqrt(8/9) of that.
     assert stds.std() / stds.mean() == pytest.approx(relative * math.sqrt(8 / 9), rel=0.25)
     assert densities.std() > 0.0

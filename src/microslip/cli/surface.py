@@ -22,7 +22,6 @@ from microslip.cli.options import (
 from microslip.scans import options as offered
 
 _TWICE = {"unit": "coordinates and heights", "pixel": "x and y", "crop": "x and y"}
-_OFTEN = ("against",)
 
 
 class _EachOptionOnce(click.Command):
@@ -33,7 +32,7 @@ class _EachOptionOnce(click.Command):
         if not ctx.resilient_parsing:
             _, _, order = self.make_parser(ctx).parse_args(args=list(args))
             for option, count in Counter(order).items():
-                if not isinstance(option, click.Option) or option.is_flag or option.name in _OFTEN:
+                if not isinstance(option, click.Option) or option.is_flag:
                     continue
                 twice = _TWICE.get(option.name or "")
                 if count > (1 if twice is None else 2):
@@ -45,51 +44,38 @@ class _EachOptionOnce(click.Command):
 
 
 @click.command(cls=_EachOptionOnce, short_help="Measure the roughness and the summits in a scan.")
-@click.argument("scans", metavar="SCAN…", nargs=-1, type=ANY_PATH)
-@offers(offered.CUTOFF.but(default=None), *offered.CONDITIONING[1:], *offered.SUMMITS)
-@offers(offered.SCAN_AREA, *offered.JOINT, offered.AGAINST, *offered.DRAWING, *offered.READING)
+@click.argument("scan", type=ANY_PATH)
+@offers(offered.CUTOFF.but(default=None), *offered.CONDITIONING[1:], offered.PROMINENCE)
+@offers(offered.SCAN_AREA, *offered.JOINT, *offered.READING)
 @switch("--all", "Print every table.", "every_table")
 @writes("Folder for report, tables and figures; without it nothing is written.", "one", *FIGURES)
 def surface(
-    scans: tuple[Path, ...],
+    scan: Path,
     every_table: bool,
     output: Output,
     **options: Any,
 ) -> None:
     """Measure heights, spectrum and summits in SCAN, an instrument's file or an array.
 
-    Several scans are taken for one face, and averaged. What lies on it is another, by its own
-    scans or a drawing; without any SCAN the drawing is all.
+    With two metals and a load the scan is also solved point by point, as a joint.
 
-    Every parameter depends on the short-wave cut-off: it stands in each table and figure, and
-    parameters over cut-offs are always shown. What matters is printed, the rest with --all and in
-    the report. The scan is only read.
+    Every parameter depends on the short-wave cut-off, which stands in each table and figure. What
+    matters is printed, the rest with --all and in the report. The scan is only read.
     """
     with stoppable():
         from microslip.report.files import write
-        from microslip.report.scanned.document import document
-        from microslip.report.scanned.numbers import FACES_KIND, KIND
+        from microslip.report.scanned.document import KIND, document
         from microslip.scans.findings import Request, analyse
 
         context = click.get_current_context()
         cutoff_given = (
             context.get_parameter_source("cutoff") is not click.core.ParameterSource.DEFAULT
         )
-        request = Request.of(*scans, cutoff_given=cutoff_given, **options)
-        if not scans and not request.drawing:
-            raise click.UsageError("wanted a SCAN, or a drawing such as --ra '0.8 um'", context)
-        of_faces = request.is_of_faces
-        if of_faces:  # they are made into a study, whose schema takes its time to load
-            from microslip.report.scanned import faces
-        kind = FACES_KIND if of_faces else KIND
-        with output.staged(kind, "measured scan") as stage:
+        request = Request.of(scan, cutoff_given=cutoff_given, **options)
+        with output.staged(KIND, "measured scan") as stage:
             with progress("Measuring") as report:
-                if of_faces:
-                    result = faces.document(faces.analyse(request, report), output.folder)
-                else:
-                    findings = analyse(request, report)
-            if not of_faces:
-                result = document(findings, output.folder, in_options)
+                findings = analyse(request, report)
+            result = document(findings, output.folder, in_options)
             if stage is not None:
                 with progress("Drawing and writing") as report:
                     result = write(result, stage, output.kinds, report)

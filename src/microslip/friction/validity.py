@@ -25,16 +25,6 @@ from microslip.normal.base import (
 
 __all__ = ["RULES", "Verdict", "Word", "validity", "worst_validity"]
 
-TAIL_RULE = Rule(
-    name="load above the highest measured summit",
-    watch=0.05,
-    outside=0.2,
-    meaning="the load is on summits as high as some that were measured",
-    reason="above them the fitted distribution is extrapolated: on milled and ground scans its "
-    "stiffness was up to twofold wrong where it carried half of the load",
-    remedy='take the counted summits, heights = "population", or scan a larger area',
-)
-
 
 def _heights_rule(name: str, faces: str) -> Rule:
     return Rule(
@@ -152,7 +142,6 @@ RULES: tuple[Rule, ...] = (
         "elements, at a hundredth up to twice as large",
         remedy='a larger load, or a scan (law = "measured")',
     ),
-    TAIL_RULE,
     Rule(
         name=OVER_HARDNESS,
         watch=0.4,

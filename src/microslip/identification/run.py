@@ -119,8 +119,8 @@ def identify(
     known : mapping, optional
         Data from elsewhere by the names of parameters or of what follows from them, as (value,
         standard deviation), such as ``{"std": (5e-7, 2e-8)}``, or as what has a ``value`` and a
-        ``standard_error``, such as :func:`microslip.scans.patch_errors` of a scan. With ``pair``
-        and ``area`` a "radius" or a "density" of the summits separates the two, too.
+        ``standard_error``. With ``pair`` and ``area`` a "radius" or a "density" of the summits
+        separates the two, too.
     summits : float, optional
         Number of all summits under the apparent area [-]: as their heights are random, the tail
         that is in contact is not that of the distribution, and loops tell the heights, and with

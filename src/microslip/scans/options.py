@@ -179,14 +179,6 @@ POINT_BY_POINT = option(
     bool,
     default=False,
 )
-AGAINST = option(
-    "against",
-    "A scan of the opposite face; may be repeated, the scans are averaged.",
-    example="other.plu",
-    names_file=True,
-    items=(1, 50),
-    metavar="SCAN",
-)
 RA = option("ra", "Roughness average Ra of a drawing.", LENGTH, example="0.8 um", metavar="LENGTH")
 RQ = option("rq", "Root mean square height Rq, instead.", LENGTH, example="1 um", metavar="LENGTH")
 RZ = option(
@@ -214,5 +206,5 @@ PROCESS = option(
     choices=PROCESSES,
 )
 DRAWING = (RA, RQ, RZ, RSM, PROCESS)
-JOINT = (HEIGHTS.but(default=None), BODIES, LOAD, FRICTION, AMPLITUDE, DIRECTION, POINT_BY_POINT)
-"""Options of a joint in `microslip surface`; without heights those that the loaded tail bears."""
+JOINT = (BODIES, LOAD, FRICTION, AMPLITUDE, DIRECTION, POINT_BY_POINT)
+"""Options of a joint in `microslip surface`."""

@@ -3,28 +3,21 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
-import numpy as np
-from numpy.typing import ArrayLike
-
-from microslip._core.checks import plain, show, sized
+from microslip._core.checks import show
 from microslip.errors import InputError
 from microslip.materials import MaterialPair
 from microslip.normal import MeasuredContact
 from microslip.readers.files import POINTS
-from microslip.scans import conditioning, height_fit, surface_parameters
+from microslip.scans import conditioning, surface_parameters
 from microslip.scans import spectrum as spectra
 from microslip.scans import summits as finding
-from microslip.scans.cutoffs import CutoffTable, over_cutoffs
 from microslip.scans.file_reading import read
 from microslip.scans.height_map import HeightMap
 from microslip.scans.heights_in_files import Wishes
-from microslip.scans.joint_over_cutoffs import joint_over_cutoffs as _joint_over_cutoffs
-from microslip.scans.levelling import Level
 
 
 @dataclass(frozen=True, eq=False, repr=False, init=False)
@@ -113,20 +106,7 @@ class Scan(HeightMap):
     spectrum = spectra.spectrum
     areal_parameters = surface_parameters.areal_parameters
     profile_parameters = surface_parameters.profile_parameters
-    autocorrelation = surface_parameters.autocorrelation
-    slope_over_distance = surface_parameters.slope_over_distance
-    height_distribution = height_fit.height_distribution
     summits = finding.find_summits
-    joint_over_cutoffs = _joint_over_cutoffs
-
-    def material_ratio(self, height: ArrayLike) -> Any:
-        """Share of points that are higher than heights [m] above the mean, Rmr(c) and Smr(c).
-
-        Material ratio of heights of any shape, in the same shape [-].
-        """
-        there = np.sort(self.heights[~np.isnan(self.heights)], axis=None)
-        places = np.asarray(sized("height", height)) + there.mean()
-        return plain(1.0 - np.searchsorted(there, places, side="right") / there.size)
 
     def to_contact(
         self,
@@ -155,44 +135,3 @@ class Scan(HeightMap):
             The law. The scan is the gap of both faces: of two, that of their sum.
         """
         return MeasuredContact(self.measurable(), pair, hardness, tightening_pressure, **how)
-
-    def over_cutoffs(
-        self,
-        cutoffs: ArrayLike | None = None,
-        *,
-        level: Level | None = "plane",
-        counted: bool = True,
-        method: Literal["watershed", "neighbours"] = "watershed",
-        prominence: float | str | None = None,
-        progress: Callable[[int, int], None] | None = None,
-    ) -> CutoffTable:
-        """Every parameter against the short-wave cut-off.
-
-        Parameters
-        ----------
-        cutoffs : array_like, optional
-            Cut-offs [m], or such as "10 um", one-dimensional, 0 or None for none; by default none,
-            and from a few pixels to an eighth of the scan, of a small one to a third.
-        level : {"plane", "quadratic", "cylinder", "lines", "mean"}, optional
-            Form to be removed before; None for none.
-        counted : bool
-            Whether to count the summits at each cut-off as well.
-        method, prominence
-            Definition of a summit: see :meth:`summits`.
-        progress : callable, optional
-            Called with the cut-offs done and those to do, after each.
-
-        Returns
-        -------
-        CutoffTable
-            The parameters, one column each.
-        """
-        return over_cutoffs(
-            self.measurable(),
-            cutoffs,
-            level=level,
-            counted=counted,
-            method=method,
-            prominence=prominence,
-            progress=progress,
-        )

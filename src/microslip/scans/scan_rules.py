@@ -10,7 +10,6 @@ import numpy as np
 
 from microslip._core.checks import Floats
 from microslip._core.verdicts import Rule, Verdict
-from microslip.friction.validity import TAIL_RULE
 from microslip.scans.height_map import HeightMap
 from microslip.scans.moments import SUMMIT_SHARE, lost_to_pixel
 
@@ -72,7 +71,6 @@ LOST_TO_PIXEL = "share of m4 lost to the pixel"
 RADIUS_IN_PIXELS = "summit radius in pixels"
 
 _CONVENTION = "a convention of this project: a resolved Gaussian isotropic surface is far within it"
-_GAUSSIAN = "the heights are as good as Gaussian"
 
 
 def _share_rule(moment: str, values: str) -> Rule:
@@ -87,7 +85,6 @@ def _share_rule(moment: str, values: str) -> Rule:
     )
 
 
-PIECES = "scatter of the stiffness by pieces of the profile"
 RULES: Mapping[str, Rule] = {
     rule.name: rule
     for rule in (
@@ -148,75 +145,6 @@ RULES: Mapping[str, Rule] = {
             "use counted summits",
             missing="a profile has one direction only",
         ),
-        # Verdicts on their distribution.
-        Rule("points missed by a Gaussian", 0.02, 0.05, _GAUSSIAN, _CONVENTION),
-        Rule("quantiles missed by a Gaussian, over rms", 0.1, 0.5, _GAUSSIAN, _CONVENTION),
-        Rule("the same of the highest tenth", 0.1, 0.5, _GAUSSIAN, _CONVENTION),
-        # Verdicts on the summits under a load.
-        TAIL_RULE,
-        Rule(
-            "stiffness by Gaussian heights against counted, as a factor",
-            1.1,
-            1.5,
-            "a Gaussian fitted to all summits represents the few that carry the load",
-            "the summits themselves carry the same load, each with its height and radius",
-            'take heights = "population"',
-        ),
-        Rule(
-            "measured summits in contact",
-            30.0,
-            10.0,
-            "the scan holds enough of the summits that carry the load",
-            "a mean over fewer scatters by a fifth and more",
-            "scan a larger area",
-        ),
-        # Verdicts on both cut-offs.
-        *(
-            Rule(
-                f"slope of stiffness over {waves}-wave cut-off",
-                0.2,
-                0.5,
-                f"the {waves}-wave cut-off has little influence: doubling it changes the stiffness "
-                f"by {times} at most",
-                _CONVENTION,
-                remedy,
-            )
-            for waves, times, remedy in (
-                ("short", "15 %", "state the cut-off with the result, and compare with a test"),
-                (
-                    "long",
-                    "15 %",
-                    "take the cut-off from the waves that the bodies follow by bending, scan "
-                    "as much as the joint is large, or compare with a test",
-                ),
-            )
-        ),
-        Rule(
-            "stiffness on patches of half the length, as a factor",
-            1.2,
-            1.5,
-            "the size of the scan has little influence",
-            _CONVENTION,
-            "scan a larger area, and treat waves longer than it as form",
-        ),
-        Rule(
-            "contact radius over cut-off",
-            0.25,
-            0.5,
-            "a contact is small beside the shortest wave that is left, so that its summit is a "
-            "paraboloid there",
-            "a wave is a paraboloid to 10 % within a sixth of its length",
-            "choose a longer short-wave cut-off",
-        ),
-        Rule(
-            PIECES,
-            0.15,
-            0.4,
-            "the profile is long enough for its stiffness",
-            "standard error of the mean of ln k over four pieces of it",
-            "measure a longer profile, or several",
-            missing="the profile is too short for pieces",
-        ),
         # Verdicts on the summits.
         Rule(
             RADIUS_IN_PIXELS,
@@ -258,16 +186,6 @@ RULES: Mapping[str, Rule] = {
             "no scratch or spike dominates the moments; Gaussian heights have 3",
             _CONVENTION,
             "leave the extreme points out",
-        ),
-        Rule(
-            "mean radius counted against McCool's",
-            1.5,
-            3.0,
-            "summits and spectral moments describe the same surface, as on a Gaussian one, where "
-            "Nayak's alpha is at least 1.5; moments of curvature are dominated by the few "
-            "sharpest points",
-            "McCool (1987), DOI 10.1115/1.3261349: on a Gaussian surface they are the same",
-            "use counted summits",
         ),
         Rule(
             "radius by load over radius by curvature",

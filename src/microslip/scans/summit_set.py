@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from microslip._core.checks import Floats, positive, show
+from microslip._core.checks import Floats, show
 from microslip._core.frozen import Locked, lock
 from microslip._core.units import engineering
 from microslip._core.verdicts import Verdict
@@ -21,13 +21,13 @@ from microslip.heights import Discrete, HeightDistribution, TabulatedHeights
 from microslip.materials import MaterialPair
 from microslip.normal import AsperityPopulation, GreenwoodWilliamson
 from microslip.scans.checks import area_of
-from microslip.scans.height_laws import HeightLaws, Heights, MeasuredSurface, height_laws
 from microslip.scans.height_map import HeightMap
 from microslip.scans.moments import BY_MOMENTS, lost_to_pixel
 from microslip.scans.options import ESTIMATES, LAWS_OF_HEIGHTS
 from microslip.scans.scan_rules import LOST_TO_PIXEL, judged, radius_in_pixels
 from microslip.scans.summit_statistics import SummitStatistics
 
+Heights = Literal["gaussian", "table", "discrete", "population"]
 Method = Literal["watershed", "neighbours"]
 Estimate = Literal["counted", "neighbours", "mccool", "nayak"]
 
@@ -218,54 +218,7 @@ class Summits(Locked, Plottable):
                 f"heights must be {quoted(LAWS_OF_HEIGHTS)} or a height distribution, got "
                 f"{show(heights)}"
             )
-        fitted = statistics.to_surface(pair, area, heights=law)
-        return MeasuredSurface(
-            *(pair, fitted.heights, fitted.radius, fitted.density, area, float(self.heights.max()))
-        )
-
-    def height_laws(
-        self,
-        pair: MaterialPair,
-        normal_load: float,
-        *,
-        area: float | str | None = None,
-        friction_coefficient: float = 0.5,
-        amplitude: float | None = None,
-    ) -> HeightLaws:
-        """Joint by each law of the summit heights at a load, and the one to take.
-
-        Parameters
-        ----------
-        pair, area
-            As of :meth:`to_surface`: the two materials, and the apparent area [m^2].
-        normal_load : float
-            Load of the joint [N].
-        friction_coefficient : float
-            Friction coefficient [-]; the loss factor depends on it.
-        amplitude : float, optional
-            Amplitude of motion [m] at which the loss factor is given.
-
-        Returns
-        -------
-        HeightLaws
-            Contacts, real area, stiffness and loss factor by each law, the share of the load
-            above the highest measured summit, and the law that the loaded tail bears.
-        """
-        if amplitude is not None:
-            amplitude = positive("amplitude", amplitude, "m", 1e-7)
-        laws: tuple[Heights, ...] = ("gaussian", "table", "discrete", "population")
-        return height_laws(
-            {
-                name: self.to_surface(pair, area, heights=name)
-                for name in laws
-                if name != "gaussian" or self.std > 0.0
-            },
-            self.heights,
-            self.radii,
-            normal_load,
-            friction_coefficient,
-            amplitude,
-        )
+        return statistics.to_surface(pair, area, heights=law)
 
     def validity(self, joint: Interface | None = None) -> tuple[Verdict, ...]:
         """Validity of the summits for a joint, a verdict for each assumption.
@@ -285,7 +238,6 @@ class Summits(Locked, Plottable):
             LOST_TO_PIXEL: lost_to_pixel(self.scan.heights, self.scan.pixel),
             "summits": float(self.count),
             "kurtosis of the heights": float(self.scan.statistics().kurtosis),
-            "mean radius counted against McCool's": self._against_mccool(),
             "radius by load over radius by curvature": self.equivalent_radius / self.mean_radius,
         }
         if self.threshold > 0.0:
@@ -297,14 +249,6 @@ class Summits(Locked, Plottable):
             )
         values["share of fits dropped"] = self.dropped / (self.dropped + self.count)
         return (*judged(values), *(joint.validity if joint is not None else ()))
-
-    def _against_mccool(self) -> float:
-        """Ratio of the counted radius to McCool's; infinite where his is undefined."""
-        try:
-            mccool = self.scan.moments().mccool().radius
-        except InputError:  # no Gaussian surface at all: no factor is too large
-            return math.inf
-        return max(mccool / self.mean_radius, self.mean_radius / mccool)
 
     def _population(self, pair: MaterialPair, area: float) -> AsperityPopulation:
         count = self.density * area

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import io
 import os
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -45,6 +47,8 @@ _SIDES = {
     "quad": 4, "quad8": 4, "quad9": 4, "triangle": 3, "triangle6": 3,
 }  # fmt: skip
 _TAGS = "gmsh:physical"
+_NASTRAN = (".bdf", ".nas", ".fem")
+_MOST_GROUPS = 1000  # of one array of cell data; more are results, not groups
 _BYTES_A_SECOND = 2e5  # of meshio, which reads text in Python
 _LARGEST = 100.0  # metres, beyond which a mesh is taken to be in millimetres
 
@@ -75,8 +79,10 @@ class MeshedJoint(Locked):
         Parameters
         ----------
         path : str or path
-            Any file that meshio reads and that holds names: Gmsh's ``.msh`` with physical groups,
-            Abaqus' or CalculiX' ``.inp`` with sets.
+            Any file that meshio reads and that holds groups: Gmsh's ``.msh`` with physical groups,
+            Abaqus' or CalculiX' ``.inp`` with sets. Formats that number their groups, such as
+            Nastran's ``.bdf`` by properties and VTK's ``.vtu`` by integer cell data, give names
+            such as ``"nastran:ref 3"``.
         bodies : mapping
             Material and density [kg/m^3] of each named volume. Bodies that touch are joined where
             they share nodes, and only there: so heads are joined to plates, and the two sides of a
@@ -291,7 +297,9 @@ def read_mesh(path: Path) -> dict[str, Any]:
     with needed_for("meshes are read by"):
         import meshio
     try:
-        mesh = meshio.read(path)
+        source = _as_meshio_reads(path)
+        kind = {".inp": "abaqus"}.get(path.suffix.lower(), "nastran")
+        mesh = meshio.read(source) if source is path else meshio.read(source, kind)
     except SystemExit:  # what meshio does with suffixes that it does not know
         raise ValueError("of no format that meshio can read") from None
     points = np.asarray(mesh.points, dtype=float)
@@ -301,7 +309,9 @@ def read_mesh(path: Path) -> dict[str, Any]:
     sizes = [len(block.data) for block in mesh.cells]
     numbers = [(block.data, len(points)) for block in mesh.cells]
     numbers += [(nodes, len(points)) for nodes in mesh.point_sets.values()]
-    for blocks in mesh.cell_sets.values():
+    # Gmsh's own sets hold signed tags of entities, not numbers of cells.
+    cell_sets = {n: blocks for n, blocks in mesh.cell_sets.items() if not n.startswith("gmsh:")}
+    for blocks in cell_sets.values():
         pairs = zip(blocks, sizes, strict=True)
         numbers += [(block, size) for block, size in pairs if block is not None]
     for index, size in numbers:
@@ -313,12 +323,47 @@ def read_mesh(path: Path) -> dict[str, Any]:
         "cells": [{"type": block.type, "data": np.asarray(block.data)} for block in mesh.cells],
         "cell_sets": {
             name: [np.asarray([] if block is None else block, dtype=int) for block in blocks]
-            for name, blocks in mesh.cell_sets.items()
+            for name, blocks in {**_numbered_groups(mesh.cell_data), **cell_sets}.items()
         },
         "tags": mesh.cell_data.get(_TAGS),
         "field_data": dict(mesh.field_data or {}) if _TAGS in mesh.cell_data else {},
         "point_sets": {name: np.asarray(nodes) for name, nodes in mesh.point_sets.items()},
     }
+
+
+def _as_meshio_reads(path: Path) -> io.StringIO | Path:
+    """Return a mesh in the dialect that meshio reads.
+
+    Gmsh writes the bulk data of Nastran without the line ``BEGIN BULK``, and faces of second order
+    for Abaqus as plane elements, which meshio does not know.
+    """
+    suffix = path.suffix.lower()
+    if suffix not in (*_NASTRAN, ".inp"):
+        return path
+    text = path.read_text(encoding="latin-1")
+    if suffix == ".inp":
+        for plane, shell in (("CPS6", "STRI65"), ("CPS8", "S8R")):
+            text = re.sub(rf"(?i)(\*ELEMENT,\s*TYPE\s*=\s*){plane}\b", rf"\g<1>{shell}", text)
+    elif not re.search(r"(?im)^\s*BEGIN\s+BULK", text):
+        text = f"BEGIN BULK\n{text}"
+    return io.StringIO(text)
+
+
+def _numbered_groups(cell_data: Mapping[str, Any]) -> dict[str, list[Indices]]:
+    """Return the cells of each group that a format numbers instead of naming.
+
+    A group is called by the array and the number, such as ``"nastran:ref 3"``.
+    """
+    groups: dict[str, list[Indices]] = {}
+    for array, blocks in cell_data.items():
+        columns = [np.asarray(block) for block in blocks]
+        if any(column.ndim != 1 or column.dtype.kind not in "iu" for column in columns):
+            continue
+        values = np.unique(np.concatenate(columns)) if columns else np.zeros(0)
+        if values.size <= _MOST_GROUPS:
+            for value in values:
+                groups[f"{array} {value}"] = [np.flatnonzero(c == value) for c in columns]
+    return groups
 
 
 def _solids(path: Path, file: Any) -> tuple[str, Indices, list[Indices]]:
@@ -349,8 +394,7 @@ class _Names:
         self._path, self._file, self._numbers = path, file, numbers
         self._sets: dict[str, list[Indices]] = {}
         for name, blocks in file.cell_sets.items():
-            if not name.startswith("gmsh:"):
-                self._sets[name] = blocks
+            self._sets[name] = blocks
         for name, (tag, _) in file.field_data.items():
             blocks = [np.flatnonzero(block.ravel() == tag) for block in file.tags]
             self._sets.setdefault(name, blocks)

@@ -1,4 +1,4 @@
-"""A run that is killed, at any line of its work or at any moment: old result, new one, or none."""
+"""A run that is killed at any line of its work leaves a result whole, or absent."""
 
 from __future__ import annotations
 
@@ -7,51 +7,31 @@ import os
 import subprocess
 import sys
 from pathlib import Path
-from typing import Any
 
 import pytest
 
-from microslip.report.folder import _rename
-
-pytestmark = pytest.mark.skipif(os.name != "posix", reason="there is no such kill here")
-
-# Runs in a process of its own: writes a result once for each line of the two modules, and is killed
-# at that line. Prints what is there then, and after a next run.
+# Writes a result in a process of its own for each line of the module, is killed at that line, and
+# prints what is in the place of the result and in that of the older one.
 AT_EVERY_LINE = r"""
-import json, os, signal, sys
+import json, os, shutil, signal, sys
 from pathlib import Path
 
-from microslip.errors import StudyError
 from microslip.report import folder
 
-scene = sys.argv[1]
-home = Path(sys.argv[2])
-if "renames" in scene:
-    folder._rename = lambda: None
-target = home / ("a/b/result" if "deep" in scene else "result")
-WATCHED = {folder.__file__}
+home, has_old = Path(sys.argv[1]), sys.argv[2] == "True"
+target = home / "result"
 
 
-def save(text, overwrite=True):
-    with folder.staged(target, overwrite) as stage:
+def save(text):
+    with folder.staged(target, overwrite=True) as stage:
         names = ["summary.json", "one.csv", "two.csv"]
         for name in names:
             summary = {"kind": "microslip-result", "files": names, "text": text}
             (stage / name).write_text(json.dumps(summary))
 
 
-def state():
-    if not target.exists():
-        return None
-    files = sorted(target.iterdir())
-    texts = {json.loads(file.read_text())["text"] for file in files}
-    return [len(files), *sorted(texts)]
-
-
-def hidden():
-    return sorted(path.suffix for path in target.parent.glob(".result.*")) + sorted(
-        path.suffix for path in home.glob(".result.*") if home != target.parent
-    )
+def content(path):
+    return sorted(json.loads(file.read_text())["text"] for file in path.glob("*"))
 
 
 def killed_at(line):
@@ -61,7 +41,7 @@ def killed_at(line):
 
         def trace(frame, event, argument):
             nonlocal seen
-            if frame.f_code.co_filename in WATCHED and event == "line":
+            if frame.f_code.co_filename == folder.__file__ and event == "line":
                 seen += 1
                 if seen == line:
                     os.kill(os.getpid(), signal.SIGKILL)
@@ -73,80 +53,36 @@ def killed_at(line):
     return os.WIFSIGNALED(os.waitpid(child, 0)[1])
 
 
-def clear():
-    for path in sorted(home.rglob("*"), reverse=True):
-        path.rmdir() if path.is_dir() else path.unlink()
-
-
 line, lived = 0, False
 while not lived:
     line += 1
-    clear()
-    if "old" in scene:
+    shutil.rmtree(home, ignore_errors=True)
+    home.mkdir()
+    if has_old:
         save("old")
     lived = not killed_at(line)
-    there, left, refused = state(), hidden(), False
-    try:
-        save("late", overwrite=False)
-    except StudyError:
-        refused = True
-    looked = state()
-    save("last")
-    found = [there, left, refused, looked, state(), hidden()]
-    print(json.dumps(found))
+    print(json.dumps([content(target), content(home / "result.old")]))
 """
-OLD, NEW, LATE, LAST = ([3, word] for word in ("old", "new", "late", "last"))
-SWAPS = _rename() is not None
 
 
-def killed_at_every_line(scene: str, home: Path) -> list[list[Any]]:
-    home.mkdir()
+@pytest.mark.skipif(os.name != "posix", reason="there is no such kill here")
+@pytest.mark.parametrize("has_old", [True, False])
+def test_killed_at_any_line_of_writing(has_old: bool, tmp_path: Path) -> None:
     done = subprocess.run(
-        [sys.executable, "-c", AT_EVERY_LINE, scene, str(home)],
+        [sys.executable, "-c", AT_EVERY_LINE, str(tmp_path / "home"), str(has_old)],
         capture_output=True,
         text=True,
         check=True,
         timeout=300,
     )
-    return [json.loads(line) for line in done.stdout.splitlines()]
-
-
-# By default those in which there is something to lose.
-@pytest.mark.parametrize(
-    "scene",
-    [
-        pytest.param("swap old", marks=pytest.mark.slow),
-        pytest.param("swap", marks=pytest.mark.slow),
-        pytest.param("swap deep", marks=pytest.mark.slow),
-        "renames old",
-        pytest.param("renames", marks=pytest.mark.slow),
-    ],
-)
-def test_killed_at_any_line_of_writing(scene: str, tmp_path: Path) -> None:
-    found = killed_at_every_line(scene, tmp_path / "home")
-    assert len(found) > 100
-    states = [there for there, *_ in found]
-    whole = [OLD, NEW] if "old" in scene else [None, NEW]
-    gap = [None] if scene == "renames old" else []
-    for there, left, refused, looked, last, kept in found:
-        assert there in whole + gap
-        # The next run refuses what is there, and brings back what was between two renames.
-        assert refused == (there is not None or bool(gap))
-        assert looked == (LATE if not refused else there or OLD)
-        assert last == LAST
-        # It removes what was left but for what the user may still want.
-        wanted = [".old"] if left == [".old"] and there == NEW else []
-        if kept != wanted:
-            # It no longer looks further up, once the folders above are made.
-            assert scene == "swap deep"
-            assert kept == left == [".tmp"]
-            assert there is None
-    first = states.index(NEW)
-    assert all(there == NEW for there in states[first:])
-    assert all(there != NEW for there in states[:first])
-    if scene == "renames old":
-        assert None in states
-    if scene == "swap deep":
-        assert sum(kept != [] for *_, kept in found) < 0.1 * len(found)
-    # The kills did hit the moments in which something is left.
-    assert any(left for _, left, *_ in found)
+    found = [json.loads(line) for line in done.stdout.splitlines()]
+    assert len(found) > 30
+    new, old = 3 * ["new"], 3 * ["old"]
+    for place, aside in found:
+        assert place in ([old, new, []] if has_old else [new, []])
+        if has_old and place != new:
+            assert old in (place, aside)
+        # What is deleted last may be there in part; the new result is there before.
+        assert aside in ([], old) or place == new
+    states = [place for place, _ in found]
+    assert all(place == new for place in states[states.index(new) :])

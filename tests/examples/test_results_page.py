@@ -18,10 +18,6 @@ from microslip.report.predicted.result import contents
 PAGE = (Path(__file__).parents[2] / "docs" / "results.md").read_text(encoding="utf-8")
 FORMATS = ('formats = ["csv"]', 'formats = ["netcdf", "csv", "svg", "png"]')
 HISTORY = 'history = { file = "record.csv", column = "x" }'
-LOADS_VARY = (
-    "load_variation = { share = 0.2 }\n"
-    'history = { file = "record.csv", column = "x", normal_load = { column = "N" } }'
-)
 FULL = edited(
     ("poisson_ratio = 0.33", 'poisson_ratio = 0.33\nhardness = "1.2 GPa"'),
     (CURVE, f"{CURVE}\n{HISTORY}"),
@@ -30,13 +26,8 @@ FULL = edited(
 SCAN = 'law = "scan"\nscan = "z.npy"\nunit = "um"\npixel = "1 um"\ncutoff = "5 um"\n'
 MEASURED = 'law = "measured"\nscan = "z.npy"\nunit = "um"\npixel = "1 um"\n'
 STUDIES = {
-    "full": FULL + '\n[oscillator]\nmass = "2 kg"\nstiffness = "1 N/um"\n',
+    "full": FULL,
     "by force": edited((f"amplitudes = {AMPLITUDES}", 'force_amplitudes = ["50 N"]'), FORMATS),
-    "varying": edited(
-        ("poisson_ratio = 0.33", 'poisson_ratio = 0.33\nhardness = "1.2 GPa"'),
-        (CURVE, f"{CURVE}\n{LOADS_VARY}"),
-        FORMATS,
-    ),
     "table": edited((SURFACE, SURFACES["table"]), (LOADS, '"1 kN"'), FORMATS),
     "scan": edited((SURFACE, SCAN), (LOADS, '"0.1 N"'), FORMATS),
     "measured": edited((SURFACE, MEASURED), (LOADS, '"0.02 N"'), FORMATS),
@@ -90,15 +81,13 @@ def test_every_file_is_named(results: list[ms.Result]) -> None:
 def test_every_variable_is_named(results: list[ms.Result]) -> None:
     told = {variable for *_, variables in quantities() for variable in variables}
     verdicts = [names(row[0])[0] for row in rows(section("result.nc")) if "validity_" in row[0]]
-    told |= {name + end for name in verdicts for end in ("", "_word", "_normal_load")}
+    told |= {name + end for name in verdicts for end in ("", "_word")}
     dims = {names(row[0])[0] for row in rows(section("result.nc")) if len(row) == 2}
     found: set[str] = set()
     for result in results:
         labelled = contents(result)
         found |= {*labelled.coords, *labelled.variables}
         assert set(labelled.dims) <= dims
-    # None of these studies has a scan whose load varies.
-    told = {name for name in told if name in found or not name.endswith("_normal_load")}
     assert told | (dims & found) == found
     assert {*labelled.dims, "history_sample", "force_amplitude", "amplitude"} <= dims
     # Along the curves each variable is what it is at the amplitudes of the loops.
@@ -120,7 +109,7 @@ def test_every_unit_and_column_is_named(results: list[ms.Result]) -> None:
     columns = {
         name
         for result in results
-        for table in (*result.rows, *result.histories, *result.oscillators, *result.varying)
+        for table in (*result.rows, *result.histories)
         for name in table.columns()
     }
     assert columns <= set(QUANTITIES)
@@ -151,22 +140,13 @@ def test_every_key_of_the_summary_is_named(results: list[ms.Result]) -> None:
     inside = {names(row[0])[0]: row[1] for row in rows(entries)}
     told |= {f"joints.{key}" for key in inside}
     told |= {f"joints.validity.{name}" for name in names(inside["validity"])}
-    # A row of the quantities names its places, and the oscillator has rows of its own.
-    below = names(inside["oscillator"])
-    told |= {f"joints.oscillator.{name}" for name in below[: below.index("amplitudes") + 1]}
-    told |= {f"joints.oscillator.amplitudes.{n}" for n in below[below.index("amplitudes") + 1 :]}
     marked = {(place, name) for name, _, places, _ in quantities() for place in places}
     for place, name in marked:
         if place == "joint":
             told.add(f"joints.{name}")
-        elif place == "oscillator":
-            assert name in below
         else:
             told.add(f"joints.{place}.{name}")
     assert told - {"joints.hertz"} == found  # none of these studies has a sphere
-    assert {name for place, name in marked if place == "oscillator"} == set(below) - {
-        *("amplitude", "amplitudes")
-    }
 
 
 def test_every_key_of_a_scan_is_named(results: list[ms.Result]) -> None:

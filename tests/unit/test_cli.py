@@ -359,32 +359,6 @@ def test_forces_that_were_chosen_come_first() -> None:
     assert re.search(r"\n2 kN +1 kN +380\.9 nm +0\.909 ", text)
 
 
-def test_an_oscillator_and_a_history_have_tables() -> None:
-    Path("record.csv").write_text("x [um]\n0\n1\n-1\n1\n-1\n", encoding="utf-8")
-    text = STUDY.replace("[output]", 'history = { file = "record.csv", column = "x" }\n\n[output]')
-    text += '[oscillator]\nmass = "2 kg"\nstiffness = "5e9 N/m"\nviscous_damping_ratio = 0.001\n'
-    shown = printed(text)
-    joint = ms.Study.from_toml(STUDY).run().joints[0]
-    mode = ms.Oscillator(2.0, 5e9, joint, viscous_damping_ratio=0.001)
-    rows = re.search(
-        r"\nOscillator\n *load +amplitude +frequency +shift +ζ_mode\n─+\n(.*)\n(.*)\n\n", shown
-    )
-    assert rows
-    for row, amplitude in zip(rows.groups(), (1e-7, 1e-6), strict=True):
-        *_, frequency, unit, shift, percent, ratio = row.split()
-        assert (unit, percent) == ("kHz", "%")
-        assert float(frequency) == pytest.approx(mode.frequency(amplitude) / 1e3, rel=1e-4)
-        change = mode.frequency(amplitude) / mode.frequency(1e-15) - 1.0
-        assert float(shift) == pytest.approx(100.0 * change, rel=5e-3)
-        assert float(ratio) == pytest.approx(mode.damping_ratio(amplitude), rel=5e-3)
-    row = re.search(r"\nHistory\n.*energy\n─+\n2 kN +(\S+) µm +(\S+) kN +(\S+) mJ\n", shown)
-    assert row
-    energy = 2.0 * joint.dissipated_energy(1e-6)
-    assert (row[1], row[2]) == ("1.00", "1.10")
-    # Twice a quarter less: from rest to the first turn it is the first loading curve.
-    assert 0.7 * energy < 1e-3 * float(row[3]) < energy
-
-
 def test_many_loads_and_amplitudes_are_thinned_out() -> None:
     loads = str([f"{n} kN" for n in range(1, 41)])
     amplitudes = str([f"{n} nm" for n in (10, 20, 30, 39)])
@@ -423,3 +397,16 @@ def test_numbers_come_before_drawing(monkeypatch: pytest.MonkeyPatch) -> None:
     assert "Written" not in outcome.stdout
     assert outcome.stderr == "error: joint-result: cannot be written: no space left on device\n"
     assert names() == ["joint.toml"]
+
+
+def test_a_history_has_a_table() -> None:
+    Path("record.csv").write_text("x [um]\n0\n1\n-1\n1\n-1\n", encoding="utf-8")
+    text = STUDY.replace("[output]", 'history = { file = "record.csv", column = "x" }\n\n[output]')
+    shown = printed(text)
+    joint = ms.Study.from_toml(STUDY).run().joints[0]
+    row = re.search(r"\nHistory\n.*energy\n─+\n2 kN +(\S+) µm +(\S+) kN +(\S+) mJ\n", shown)
+    assert row
+    energy = 2.0 * joint.dissipated_energy(1e-6)
+    assert (row[1], row[2]) == ("1.00", "1.10")
+    # Twice a quarter less: from rest to the first turn it is the first loading curve.
+    assert 0.7 * energy < 1e-3 * float(row[3]) < energy

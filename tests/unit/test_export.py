@@ -262,11 +262,6 @@ def test_the_command_takes_patches_from_a_table(folder):
             ["c", "joint.toml", "-o", "a.c", "--set", 'joint.normal_load=["1 kN", "2 kN"]'],
             "a file holds one joint, got 2 loads (1000, 2000 N); choose one",
         ),
-        (
-            ["c", "joint.toml", "-o", "a.c", "--set", "excitation.load_variation.share=0.1",
-             "--set", "excitation.load_variation.phase='0 deg'"],
-            "c holds a joint at a constant load; where it varies",
-        ),
     ],
 )  # fmt: skip
 def test_the_command_says_in_one_line_what_is_wrong(words, says):

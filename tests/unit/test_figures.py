@@ -25,7 +25,6 @@ from microslip.report.predicted.history_figure import MOST_SAMPLES, envelope, pa
 from microslip.report.predicted.numbers import files
 
 PICTURES = ('["csv"]', '["svg", "png"]')
-OSCILLATOR = '[oscillator]\nmass = "2 kg"\nstiffness = "100 MN/m"\nviscous_damping_ratio = 0.001\n'
 STRAIGHT = 'law = "table"\nseparation = ["0 um", "1 um", "2 um"]\nload = ["2 kN", "1 kN", "0 N"]\n'
 
 
@@ -47,11 +46,10 @@ def study(
 
 @pytest.fixture(scope="module")
 def result(tmp_path_factory: pytest.TempPathFactory) -> ms.Result:
-    """One with everything: two loads, a history and an oscillator."""
+    """One with everything: two loads and a history."""
     time = np.linspace(0.0, 4.0 * np.pi, 200)
     folder = tmp_path_factory.mktemp("record")
-    text = ("[output]", f"{OSCILLATOR}\n[output]")
-    return study(text, record=np.sin(time), folder=folder).run()
+    return study(record=np.sin(time), folder=folder).run()
 
 
 def draw(result: ms.Result, name: str) -> Plot:
@@ -238,18 +236,6 @@ def test_the_history_is_drawn(result: ms.Result) -> None:
         np.testing.assert_array_equal(drawn[2].x, response.displacement / 1e-6)
 
 
-def test_the_mode_is_drawn_beside_the_interface(result: ms.Result) -> None:
-    plot = draw(result, "oscillator")
-    ratio, shift = by_label(plot, "Damping ratio"), by_label(plot, "shift")
-    for curve, mode, own, moved in zip(
-        result.oscillators, lines(ratio), lines(ratio, DASHED), lines(shift), strict=True
-    ):
-        np.testing.assert_array_equal(mode.y, curve.damping_ratio)
-        np.testing.assert_array_equal(own.y, curve.interface_damping_ratio)
-        np.testing.assert_allclose(moved.y, 100.0 * (curve.frequency / curve.frequency[0] - 1.0))
-    assert "[kHz]" in by_label(plot, "Frequency [").y.label
-
-
 def test_force_amplitudes_are_the_titles_of_their_loops() -> None:
     forces = (f"amplitudes = {AMPLITUDES}", 'force_amplitudes = ["50 N", "270 N"]')
     panels = draw(study(forces, (LOADS, '["500 N", "200 kN"]')).run(), "loops").panels
@@ -275,14 +261,6 @@ ODD: dict[str, tuple[tuple[str, str], ...]] = {
         (CURVE, '{ from = "1 um", to = "1.001 um", points = 2 }'),
         ("0.55", "0.001"),
     ),
-    "varying": (
-        (
-            CURVE,
-            f'{CURVE}\nload_variation = {{ amplitude = "123.456 N", phase = "-123.456 deg", '
-            "harmonic = 10 }",
-        ),
-        (LOADS, MANY.replace('"100 N", ', "")),
-    ),
     "tiny": (
         ("0.5 um", "5e-7 um"),
         ("1 mm", "1e-6 mm"),
@@ -298,8 +276,6 @@ ODD: dict[str, tuple[tuple[str, str], ...]] = {
 def test_nothing_is_cut_off_or_covered(case: str, result: ms.Result, tmp_path: Path) -> None:
     if case != "usual":
         edits = ODD[case]
-        if case in ("many", "far"):
-            edits = (*edits, ("[output]", f"{OSCILLATOR}\n[output]"))
         record = 0.1 * np.sin(np.linspace(0.0, 20.0, 100)) if case == "far" else None
         result = study(*edits, record=record, folder=tmp_path).run()
     for name in names(result):

@@ -62,7 +62,6 @@ def test_every_law_and_kind_is_valid(name: str) -> None:
     VALIDATOR.validate(tomllib.loads(edited((SURFACE, SURFACES[name]))))
 
 
-OSCILLATOR = '[oscillator]\nmass = "2 kg"\nstiffness = "1e6 N/m"\n'
 VALID = [
     (LOADS, '"2 kN"'),
     (LOADS, '".5 kN"'),
@@ -78,8 +77,6 @@ VALID = [
     (GAUSSIAN, '{ kind = "gaussian", std = "1 um", mean = "\N{MINUS SIGN}1 um" }'),
     (GAUSSIAN, '{ kind = "scipy", distribution = "norm", location = "-1 um", scale = "1 um" }'),
     (LINE, 'force_amplitudes = ["50 N"]'),
-    ("[output]", f"{OSCILLATOR}[output]"),
-    ("[output]", f"{OSCILLATOR}viscous_damping_ratio = 0\n[output]"),
     ('["csv"]', '["netcdf", "png"]\nreport = false'),
 ]
 
@@ -152,8 +149,6 @@ GROSS = [
     ('from = "1 nm", ', ""),
     ('["csv"]', '["gif"]'),
     ('["csv"]', '["csv"]\nreport = "yes"'),
-    ("[output]", '[oscillator]\nmass = "2 kg"\n[output]'),
-    ("[output]", f"{OSCILLATOR}viscous_damping_ratio = 1\n[output]"),
 ]
 
 

@@ -25,16 +25,12 @@ from microslip.report.predicted.result import WORDS, contents, files
 
 FORMATS = ('formats = ["csv"]', 'formats = ["netcdf", "csv"]\nreport = false')
 HISTORY = 'history = { file = "record.csv", column = "x" }'
-OSCILLATOR = '\n[oscillator]\nmass = "2 kg"\nstiffness = "1 N/um"\nviscous_damping_ratio = 0.002\n'
-FULL = (
-    edited(
-        ('title = "A joint"', 'title = "Füge, µ = 0.55"'),
-        ("poisson_ratio = 0.33", 'poisson_ratio = 0.33\nhardness = "1.2 GPa"'),
-        (LOADS, '["2 kN", "500 N", "1 kN"]'),  # in no order
-        (CURVE, f"{CURVE}\n{HISTORY}"),
-        FORMATS,
-    )
-    + OSCILLATOR
+FULL = edited(
+    ('title = "A joint"', 'title = "Füge, µ = 0.55"'),
+    ("poisson_ratio = 0.33", 'poisson_ratio = 0.33\nhardness = "1.2 GPa"'),
+    (LOADS, '["2 kN", "500 N", "1 kN"]'),  # in no order
+    (CURVE, f"{CURVE}\n{HISTORY}"),
+    FORMATS,
 )
 BY_FORCE = edited((f"amplitudes = {AMPLITUDES}", 'force_amplitudes = ["200 N", "50 N"]'), FORMATS)
 TABLE = edited((SURFACE, SURFACES["table"]), FORMATS)
@@ -100,10 +96,9 @@ def expected(result: ms.Result) -> dict[str, tuple[tuple[str, ...], np.ndarray]]
         (result.rows, "", by),
         (result.curves, "curve_", "point"),
         (result.histories, "history_", "history_sample"),
-        (result.oscillators, "oscillator_", "point"),
     ):
         for name in tables[0].columns() if tables else ():
-            if prefix + name not in (by, "curve_amplitude", "oscillator_amplitude"):
+            if prefix + name not in (by, "curve_amplitude"):
                 arrays = [table.columns()[name] for table in tables]
                 wanted[prefix + name] = (("load", dim), arrays)
     if result.histories:
@@ -163,7 +158,7 @@ def test_every_reader_sees_the_numbers_of_the_api(
     for name, (dims, values, about) in found.items():
         assert dims == wanted[name][0], name
         same(values, wanted[name][1])
-        plain = name.removeprefix("curve_").removeprefix("history_").removeprefix("oscillator_")
+        plain = name.removeprefix("curve_").removeprefix("history_")
         unit = UNITS.get({"load": "normal_load"}.get(plain, plain), "-")
         assert about["units"] == ("1" if unit == "-" else unit), name
         assert about["long_name"], name
@@ -341,7 +336,6 @@ def long_form(result: ms.Result, tables: Any) -> dict[str, np.ndarray]:
 def test_the_tables_hold_the_numbers_of_the_result(result: ms.Result, folder: Path) -> None:
     tables = {"curves": result.curves}
     tables |= {"history": result.histories} if result.histories else {}
-    tables |= {"oscillator": result.oscillators} if result.oscillators else {}
     for name, wanted in tables.items():
         found, columns = read(folder / f"{name}.csv"), long_form(result, wanted)
         assert list(found) == list(columns)
@@ -363,7 +357,7 @@ def test_the_loops_are_found_by_what_was_given(result: ms.Result, folder: Path) 
 
 def test_all_columns_and_keys_have_a_unit(result: ms.Result) -> None:
     assert result.summary["units"] == UNITS
-    for tables in (result.rows, result.histories, result.oscillators):
+    for tables in (result.rows, result.histories):
         for table in tables:
             assert set(table.columns()) <= set(QUANTITIES)
 

@@ -334,11 +334,6 @@ normal_load = { mean = "2 kN", cv = 0.15 }
 [excitation]
 amplitudes = [{ mean = "0.1 um", cv = 0.1 }, "1 um"]
 curve = { from = "10 nm", to = "1 um", points = 3 }
-load_variation = { share = { low = 0.1, high = 0.2 }, phase = { low = "0 deg", high = "90 deg" } }
-[oscillator]
-mass = "2 kg"
-stiffness = "1e6 N/m"
-viscous_damping_ratio = { low = 0.01, high = 0.02 }
 [uncertainty]
 samples = 64
 """
@@ -378,20 +373,18 @@ load = ["2.2 kN", "1 kN", "0 N"]
     count = int(str(caught.value).partition("normal_load: ")[2].partition(" of")[0])
     assert count == pytest.approx(512 * share, abs=2)
     assert CliRunner().invoke(main, ["check", str(path)]).exit_code == 2
-    # Beside a tightening load they are answered: faces yield again, here as the load varies.
-    for more in ("", "\n[excitation]\nload_variation = { share = 0.1 }\n"):
-        path.write_text(f"{TIGHTENED}tightening_load = '2.2 kN'\n{more}", encoding="utf-8")
-        check_draws(StudyDescription.load(path))
+    # Beside a tightening load they are answered: faces yield again.
+    path.write_text(f"{TIGHTENED}tightening_load = '2.2 kN'\n", encoding="utf-8")
+    check_draws(StudyDescription.load(path))
 
 
 def test_any_number_may_scatter_and_one_may_follow_another() -> None:
-    """Hardness, amplitudes, tightening, variation and damping; a tightening load of twice each."""
+    """Hardness, amplitudes, tightening; a tightening load of twice each load."""
     study = ms.Study.from_toml(ANY)
     design = Design(study)
     assert [one.key for one in design.inputs] == [
         "material.al.hardness", "surface.area", "joint.normal_load",
-        "excitation.amplitudes, item 1", "excitation.load_variation.share",
-        "excitation.load_variation.phase", "oscillator.viscous_damping_ratio",
+        "excitation.amplitudes, item 1",
     ]  # fmt: skip
     for row in design.scores(design.points()[0]):
         drawn = design.at(row)

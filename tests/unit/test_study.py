@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-import math
 import pickle
 from pathlib import Path
 
@@ -15,12 +14,6 @@ import microslip as ms
 from microslip.runs.columns import AmplitudeCurve, blocks
 
 NO_REPORT = "report = false\n"
-OSCILLATOR = """
-[oscillator]
-mass = "2 kg"
-stiffness = "1 N/um"
-viscous_damping_ratio = 0.002
-"""
 RECORD = [0.0, 0.4, -0.2, 0.3, -0.5, 0.0, 2.0, -3.0]
 
 
@@ -34,7 +27,7 @@ def record(tmp_path: Path) -> Path:
 
 def with_history(column: str, quantity: str) -> str:
     history = f'history = {{ file = "record.csv", column = "{column}", quantity = "{quantity}" }}'
-    return edited((CURVE, f"{CURVE}\n{history}")) + NO_REPORT + OSCILLATOR
+    return edited((CURVE, f"{CURVE}\n{history}")) + NO_REPORT
 
 
 @pytest.mark.parametrize("name", SURFACES)
@@ -140,28 +133,6 @@ def test_a_history_of_forces_is_held_by_displacements(record: Path) -> None:
     )
 
 
-def test_an_oscillator_is_that_of_the_api(record: Path) -> None:
-    result = ms.Study.from_toml(with_history("x", "displacement"), folder=record).run()
-    for joint, curve, grid in zip(result.joints, result.oscillators, result.curves, strict=True):
-        oscillator = ms.Oscillator(2.0, 1e6, joint, 0.002)
-        np.testing.assert_array_equal(curve.amplitude, grid.amplitude)
-        for name in ("frequency", "damping_ratio", "interface_damping_ratio"):
-            np.testing.assert_array_equal(
-                getattr(curve, name), getattr(oscillator, name)(grid.amplitude)
-            )
-    entry = result.summary["joints"][1]["oscillator"]
-    stiffness = result.joints[1].tangential_stiffness
-    assert entry["frequency_at_rest"] == pytest.approx(
-        math.sqrt((1e6 + stiffness) / 2.0) / (2.0 * math.pi)
-    )
-    assert entry["frequency_in_slip"] == pytest.approx(math.sqrt(5e5) / (2.0 * math.pi))
-    assert entry["frequency_at_rest"] > curve.frequency[0] > curve.frequency[-1]
-    assert curve.frequency[-1] > entry["frequency_in_slip"]
-    rows = entry["amplitudes"]
-    assert [row["amplitude"] for row in rows] == [1e-7, 1e-6]
-    assert [row["damping_ratio"] for row in rows] == oscillator.damping_ratio([1e-7, 1e-6]).tolist()
-
-
 def test_a_curve_is_the_backbone_of_the_joint_piece_by_piece() -> None:
     """However it is cut into pieces, each number is the one of the interface."""
     joint = ms.Interface.examples()[0]
@@ -198,8 +169,8 @@ def test_a_result_is_frozen_and_survives_copies(record: Path) -> None:
     for other in (pickle.loads(pickle.dumps(result)), copy.deepcopy(result)):
         assert repr(other) == repr(result)
         assert other.summary == result.summary
-        tables = (*other.rows, *other.curves, *other.histories, *other.oscillators)
-        mine = (*result.rows, *result.curves, *result.histories, *result.oscillators)
+        tables = (*other.rows, *other.curves, *other.histories)
+        mine = (*result.rows, *result.curves, *result.histories)
         for table, own in zip(tables, mine, strict=True):
             for name, array in table.columns().items():
                 assert not array.flags.writeable, name

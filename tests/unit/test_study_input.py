@@ -275,23 +275,13 @@ def test_files_are_relative_to_the_study(tmp_path: Path, monkeypatch: pytest.Mon
     assert ms.Study.from_toml(text).excitation.history.values[1] == 2e-6
 
 
-# -- force amplitudes, oscillator, output ------------------------------------------------------
+# -- force amplitudes, output ------------------------------------------------------------------
 
 
 def test_force_amplitudes_stand_in_for_amplitudes() -> None:
     study = ms.Study.from_toml(edited((LINE, 'force_amplitudes = ["50 N", "0.27 kN"]')))
     assert study.excitation.force_amplitudes == (50.0, 270.0)
     assert study.excitation.amplitudes is None
-
-
-def test_an_oscillator_is_read() -> None:
-    assert ms.Study.from_toml(STUDY).oscillator is None
-    text = '[oscillator]\nmass = "2 kg"\nstiffness = "1 kN/mm"\n'
-    oscillator = ms.Study.from_toml(STUDY + text).oscillator
-    assert (oscillator.mass, oscillator.stiffness) == (2.0, 1e6)
-    assert oscillator.viscous_damping_ratio == 0.0
-    oscillator = ms.Study.from_toml(STUDY + text + "viscous_damping_ratio = 0.01\n").oscillator
-    assert oscillator.viscous_damping_ratio == 0.01
 
 
 # -- overrides --------------------------------------------------------------------------------
@@ -303,15 +293,12 @@ def test_overrides_replace_keys_and_keep_comments() -> None:
         'joint.normal_load=["1 kN", "3 kN"]',
         "surface.heights.std=0.7 um",
         "joint.friction_coefficient = 0.2",
-        "oscillator.mass=2 kg",
-        'oscillator.stiffness="1e6 N/m"',
         "title=Another joint",
     ]
     study = ms.Study.from_toml(text, overrides=overrides)
     assert study.joint.normal_load == (1000.0, 3000.0)
     assert study.joint.friction_coefficient == 0.2
     assert study.surface.heights.std == 7e-7
-    assert study.oscillator.mass == 2.0
     assert study.title == "Another joint"
     assert "# how it is held\n[joint]" in study.text
     assert '["1 kN", "3 kN"]  # by a screw' in study.text
@@ -411,14 +398,10 @@ def test_absurdly_deep_keys_are_refused_at_once() -> None:
         ms.Study.from_toml("schema = 1\n", overrides=[f"{deep}=1"])
 
 
-@pytest.mark.parametrize("extra", ["", '[oscillator]\nmass = "2 kg"\nstiffness = "1e6 N/m"\n'])
-def test_a_study_predicts_with_a_friction_law_of_its_own_parameters(
-    extra: str, tmp_path: Path
-) -> None:
+def test_a_study_predicts_with_a_friction_law_of_its_own_parameters(tmp_path: Path) -> None:
     study = ms.Study.from_toml(
         'schema = 1\n[joint]\nlaw = "jenkins"\nstiffness = "50 N/um"\nforce_limit = "100 N"\n'
         '[excitation]\namplitudes = ["1 um", "5 um"]\n[output]\nformats = ["netcdf", "csv"]\n'
-        + extra
     )
     result = study.run()
     law = ms.Jenkins(stiffness=5e7, force_limit=100.0)

@@ -94,30 +94,6 @@ curve = { from = "10 nm", to = "1 um", points = 3 }
 """
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("kind", ["summits", "rough"])
-def test_a_load_that_varies_above_the_tightening_tightens_anew(kind: str) -> None:
-    """Settled cycles by a record of many cycles on the face that the largest load left."""
-    vary = "load_variation = { share = 0.4 }\n"
-    if kind == "rough":
-        text = ROUGH_FACE.replace("LOADS", '"2 kN"') + vary
-    else:
-        tight = YIELDS[1].replace("4 kN", "2.2 kN").replace(LOADS, '"2 kN"')
-        text = edited((LOADS, tight), ("curve =", f"{vary}curve ="))
-    result = ms.Study.from_toml(text).run()
-    joint = result.joints[0]
-    assert joint.surface.tightening_load == pytest.approx(2800.0)
-    assert any("the faces yield again" in note for note in result.summary["notes"])
-    amplitude = result.rows[0].amplitude[0]
-    phase = np.linspace(0.0, 10.0 * np.pi, 5 * 512 + 1)
-    found = joint.coupled_force(
-        amplitude * np.cos(phase), normal_load=2000.0 * (1.0 + 0.4 * np.cos(phase))
-    )
-    last = slice(-513, None)
-    work = np.trapezoid(found[last], amplitude * np.cos(phase[last]))
-    assert result.varying[0].dissipated_energy[0] == pytest.approx(work, rel=2e-3)
-
-
 def test_a_rough_face_is_independent_of_the_load_before() -> None:
     """Each load is the first one, in whatever order they stand; and no record goes above it."""
     for loads in ('["500 N", "5 kN"]', '["5 kN", "500 N"]'):

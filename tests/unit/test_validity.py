@@ -12,7 +12,7 @@ from scipy import stats
 import microslip as ms
 from microslip._core.verdicts import worst
 from microslip.friction import Verdict
-from microslip.friction.validity import RULES, worst_validity
+from microslip.friction.validity import RULES
 
 DENSITY, AREA = 1e8, 2e-4  # 20 000 summits
 STRAIN = "density * radius * std"
@@ -238,47 +238,3 @@ def test_load_moves_the_verdicts() -> None:
     assert heavy[SHARE].word == "outside"
     assert light[COUNT].word == "outside"
     assert heavy[STRAIN] == light[STRAIN]
-
-
-# -- of several loads ----------------------------------------------------------------------------
-
-
-def test_one_load_is_the_load_of_the_joint() -> None:
-    for joint in ms.Interface.examples():
-        found = worst_validity(joint, [joint.normal_load])
-        assert found == tuple((verdict, None) for verdict in joint.validity)
-
-
-def test_of_several_loads_the_worst_verdict_counts() -> None:
-    joint = ms.Interface.examples()[0]
-    loads = [20_000.0, 1.0, 3_000.0]
-    heavy, light = (verdicts(joint.at(normal_load=load)) for load in (20_000.0, 1.0))
-    found = {verdict.name: (verdict, load) for verdict, load in worst_validity(joint, loads)}
-    assert found[SHARE] == (heavy[SHARE], 20_000.0)
-    assert found[SPACING] == (heavy[SPACING], 20_000.0)
-    assert found[COUNT] == (light[COUNT], 1.0)
-    assert found[STRAIN] == (heavy[STRAIN], None)
-
-
-@pytest.mark.parametrize(
-    ("loads", "words"),
-    [((100.0, 500.0), {"ok", "not judged"}), ((3e3, 5e3), {"ok", "watch", "not judged"})],
-)
-def test_of_one_word_the_value_nearer_to_the_end_counts(
-    loads: tuple[float, float], words: set[str]
-) -> None:
-    """The largest load for what grows with it, the smallest for the number of contacts."""
-    joint = ms.Interface.examples()[0]
-    found = {verdict.name: (verdict, load) for verdict, load in worst_validity(joint, loads)}
-    assert found[SHARE][1] == found[SPACING][1] == loads[1]
-    assert found[COUNT][1] == loads[0]
-    assert {verdict.word for verdict, _ in found.values()} == words
-
-
-def test_without_a_load_nothing_touches() -> None:
-    surface = ms.GreenwoodWilliamson(pair(), [0.0, 1e-7, -3e-7], 1e-3, DENSITY, AREA)
-    joint = ms.Interface(surface, 0.5, 10.0)
-    found = {verdict.name: (verdict, load) for verdict, load in worst_validity(joint, [0.0, 10.0])}
-    assert found[COUNT][0].value == 0.0
-    assert (found[COUNT][0].word, found[COUNT][1]) == ("outside", 0.0)
-    assert found[SHARE][1] == 10.0

@@ -41,7 +41,6 @@ class Quantity(NamedTuple):
 
 QUANTITIES: dict[str, Quantity] = {
     "normal_load": Quantity("N", "normal load"),
-    "varying_normal_load": Quantity("N", "normal load at the sample"),
     "amplitude": Quantity("m", "displacement amplitude"),
     "displacement": Quantity("m", "tangential displacement"),
     "force": Quantity("N", "force that holds the displacement"),
@@ -59,9 +58,6 @@ QUANTITIES: dict[str, Quantity] = {
     "stick_area": Quantity("m^2", "contact area that sticks at the end of the first loading"),
     "stick_share": Quantity("-", "stick area over real contact area"),
     # what belongs to an amplitude under a normal load that varies
-    "smallest_normal_load": Quantity("N", "smallest normal load"),
-    "largest_normal_load": Quantity("N", "largest normal load"),
-    "energy_share": Quantity("-", "dissipated energy over that at constant normal load"),
     # what belongs to a load
     "separation": Quantity("m", "separation of the surfaces"),
     "standardised_separation": Quantity("-", "separation over the spread of the heights"),
@@ -76,7 +72,7 @@ QUANTITIES: dict[str, Quantity] = {
     "slip_scale": Quantity("m", "displacement over which the joint goes from sticking to sliding"),
     "cubic_coefficient": Quantity("J/m^3", "c of the energy at small amplitudes a, c a^3"),
     "linear_offset": Quantity("m", "b of the energy at large amplitudes a, 4 mu N (a - b)"),
-    # a history and an oscillator
+    # a history
     "largest_displacement": Quantity("m", "largest displacement of the history in size"),
     "largest_force": Quantity("N", "largest force of the history in size"),
     "mode": Quantity("-", "number of the mode of the structure"),
@@ -109,11 +105,7 @@ QUANTITIES: dict[str, Quantity] = {
         )
         for word, share in (("low", 5), ("median", 50), ("high", 95))
     },
-    "frequency": Quantity("Hz", "natural frequency of the oscillator"),
-    "interface_damping_ratio": Quantity("-", "equivalent viscous damping ratio of the interface"),
     "quantile": Quantity("-", "share of the samples below"),
-    "frequency_at_rest": Quantity("Hz", "natural frequency with the joint sticking"),
-    "frequency_in_slip": Quantity("Hz", "natural frequency with the joint sliding"),
 }
 """Meanings of the names of columns, keys and variables; all numbers are in SI units."""
 

@@ -187,12 +187,6 @@ def _law(
             f"{study.name}: {kind} holds a joint, and this study describes a [structure]; leave "
             "that table out, or write microslip.export.write with the law of each patch"
         )
-    if study.excitation.load_variation is not None and element not in ("contact", "planar-contact"):
-        raise StudyError(
-            f"{study.name}: excitation.load_variation: {kind} holds a joint at a constant load; "
-            "where it varies, kind c with --element contact, state.try_(displacement, "
-            "separation=...) in Python and the contact element of microslip.hosts.pyharm hold it"
-        )
     joints = build_joints(study, report)
     if len(joints) > 1:
         loads = ", ".join(f"{joint.normal_load:g}" for joint in joints)

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import Protocol
 
-from microslip._core.verdicts import WORDS, Rule, Verdict, Word
+from microslip._core.verdicts import Rule, Verdict, Word
 from microslip.normal.base import (
     BETWEEN,
     FEWEST_POINTS,
@@ -23,7 +22,7 @@ from microslip.normal.base import (
     NormalLaw,
 )
 
-__all__ = ["RULES", "Verdict", "Word", "validity", "worst_validity"]
+__all__ = ["RULES", "Verdict", "Word", "validity"]
 
 
 def _heights_rule(name: str, faces: str) -> Rule:
@@ -230,35 +229,6 @@ class _Joint(Protocol):
 def validity(joint: _Joint, **known: float | None) -> tuple[Verdict, ...]:
     """Verdicts on an interface at its load, in the order of the rules; some values are known."""
     return _verdicts(joint.surface, joint.separation, known)
-
-
-def worst_validity(
-    joint: _Joint, normal_loads: Iterable[float]
-) -> tuple[tuple[Verdict, float | None], ...]:
-    """Verdicts on an interface under several normal loads: of each the worst, and at which load."""
-    loads = [float(load) for load in normal_loads]
-    by_load = [_verdicts(joint.surface, _separation(joint, load)) for load in loads]
-    result: list[tuple[Verdict, float | None]] = []
-    for verdicts in zip(*by_load, strict=True):
-        if len({verdict.value for verdict in verdicts}) == 1:
-            result.append((verdicts[0], None))
-        else:
-            result.append(max(zip(verdicts, loads, strict=True), key=lambda pair: _doubt(pair[0])))
-    return tuple(result)
-
-
-def _separation(joint: _Joint, load: float) -> float | None:
-    """Separation at a load [N]; None where there is none."""
-    if load == joint.normal_load:
-        return joint.separation
-    return float(joint.surface.separation(load)) if load > 0.0 else None
-
-
-def _doubt(verdict: Verdict) -> tuple[int, float]:
-    """Larger the worse: the word, then how far past the limit or, where it is ok, how near."""
-    value, limit = verdict.value, verdict.limit
-    past = abs(math.log(value / limit)) if value else math.inf
-    return WORDS.index(verdict.word), -past if verdict.word == "ok" else past
 
 
 def _verdicts(

@@ -25,20 +25,15 @@ from microslip.runs.columns import (
     Columns,
     HistoryResponse,
     Limits,
-    OscillatorCurve,
-    VaryingCycles,
-    VaryingLoop,
     blocks,
 )
 from microslip.runs.scatter import Scatter, scatter, with_amplitudes
 from microslip.runs.structure import run as run_structure
 from microslip.runs.structure_prediction import StructurePrediction
-from microslip.structures import Oscillator
-from microslip.study.build import at_middle, blame, build_joints, check_loads, is_uncertain
+from microslip.study.build import at_middle, blame, build_joints, is_uncertain
 from microslip.study.description import StudyDescription
 from microslip.study.measured_face import MeasuredFace
 from microslip.study.scanned_surface import ScanSurface
-from microslip.study.schema import OscillatorPart
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -52,8 +47,6 @@ class Prediction:
     curves: tuple[AmplitudeCurve, ...]
     limits: tuple[Limits, ...]
     histories: tuple[HistoryResponse, ...] = ()
-    oscillators: tuple[OscillatorCurve, ...] = ()
-    varying: tuple[VaryingCycles, ...] = ()
     structure: StructurePrediction | None = None
     scatter: Scatter | None = None
     summary: dict[str, Any] = field(default_factory=dict)
@@ -66,8 +59,6 @@ class Prediction:
             plural(len(self.rows[0].amplitude), "amplitude"),
             f"curves of {len(self.curves[0].amplitude)} points",
             *(f"history of {plural(len(h.force), 'sample')}" for h in self.histories[:1]),
-            *("oscillator" for _ in self.oscillators[:1]),
-            *("varying load" for _ in self.varying[:1]),
             *(["scatter"] if self.scatter is not None else []),
             *(["structure"] if self.structure is not None else []),
         ]
@@ -76,13 +67,6 @@ class Prediction:
 
 MEANINGS = {
     "history_dissipated_energy": "energy dissipated since rest",
-    "varying_force_amplitude": "half the range of the force under the varying normal load",
-    "varying_dissipated_energy": "energy dissipated in a cycle under the varying normal load",
-    "varying_energy_ratio": "energy ratio under the varying normal load",
-    "varying_loss_factor": "loss factor under the varying normal load",
-    "varying_damping_ratio": "damping ratio under the varying normal load",
-    "varying_secant_stiffness": "secant stiffness under the varying normal load",
-    "oscillator_damping_ratio": "damping ratio of the mode, viscous damping and joint",
 }
 """Meanings that differ from that of the quantity by itself."""
 
@@ -96,12 +80,8 @@ def variables(result: Prediction) -> dict[str, Variable]:
         **_columns(result.rows, "", driven, leave_out=driven),
         **_columns(result.curves, "curve_", "point", leave_out="amplitude"),
     }
-    if result.varying:
-        arrays |= _columns(result.varying, "varying_", driven, leave_out="amplitude")
     if result.histories:
         arrays |= _columns(result.histories, "history_", "history_sample")
-    if result.oscillators:
-        arrays |= _columns(result.oscillators, "oscillator_", "point", leave_out="amplitude")
     return arrays
 
 
@@ -149,8 +129,6 @@ def scalars(study: StudyDescription, joint: Interface) -> dict[str, float | None
 
 def _samples(result: Prediction, driven: str) -> dict[str, Variable]:
     names = {"displacement": "displacement", "force": "force"}
-    if result.varying:
-        names["varying_normal_load"] = "normal_load"
     variables = {}
     for name, attribute in names.items():
         values = np.array([[getattr(loop, attribute) for loop in loops] for loops in result.loops])
@@ -256,11 +234,6 @@ class Defaults:
         return notes
 
 
-def oscillator_of(part: OscillatorPart, joint: Interface) -> Oscillator:
-    """The oscillator that a study describes, held by a joint."""
-    return Oscillator(part.mass, part.stiffness, joint, part.viscous_damping_ratio)
-
-
 DEFAULT_POINTS = 200
 MOST_WORKERS = 256
 _STRUCTURE = 0.95  # share of a run that a structure takes
@@ -326,30 +299,23 @@ def _computed(
     begin = _solving(study)
     joints = build_joints(study, _part(progress, 0, 1, 0.0, begin))
     progress = _part(progress, 0, 1, begin, 1.0)
-    check_loads(study, joints)
     defaults = Defaults.of(study, joints)
     amplitudes, grid = _amplitudes(study, defaults), _grid(study, defaults)
     history = study.excitation.history
     record = None if history is None else history.values
     loops: list[tuple[Loop, ...]] = []
     rows, curves, limits = [], [], []
-    histories, oscillators, varying = [], [], []
+    histories = []
     for index, joint in enumerate(joints):
         steps = partial(_part, progress, index, len(joints))
         row = _row(study, joint, amplitudes)
         rows.append(row)
         loops.append(_loops(study, joint, row, steps(0.0, 0.1)))
-        if study.excitation.load_variation is not None:
-            varying.append(VaryingCycles.of(loops[-1], row))  # type: ignore[arg-type]
         with blame(study, "excitation.curve"):
             curves.append(AmplitudeCurve.of(joint, grid, steps(0.1, 0.7)))
-        if study.oscillator is not None:
-            with blame(study, "oscillator"):
-                oscillator = oscillator_of(study.oscillator, joint)
-                oscillators.append(OscillatorCurve.of(oscillator, grid, steps(0.7, 0.8)))
         if history is not None and record is not None:
             with blame(study, "excitation.history"):
-                histories.append(HistoryResponse.of(joint, record, history.quantity, history.loads))
+                histories.append(HistoryResponse.of(joint, record, history.quantity))
         limits.append(_limits(joint, joint._slip_scale[0]))
         steps(0.0, 1.0)(1.0)
     result = Prediction(
@@ -360,8 +326,6 @@ def _computed(
         curves=tuple(curves),
         limits=tuple(limits),
         histories=tuple(histories),
-        oscillators=tuple(oscillators),
-        varying=tuple(varying),
     )
     return result, defaults
 
@@ -388,16 +352,11 @@ def _row(study: StudyDescription, joint: Interface, amplitudes: Floats) -> Ampli
 def _loops(
     study: StudyDescription, joint: Interface, row: AmplitudeCurve, progress: Progress
 ) -> tuple[Loop, ...]:
-    """Loops of one joint, of a load that varies its settled ones."""
+    """Return the loops of one joint."""
     loops: list[Loop] = []
-    variation = study.excitation.load_variation
-    key = "amplitudes" if variation is None else "load_variation"
-    with blame(study, f"excitation.{key}"):
-        for piece in blocks(row.amplitude.size, progress, *(() if variation is None else (1,))):
-            loops += [
-                joint.loop(a) if variation is None else VaryingLoop.of(joint, a, variation)
-                for a in row.amplitude[piece].tolist()
-            ]
+    with blame(study, "excitation.amplitudes"):
+        for piece in blocks(row.amplitude.size, progress):
+            loops += [joint.loop(a) for a in row.amplitude[piece].tolist()]
     return tuple(loops)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Any, cast
@@ -16,7 +16,7 @@ from microslip.errors import InputError, StudyError
 from microslip.friction import Interface
 from microslip.materials import MaterialPair
 from microslip.normal import GreenwoodWilliamson, MeasuredContact, NormalLaw
-from microslip.study.consistency import check, lifting
+from microslip.study.consistency import check
 from microslip.study.description import StudyDescription
 from microslip.study.joints import Joint
 from microslip.study.measured_face import MeasuredFace
@@ -63,17 +63,16 @@ def build_joints(study: StudyDescription, progress: Progress | None = None) -> l
     surface = build_surface(study, progress)
     joints: list[Interface] = []
     loads = study.joint.normal_load
-    largest = [max(study.excitation.extremes(load)) for load in loads]
     known = getattr(surface, "tightening_load", math.inf)
     # Of faces that a load tightens anew each load has its own, whatever stands before it.
-    alike = known is not None and max(largest, default=0.0) <= known
-    for index, (load, top) in enumerate(zip(loads, largest, strict=True), start=1):
+    alike = known is not None and max(loads, default=0.0) <= known
+    for index, load in enumerate(loads, start=1):
         item = f", item {index}" if len(loads) > 1 else ""
         with blame(study, f"joint.normal_load{item}"):
             if joints and alike:
                 joint: Any = joints[0].at(normal_load=load)
             else:
-                joint = study.joint.build(surface if alike else surface._under(top), load)
+                joint = study.joint.build(surface if alike else surface._under(load), load)
             joints.append(cast(Interface, joint))
     return joints
 
@@ -90,17 +89,6 @@ def build_as_made(study: StudyDescription) -> tuple[Interface, list[str]]:
     pressed_evenly = study.joint.copy(**dict.fromkeys(without))
     joint = cast(Interface, pressed_evenly.build(build_summits(study), study.joint.normal_load[0]))
     return joint, [f"joint.{key}" for key in without]
-
-
-def check_loads(study: StudyDescription, joints: Sequence[Interface]) -> None:
-    """See that the surface can carry the loads that vary; the others its joints have."""
-    first = joints[0]
-    if not study.joint.loads or math.isfinite(first.surface._top):
-        return
-    try:
-        lifting(study, min(study.joint.loads))
-    except KeyedError as error:
-        raise StudyError(f"{study.name}: {error.key}: {error}") from None
 
 
 @contextmanager

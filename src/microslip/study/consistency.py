@@ -6,26 +6,19 @@ import math
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
-import numpy as np
-
-from microslip._core.checks import Floats
 from microslip._core.packages import MissingPackageError
 from microslip._core.units import engineering, significant
 from microslip._core.wording import shorten
 from microslip.study.joints import Joint
 from microslip.study.metals import check_described
 from microslip.study.readers import KeyedError
-from microslip.study.schema import History, StudyTables
+from microslip.study.schema import StudyTables
 from microslip.study.surfaces import Elastic, Rigid, TableSurface
 from microslip.study.uncertain import spreads_of
 
-VARIATION = "excitation.load_variation"
-RECORDED = "excitation.history.normal_load"
 MAX_LOOPS = 2000
 MAX_POINTS = 1_000_000
 MAX_SAMPLES = 10_000_000
-
-_NO_END = "this surface never lifts off: its heights, or the tail of its table, have no end"
 
 
 def mean_load(study: StudyTables) -> float:
@@ -41,7 +34,7 @@ def mean_load(study: StudyTables) -> float:
 
 def check(study: StudyTables) -> None:
     """Refuse the first thing that the parts of a study cannot see."""
-    of_joint = (_of_bodies, _of_loads, _of_variation, _of_pressure, _of_structure)
+    of_joint = (_of_bodies, _of_loads, _of_pressure, _of_structure)
     rules = of_joint if isinstance(study.joint, Joint) else (_of_law,)
     for rule in (*rules, _of_uncertainty, _of_forces, _of_amount, _of_files):
         rule(study)
@@ -61,13 +54,6 @@ def _of_files(study: StudyTables) -> None:
 
 def _force(value: float) -> str:
     return engineering(value, "N", 6, trim=True)
-
-
-def _first_row(key: str, history: History, wrong: Any, expected: str, came: Floats) -> None:
-    """The first row of a history that is wrong; ``{}`` stands for it in what was wanted."""
-    for row in np.flatnonzero(wrong)[:1].tolist():
-        where = f"{_force(float(came[row]))} in row {row + 1} of the numbers"
-        raise KeyedError(key, f"{shorten(history.file, 100)}: wanted {expected.format(where)}")
 
 
 def _of_bodies(study: StudyTables) -> None:
@@ -95,83 +81,27 @@ def _of_bodies(study: StudyTables) -> None:
                 raise KeyedError(key, f"wanted less than Young's modulus {modulus}, got {hardness}")
 
 
-def _largest_load(study: StudyTables) -> tuple[float, str, str]:
-    """Largest load that the surface answers for, what that is, and how to have more."""
-    tightening: float | None = study.joint.tightening_load
-    if tightening is not None:
-        words = f"the tightening load {_force(tightening)}"
-        return tightening, words, "raise joint.tightening_load (above it the summits yield again)"
-    if not isinstance(study.surface, TableSurface):
-        return math.inf, "", ""
-    load = study.surface.load[0]
-    return load, f"the first load of the table, {_force(load)}", "begin the table higher"
-
-
 def _of_loads(study: StudyTables) -> None:
-    """A table carries no more than its first load; a tightened surface is tightened further."""
-    loads = study.joint.normal_load
-    largest, words, _ = _largest_load(study)
+    """Refuse loads above the first load of a table."""
+    surface, loads = study.surface, study.joint.normal_load
+    if study.joint.tightening_load is not None or not isinstance(surface, TableSurface):
+        return
+    largest = surface.load[0]
     for index, load in enumerate(loads, start=1):
-        if load > largest and study.joint.tightening_load is None:
+        if load > largest:
             item = f", item {index}" if len(loads) > 1 else ""
             raise KeyedError(
-                f"joint.normal_load{item}", f"wanted at most {words}, got {_force(load)}"
+                f"joint.normal_load{item}",
+                f"wanted at most the first load of the table, {_force(largest)}, "
+                f"got {_force(load)}",
             )
-
-
-def _of_variation(study: StudyTables) -> None:
-    """A load that varies does not pull, and stays within a table."""
-    variation, history = study.excitation.load_variation, study.excitation.history
-    largest, words, remedy = _largest_load(study)
-    if variation is not None:
-        light, heavy = min(study.joint.normal_load), max(study.joint.normal_load)
-        if variation.amplitude is not None and variation.amplitude > light:
-            raise KeyedError(
-                f"{VARIATION}.amplitude",
-                f"wanted at most the normal load {_force(light)}, got "
-                f"{_force(variation.amplitude)} (the load would go below zero)",
-            )
-        top = heavy * (1.0 + variation.share_of(heavy))
-        # Summits yield again in the first cycle, and settled cycles are of what that leaves.
-        anew = study.joint.tightening_load is not None and study.surface.law != "measured"
-        if top > largest and not anew:
-            room = math.floor(1000.0 * (largest / heavy - 1.0)) / 1000.0
-            name = "share" if variation.amplitude is None else "amplitude"
-            size = f"{room:g}" if name == "share" else f'"{_force(room * heavy)}"'
-            lower = f"{name} = {size} or less" if room > 0.0 else "a lower joint.normal_load"
-            raise KeyedError(
-                f"{VARIATION}.{name}",
-                f"wanted loads up to {words}, but the load {_force(heavy)} grows to "
-                f"{_force(top)}; write {lower}, or {remedy}",
-            )
-    if history is not None and (loads := history.loads) is not None:
-        expected = f"loads up to {words}, got {{}}; {remedy}"
-        _first_row(RECORDED, history, loads > largest, expected, loads)
-
-
-def lifting(study: StudyTables, lightest: float) -> None:
-    """Refuse loads that go down to zero on a surface on which some summit always touches."""
-    variation, history = study.excitation.load_variation, study.excitation.history
-    if variation is not None and variation.share_of(lightest) == 1.0:
-        name, bound, value = "share", "1, such as 0.99", "1"
-        if variation.amplitude is not None:
-            name, bound = "amplitude", f"the normal load {_force(lightest)}"
-            value = _force(variation.amplitude)
-        raise KeyedError(
-            f"{VARIATION}.{name}",
-            f"wanted less than {bound}, got {value}: the load {_force(lightest)} would go down to "
-            f"0 N ({_NO_END})",
-        )
-    if history is not None and (loads := history.loads) is not None:
-        expected = f"loads above zero, got {{}} ({_NO_END})"
-        _first_row(RECORDED, history, loads == 0.0, expected, loads)
 
 
 def _of_pressure(study: StudyTables) -> None:
     """A pressure that is spread needs a surface with an area, and stays as it is."""
     if study.joint.pressure is None:
         return
-    key, excitation = "joint.pressure", study.excitation
+    key = "joint.pressure"
     if (load := study.joint.pressure.load) is not None and load <= 0.0:
         raise KeyedError(
             key,
@@ -187,10 +117,6 @@ def _of_pressure(study: StudyTables) -> None:
     if area is not None and pressed > area * (1.0 + 1e-9):
         within = f"wanted one within the area of the surface, {1e4 * area:.6g} cm^2"
         raise KeyedError(key, f"{within}, got one on {1e4 * pressed:.6g} cm^2")
-    recorded = excitation.history and excitation.history.normal_load
-    for name, value in ((VARIATION, excitation.load_variation), (RECORDED, recorded)):
-        if value is not None:
-            raise KeyedError(name, "wanted none beside joint.pressure, which is at constant load")
 
 
 def _of_structure(study: StudyTables) -> None:
@@ -220,16 +146,10 @@ def _of_structure(study: StudyTables) -> None:
 
 def _of_law(study: StudyTables) -> None:
     """A friction law by its own parameters has no surface and no normal load."""
-    law, excitation = study.joint.law, study.excitation
+    law = study.joint.law
     for name in ("structure", "surface"):
         if getattr(study, name) is not None:
             raise KeyedError(name, f'wanted none beside joint.law = "{law}", got one; remove it')
-    recorded = excitation.history and excitation.history.loads
-    for name, value in ((VARIATION, excitation.load_variation), (RECORDED, recorded)):
-        if value is not None:
-            raise KeyedError(
-                name, f'wanted none, got a table; the law "{law}" knows no normal load'
-            )
 
 
 def _of_uncertainty(study: StudyTables) -> None:
@@ -274,16 +194,7 @@ def _of_forces(study: StudyTables) -> None:
             )
     if history is None or history.quantity != "force":
         return
-    if (loads := history.loads) is not None and isinstance(joint, Joint):
-        limits = joint.friction_coefficient * loads
-        for row in np.flatnonzero(np.abs(history.values) >= limits)[:1].tolist():
-            raise KeyedError(
-                "excitation.history",
-                f"{shorten(history.file, 100)}: wanted forces within the force limit, "
-                f"±{_force(float(limits[row]))} in row {row + 1} of the numbers, "
-                f"got {_force(float(history.values[row]))}",
-            )
-    elif abs(force := max(history.values, key=abs)) >= limit:
+    if abs(force := max(history.values, key=abs)) >= limit:
         raise KeyedError(
             "excitation.history",
             f"{shorten(history.file, 100)}: wanted forces within ±{_force(limit)}, the force "

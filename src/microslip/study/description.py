@@ -73,12 +73,7 @@ class StudyDescription(StudyTables):
     def asks_for_joint(self) -> bool:
         """Whether cycles of the joint by itself are wanted, too, and not of a structure alone."""
         joint = self._tables.get("joint", {})
-        of_joint = ("excitation", "oscillator")
-        return (
-            self.structure is None
-            or "normal_load" in joint
-            or any(name in self._tables for name in of_joint)
-        )
+        return self.structure is None or "normal_load" in joint or "excitation" in self._tables
 
     @property
     def name(self) -> str:

@@ -21,12 +21,12 @@ SCHEMA_FILE = "study.schema.json"
 # The largest load that a joint has carried: soft steel has yielded at its summits by then.
 _TIGHTENED = {"greenwood-williamson": "2.2 kN", "population": "500 N"}
 
-# Loads, force amplitudes, stiffness of the oscillator; amplitudes, range of the curve.
+# Two loads, a force amplitude, three displacement amplitudes.
 _NUMBERS = {
-    "greenwood-williamson": ("500 N", "1.6 kN", "30 N", "100 MN/m", "5 nm", "50 nm", "0.5 um"),
-    "population": ("50 N", "200 N", "5 N", "5 MN/m", "0.05 um", "0.2 um", "2 um"),
-    "sphere": ("5 N", "20 N", "0.5 N", "1 MN/m", "20 nm", "0.1 um", "1 um"),
-    "table": ("500 N", "2 kN", "30 N", "100 MN/m", "0.05 um", "0.2 um", "1 um"),
+    "greenwood-williamson": ("500 N", "1.6 kN", "30 N", "5 nm", "50 nm", "0.5 um"),
+    "population": ("50 N", "200 N", "5 N", "0.05 um", "0.2 um", "2 um"),
+    "sphere": ("5 N", "20 N", "0.5 N", "20 nm", "0.1 um", "1 um"),
+    "table": ("500 N", "2 kN", "30 N", "0.05 um", "0.2 um", "1 um"),
 }
 
 LAWS = tuple(_NUMBERS)
@@ -75,7 +75,7 @@ def template(
         near = did_you_mean(law, LAWS) if isinstance(law, str) else ""
         raise StudyError(f"law: wanted {quoted(LAWS)}, got {show(law)}{near}")
     parts = _parts()
-    keys = ("light", "heavy", "force", "spring", "small", "middle", "large")
+    keys = ("light", "heavy", "force", "small", "middle", "large")
     numbers = dict(zip(keys, _NUMBERS[law], strict=True))
     numbers["tightened"] = ""
     if tightened and (load := _TIGHTENED.get(law)):

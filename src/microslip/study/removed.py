@@ -5,6 +5,9 @@ from __future__ import annotations
 import re
 
 REMOVED_KEYS: dict[str, str] = {
+    "oscillator": "use ms.Oscillator in Python (docs/oscillator.md)",
+    "excitation.load_variation": "use joint.coupled_force in Python (docs/varying-load.md)",
+    "excitation.history.normal_load": "use joint.coupled_response in Python (docs/varying-load.md)",
     "structure.bolts.order": "leave it out: settled motion does not depend on the tightening order",
     "structure.bolts.passes": "leave it out: each bolt is tightened to its tension",
 }

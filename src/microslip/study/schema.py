@@ -14,24 +14,18 @@ from numpy.typing import NDArray
 
 from microslip._core.checks import Floats
 from microslip._core.frozen import lock
-from microslip._core.parameters import parameter_of
 from microslip._core.units import FORCE, LENGTH, TIME, engineering
 from microslip._core.wording import shorten
 from microslip.readers.files import Unusable, decoded
 from microslip.readers.text import whole_text
-from microslip.structures.oscillator import Oscillator
 from microslip.study.fields import (
     AMPLITUDE,
-    ANGLE,
     COLUMN,
     COLUMN_UNIT,
     FILE,
     LINE,
-    LOAD,
-    SHARE,
     YES_NO,
     column_values,
-    key_for,
     number,
     one_of,
     quantity,
@@ -160,7 +154,6 @@ def read_fit(reading: Reading, folder: str) -> tuple[tuple[str, ...], Floats, Fl
 
 SCHEMA = 1
 MAX_POINTS = 1_000_000
-MAX_HARMONIC = 10
 FORMATS = ("netcdf", "csv", "svg", "png", "pdf", "uff")
 
 
@@ -182,60 +175,10 @@ class Curve(Part):
             raise KeyedError(".to", f"wanted more than `from` ({start}), got {end}")
 
 
-class LoadVariation(Part):
-    """A normal load that varies over each cycle, as a sine about the load of the joint."""
-
-    rules = {"oneOf": [{"required": ["amplitude"]}, {"required": ["share"]}]}  # noqa: RUF012
-
-    amplitude: float | None = key(Unsure(LOAD), "Amplitude of the load, at every load.", '"400 N"')
-    share: float | None = key(
-        Unsure(SHARE), "Amplitude of the load as a share of each normal load, in its place."
-    )
-    phase: float = key(
-        Unsure(ANGLE),
-        "How far the load is ahead of the displacement, in its own periods.",
-        default=0.0,
-    )
-    harmonic: int = key(
-        whole_number(1, MAX_HARMONIC, "2"),
-        "Periods of the load in a cycle of the displacement.",
-        default=1,
-    )
-
-    def check(self, place: Place) -> None:
-        """One of both sizes."""
-        if (self.amplitude is None) == (self.share is None):
-            came = "neither" if self.share is None else "both"
-            raise ValueError(f'wanted amplitude = "400 N" or share = 0.2, one of them, got {came}')
-
-    def share_of(self, load: float) -> float:
-        """Amplitude as a share of a normal load [N]."""
-        if self.amplitude is not None:
-            return self.amplitude / load
-        assert self.share is not None  # one of both is given
-        return self.share
-
-
-class LoadColumn(Part):
-    """Normal loads [N] along a history, in another column of its file."""
-
-    column: str = key(
-        COLUMN,
-        'Name of the column, with or without the unit of its header: "N" or "N [kN]".',
-        '"load"',
-    )
-    unit: str | None = key(
-        COLUMN_UNIT,
-        'Unit of the column; not needed where its header has one, "[kN]" or "(kN)".',
-        '"N"',
-    )
-
-
 _QUANTITIES = {
     "displacement": quantity(LENGTH, "1 um", "any"),
     "force": quantity(FORCE, "100 N", "any"),
 }
-_LOADS = quantity(FORCE, "2 kN", "any").but(least=0.0)
 _TIMES = quantity(TIME, "1 s", "any")
 
 
@@ -248,9 +191,6 @@ class History(Part):
     quantity: Literal["displacement", "force"] = key(
         one_of(*_QUANTITIES), "Quantity in the column.", default="displacement"
     )
-    normal_load: LoadColumn | None = key(
-        Table(LoadColumn), "Normal loads along the history, where they are not constant."
-    )
     time: str | None = key(
         COLUMN,
         "Name of a column of its times, which its figure is drawn against; they decide "
@@ -260,8 +200,6 @@ class History(Part):
 
     values: NDArray[np.float64]
     """The history [m], or [N] for forces, one value a sample."""
-    loads: NDArray[np.float64] | None = None
-    """Normal loads [N], one for each value; None where the load is that of the joint."""
     times: NDArray[np.float64] | None = None
     """Times [s], one for each value; None where there are none."""
 
@@ -272,12 +210,6 @@ class History(Part):
         values = column_values(declared, place, self.file, self.column, self.unit)
         if len(values) < 2:
             raise ValueError(f"{name}: wanted at least two rows, got one")
-        if self.normal_load is not None:
-            column, unit = self.normal_load.column, self.normal_load.unit
-            here = place.at("normal_load")
-            loads = here.attempt(lambda: column_values(_LOADS, here, self.file, column, unit))
-            if loads is not FAILED:
-                self.keep(loads=lock(np.array(loads)))
         if self.time is not None:
             time, here = self.time, place.at("time")
             times = here.attempt(lambda: column_values(_TIMES, here, self.file, time))
@@ -304,26 +236,7 @@ class Excitation(Part):
     curve: Curve | None = key(
         Table(Curve), "Displacement amplitudes of the curves, evenly spaced on a log axis."
     )
-    load_variation: LoadVariation | None = key(
-        Table(LoadVariation), "Variation of the normal load over the cycles of the loops."
-    )
     history: History | None = key(Table(History), "A history from rest, in a column of a CSV file.")
-
-    @property
-    def load_varies(self) -> bool:
-        """Whether the normal load varies, over the cycles of the loops or along the history."""
-        along = self.history is not None and self.history.normal_load is not None
-        return along or self.load_variation is not None
-
-    def extremes(self, normal_load: float) -> tuple[float, float]:
-        """Smallest and largest load [N] of a joint over its cycles and the history."""
-        loads = [normal_load]
-        if (variation := self.load_variation) is not None:
-            share = variation.share_of(normal_load)
-            loads += [normal_load * (1.0 - share), normal_load * (1.0 + share)]
-        if self.history is not None and (record := self.history.loads) is not None:
-            loads += [float(record.min()), float(record.max())]
-        return min(loads), max(loads)
 
     def check(self, place: Place) -> None:
         """Displacements or forces are controlled."""
@@ -332,20 +245,6 @@ class Excitation(Part):
                 ".force_amplitudes",
                 "wanted amplitudes or force_amplitudes, got both; remove one",
             )
-        if self.force_amplitudes is not None and self.load_variation is not None:
-            raise KeyedError(
-                ".load_variation",
-                "wanted with displacement amplitudes, got force_amplitudes; remove one "
-                "(under force control a load that varies can make a joint ratchet: no closed loop)",
-            )
-
-
-class OscillatorPart(Part):
-    """A mass [kg] on a spring [N/m], held by the joint as well; viscous damping ratio [–]."""
-
-    mass: float = key_for(parameter_of(Oscillator, "mass"))
-    stiffness: float = key_for(parameter_of(Oscillator, "stiffness"))
-    viscous_damping_ratio: float = key_for(parameter_of(Oscillator, "viscous_damping_ratio"))
 
 
 class Output(Part):
@@ -391,9 +290,6 @@ class StudyTables(Part):
     joint: Any = key(ANY_JOINT, "Friction and load, or a friction law by its own parameters.")
     excitation: Excitation = key(
         Table(Excitation), "Amplitudes, curves and histories.", default=Excitation()
-    )
-    oscillator: OscillatorPart | None = key(
-        Table(OscillatorPart), "A mass held by a spring and by the joint."
     )
     structure: StructurePart | None = key(
         Table(StructurePart), "A bolted structure that the surface holds together."

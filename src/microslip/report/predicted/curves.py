@@ -34,7 +34,7 @@ from microslip.figures.plot import (
     Words,
     stacked,
 )
-from microslip.runs.columns import AmplitudeCurve, VaryingCycles, in_words
+from microslip.runs.columns import AmplitudeCurve
 from microslip.runs.prediction import Prediction
 
 MOST_LOADS = 6
@@ -48,16 +48,11 @@ def drawn_loads(result: Prediction) -> list[tuple[int, Look]]:
     return list(zip(evenly(len(result.joints), MOST_LOADS), LOOKS, strict=False))
 
 
-def add_legend(plot: Plot, result: Prediction, *, dashed: bool = False, title: str = "") -> Plot:
-    """Name the loads below the panels, and the study above them.
-
-    Without a title these are normal loads or, in a study with others that vary, constant ones.
-    """
-    if not title:
-        title = "Constant normal load" if result.study.excitation.load_varies else "Normal load"
+def add_legend(plot: Plot, result: Prediction, *, dashed: bool = False) -> Plot:
+    """Name the loads below the panels, and the study above them."""
     loads = drawn_loads(result)
     left_out = len(result.joints) - len(loads)
-    plot.legend_title = title + (f" ({left_out} more in the tables)" if left_out else "")
+    plot.legend_title = "Normal load" + (f" ({left_out} more in the tables)" if left_out else "")
     plot.legend = tuple(
         look.entry(_label(result.joints[index]), line=dashed, marked=not dashed)
         for index, look in loads
@@ -78,7 +73,7 @@ class AmplitudeAxis(NamedTuple):
     """Its left end, divided by the unit."""
     high: float
 
-    def of(self, curve: AmplitudeCurve | VaryingCycles) -> Floats:
+    def of(self, curve: AmplitudeCurve) -> Floats:
         """Values of a curve on this axis."""
         values: Floats = getattr(curve, self.column)
         return values / self.unit
@@ -101,10 +96,7 @@ def displacement_axis(result: Prediction, name: str = "Displacement amplitude") 
 
 
 def force_axis(result: Prediction) -> AmplitudeAxis:
-    """The force amplitude, over the range of the curves and past the largest force limit.
-
-    Loops under a load that varies reach further than the limit at its mean.
-    """
+    """The force amplitude, over the range of the curves and past the largest force limit."""
     loads = [index for index, _ in drawn_loads(result)]
     largest = max(result.joints[i].force_limit for i in loads)
     forces = np.concatenate([result.curves[i].force_amplitude for i in loads])
@@ -112,8 +104,7 @@ def force_axis(result: Prediction) -> AmplitudeAxis:
     unit, letter = common_prefix([result.joints[i].force_limit for i in loads])
     if 1.6 * largest < 10.0 * smallest:  # so that nothing lies on the edge
         smallest /= 1.6
-    varying = [float(result.varying[i].force_amplitude.max()) for i in loads if result.varying]
-    high = max([1.6 * largest, *(1.2 * force for force in varying)])
+    high = 1.6 * largest
     return AmplitudeAxis(
         "force_amplitude", unit, f"Force amplitude [{letter}N]", smallest / unit, high / unit
     )
@@ -210,28 +201,7 @@ def _figure(result: Prediction, axis: AmplitudeAxis) -> Plot:
             for index, look in drawn_loads(result):
                 limit = result.joints[index].force_limit / axis.unit
                 panel.items.insert(0, Rule(limit, "x", look.color, 1.0, DOTTED))
-    if (variation := result.study.excitation.load_variation) is not None:
-        panels[0].note = f"hollow: constant load, filled: load varies by {in_words(variation)}"
     return add_legend(stacked(panels, 8.9, (3.0, 2.0, 1.3)), result)
-
-
-def _draw_varying(
-    panel: Panel,
-    result: Prediction,
-    axis: AmplitudeAxis,
-    constant: Floats,
-    quantity: Callable[[VaryingCycles], Floats],
-) -> Floats:
-    """Mark the loops of a load that varies; ordinates drawn, with those at constant load."""
-    ordinates = [constant]
-    for index, look in drawn_loads(result) if result.varying else ():
-        cycles = result.varying[index]
-        marked = evenly(cycles.amplitude.size, MOST_MARKS)
-        x, y = axis.of(cycles)[marked], quantity(cycles)[marked]
-        inside = np.isfinite(y) & (y > 0.0) & (x >= axis.low) & (x <= axis.high)
-        panel.marks(x[inside], y[inside], look.color, marker=look.marker, filled=True)
-        ordinates.append(y[inside])
-    return some_drawn(np.concatenate(ordinates))
 
 
 # -- energy --------------------------------------------------------------------------------------
@@ -246,7 +216,6 @@ def _energy(result: Prediction, axis: AmplitudeAxis) -> Panel:
             if name not in uppermost or height > uppermost[name][0]:
                 uppermost[name] = height, LineName(x, y, name, at_end=name == LINEAR)
     energies = draw_curves(panel, result, axis, lambda curve: curve.dissipated_energy)
-    energies = _draw_varying(panel, result, axis, energies, lambda cycles: cycles.dissipated_energy)
     if np.isfinite(energies).any():
         panel.y.low, panel.y.high = float(energies.min()) / 5.0, float(energies.max()) * 10.0
     panel.add(*(name for _, name in uppermost.values()))
@@ -290,7 +259,6 @@ def _damping(result: Prediction, axis: AmplitudeAxis) -> Panel:
     panel.second = ("Damping ratio ζ = η/2", 0.5)
     top = 4.0 / math.pi
     factors = draw_curves(panel, result, axis, lambda curve: curve.loss_factor)
-    factors = _draw_varying(panel, result, axis, factors, lambda cycles: cycles.loss_factor)
     drawable = np.isfinite(factors).any()
     largest, smallest = (
         (float(np.nanmax(factors)), float(np.nanmin(factors))) if drawable else (1.0, 0.1)

@@ -27,15 +27,12 @@ from microslip.report.predicted.scatter_document import sections as scatter_sect
 from microslip.report.predicted.tables import (
     cycle_table,
     history_table,
-    oscillator_table,
     rest_section,
     validity,
-    varying_table,
 )
 from microslip.report.structure.document import answer as structure_answer
 from microslip.report.structure.document import number as structure_number
 from microslip.report.structure.document import sections as structure_sections
-from microslip.runs.columns import in_words
 from microslip.runs.prediction import Prediction
 from microslip.study.consistency import questions
 from microslip.study.description import StudyDescription
@@ -53,15 +50,13 @@ def document(result: Prediction) -> Document:
     study, summary = result.study, result.summary
     joints = summary["joints"]
     by_force = study.excitation.force_amplitudes is not None
-    cycles: list[Block] = [cycle_table(joints, by_force=by_force, varies=bool(result.varying))]
-    if result.varying:
-        cycles.append(varying_table(joints))
     sections = [] if result.structure is None else [*structure_sections(result.structure)]
     sections += scatter_sections(result)
     if study.asks_for_joint:
-        sections += [rest_section(joints, _law(study)), Section("Cycles", tuple(cycles))]
-    if result.oscillators:
-        sections.append(Section("Oscillator", (oscillator_table(joints, by_force=by_force),)))
+        sections += [
+            rest_section(joints, _law(study)),
+            Section("Cycles", (cycle_table(joints, by_force=by_force),)),
+        ]
     if result.histories:
         sections.append(Section("History", (history_table(joints),)))
     notes = tuple(note for note in summary["notes"] if note != REMINDER)  # it is a remark
@@ -148,8 +143,6 @@ def subject(result: Prediction) -> str:
     )
     if result.histories:
         sentence += f", along a history of {result.histories[0].force.size} samples"
-    if result.oscillators:
-        sentence += ", and in an oscillator"
     return sentence + "."
 
 
@@ -180,8 +173,6 @@ def _range_text(noun: str, values: list[float], unit: str) -> str:
 def equations(result: Prediction) -> str:
     """The equations that this result was computed with, in MathML."""
     holds = {_law(result.study)}
-    if result.oscillators:
-        holds.add("oscillator")
     if getattr(result.joints[0], "contact_area", None) is not None:
         holds.add("contacts")
     text = Path(__file__).with_name("equations.html").read_text(encoding="utf-8")
@@ -221,7 +212,7 @@ _BESIDE = {"interfaces": "rz"}
 
 
 def study_facts(study: StudyDescription) -> tuple[Facts, ...]:
-    """Materials, surface, joint, excitation and oscillator, with what is given of each."""
+    """Materials, surface, joint and excitation, with what is given of each."""
     groups = [
         Facts(f"Material {name}", _rows(material) or (("Body", "rigid"),))
         for name, material in study.material.items()
@@ -237,8 +228,6 @@ def study_facts(study: StudyDescription) -> tuple[Facts, ...]:
         bodies = (("Bodies", " on ".join(surface.materials)), ("Normal law", law))
         groups.append(Facts("Surface", bodies + _rows(surface)))
     groups += [Facts("Joint", joint), Facts("Excitation", _rows(study.excitation))]
-    if study.oscillator is not None:
-        groups.append(Facts("Oscillator", _rows(study.oscillator)))
     if study.structure is not None:
         groups.append(Facts("Structure", _rows(study.structure)))
     return tuple(group for group in groups if group.rows)
@@ -260,11 +249,7 @@ def _rows(part: Part) -> tuple[tuple[str, str], ...]:
             rows.append(("Amplitudes of the curves", f"{ends}, {value.points} points"))
         elif name == "history":
             text = f'{len(value.values)} {value.quantity}s, column "{value.column}"'
-            if value.normal_load is not None:
-                text += f', normal loads, column "{value.normal_load.column}",'
             rows.append(("Own history", f"{text} of {value.file}"))
-        elif name == "load_variation":
-            rows.append(("Normal load varies by", in_words(value)))
         elif name == "mesh":
             contacts = ", ".join(f"{a} on {b}" for a, b in value.contacts)
             rows += [("Mesh", value.file), ("Its bodies", ", ".join(value.bodies))]

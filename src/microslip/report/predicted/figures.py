@@ -13,8 +13,6 @@ from microslip.figures.kit import (
     evenly,
     far_apart,
     in_rows,
-    marked_line,
-    visible_values,
 )
 from microslip.figures.picture import Picture
 from microslip.figures.plot import (
@@ -40,11 +38,10 @@ from microslip.report.predicted.curves import (
 )
 from microslip.report.predicted.history_figure import history, pressure
 from microslip.report.predicted.numbers import figure_names
-from microslip.runs.columns import AmplitudeCurve, in_words
+from microslip.runs.columns import AmplitudeCurve
 from microslip.runs.prediction import Prediction
 
 MOST_PANELS = 6
-_MARKS = 7
 _AREAS = ((1.0, "m²"), (1e-6, "mm²"), (1e-12, "µm²"), (1e-18, "nm²"))
 
 
@@ -56,8 +53,7 @@ def loops(result: Prediction) -> Plot:
     indices = evenly(len(result.rows[0].amplitude), MOST_PANELS)
     columns = 1 if len(indices) == 1 else 2 if len(indices) <= 4 else 3
     largest_x = max(float(row.amplitude[indices].max()) for row in result.rows)
-    rows = result.varying or result.rows
-    largest_y = max(float(row.force_amplitude[indices].max()) for row in rows)
+    largest_y = max(float(row.force_amplitude[indices].max()) for row in result.rows)
     # Loops far apart share no axis: then each is drawn over its own amplitude, in all panels alike.
     loads = drawn_loads(result)
     over_amplitude = any(
@@ -71,9 +67,7 @@ def loops(result: Prediction) -> Plot:
         heights=heights,
         widths=(1.0,) * columns,
     )
-    variation = result.study.excitation.load_variation
-    mean = "" if variation is None else f"Mean normal load, which varies by {in_words(variation)}"
-    return add_legend(plot, result, dashed=True, title=mean)
+    return add_legend(plot, result, dashed=True)
 
 
 def _loops_at(
@@ -83,8 +77,7 @@ def _loops_at(
     loads = drawn_loads(result)
     amplitudes = [float(result.rows[i].amplitude[index]) for i, _ in loads]
     limits = [result.joints[i].force_limit for i, _ in loads]
-    rows = result.varying or result.rows
-    forces = [float(rows[i].force_amplitude[index]) for i, _ in loads]
+    forces = [float(result.rows[i].force_amplitude[index]) for i, _ in loads]
     by_force = result.study.excitation.force_amplitudes is not None
     # As the amplitudes, force limits far apart share no axis.
     over_limit = far_apart(limits) and not by_force
@@ -97,8 +90,6 @@ def _loops_at(
         if by_force
         else f"Amplitude {amplitudes[0] / x_unit:.6g} {x_letter}m",
     )
-    if result.varying:
-        panel.title += ", load varies"
     for (i, look), amplitude, limit in zip(loads, amplitudes, limits, strict=True):
         loop = result.loops[i][index]
         x = loop.displacement / (amplitude if over_amplitude else x_unit)
@@ -315,46 +306,6 @@ def _stems(result: Prediction, axis: AmplitudeAxis) -> Panel | None:
     return panel
 
 
-# -- the oscillator ------------------------------------------------------------------------------
-
-
-def oscillator(result: Prediction) -> Plot:
-    """Frequency and modal damping against the amplitude, with the interface's own damping."""
-    axis = displacement_axis(result)
-    loads = drawn_loads(result)
-    highest = [float(result.oscillators[i].frequency.max()) for i, _ in loads]
-    unit, letter = common_prefix(highest)
-    above = axis.panel(Axis(f"Frequency [{letter}Hz]", log=far_apart(highest)))
-    middle = axis.panel(Axis("Frequency shift [%]"), "from the smallest amplitude")
-    for index, look in loads:
-        curve = result.oscillators[index]
-        x = curve.amplitude / axis.unit
-        shift = 100.0 * (curve.frequency / curve.frequency[0] - 1.0)
-        for panel, values in ((above, curve.frequency / unit), (middle, shift)):
-            marked_line(panel, x, values, look, evenly(x.size, _MARKS))
-    plot = stacked([above, middle, _modal_damping(result, axis)], 7.4, (2.0, 2.0, 3.0))
-    return add_legend(plot, result)
-
-
-def _modal_damping(result: Prediction, axis: AmplitudeAxis) -> Panel:
-    panel = axis.panel(
-        Axis("Damping ratio ζ", log=True),
-        "solid: of the mode, dashed: of the interface alone, which is not the mode’s",
-    )
-    ordinates = [np.zeros(0)]
-    for index, look in drawn_loads(result):
-        curve = result.oscillators[index]
-        x = curve.amplitude / axis.unit
-        panel.line(x, curve.interface_damping_ratio, look.color, width=THIN, dash=DASHED)
-        marked_line(panel, x, curve.damping_ratio, look, evenly(x.size, _MARKS))
-        ordinates += [curve.damping_ratio, curve.interface_damping_ratio]
-    values = visible_values(np.concatenate(ordinates))
-    if values.size:
-        largest = float(values.max())
-        panel.y.low, panel.y.high = max(0.5 * float(values.min()), 1e-8 * largest), 3.0 * largest
-    return panel
-
-
 def face(result: Prediction) -> Plot:
     """A measured face: its pressures, what touches, its loads."""
     from microslip.normal.figures import face_plot
@@ -373,7 +324,7 @@ _LAW_FIGURES = (
     slider_density,
 )
 FIGURES: dict[str, Callable[[Prediction], Plot]] = {
-    figure.__name__: figure for figure in (*_LAW_FIGURES, history, oscillator, face)
+    figure.__name__: figure for figure in (*_LAW_FIGURES, history, face)
 }
 """Captions of the figures by name, in the order of reading."""
 
@@ -388,8 +339,6 @@ def pictures(result: Prediction) -> tuple[Picture, ...]:
     figures = []
     for name in names(result):
         alternative, caption = _CAPTIONS[name]
-        if result.study.excitation.load_varies:
-            caption = _while_varying(result, name, caption)
         if result.scatter is not None:
             between = " to ".join(f"{100.0 * end:g}" for end in result.scatter.quantiles[[0, -1]])
             edges = "Dashed" if name == "loops" else "Shaded"
@@ -401,16 +350,6 @@ def pictures(result: Prediction) -> tuple[Picture, ...]:
 
 
 _PANELS = "one panel for each amplitude and one loop for each load"
-# What holds of loops at constant normal load only, and what stands for it where that varies.
-_VARYING_WORDS = (
-    ("every loop follows", "every loop at constant load follows"),
-    ("which no force amplitude passes", "which no force amplitude passes at constant load"),
-    (
-        "markers are the loops.",
-        "filled markers are the loops, under a load that varies about the one named; hollow ones "
-        "are at their amplitudes.",
-    ),
-)
 _CAPTIONS = {
     "loops": (
         "Hysteresis loops, force against displacement",
@@ -463,31 +402,4 @@ _CAPTIONS = {
         "The own history from rest: displacement, force and energy lost so far over the samples, "
         "and the path that force and displacement take.",
     ),
-    "oscillator": (
-        "Frequency and damping of the oscillator against displacement amplitude",
-        "A mass on a spring that the joint holds, too: its frequency, the shift of it, and the "
-        "damping ratio of the mode (solid) beside the interface’s own (dashed). The two differ: "
-        "energy is lost in the joint alone, but the whole mode stores it.",
-    ),
 }
-
-
-def _while_varying(result: Prediction, name: str, caption: str) -> str:
-    """The caption of a figure of a study in which the normal load varies somewhere."""
-    variation = result.study.excitation.load_variation
-    if name == "history":
-        if result.histories[0].varying_normal_load is None:
-            return f"{caption} The normal load is constant along it."
-        return f"{caption} The normal load starts from that of the joint and follows the file."
-    if name == "loops" and variation is not None:
-        return (
-            f"Closed hysteresis loops, {_PANELS}. The normal load varies over these cycles about "
-            f"the one named: {in_words(variation)}. So the loops need not be symmetric. The area "
-            "is the energy lost in a cycle."
-        )
-    if variation is not None:
-        for constant, varying in _VARYING_WORDS:
-            caption = caption.replace(constant, varying)
-        if name in ("energy_damping", "force_damping"):
-            return f"{caption} Lines and hollow markers are at constant normal load."
-    return f"{caption} All this is at constant normal load."

@@ -19,7 +19,6 @@ _STRETCHES, _GRID = 750, 1500
 _LABELS = {
     "displacement": ("Displacement", "m"),
     "force": ("Force", "N"),
-    "varying_normal_load": ("Normal load", "N"),
     "dissipated_energy": ("Dissipated energy", "J"),
 }
 _THIN_FROM = 3000
@@ -28,9 +27,9 @@ _THIN_FROM = 3000
 def history(result: Prediction) -> Plot:
     """Displacement, force and dissipated energy over time, and force over displacement.
 
-    Without times they are drawn over the samples; a normal load that varies is drawn as well.
+    Without times they are drawn over the samples.
     """
-    names = [name for name in _LABELS if name in result.histories[0].columns()]
+    names = [*_LABELS]
     loads = drawn_loads(result)
     count = result.histories[0].force.size
     record = result.study.excitation.history
@@ -60,9 +59,8 @@ def history(result: Prediction) -> Plot:
     )
     # What was given is the same for all loads, and has the colour of none.
     common = record.quantity if record is not None and len(loads) > 1 else None
-    alike = {common, "varying_normal_load"} & set(names) if common is not None else set()
-    for name in alike:
-        panels[name].line(*envelope_of(columns[name][0]), GREY, width=THIN)
+    if common is not None:
+        panels[common].line(*envelope_of(columns[common][0]), GREY, width=THIN)
     answers = columns["displacement" if common == "force" else "force"]
     sizes = [float(np.abs(answer).max()) for answer in answers]
     width = 0.7 if count > _THIN_FROM else WIDTH
@@ -71,20 +69,18 @@ def history(result: Prediction) -> Plot:
         look = loads[number][1]
         dash = () if count > MOST_SAMPLES else look.dash  # strokes shorter than a dash
         for name, values in columns.items():
-            if name not in alike:
+            if name != common:
                 panels[name].line(*envelope_of(values[number]), look.color, width=width, dash=dash)
         paths = (columns[name][number] for name in ("displacement", "force"))
         path_panel.line(*path(*paths), look.color, width=width, dash=dash)
     path_panel.cross()
-    # Beside a load that varies it is no more than where that begins.
-    starts = "Normal load, starts at" if "varying_normal_load" in names else "Normal load"
     plot = Plot(
         [*panels.values(), path_panel],
-        5.4 + 1.5 * (len(names) - 3),
+        5.4,
         heights=(1.0,) * len(names),
         widths=(1.0, 1.05),
     )
-    return add_legend(plot, result, dashed=True, title=starts)
+    return add_legend(plot, result, dashed=True)
 
 
 def _scaled(values: list[Floats], name: str) -> tuple[list[Floats], str]:

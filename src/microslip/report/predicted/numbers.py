@@ -12,7 +12,6 @@ import numpy as np
 from microslip._core.quantities import UNITS, json_value, named
 from microslip._core.units import engineering, significant
 from microslip.friction import Interface, PressedJoint, Verdict
-from microslip.friction.validity import worst_validity
 from microslip.normal import SphereOnFlat, TightenedSurface
 from microslip.report.files import header
 from microslip.report.predicted.scatter_document import FIGURES as SCATTER_FIGURES
@@ -24,17 +23,14 @@ from microslip.report.structure.driven import FIGURES as SHAKING_FIGURES
 from microslip.report.structure.driven import FORCED_FIGURE, FORCED_TABLES, RESPONSES
 from microslip.report.structure.fitted_study import FITTED_STUDY
 from microslip.runs.columns import (
-    AmplitudeCurve,
     Columns,
     HistoryResponse,
-    OscillatorCurve,
 )
-from microslip.runs.prediction import Defaults, Prediction, leading_inputs, oscillator_of, scalars
+from microslip.runs.prediction import Defaults, Prediction, leading_inputs, scalars
 from microslip.structures.bolt_tightening import BoltForces
 from microslip.study import surfaces as u
 from microslip.study.build import is_uncertain
 from microslip.study.description import StudyDescription
-from microslip.study.schema import OscillatorPart
 
 KIND = "microslip-result"
 SUMMARY_SCHEMA = 1
@@ -62,7 +58,6 @@ def figure_names(study: StudyDescription) -> tuple[str, ...]:
         "pressure": is_pressed,
         "slider_density": study.asks_for_joint,
         "history": study.excitation.history is not None,
-        "oscillator": study.oscillator is not None,
         "face": isinstance(study.surface, u.MeasuredFace),
     }
     return tuple(name for name, is_there in figures.items() if is_there)
@@ -84,8 +79,6 @@ def files(study: StudyDescription) -> tuple[str, ...]:
         "loops": study.asks_for_joint,
         "curves": study.asks_for_joint,
         "history": study.excitation.history is not None,
-        "oscillator": study.oscillator is not None,
-        "varying": study.excitation.load_variation is not None,
         "structure": study.structure is not None,
         **dict.fromkeys(FORCED_TABLES, _is_asked(study, "force")),
         **{table: _is_asked(study, table) for table in SHAKING_FIGURES},
@@ -195,43 +188,12 @@ def load_notes(study: StudyDescription, joint: Interface) -> list[str]:
     if rows := force_rows(_bolt_forces(study)):
         words = "; ".join(f"{name[0].lower()}{name[1:]} {text}" for name, text in rows)
         notes.append(f"joint.pressure, each bolt: {words}.")
-    variation, history = study.excitation.load_variation, study.excitation.history
     index = joint.surface._assumptions(None).get("plasticity index") if study.structure else None
     if index is not None and index > 1.0:
         notes.append(
             f"surface.law: summits that stay elastic bear the bolts here, though at a plasticity "
             f'index of {index:.3g} most yield. law = "rough" (rq, roll_off, shortest) and law = '
             '"measured" yield under the pressure of each patch: take one of these.'
-        )
-    if variation is not None:
-        size = (
-            f"{100.0 * variation.share:.6g} % of N"
-            if variation.amplitude is None and variation.share is not None
-            else engineering(variation.amplitude, "N", 6, trim=True)
-        )
-        notes.append(
-            "excitation.load_variation: the loops are settled cycles under a normal load that "
-            f"varies about N by {size}, {math.degrees(variation.phase):.6g} degrees ahead, "
-            f"harmonic {variation.harmonic}. What is marked as varying is read from them; the "
-            "curves and all other numbers are at the constant load N."
-        )
-        top, first = max(study.excitation.extremes(joint.normal_load)), study.joint.tightening_load
-        state = getattr(joint.surface, "tightening_load", None)
-        if state is not None and top > (first or joint.normal_load):
-            notes.append(
-                "The load grows above that of tightening, and in the first cycle the faces yield "
-                "again: all numbers are of faces tightened under the largest load, "
-                f"{engineering(state, 'N', 6, trim=True)} at the first N."
-            )
-    if history is not None and history.normal_load is not None:
-        notes.append(
-            "excitation.history.normal_load: the history starts at displacement 0 under the normal "
-            "load of each joint and then follows the loads of the file."
-        )
-    if study.excitation.load_varies:
-        notes.append(
-            "The normal load varies: each verdict is the worse of those at its smallest and at its "
-            "largest value."
         )
     return notes
 
@@ -247,17 +209,13 @@ def _title_notes(study: StudyDescription, names: Sequence[str]) -> list[str]:
 
 def joint_entry(study: StudyDescription, joint: Interface) -> dict[str, Any]:
     """Joint at rest in the summary, its verdicts included."""
-    varies = study.excitation.load_varies
     return {
         "normal_load": json_value(getattr(joint, "normal_load", None)),
         **{name: json_value(value) for name, value in scalars(study, joint).items()},
         "slip_scale_meaning": joint._slip_scale[1],
         "sensitivities": leading_inputs(study, joint),
         **hertz(joint, study),
-        "validity": [
-            {**json_value(verdict._asdict()), **({"normal_load": load} if varies else {})}
-            for verdict, load in verdicts(study, joint)
-        ],
+        "validity": [json_value(verdict._asdict()) for verdict in verdicts(study, joint)],
     }
 
 
@@ -293,31 +251,21 @@ def hertz(joint: Any, study: StudyDescription) -> dict[str, Any]:
     }
 
 
-def verdicts(study: StudyDescription, joint: Interface) -> list[tuple[Verdict, float | None]]:
-    """Verdicts on a joint at its load [N] or, where that varies, the worst of its extremes.
-
-    Those of the joint, then what a scan adds, each with the load that it is for; None where it is
-    the same at every load.
-    """
+def verdicts(study: StudyDescription, joint: Interface) -> list[Verdict]:
+    """Return the verdicts on a joint, then those that a scan adds."""
     if not study.joint.loads:
         return []
-    surface = study.surface
-    scanned = () if surface is None else surface.verdicts()
-    if isinstance(joint, PressedJoint):
-        return [(verdict, None) for verdict in (*joint.validity, *scanned)]
-    loads = dict.fromkeys(study.excitation.extremes(joint.normal_load))
-    return [*worst_validity(joint, loads), *((verdict, None) for verdict in scanned)]
+    scanned = () if study.surface is None else study.surface.verdicts()
+    return [*joint.validity, *scanned]
 
 
 def _joint(result: Prediction, index: int) -> dict[str, Any]:
-    joint, row, part = result.joints[index], result.rows[index], result.study.oscillator
+    joint, row = result.joints[index], result.rows[index]
     return {
         **joint_entry(result.study, joint),
         "limits": json_value(asdict(result.limits[index])),
         "amplitudes": _records(row),
-        **({"varying": _records(result.varying[index])} if result.varying else {}),
         **({"history": _history(result.histories[index])} if result.histories else {}),
-        **({"oscillator": _oscillator(part, joint, row)} if part is not None else {}),
     }
 
 
@@ -334,17 +282,4 @@ def _history(response: HistoryResponse) -> dict[str, float | None]:
         "largest_force": abs(response.force).max(),
         "dissipated_energy": response.dissipated_energy[-1],
     }
-    if (loads := response.varying_normal_load) is not None:
-        ends |= {"smallest_normal_load": loads.min(), "largest_normal_load": loads.max()}
     return {name: json_value(value) for name, value in ends.items()}
-
-
-def _oscillator(part: OscillatorPart, joint: Interface, row: AmplitudeCurve) -> dict[str, Any]:
-    oscillator = oscillator_of(part, joint)
-    springs = oscillator.stiffness, oscillator.stiffness + joint.tangential_stiffness
-    slip, stick = (math.sqrt(k / oscillator.mass) / (2.0 * math.pi) for k in springs)
-    return {
-        "frequency_at_rest": json_value(stick),
-        "frequency_in_slip": json_value(slip),
-        "amplitudes": _records(OscillatorCurve.of(oscillator, row.amplitude)),
-    }

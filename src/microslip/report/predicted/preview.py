@@ -22,7 +22,7 @@ from microslip.report.predicted.numbers import (
 from microslip.report.predicted.tables import rest_section, validity
 from microslip.runs.prediction import DEFAULT_AMPLITUDES, DEFAULT_POINTS, Defaults
 from microslip.runs.structure_cost import Cost, cost_of
-from microslip.study.build import build_joints, check_loads
+from microslip.study.build import build_joints
 from microslip.study.consistency import questions
 from microslip.study.description import StudyDescription
 from microslip.study.part import Part
@@ -40,7 +40,6 @@ _WORDS = {
 def preview(study: StudyDescription, progress: Progress | None = None) -> Document:
     """Check a study without running it."""
     joints = build_joints(study, progress)
-    check_loads(study, joints)
     unsaid = () if study.structure else Defaults.of(study, joints).notes()
     excitation, loads = study.excitation, len(joints)
     amplitudes = excitation.amplitudes or excitation.force_amplitudes or DEFAULT_AMPLITUDES
@@ -163,17 +162,6 @@ def _quantities(study: StudyDescription) -> Iterator[dict[str, Any]]:
         else:
             quantity = {"value": list(value) if isinstance(written, list) else _first_item(value)}
         yield {"key": key, "written": written, **quantity, "unit": unit}
-        loads = None if history is None else history.loads
-        if key == "excitation.history" and isinstance(written, str) and loads is not None:
-            column = source["excitation"]["history"]["normal_load"]["column"]
-            yield {
-                "key": f"{key}.normal_load",
-                "written": f'{written.partition(", column")[0]}, column "{column}"',
-                "count": loads.size,
-                "smallest": float(loads.min()),
-                "largest": float(loads.max()),
-                "unit": "N",
-            }
 
 
 def _units(part: Any, path: str = "") -> Iterator[tuple[str, str]]:

@@ -31,10 +31,9 @@ from microslip.report.structure.driven import columns as shaking_columns
 from microslip.report.structure.driven import labelled as shaking_arrays
 from microslip.report.structure.fitted_study import FITTED_STUDY, fitted_text
 from microslip.runs.columns import AmplitudeCurve as AmplitudeCurve
-from microslip.runs.columns import Columns, VaryingLoop, blocks
+from microslip.runs.columns import Columns, blocks
 from microslip.runs.columns import HistoryResponse as HistoryResponse
 from microslip.runs.columns import Limits as Limits
-from microslip.runs.columns import OscillatorCurve as OscillatorCurve
 from microslip.runs.prediction import Prediction, labelled, run, variables
 from microslip.runs.scatter import Scatter
 from microslip.structures.forced import write_universal
@@ -50,8 +49,6 @@ def files(result: Prediction, destination: Path) -> tuple[File, ...]:
     by_joint = {
         "curves": result.curves,
         "history": result.histories,
-        "oscillator": result.oscillators,
-        "varying": result.varying,
     }
     for name, joints in by_joint.items():
         if joints:
@@ -109,8 +106,6 @@ def loop_blocks(result: Prediction) -> Blocks:
             size = len(loop.displacement)
             columns = {name: np.full(size, value) for name, value in heads.items()}
             columns |= {"displacement": loop.displacement, "force": loop.force}
-            if isinstance(loop, VaryingLoop):
-                columns["varying_normal_load"] = loop.normal_load
             yield columns
 
 
@@ -170,14 +165,12 @@ def _index(dim: str, size: int, meaning: str) -> Variable:
 
 
 def _validity(result: Prediction) -> dict[str, Variable]:
-    """Verdicts: of each its value, the index of its word and, where it varies, the load."""
+    """Verdicts: of each its value and the index of its word."""
     arrays = {}
     judged = [verdicts(result.study, joint) for joint in result.joints]
-    for place, (verdict, _) in enumerate(
-        judged[0][: len(getattr(result.joints[0], "validity", ()))]
-    ):
+    for place, verdict in enumerate(judged[0][: len(getattr(result.joints[0], "validity", ()))]):
         name = "validity_" + re.sub(r"\W+", "_", verdict.name)
-        of_loads, loads = zip(*(of_load[place] for of_load in judged), strict=True)
+        of_loads = [of_load[place] for of_load in judged]
         values = np.array([np.nan if v.value is None else float(v.value) for v in of_loads])
         words = np.array([WORDS.index(v.word) for v in of_loads], dtype=np.int8)
         about = {"units": "1", "long_name": verdict.name}
@@ -188,12 +181,6 @@ def _validity(result: Prediction) -> dict[str, Variable]:
             "flag_meanings": " ".join(word.replace(" ", "_") for word in WORDS),
         }
         arrays[f"{name}_word"] = Variable(("load",), words, {**about, **flags})
-        if result.study.excitation.load_varies:
-            at = np.array([np.nan if load is None else load for load in loads])
-            of = {"comment": "NaN where the verdict is the same at all loads"}
-            label = f"normal load at which {verdict.name} is worst"
-            about = {"units": "N", "long_name": label, **of}
-            arrays[f"{name}_normal_load"] = Variable(("load",), at, about)
     return arrays
 
 
@@ -221,8 +208,7 @@ class Result(Prediction):
     joints : tuple of Interface
         One for each normal load.
     loops : tuple of tuple of Loop
-        For each load, one for each amplitude of the study; under a normal load that varies each
-        is a :class:`~microslip.runs.columns.VaryingLoop`.
+        For each load, one for each amplitude of the study.
     rows : tuple of AmplitudeCurve
         For each load, the cyclic quantities at the amplitudes of the loops. Where the study gives
         force amplitudes these are the same for all loads, and the displacement amplitudes differ.
@@ -234,11 +220,6 @@ class Result(Prediction):
         Content of `summary.json`: numbers in SI units, with a table of their units.
     histories : tuple of HistoryResponse
         For each load, what the joint does along the history of the study; empty without one.
-    oscillators : tuple of OscillatorCurve
-        For each load, the oscillator of the study over the range of the curves; empty without one.
-    varying : tuple of VaryingCycles
-        For each load, the cyclic quantities of the loops where the study lets the normal load vary,
-        else empty; rows and curves are at constant load all the same.
     structure : StructurePrediction or None
         The bolted structure of the study: tightened state, modes, bands.
     scatter : Scatter or None

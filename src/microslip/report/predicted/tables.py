@@ -1,4 +1,4 @@
-"""The tables of a prediction: joints at rest, their cycles, the oscillator, the history."""
+"""The tables of a prediction: joints at rest, their cycles, the history."""
 
 from __future__ import annotations
 
@@ -149,7 +149,7 @@ def hertz_table(joints: Rows) -> tuple[Table, ...]:
     return (_table("Hertz and Cattaneo", "loads", columns, rows, caption),)
 
 
-def cycle_table(joints: Rows, *, by_force: bool, varies: bool) -> Table:
+def cycle_table(joints: Rows, *, by_force: bool) -> Table:
     """Cycles, one row for each load and amplitude; chosen columns come first."""
     amplitudes = (replace(_FORCE, brief=True), _AMPLITUDE) if by_force else (_AMPLITUDE, _FORCE)
     columns = (
@@ -169,54 +169,8 @@ def cycle_table(joints: Rows, *, by_force: bool, varies: bool) -> Table:
     )
     if joints[0]["amplitudes"][0].get("stick_share") is not None:
         caption += ", the sticking share that of the contact area at the end of first loading"
-    title = "Cycles at constant load" if varies else "Cycles"
     rows = [{**joint, **row} for joint in joints for row in joint["amplitudes"]]
-    return _table(title, "loops", columns, rows, f"{caption}.")
-
-
-def varying_table(joints: Rows) -> Table:
-    """Cycles under a varying normal load, one row for each load and amplitude."""
-    share = "Over that at constant load"
-    columns = (
-        _LOAD,
-        _AMPLITUDE,
-        Column("smallest_normal_load", "Smallest load", "N", write=_N, short="from"),
-        Column("largest_normal_load", "Largest load", "N", write=_N, short="to"),
-        _FORCE,
-        _ENERGY,
-        Column("energy_share", share, "", write=cells.ratio, short="/ at constant"),
-        _LOSS,
-        replace(_DAMPING, brief=False),
-    )
-    caption = (
-        "Read from the settled loops, whose force need not be symmetric: its amplitude is half "
-        "its range."
-    )
-    rows = [{**joint, **row} for joint in joints for row in joint["varying"]]
-    return _table("Cycles as the normal load varies", "loops", columns, rows, caption)
-
-
-def oscillator_table(joints: Rows, *, by_force: bool) -> Table:
-    """Frequency and damping of the mode beside the interface's own, for each load and amplitude."""
-    columns = (
-        _LOAD,
-        replace(_FORCE, brief=True) if by_force else _AMPLITUDE,
-        Column("frequency", "Frequency", "Hz", 5, short="frequency"),
-        Column("shift", "Shift", "", write=cells.percent, short="shift"),
-        Column("damping_ratio", "ζ of the mode", "", write=cells.ratio, short="ζ_mode"),
-        Column("interface_damping_ratio", "ζ of the interface", "", write=cells.ratio, brief=False),
-    )
-    rows = []
-    for joint in joints:
-        oscillator = joint["oscillator"]
-        for row, mode in zip(joint["amplitudes"], oscillator["amplitudes"], strict=True):
-            shift = mode["frequency"] / oscillator["frequency_at_rest"] - 1.0
-            rows.append({**joint, **row, **mode, "shift": shift})
-    caption = (
-        "Natural frequency and its shift from that of the sticking joint; the damping ratio of the "
-        "mode and, for contrast, the interface’s own."
-    )
-    return _table("Oscillator", "loops", columns, rows, caption)
+    return _table("Cycles", "loops", columns, rows, f"{caption}.")
 
 
 def history_table(joints: Rows) -> Table:
@@ -232,26 +186,17 @@ def history_table(joints: Rows) -> Table:
 
 
 def validity(study: StudyDescription, joints: Sequence[Interface]) -> Verdicts:
-    """Verdicts of all loads [N], each with the load at which it is worst where that varies."""
+    """Return the verdicts of the joints at all loads, each with its load."""
     judgements, places = [], []
     newtons = partial(engineering, unit="N", digits=4, trim=True)
     for joint in joints:
-        load = getattr(joint, "normal_load", 0.0)
-        for verdict, worst in verdicts(study, joint):
+        for verdict in verdicts(study, joint):
             judgements.append(verdict)
-            place = newtons(load)
-            if worst is not None and worst != load:
-                place += f", as it {'grows' if worst > load else 'falls'} to {newtons(worst)}"
-            places.append(place)
+            places.append(newtons(getattr(joint, "normal_load", 0.0)))
     caption = (
         "The limits are conventions of contact mechanics (Greenwood and Williamson 1966). Watch: "
         "the result depends on the assumption. Outside: do not rely on it."
     )
-    if study.excitation.load_varies:
-        caption += (
-            " The normal load varies: each verdict is the worse of those at its smallest and at "
-            "its largest value."
-        )
     return Verdicts(
         tuple(judgements), tuple(places), frozenset({"real over apparent area"}), caption=caption
     )

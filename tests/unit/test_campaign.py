@@ -12,7 +12,6 @@ from command import run
 
 import microslip as ms
 from microslip.tribometer import Campaign as Campaign
-from microslip.tribometer.campaign import between_runs
 
 
 def loops(amplitude: float, seed: int, noise: float = 0.3, limit: float = 100.0) -> ms.Record:
@@ -55,26 +54,9 @@ def test_a_folder_has_a_row_a_record(folder: Path, tmp_path: Path) -> None:
     energy = sum(row["cumulative_energy"] ** 2 for row in rows[1::2])
     total = sum(row["cumulative_energy"] for row in rows[1::2])
     assert campaign["wear"]["value"] == pytest.approx(1e-12 * total / energy)
-    friction = [c for c in campaign["comparison"] if c["column"] == "friction_peak"]
-    assert max(c["between"] or 0.0 for c in friction) > 0.02
-    for name in ("records.csv", "evolution.svg", "fretting-map.svg", "wear.svg", "report.html"):
+    for name in ("campaign.csv", "evolution.svg", "fretting-map.svg", "wear.svg", "report.html"):
         assert (out / name).stat().st_size > 100
-    assert len((out / "records.csv").read_text("utf-8").splitlines()) == 5
-
-
-def test_variance_between_runs() -> None:
-    """Of known variances: 0.03 between runs and 0.01 within, over many of both."""
-    rng = np.random.default_rng(5)
-    by_run = {
-        str(i): list(0.5 + 0.03 * rng.normal() + 0.01 * rng.normal(size=1 + i % 4))
-        for i in range(400)
-    }
-    found = between_runs("friction_peak", "", by_run, 0.95)
-    assert found.within == pytest.approx(0.01, rel=0.1)
-    assert found.between == pytest.approx(0.03, rel=0.1)
-    assert found.mean.low < 0.5 < found.mean.high
-    alike = {str(i): list(0.5 + 0.01 * rng.normal(size=3)) for i in range(400)}
-    assert between_runs("friction_peak", "", alike, 0.95).between < 0.004
+    assert len((out / "campaign.csv").read_text("utf-8").splitlines()) == 5
 
 
 def test_sticking_cycles_are_called_so_in_noise() -> None:

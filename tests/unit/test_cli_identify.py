@@ -59,9 +59,8 @@ def test_command(folder: Path) -> None:
     assert outcome.stdout.endswith("11 files in out\n")
     names = sorted(path.name for path in (folder / "out").iterdir())
     assert names == [
-        "evolution.svg", "fretting-map.svg", "friction-log.svg", "intervals.svg", "joint.toml",
-        "loops.svg",
-        "profiles.svg", "records.csv", "report.html", "residuals.csv", "summary.json",
+        "campaign.csv", "evolution.svg", "fretting-map.svg", "friction-log.svg", "intervals.svg",
+        "joint.toml", "loops.svg", "profiles.svg", "report.html", "residuals.csv", "summary.json",
     ]  # fmt: skip
     written = json.loads((folder / "out/summary.json").read_text("utf-8"))
     assert sorted(written["files"]) == names

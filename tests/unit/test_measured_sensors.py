@@ -133,7 +133,7 @@ def test_rows_of_records_have_intervals(tmp_path: Path) -> None:
     out = tmp_path / "out"
     outcome = run("measure", str(tmp_path / "a.csv"), str(tmp_path / "b.csv"), "-o", str(out))
     assert outcome.exit_code == 0, outcome.output
-    (row, _) = csv.DictReader((out / "records.csv").read_text("utf-8").splitlines())
+    (row, _) = csv.DictReader((out / "campaign.csv").read_text("utf-8").splitlines())
     low, high = (float(row[f"dissipated_energy {end} [J]"]) for end in ("low", "high"))
     assert low < float(row["dissipated_energy [J]"]) < high
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -24,9 +23,7 @@ from microslip.cli.options import (
 )
 from microslip.cli.records import (
     CYCLES,
-    GROUP,
     MANIFEST,
-    OVER,
     WORN_VOLUMES,
     Listed,
     Reading,
@@ -40,9 +37,6 @@ from microslip.cli.structures import BAND, has_structure, identify_structure
 from microslip.identification.options import LAWS, LOSSES, NUISANCES
 
 if TYPE_CHECKING:
-    from microslip.identification import Identification
-    from microslip.report.identified.groups import Groups
-    from microslip.study.description import StudyDescription
     from microslip.tribometer import Measurement, Record
 
 
@@ -116,8 +110,6 @@ class FittedLaw(OneOf):
     "nuisances", multiple=True, type=OneOf(NUISANCES),
 )  # fmt: skip
 @MANIFEST
-@GROUP
-@OVER
 @WORN_VOLUMES
 @CYCLES
 @option(
@@ -159,8 +151,6 @@ def identify(
     output: Output,
     rigs: tuple[str, ...],
     manifest: Path | None,
-    group: str | None,
-    over: str | None,
     worn_volumes: tuple[str, ...],
     accept_unconverged: bool,
     band: str | None,
@@ -216,11 +206,11 @@ def identify(
             rows = [i for i, path in enumerate(records) if path not in dict(skipped)]
             with progress("Fitting") as report:
                 result = identified(read, laws, description, options, report)
-                given = (files, rows, group, read, options, laws, description, accept_unconverged)
-                result = replace(result, skipped=tuple(skipped), groups=_groups(*given))
-                if not accept_unconverged and (failed := result.failed) is not None:
+                result = replace(result, skipped=tuple(skipped))
+                first = result.first
+                if not accept_unconverged and not first.converged:
                     raise InputError(
-                        f"{failed.law}: {failed.status}: {failed.message} (--accept-unconverged "
+                        f"{first.law}: {first.status}: {first.message} (--accept-unconverged "
                         "shows it all the same)"
                     )
 
@@ -233,8 +223,6 @@ def identify(
                     if files.volumes
                     else None,
                     "columns": files.columns(file_rows),
-                    "group": group,
-                    "over": over,
                 }
 
             def counted(measured: Measurement, place: int) -> Measurement:
@@ -249,34 +237,6 @@ def identify(
                 with progress("Drawing and writing") as report:
                     page = write(page, stage, output.kinds, report)
     output.tell(page)
-
-
-def _groups(
-    files: Listed,
-    rows: list[int],
-    group: str | None,
-    read: Sequence[Record],
-    options: dict[str, Any],
-    laws: Sequence[str],
-    study: StudyDescription | None,
-    accept_unconverged: bool,
-) -> Groups | None:
-    """A fit for each value of a column of the manifest; None without one."""
-    if files.manifest is None or (group is None and "specimen" not in files.manifest.columns):
-        return None
-    from microslip.report.identified.document import identified
-    from microslip.report.identified.groups import Groups
-    from microslip.tribometer.manifest import text_of
-
-    column = group or "specimen"
-    values = [files.manifest.column(column)[row] for row in rows]
-
-    def fit(records: list[Record]) -> Identification:
-        places = [next(i for i, r in enumerate(read) if r is record) for record in records]
-        rigs = options["rigs"] and [options["rigs"][i] for i in places]
-        return identified(records, laws[:1], study, {**options, "rigs": rigs}, lambda _: None).first
-
-    return Groups.of(column, list(map(text_of, values)), values, read, fit, accept_unconverged)
 
 
 def _read(

@@ -22,9 +22,7 @@ from microslip.cli.options import (
 )
 from microslip.cli.records import (
     CYCLES,
-    GROUP,
     MANIFEST,
-    OVER,
     WORN_VOLUMES,
     Reading,
     calibration_of,
@@ -49,8 +47,6 @@ if TYPE_CHECKING:
     "Folder for report, table and figure; without it nothing is written.", "measurement", *FIGURES
 )
 @MANIFEST
-@GROUP
-@OVER
 @reads()
 @offers(RIG_STIFFNESS, DELAY)
 @option(
@@ -73,8 +69,6 @@ def measure(
     records: tuple[str, ...],
     output: Output,
     manifest: Path | None,
-    group: str | None,
-    over: str | None,
     reading: Reading,
     rig_stiffness: float | None,
     delay: float | None,
@@ -153,8 +147,6 @@ def measure(
                 [files.volumes[i] for i in places] if files.volumes else None,
                 area,
                 files.columns(places),
-                group,
-                over,
                 _borders(joints, results),
             )
             result_document = document(campaign, in_options, skipped)

@@ -182,12 +182,6 @@ MANIFEST = option(
     "stage, number of the first cycle, worn volume, temperature, or anything else.",
     type=ANY_PATH,
 )  # fmt: skip
-GROUP = option(
-    "--group", "COLUMN", "Column of the manifest that names the specimens; specimen if absent."
-)
-OVER = option(
-    "--over", "COLUMN", "Numeric column of the manifest to draw means over; stage if absent."
-)
 
 
 class Reading(NamedTuple):

@@ -87,7 +87,7 @@ def document(
     sections += [Section("Loops", (picture,), brief=False), *last]
     tables = [text_file("cycles.csv", lambda: _cycles(measurements))]
     if len(measurements) > 1:
-        tables.append(text_file("records.csv", lambda: together.csv_of(campaign)))
+        tables.append(text_file("campaign.csv", lambda: together.csv_of(campaign)))
     answer, number = _answer(measurements), _number(measurements)
     return Document(KIND, title, answer, tuple(sections), data, (), number, "loops", tuple(tables))
 

@@ -3,4 +3,8 @@
 from microslip._core.packages import names_of_stub as _names
 
 # Commands read their options here before the modules that do the work are loaded.
-__getattr__, __dir__, __all__ = _names(__name__, __file__)
+__getattr__, __dir__, __all__ = _names(
+    __name__,
+    __file__,
+    removed={"rate_dependence": "use numpy.polyfit of ln(energy) over lg(frequency), campaign.csv"},
+)

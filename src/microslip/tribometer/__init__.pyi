@@ -1,5 +1,4 @@
 from .campaign import Campaign as Campaign
-from .campaign_laws import rate_dependence as rate_dependence
 from .campaign_laws import rig_stiffness_of as rig_stiffness_of
 from .conditioning import condition as condition
 from .conditioning import delay_of as delay_of

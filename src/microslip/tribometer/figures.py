@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -109,8 +108,8 @@ def record_figure(record: Any) -> Plot:
 # -- campaigns -----------------------------------------------------------------------------------
 
 MOST_LOGS = 3
-"""Contacts whose friction log is drawn, and laws of running in."""
-_PIXEL_ROWS, _MOST_LEGENDS = 120, 24
+"""Contacts whose friction log is drawn."""
+_PIXEL_ROWS = 120
 MOST_COLORS = len(COLORS)
 _REGIMES: dict[str, tuple[Marker, str]] = {
     "stick": ("o", COLORS[1]),
@@ -217,38 +216,18 @@ def fretting_map(campaign: Any) -> Plot:
     return Plot([panel], 4.4, legend=tuple(legend))
 
 
-def worn(laws: Any) -> Plot:
-    """Worn volume over dissipated energy, and over Archard's work, with the lines."""
-    panels: list[Panel] = []
-    for law in laws:
-        if law.threshold is not None:
-            start, end = law.threshold.value, 1.1 * float(law.energy.max())
-            unit = panels[0].x.unit
-            line = law.coefficient.value * np.array([0.0, end - start])
-            panels[0].line(np.array([start, end]) / unit, line / 1e-9, COLORS[2], dash=DASHES[1])
-            continue
-        is_archard, (unit, letter) = law.is_archard, prefix(float(law.energy.max()))
-        noun = "Load × sliding distance" if is_archard else "Dissipated energy"
-        label = f"{noun} [{letter}{'N m' if is_archard else 'J'}]"
-        panel = Panel(
-            Axis(label, low=0.0, unit=unit),
-            Axis(
-                "" if is_archard else "Worn volume [mm³]",
-                low=0.0,
-                unit=1e-9,
-                bare=is_archard,
-            ),
-            note=f"{'k' if is_archard else 'α'} = {significant(1e18 * law.coefficient.value, 4)} "
-            f"µm³/{'(N m)' if is_archard else 'J'}",
-        )
-        x = np.array([0.0, 1.1 * float(law.energy.max())])
-        panel.line(x / unit, law.coefficient.value * x / 1e-9, COLORS[1])
-        panel.marks(law.energy / unit, law.volume / 1e-9, COLORS[0], filled=True)
-        panels.append(panel)
-    return beside(panels, 3.8)
-
-
-# -- laws of a campaign ----------------------------------------------------------------------------
+def worn(wear: Any) -> Plot:
+    """Worn volume over dissipated energy, with the straight line of the wear coefficient."""
+    unit, letter = prefix(float(wear.energy.max()))
+    panel = Panel(
+        Axis(f"Dissipated energy [{letter}J]", low=0.0, unit=unit),
+        Axis("Worn volume [mm³]", low=0.0, unit=1e-9),
+        note=f"α = {significant(1e18 * wear.coefficient.value, 4)} µm³/J",
+    )
+    x = np.array([0.0, 1.1 * float(wear.energy.max())])
+    panel.line(x / unit, wear.coefficient.value * x / 1e-9, COLORS[1])
+    panel.marks(wear.energy / unit, wear.volume / 1e-9, COLORS[0], filled=True)
+    return beside([panel], 3.8)
 
 
 def friction_log_figure(campaign: Any) -> Plot:
@@ -295,89 +274,3 @@ def _diverging(values: Any) -> Any:
     strength = np.clip(np.abs(values), 0.0, 1.0)[..., None]
     colors = np.where(values[..., None] < 0.0, low, high)
     return np.rint(255.0 + strength * (colors - 255.0)).astype(np.uint8)
-
-
-def stiffness_figure(campaign: Any, law: Any) -> Plot:
-    """Stiffness after reversal over the load, with its power law."""
-    rows = [m for m in campaign.measurements if "normal_load" in m.mean]
-    loads = np.array([m.mean["normal_load"].value for m in rows])
-    stiffnesses = np.array([m.mean["reversal_stiffness"].value for m in rows])
-    x_unit, x_letter = prefix(float(loads.max()))
-    y_unit, y_letter = prefix(float(np.nanmax(stiffnesses)))
-    panel = Panel(
-        Axis(f"Normal load [{x_letter}N]", log=True, margin=0.1, unit=x_unit),
-        Axis(f"Stiffness after reversal [{y_letter}N/m]", log=True, margin=0.1, unit=y_unit),
-        note=f"n = {significant(law.exponent.value)} ({significant(law.exponent.low)} … "
-        f"{significant(law.exponent.high)})",
-    )
-    legend = _by_specimen(campaign, panel, loads / x_unit, stiffnesses / y_unit)
-    grid = np.geomspace(loads.min(), loads.max(), 40)
-    curve = law.stiffness * (grid / law.load) ** law.exponent.value
-    panel.line(grid / x_unit, curve / y_unit, GREY, dash=DASHES[1])
-    return Plot([panel], 4.2, legend=legend)
-
-
-def means_figure(campaign: Any) -> Plot:
-    """Means of the records with their intervals over a column of numbers, by specimens."""
-    over = campaign.drawn_over
-    x = campaign.places
-    panels: list[Panel] = []
-    legend: tuple[Entry, ...] = ()
-    columns = [("friction_energy", "Friction E_d/4Nδ_g [–]", ""), ("dissipated_energy", "E_d", "J")]
-    columns.append(("reversal_stiffness", "Stiffness", "N/m"))
-    for name, label, si in columns:
-        means = [m.mean.get(name) for m in campaign.measurements]
-        if any(mean is None for mean in means):
-            continue
-        scale, letter = 1.0, ""
-        if si:
-            values = np.abs([mean.value for mean in means])
-            scale, letter = prefix(float(np.nanmax(values)))
-            label = f"{label} [{letter}{si}]"
-        is_whole = bool(np.all(np.mod(x[np.isfinite(x)], 1.0) == 0.0))
-        across = Axis(over.replace("_", " ").capitalize(), integer=is_whole)
-        panel = Panel(across, Axis(label, unit=scale))
-        for place, mean in zip(x, means, strict=True):
-            if mean.number > 1:
-                panel.line([place] * 2, np.array([mean.low, mean.high]) / scale, GREY, width=0.8)
-        legend = _by_specimen(campaign, panel, x, np.array([m.value for m in means]) / scale, True)
-        panels.append(panel)
-    return replace(stacked(panels, 0.9 + 1.9 * len(panels), (1.0,) * len(panels)), legend=legend)
-
-
-def running_in_figure(laws: Sequence[Any]) -> Plot:
-    """Running-in over the cycle, with its law."""
-    panels = []
-    laws = laws[:MOST_LOGS]
-    for law in laws:
-        scale, label = 1.0, "Friction [–]"
-        numbers, values = law.numbers, law.values
-        if law.column == "dissipated_energy":
-            scale, letter = prefix(float(np.nanmax(np.abs(values))))
-            label = f"E_d [{letter}J]"
-        panel = Panel(Axis("Cycle", log=True), Axis(label, unit=scale), note=shorten(law.label, 60))
-        panel.marks(np.maximum(numbers, 1.0), values / scale, GREY, size=2.0)
-        grid = np.geomspace(max(law.first, 1.0), numbers[-1], 200)
-        panel.line(grid, law.at(grid) / scale, COLORS[2])
-        panels.append(panel)
-    return stacked(panels, 0.9 + 1.9 * len(panels), (1.0,) * len(panels))
-
-
-def _by_specimen(
-    campaign: Any, panel: Panel, x: Any, y: Any, joined: bool = False
-) -> tuple[Entry, ...]:
-    """Marks in the colours of the specimens, and their legend."""
-    labels = campaign.specimens
-    if len(labels) != len(x):
-        panel.marks(x, y, filled=True)
-        return ()
-    legend = []
-    for at, label in enumerate(dict.fromkeys(labels)):
-        color, marker = COLORS[at % len(COLORS)], MARKERS[at // len(COLORS) % len(MARKERS)]
-        of = np.array([other == label for other in labels])
-        if joined:
-            order = np.argsort(x[of], kind="stable")
-            panel.line(x[of][order], y[of][order], color, width=0.8)
-        panel.marks(x[of], y[of], color, marker=marker, filled=True)
-        legend.append(Entry(label, color, marker=marker, filled=True, line=False))
-    return tuple(legend[:_MOST_LEGENDS])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -231,8 +231,3 @@ def _number(text: str) -> float | None:
     except ValueError:
         return None
     return value if math.isfinite(value) else None
-
-
-def numeric(values: Sequence[Cell]) -> bool:
-    """Whether a column is of numbers."""
-    return any(isinstance(v, float) for v in values) and not any(isinstance(v, str) for v in values)

@@ -172,17 +172,12 @@ class Measurement(Plottable):
                 possible[name] = share
         return possible
 
-    def accumulated(self, values: Floats) -> Dissipated | None:
-        """Sum up to each cycle of what each adds, those not logged included; None if unknown."""
-        if self.count is None:
-            return dissipated(np.arange(1.0, values.size + 1.0, dtype=np.float64), values)
-        if self.count.numbers is None:
-            return None
-        return dissipated(self.count.numbers, values)
-
     def dissipated(self) -> Dissipated | None:
-        """Energy [J] up to each cycle, those that were not logged included; None if unknown."""
-        return self.accumulated(self.cycles["dissipated_energy"])
+        """Energy [J] up to each cycle, unlogged cycles included; None if unknown."""
+        energies = self.cycles["dissipated_energy"]
+        if self.count is None:
+            return dissipated(np.arange(1.0, energies.size + 1.0, dtype=np.float64), energies)
+        return None if self.count.numbers is None else dissipated(self.count.numbers, energies)
 
     def drift(self, column: str) -> Estimate:
         """Change of a column from one cycle to the next: its trend by least squares.

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from microslip._core.quantities import json_value
 from microslip._core.units import significant
-from microslip._core.wording import capital, plural
+from microslip._core.wording import capital
 from microslip._version import __version__
 from microslip.errors import InputError
 from microslip.identification import Comparison, Identification, figures, identify
@@ -30,8 +30,7 @@ from microslip.report.document import (
     Verdicts,
 )
 from microslip.report.files import csv_text, header, text_cell, text_file
-from microslip.report.identified import groups, numbers
-from microslip.report.identified.groups import Groups
+from microslip.report.identified import numbers
 from microslip.report.identified.numbers import Summary, joint_text
 from microslip.tribometer import Measurement, Record, measure
 from microslip.tribometer.campaign import Campaign
@@ -87,19 +86,11 @@ class Identified:
     """Files that could not be read, and why."""
     campaign: Campaign | None = None
     """The cycles of several records, measured."""
-    groups: Groups | None = None
-    """A fit for each specimen, or stage."""
 
     @property
     def first(self) -> Identification:
         """The law that was asked for first."""
         return self.results[0]
-
-    @property
-    def failed(self) -> Identification | None:
-        """The first law, if neither its fit nor that of any group has converged."""
-        is_any_fitted = self.groups is not None and bool(self.groups.fits)
-        return None if self.first.converged or is_any_fitted else self.first
 
 
 def units_of(laws: Sequence[str]) -> dict[str, str]:
@@ -279,11 +270,8 @@ def document(outcome: Identified, say: Say = str, files: bool = False) -> Docume
         sections.append(Section("Correlations", (correlations,)))
     if comparison is not None:
         sections.append(Section("Laws compared", tuple(_laws(comparison))))
-    if outcome.groups is not None:
-        sections.insert(2, groups.section(outcome.groups, fit["confidence"]))
-        summary["groups"] = json_value(groups.data_of(outcome.groups, fit["confidence"]))
     if (campaign := outcome.campaign) is not None:
-        tables.append(text_file("records.csv", lambda: together.csv_of(campaign)))
+        tables.append(text_file("campaign.csv", lambda: together.csv_of(campaign)))
         table, last = together.sections(campaign, (), fit["confidence"])
         sections += [replace(section, brief=False) for section in table]
         sections += last
@@ -304,7 +292,7 @@ def document(outcome: Identified, say: Say = str, files: bool = False) -> Docume
     return Document(
         KIND,
         summary["title"],
-        _headline(fit, outcome.groups),
+        numbers.headline(fit),
         tuple(sections),
         summary,
         () if outcome.first.is_plain else (f"{capital(fit['message'])}.",),
@@ -312,15 +300,6 @@ def document(outcome: Identified, say: Say = str, files: bool = False) -> Docume
         "loops",
         tuple(tables),
     )
-
-
-def _headline(fit: Summary, fitted: Groups | None) -> str:
-    """Result in a line; where one joint does not answer all records, what each group says."""
-    words = numbers.headline(fit)
-    if fitted is None or fit["converged"]:
-        return words
-    count = plural(len(fitted.fits) + len(fitted.failed), fitted.column.replace("_", " "))
-    return f"{len(fitted.fits)} of {count} fitted alone; all together {words}"
 
 
 def _parameters(fit: Summary, study: str | None, level: str) -> list[Block]:

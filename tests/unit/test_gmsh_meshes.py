@@ -56,3 +56,9 @@ def test_every_format_gives_the_same_joint(name: str, folder: Path) -> None:
     assert sizes == [len(body.cells) for body in first.mesh.bodies]
     ends = found.mesh.points.min(axis=0), found.mesh.points.max(axis=0)
     np.testing.assert_allclose(ends, [(0, 0, -3e-3), (80e-3, 20e-3, 15e-3)], atol=1e-8)
+
+
+def test_a_mesh_shows_itself_in_a_line(folder: Path) -> None:
+    shown = repr(joint(folder / FILES[0]))
+    assert "\n" not in shown
+    assert '"lower", "upper" and "bolt"' in shown

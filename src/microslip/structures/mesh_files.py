@@ -173,6 +173,14 @@ class MeshedJoint(Locked):
         )
         return cls(replace(mesh, shanks=shanks), tension)
 
+    def __repr__(self) -> str:
+        mesh = self.mesh
+        bodies = quoted([body.name for body in mesh.bodies], "and")
+        return (
+            f"MeshedJoint({len(mesh.cells)} cells of {len(mesh.points)} nodes, bodies {bodies}, "
+            f"{len(mesh.contacts)} contacts, bolt tensions {self.tension} N)"
+        )
+
     @property
     def face_area(self) -> float:
         """Area of the lower faces of its contacts [m^2]."""

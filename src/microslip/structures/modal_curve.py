@@ -116,19 +116,16 @@ class ModalCurve(Answer, Plottable):
         """Relative change of the joints' damping ratio by harmonics beyond the set [-].
 
         By one step of Newton's method at each amplitude with those that were left out, up to two
-        above the highest, when first asked for; NaN where nothing was solved. Above some percent
-        take ``harmonics`` beyond the set.
+        above the highest, computed on first access. NaN where nothing was solved, and for curves
+        that were read, copied or computed quasi-statically. Above some percent add ``harmonics``.
         """
         return self.harmonic_changes[:, 1]
 
     @cached_property
     def harmonic_changes(self) -> Floats:
-        """The same of frequency and damping ratio, (amplitudes, 2) [-]."""
+        """Changes of frequency and damping ratio by further harmonics [-], (amplitudes, 2)."""
         if self._with_more_harmonics is None:
-            raise InputError(
-                "harmonic_error is of a curve by harmonic balance, not of one that was "
-                "read, copied or made quasi-static"
-            )
+            return np.full((self.frequency.size, 2), np.nan)
         return self._with_more_harmonics()
 
     @cached_property

@@ -156,6 +156,7 @@ GALLERY = {
     "identified": ("14", 1, "png"),
     "structure": ("16", 1, "svg"),
     "pressed_face": ("17", 1, "svg"),
+    "shaker": ("19", 1, "svg"),
 }
 """Script of the gallery, number of its figure, format."""
 
@@ -171,8 +172,6 @@ def draw_gallery(name: str) -> None:
 
 COMMANDS = {
     "first_joint": ("predict examples/al2017.toml", "loops"),
-    "shaker": ("predict examples/shaker.toml", "transmissibility"),
-    "two_laps": ("predict examples/two_laps.toml", "mode_shapes"),
     "bolt_pressure": ("predict examples/bolted_joint.toml", "pressure"),
     "tornado": ("predict scatter.toml", "tornado"),
     "measured_loops": ("measure run0.csv run1.csv run2.csv run3.csv", "loops"),

@@ -59,7 +59,6 @@ LANGUAGES = {
 # What takes seconds runs with the slow tests.
 LONG = {
     ("docs/structures.md", "python"),
-    ("docs/several-laps.md", "python"),
     ("docs/from-a-scan.md", "python"),
     ("docs/identify.md", "python"),
     ("docs/for-structural-dynamicists.md", "python"),

@@ -163,6 +163,29 @@ summits one by one stiffness 0.45, energy of a cycle 0.221
 Gaussian summits   stiffness 0.46, energy of a cycle 0.260
 Persson            stiffness 0.58, energy of a cycle 0.447
 """,
+    "18_several_laps": """
+mode 1: 94.0 to 93.9 Hz, damping ratio up to 0.00108, 61% of the loss on the ground
+mode 3: 408.1 to 397.3 Hz, damping ratio up to 0.00673, 24% of the loss on the ground
+""",
+    "19_shaker_table": """
+   1 m/s²: 339 at 896.3 Hz, unstable points: 0
+   5 m/s²: 183 at 892.2 Hz, unstable points: 0
+  15 m/s²: 132 at 883.7 Hz, unstable points: 7
+""",
+    "20_random_vibration": """
+0.01 (m/s²)²/Hz: 2391 Hz, damping ratio 0.0052, 73 m/s² rms, peaks of 375 m/s² in a minute
+0.1 (m/s²)²/Hz: 2362 Hz, damping ratio 0.0118, 152 m/s² rms, peaks of 780 m/s² in a minute
+1 (m/s²)²/Hz: 2286 Hz, damping ratio 0.0307, 295 m/s² rms, peaks of 1511 m/s² in a minute
+""",
+    "21_shock": """
+  30 m/s²: 1.76 of the pulse at the tip, 0.35 rms later
+ 300 m/s²: 1.75 of the pulse at the tip, 0.57 rms later
+3000 m/s²: 1.86 of the pulse at the tip, 0.26 rms later
+""",
+    "22_panel": """
+linear: 112.9 Hz, -2.8% at 1.4 mm
+with geometry: 112.9 Hz, -6.2% at 1.4 mm
+""",
 }
 
 

@@ -527,7 +527,6 @@ def test_the_drawing_and_the_surface_of_a_structure_scatter(folder: Path) -> Non
         ('density = "7800 kg/m^3"', 'density = "7.8 kg/m^3"', "structure.density: is it really 7.80 kg/m^3?"),
         ('to = "10 um"', 'to = "10 mm"', "structure.amplitude.to: is it really 10 mm? Usual is 20 pm to 2 mm"),
         ("base_damping_ratio = 0.0005", "base_damping_ratio = 0.5", "structure.base_damping_ratio: is it really 0.5"),
-        ("samples = 16", 'samples = 16\nmasses = [{ at = ["50 mm", "0 mm", "0 mm"], mass = "2 kg" }]', "structure.masses.mass: is it really 2.00 kg? Usual is "),
         ('mean = "5 kN"', 'mean = "50 kN"', "structure.bolts tension over the section of a shank: is it really 1.768 GPa?"),
     ],
 )  # fmt: skip
@@ -578,16 +577,8 @@ def test_samples_of_a_modulus_are_multiples_of_one_model() -> None:
 
 
 @pytest.mark.slow
-def test_masses_and_accelerations() -> None:
+def test_amplitudes_may_be_accelerations() -> None:
     free = known()
-    heavy = known(
-        ("samples = 16", 'samples = 16\nmasses = [{ at = ["0.1 m", "0 m", "0 m"], mass = "2 g" }]')
-    )
-    sensed = free.joint.sensor("sensor") @ free.modes[0].curve.shape[0]
-    lower = np.sqrt(1.0 + 2e-3 * abs(sensed) ** 2)  # Rayleigh: its shape hardly changes
-    ratio = free.modes[0].curve.linear_frequency / heavy.modes[0].curve.linear_frequency
-    assert lower > 1.003
-    assert ratio - 1.0 == pytest.approx(lower - 1.0, rel=0.03)
     slow, fast = (
         free.modes[0].curve,
         known(

@@ -81,20 +81,6 @@ QUANTITIES: dict[str, Quantity] = {
         "-", "damping ratio of a mode in steady motion, by harmonic balance"
     ),
     "decay_damping_ratio": Quantity("-", "damping ratio in a free decay of the mode"),
-    # a structure on a ground that moves
-    "sweep_level": Quantity("m/s^2", "controlled acceleration of the sweep"),
-    "sweep_frequency": Quantity("Hz", "frequency of the sweep"),
-    "transmissibility": Quantity("-", "motion of the sensor over that of the ground"),
-    "sensor_acceleration": Quantity("m/s^2", "absolute acceleration of the sensor"),
-    "base_acceleration": Quantity("m/s^2", "acceleration of the ground"),
-    "base_force": Quantity("N", "force that moves the ground"),
-    "lasts": Quantity("-", "whether the motion is stable at a controlled ground motion"),
-    "noise_frequency": Quantity("Hz", "frequency of the noise"),
-    "ground_density": Quantity("m^2/s^3", "spectral density of the acceleration of the ground"),
-    "sensor_density": Quantity("m^2/s^3", "spectral density of the acceleration of the sensor"),
-    "severity": Quantity("m/s^2", "peak of the pulse"),
-    "peak_displacement": Quantity("m", "largest displacement relative to the ground"),
-    "peak_acceleration": Quantity("m/s^2", "largest absolute acceleration of the sensor"),
     "quasi_static_frequency": Quantity("Hz", "frequency of a mode, quasi-static"),
     "quasi_static_damping_ratio": Quantity("-", "damping ratio of a mode, quasi-static"),
     **{

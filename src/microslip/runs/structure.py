@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -19,15 +18,11 @@ from microslip.runs.structure_prediction import (
     Sampled,
     StructurePrediction,
     TightMode,
-    shaken,
 )
 from microslip.runs.structure_responses import (
-    AXES,
     forced_modes,
     frequency_responses,
     gain_of,
-    push_of,
-    shaken_bands,
 )
 from microslip.structures import (
     Convergence,
@@ -45,7 +40,7 @@ from microslip.study.description import StudyDescription
 from microslip.study.measured_face import MeasuredFace
 from microslip.study.structure import StructurePart
 from microslip.study.uncertain import Spread, value_at
-from microslip.study.vibration import EXCITED, MeasuredPart
+from microslip.study.vibration import MeasuredPart
 from microslip.sweeps.quantiles import quantiles, ranking
 
 _NAMES = {
@@ -100,7 +95,7 @@ def run(study: StudyDescription, progress: Progress | None = None) -> StructureP
         Mode(
             number,
             curve,
-            curve.other_method if part.geometry is None else None,
+            curve.other_method,
             _bands(samples[index], part, names, convergence),
             forced_modes(part, joint, curve, samples[index]),
         )
@@ -110,15 +105,11 @@ def run(study: StudyDescription, progress: Progress | None = None) -> StructureP
     tests = _tests(part.measured, modes)
     if part.fitted:
         with blame(study, "structure.measured.fit"):
-            identified = _identified(middle, part.bent(joint), tests)
+            identified = _identified(middle, joint, tests)
     tight = _all_tight(middle, formed, state)
-    shaking = shaken(middle, formed, curves[0].linear_frequency)
-    if shaking is not None and design is not None:
-        bands = shaken_bands(part, formed, shaking, modes, samples, convergence)
-        shaking = replace(shaking, bands=bands)
     return StructurePrediction(
         part, formed, state, modes, inputs, identified, tests, convergence, tight,
-        shaking, frequency_responses(part, joint, state, modes),
+        frequency_responses(part, joint, state, modes),
     )  # fmt: skip
 
 
@@ -263,13 +254,13 @@ def tightened(study: StudyDescription, joint: ReducedJoint) -> tuple[ReducedJoin
     part = study.bolted
     if part.form is not None:
         joint = joint.with_form(part.form.table, part.form.factor)
-    joint = part.bent(joint.with_tension(part.tension))
+    joint = joint.with_tension(part.tension)
     return joint, joint.tightened(build_surface(study), study.joint.friction_coefficient)
 
 
 def _curve(part: StructurePart, joint: ReducedJoint, state: Preload, number: int) -> ModalCurve:
     """A mode along the amplitudes of a study."""
-    curve = state.modes(
+    return state.modes(
         number - 1,
         part.amplitudes,
         at=joint.sensor("sensor"),
@@ -277,9 +268,6 @@ def _curve(part: StructurePart, joint: ReducedJoint, state: Preload, number: int
         damping_ratio=part.base_damping_ratio,
         harmonics=part.harmonics,
     )
-    if part.geometry is None:
-        return curve
-    return replace(curve, loss=curve.loss[:, : joint.patches])  # springs lose nothing
 
 
 def _solved(part: StructurePart, joint: ReducedJoint, state: Preload, number: int) -> ModalCurve:
@@ -307,14 +295,12 @@ def _samples(
     scores = design.scores(design.points(part.samples, 1)[0])
     dense = design.scores(np.concatenate(design.points(_DENSE)))
     base = _base_damping(design, part, scores), _base_damping(design, part, dense)
-    ways = AXES if any(getattr(part, name) for name in EXCITED) else ()
 
     def numbers(curve: ModalCurve, model: ReducedJoint) -> Floats:
         gain = 1.0 if part.force is None else gain_of(curve, model)
         return np.array([
             curve.frequency, curve.damping_ratio - curve.base_damping,
             gain * np.ones(curve.amplitude.size),
-            *(push_of(curve.shape, model, way) for way in ways),
         ])  # fmt: skip
 
     # Where base damping alone is not known the curve is the same for all.
@@ -325,7 +311,7 @@ def _samples(
         sample_part = sample.bolted
         with blame(study, "structure"):
             if anew:
-                sides = [] if part.mesh or part.laps else _SIDES
+                sides = [] if part.mesh else _SIDES
                 lap, width = scales(middle, sample, sides) or (1.0, 1.0)
                 model = _reduced(sample, joint.layout * [1.0, lap, lap, width, width])
             else:
@@ -335,19 +321,14 @@ def _samples(
                 curve = _curve(sample_part, model, state, number)
                 samples[index, :, row] = numbers(curve, model)
         progress((row + 1) / len(scores))
-    return [
-        Sampled(scores, dense, f, zeta, gain, dict(zip(ways, pushes, strict=True)), base)
-        for f, zeta, gain, *pushes in samples
-    ]
+    return [Sampled(scores, dense, f, zeta, gain, base) for f, zeta, gain in samples]
 
 
 def scaling_keys(study: StudyDescription) -> list[str]:
     """Keys of which the reduced model is a multiple: a stiffness, and a mass."""
-    part = study.bolted
-    if part.mesh or part.materials:
+    if study.bolted.mesh:
         return []
-    modulus = f"material.{study.surface.materials[0]}.young_modulus"
-    return [modulus, *(() if part.masses or part.densities else ["structure.density"])]
+    return [f"material.{study.surface.materials[0]}.young_modulus", "structure.density"]
 
 
 def keys_of_model(study: StudyDescription, keys: Iterable[str]) -> list[str]:
@@ -358,7 +339,7 @@ def keys_of_model(study: StudyDescription, keys: Iterable[str]) -> list[str]:
     return sorted(
         key
         for key in keys
-        if key.startswith(("material." if part.mesh or part.materials else body, "structure."))
+        if key.startswith(("material." if part.mesh else body, "structure."))
         and not key.endswith(".hardness")
         and key.removeprefix("structure.") not in _OF_LAWS
         and key not in scaled

@@ -29,7 +29,7 @@ class Cost(NamedTuple):
     """Curves of modes, those of samples and fits included."""
     reductions: int
     seconds: tuple[float, float]
-    """From and to, without motions of the ground."""
+    """Lower and upper estimate."""
     gigabytes: float
 
 

@@ -1,4 +1,4 @@
-"""Bodies of a structure in a study: parts and laps of a drawing, or a mesh of the user's own."""
+"""Bolts of a structure in a study, and a mesh in place of a drawing."""
 
 from __future__ import annotations
 
@@ -13,10 +13,7 @@ from microslip._core.wording import show
 from microslip.errors import InputError
 from microslip.friction.pressure import BOLTS
 from microslip.materials import Material
-from microslip.structures.beam_mesh import Lap
-from microslip.structures.bolted_beam import BoltedBeam, Drawing
 from microslip.structures.bolts import SIZED, Bolts, by_size
-from microslip.structures.lap_joint import LapJoint
 from microslip.structures.mesh import check_elastic, slack_bolts
 from microslip.study.fields import (
     COLUMN_UNIT,
@@ -39,27 +36,8 @@ if TYPE_CHECKING:
     from microslip.structures import MeshedJoint
 
 
-MOST_LAPS, MOST_BOLTS = 10, 200
+MOST_BOLTS = 200
 DRAWING_KEYS = ("length", "width", "thickness", "lap")
-
-
-class LapPart(Part):
-    """One of several laps: where it lies, how long it is, and where its bolts are."""
-
-    at: float = key(PLACE, "Its middle, from the middle of the beam.", '"-200 mm"')
-    length: float = key(LENGTH, "Length of the overlap.", '"60 mm"')
-    positions: tuple[float, ...] = key(
-        Items(PLACE, '["-15 mm", "15 mm"]', (1, MOST_BOLTS), single=True),
-        "Places of its bolts along it, from its middle.",
-    )
-    across: tuple[float, ...] | None = key(
-        Items(PLACE, '["0 mm", "0 mm"]', (1, MOST_BOLTS), single=True),
-        "Places across, one a bolt; all in the middle unless given.",
-    )
-
-    def check(self, place: Place) -> None:
-        """One place across for each along."""
-        check_places(self.positions, self.across)
 
 
 _PLACES = Unsure(PLACE)
@@ -79,7 +57,7 @@ class BoltsPart(TightenedBolts):
     )
     slack: tuple[int, ...] = key(
         Items(whole_number(1, MOST_BOLTS, "3"), "[3]", (1, MOST_BOLTS), single=True, distinct=True),
-        "Slack bolts, counted from 1 along the laps; the report compares with all tight.",
+        "Slack bolts, counted from 1 along the lap; the report compares with all tight.",
         default=(),
     )
     shank: float | None = optional(Bolts, "shank")
@@ -105,6 +83,17 @@ class BoltsPart(TightenedBolts):
         super().check(place)
         check_places(self.positions, self.across)
 
+    def build(self) -> Bolts:
+        """The bolts of a drawing."""
+        sizes: dict[str, Any] = {
+            name: getattr(self, name)
+            for name in self.keys
+            if name in Bolts.__dataclass_fields__ and name != "positions"
+        }
+        along = self.positions or ()
+        places = along if self.across is None else np.stack([along, self.across], axis=1)
+        return Bolts(places, **{k: v for k, v in sizes.items() if v is not None})
+
     @property
     def bearing(self) -> float | None:
         """Mean diameter of what presses on the plates [m]."""
@@ -126,54 +115,6 @@ def check_places(along: Sequence[float] | None, across: Sequence[float] | None) 
             ".across",
             f"wanted one place a bolt, {len(along or ())} of them, got {len(across)}",
         )
-
-
-def needed(part: Any) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Keys of a drawing and of its bolts that must be there; others beside laps must not."""
-    bolts: tuple[str, ...] = ("shank", "hole", "washer")
-    sizes = ("length", "width", "thickness") if part.laps else DRAWING_KEYS
-    if not part.densities:
-        sizes = (*sizes, "density")
-    if not part.laps:
-        return sizes, ("positions", *bolts)
-    beside = {".lap": part.lap}
-    beside |= {f".bolts.{name}": getattr(part.bolts, name) for name in ("positions", "across")}
-    for where, value in beside.items():
-        if value is not None:
-            raise KeyedError(where, "wanted none beside structure.laps, which have it one by one")
-    if part.sensor is None and "right" in part.ground:
-        raise KeyedError(".sensor", "missing; the right end lies on the ground")
-    return sizes, bolts
-
-
-def _bolts(part: Any, places: Sequence[float], across: Sequence[float] | None) -> Bolts:
-    sizes: dict[str, Any] = {
-        name: getattr(part, name)
-        for name in part.keys
-        if name in Bolts.__dataclass_fields__ and name != "positions"
-    }
-    where = places if across is None else np.stack([places, across], axis=1)
-    return Bolts(where, **{k: v for k, v in sizes.items() if v is not None})
-
-
-def beam_of(part: Any) -> Drawing:
-    """The beam of a drawing: one lap in the middle, or several."""
-    sizes: dict[str, Any] = {name: getattr(part, name) for name in DRAWING_KEYS}
-    if not part.laps:
-        if part.ground:
-            raise KeyedError(".ground", "wanted structure.laps beside it, which say where they lie")
-        if part.rise:
-            raise KeyedError(".rise", "wanted structure.laps beside it: it is of parts between two")
-        places = part.bolts.positions or ()
-        bolts = _bolts(part.bolts, places, part.bolts.across)
-        return LapJoint(**sizes, bolts=bolts, style=part.style)
-    del sizes["lap"]
-    laps = [
-        Lap(lap.at, lap.length, _bolts(part.bolts, lap.positions, lap.across)) for lap in part.laps
-    ]
-    return BoltedBeam(
-        **sizes, laps=laps, style=part.style, ground=part.ground, rise=part.rise or 0.0
-    )
 
 
 _MOST_ITEMS = 200

@@ -133,7 +133,6 @@ def _of_structure(study: StudyTables) -> None:
         raise KeyedError("surface.materials, item 1", "wanted a body that bends, got a rigid one")
     if part.mesh is not None:
         check_described("structure.mesh.materials", part.mesh.materials or (), study.material)
-    check_described("structure.materials", part.materials, study.material)
     if part.tension.min() <= 0.0:
         raise KeyedError(
             "structure.bolts.embedding" if part.bolts.rz is None else "structure.bolts.rz",
@@ -298,12 +297,6 @@ def _usual_of_structure(part: Any) -> Iterator[tuple[str, float, Usual]]:
         yield "structure.amplitude.to", float(part.amplitudes[-1]), usual
     if part.base_damping_ratio:
         yield "structure.base_damping_ratio", float(part.base_damping_ratio), _BASE_DAMPING
-    factors_of_mass = (part.density, part.length, part.width, part.thickness)
-    if part.mesh is None and None not in factors_of_mass:
-        body = math.prod(map(float, factors_of_mass))
-        usual = Usual(1e-6 * body, body, "kg", "masses fixed to a structure of this mass")
-        for fixed in part.masses:
-            yield "structure.masses.mass", float(fixed.mass), usual
     for force in part.force.amplitude if part.force is not None else ():
         yield "structure.force.amplitude", force, _FORCE
     if part.bolts.shank is not None:
@@ -317,7 +310,7 @@ def _question(key: str, value: float, usual: Usual) -> str | None:
         return None
 
     def written(number: float) -> str:
-        if usual.unit in ("", "1/m^2", "m^2", "kg/m^3", "kg"):
+        if usual.unit in ("", "1/m^2", "m^2", "kg/m^3"):
             return f"{significant(number)} {usual.unit}".rstrip()
         return engineering(number, usual.unit, 4, trim=True)
 

@@ -78,7 +78,6 @@ AREA = quantity(units.AREA, "2 cm^2")
 DENSITY = quantity(units.DENSITY, "100 1/mm^2")
 LOAD = quantity(units.FORCE, "2 kN")
 YIELD_STRESS = quantity(units.PRESSURE, "355 MPa")
-MASS = quantity(units.MASS, "10 g")
 TORQUE = quantity(units.TORQUE, "20 N m")
 MASS_DENSITY = quantity(units.MASS_DENSITY, "7850 kg/m^3")
 ANGLE = quantity(units.ANGLE, "90 deg", "any").but(

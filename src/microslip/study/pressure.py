@@ -117,8 +117,7 @@ def clamp(study: Any) -> None:
         joint.settle()
         study.__dict__["joint"] = joint
     if part is not None:
-        names = part.materials or bodies[:1]
-        modulus = _modulus(study, names, [1.0] * len(names))
+        modulus = _modulus(study, bodies[:1], [1.0] * len(bodies[:1]))
         metals = {name: material.build() for name, material in study.material.items()}
         study.__dict__["structure"] = part.copy(
             bolts=part.bolts.copy(_plate_modulus=modulus), _metals=(metals, *bodies[:1])

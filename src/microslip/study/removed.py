@@ -8,6 +8,18 @@ REMOVED_KEYS: dict[str, str] = {
     "oscillator": "use ms.Oscillator in Python (docs/oscillator.md)",
     "excitation.load_variation": "use joint.coupled_force in Python (docs/varying-load.md)",
     "excitation.history.normal_load": "use joint.coupled_response in Python (docs/varying-load.md)",
+    "structure.base": "use ReducedJoint.on_base and base_response in Python "
+    "(examples/19_shaker_table.py)",
+    "structure.random": "use ReducedJoint.on_base and random_response in Python "
+    "(examples/20_random_vibration.py)",
+    "structure.shock": "use ReducedJoint.on_base and shock in Python (examples/21_shock.py)",
+    "structure.geometry": "use ReducedJoint.with_geometry in Python (examples/22_panel.py)",
+    "structure.laps": "use ms.BoltedBeam in Python (examples/18_several_laps.py)",
+    "structure.ground": "use ms.BoltedBeam in Python (examples/18_several_laps.py)",
+    "structure.rise": "use ms.BoltedBeam in Python (examples/22_panel.py)",
+    "structure.masses": "use masses= of LapJoint.reduce or MeshedJoint.reduce in Python",
+    "structure.materials": "use ms.BoltedBeam in Python (examples/18_several_laps.py)",
+    "structure.densities": "use ms.BoltedBeam in Python (examples/18_several_laps.py)",
     "structure.bolts.order": "leave it out: settled motion does not depend on the tightening order",
     "structure.bolts.passes": "leave it out: each bolt is tightened to its tension",
 }

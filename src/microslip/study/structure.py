@@ -8,27 +8,19 @@ from typing import TYPE_CHECKING, Any, Literal, cast
 import numpy as np
 
 from microslip._core.checks import Floats
-from microslip.errors import InputError
 from microslip.structures.bolt_tightening import BoltForces
-from microslip.structures.bolted_beam import GROUNDS, BoltedBeam, Drawing
 from microslip.structures.bolts import TIGHTENING as RULES
 from microslip.structures.bolts import Bolts, tensions
-from microslip.structures.geometry import HARMONICS, Sensors, strip_sensors
 from microslip.structures.lap_joint import LapJoint
 from microslip.structures.mesh import loosened, tight
 from microslip.study.bodies import (
     DRAWING_KEYS,
-    MOST_LAPS,
     BoltsPart,
-    LapPart,
     MeshPart,
-    beam_of,
     check_slack,
-    needed,
 )
 from microslip.study.fields import (
     LENGTH,
-    LINE,
     MASS_DENSITY,
     VISCOUS_RATIO,
     YES_NO,
@@ -44,23 +36,17 @@ from microslip.study.vibration import (
     MODE,
     MOST_MODES,
     AmplitudeRange,
-    BasePart,
     ForcePart,
     FormPart,
-    GeometryPart,
-    MassPart,
     MeasuredPart,
-    RandomPart,
     SensorPart,
-    ShockPart,
-    check_ground,
 )
 
 if TYPE_CHECKING:
     from microslip._core.checks import Progress
     from microslip.materials import Material
     from microslip.normal import NormalLaw
-    from microslip.structures import Convergence, ReducedJoint
+    from microslip.structures import Convergence
     from microslip.structures.reduction import Reducer
 
 MOST_SAMPLES = 4096
@@ -74,21 +60,6 @@ class StructurePart(Part):
     width: float | None = optional(LapJoint, "width")
     thickness: float | None = optional(LapJoint, "thickness")
     lap: float | None = optional(LapJoint, "lap")
-    laps: tuple[LapPart, ...] = key(
-        Items(
-            Table(LapPart),
-            '[{ at = "-80 mm", length = "30 mm", positions = "0 mm" }]',
-            (1, MOST_LAPS),
-        ),
-        "Several laps from left to right, in place of `lap` and the bolts' positions.",
-        default=(),
-    )
-    ground: tuple[str, ...] = key(
-        Items(one_of(*GROUNDS), '["left"]', (1, 2), single=True, distinct=True),
-        "Ends that a lap bolts to rigid ground.",
-        default=(),
-    )
-    rise: float | None = optional(BoltedBeam, "rise")
     style: Literal["half-lap", "single-lap"] = key(
         one_of("half-lap", "single-lap"),
         "Style: parts half as thick in the overlap, or whole plates on each other.",
@@ -98,26 +69,11 @@ class StructurePart(Part):
         Table(MeshPart), "Your own mesh in place of length, width, thickness and lap."
     )
     density: float | None = key(Unsure(MASS_DENSITY), "Mass density of the parts.")
-    materials: tuple[str, ...] = key(
-        Items(LINE, '["steel", "aluminium", "steel"]', (1, MOST_LAPS + 1)),
-        "Material of each part from left to right; the first of the surface unless given.",
-        default=(),
-    )
-    densities: tuple[float, ...] = key(
-        Items(MASS_DENSITY, '["7850 kg/m^3", "2700 kg/m^3"]', (1, MOST_LAPS + 1)),
-        "Mass density of each part from left to right; `density` unless given.",
-        default=(),
-    )
     bolts: BoltsPart = key(Table(BoltsPart), "The bolts.")
     patches: tuple[int, int] | None = key(
         Items(whole_number(1, 100), "[15, 2]", (2, 2)),
         "Contact patches along and across the lap; 15 x 2 unless given, those that lose most of "
         "the energy halved along.",
-    )
-    masses: tuple[MassPart, ...] = key(
-        Items(Table(MassPart), '[{ at = ["0.3 m", "0 m", "12.7 mm"], mass = "10 g" }]', (1, 100)),
-        "Masses fixed to the structure.",
-        default=(),
     )
     element_size: float | None = key(
         LENGTH,
@@ -168,12 +124,6 @@ class StructurePart(Part):
         "finer elements, more kept modes and more harmonics; takes minutes.",
         default=False,
     )
-    geometry: GeometryPart | None = key(
-        Table(GeometryPart), "Geometric nonlinearity of thin or curved parts in bending."
-    )
-    base: BasePart | None = key(Table(BasePart), "Sine sweeps of the ground, as on a shaker table.")
-    random: RandomPart | None = key(Table(RandomPart), "Random vibration of the ground.")
-    shock: ShockPart | None = key(Table(ShockPart), "Shock pulses of the ground.")
     measured: tuple[MeasuredPart, ...] = key(
         Items(Table(MeasuredPart), '[{ file = "test.csv" }]', (0, 20), single=True),
         "A test, or several of them as [[structure.measured]], drawn over the prediction.",
@@ -185,12 +135,10 @@ class StructurePart(Part):
     def check(self, place: Place) -> None:
         """A drawing or a mesh, each with what it needs; and what neither can be."""
         if self.mesh is None:
-            sizes, bolts = needed(self)
-            _require(self, "", sizes)
-            _require(self.bolts, ".bolts", bolts)
+            _require(self, "", (*DRAWING_KEYS, "density"))
+            _require(self.bolts, ".bolts", ("positions", "shank", "hole", "washer"))
         else:
-            _refuse(self, "", (*DRAWING_KEYS, "element_size", "laps", "ground", "rise",
-                               "materials", "densities"))  # fmt: skip
+            _refuse(self, "", (*DRAWING_KEYS, "element_size"))
             _refuse(self.bolts, ".bolts", ("positions", "shank", "across", "head"))
             _require(self, "", ("sensor", *(() if self.mesh.densities else ("density",))))
             _require(self.bolts, ".bolts", ("clamp_length",) if self.bolts.embeds else ())
@@ -216,22 +164,9 @@ class StructurePart(Part):
                 'wanted "young_modulus" of a drawing, whose bodies are of one material, not of a '
                 "mesh",
             )
-        check_ground(self, bool(self.ground if self.mesh is None else self.mesh.ground))
-        if self.geometry is not None and "harmonics" not in self._keys_in_file:
-            self.__dict__["harmonics"] = HARMONICS
         from microslip.structures.periodic_motion import harmonic_basis
 
         harmonic_basis(self.harmonics, 64)
-        if self.mesh is None:
-            drawing = self.build()
-            for name in ("materials", "densities"):
-                count, parts = len(getattr(self, name)), len(drawing.parts)
-                if count not in (0, parts):
-                    raise KeyedError(f".{name}", f"wanted one a part, {parts} of them, got {count}")
-        try:
-            self._bending_sensors()
-        except InputError as error:
-            raise KeyedError(".geometry", str(error)) from None
         check_slack(self.bolts.slack, len(self._tensions))
 
     @property
@@ -309,8 +244,7 @@ class StructurePart(Part):
         if self.sensor is not None:
             return self.sensor.at, self.sensor.direction
         beam = self.build()
-        up = -0.5 if beam.stretches[-1].lower else 0.5
-        height = 0.0 if self.style == "half-lap" else up * beam.thickness
+        height = 0.0 if self.style == "half-lap" else 0.5 * beam.thickness
         return (0.5 * beam.length, 0.0, height), "z"
 
     @property
@@ -318,24 +252,14 @@ class StructurePart(Part):
         """Place along and across [m], diameter [m] and contact of each bolt's hole."""
         if self.mesh is not None:
             return self.mesh.joint.shank_sections(self.mesh.along)
-        return [
-            (float(lap.at + x), float(y), lap.bolts.hole, number)
-            for number, lap in enumerate(self.build().laps)
-            for x, y in lap.bolts.positions
-        ]
+        bolts = self.build().bolts
+        return [(float(x), float(y), bolts.hole, 0) for x, y in bolts.positions]
 
     @property
-    def _loads(self) -> dict[tuple[float, float, float], float]:
-        """Fixed masses [kg] by their places [m]."""
-        return {part.at: part.mass for part in self.masses}
-
-    @property
-    def _bodies(self) -> tuple[Any, Any]:
-        """Material and density [kg/m^3] of all parts, or of each."""
+    def _body(self) -> tuple[Material, float]:
+        """Material and mass density [kg/m^3] of both parts of the drawing."""
         metals, usual = self._metals
-        return [metals[name] for name in self.materials] or metals[usual], (
-            list(self.densities) or self.density
-        )
+        return metals[usual], cast(float, self.density)
 
     def reducer(self) -> Reducer:
         """The meshed structure."""
@@ -344,9 +268,9 @@ class StructurePart(Part):
         if self.mesh is not None:
             joint = self.mesh.build(*self._metals, self.density)
             along = None if self.mesh.along is None else np.array(self.mesh.along)
-            return Reducer(loosened(joint.mesh, self.bolts.slack), self._loads, along)
-        mesh = self.build().mesh(*self._bodies, self.element_size, self.bolts.slack)
-        return Reducer(mesh, self._loads, np.array([1.0, 0.0, 0.0]))
+            return Reducer(loosened(joint.mesh, self.bolts.slack), {}, along)
+        mesh = self.build().mesh(*self._body, self.element_size, self.bolts.slack)
+        return Reducer(mesh, {}, np.array([1.0, 0.0, 0.0]))
 
     @property
     def reduction(self) -> dict[str, Any]:
@@ -360,37 +284,11 @@ class StructurePart(Part):
     @property
     def sensors(self) -> dict[str, tuple[tuple[float, float, float], str]]:
         """Places [m] and directions of the sensor and of the force."""
-        places = {"sensor": self.sensing, **self._bending_sensors()}
+        places = {"sensor": self.sensing}
         if self.force is None:
             return places
         at, direction = self.sensing
         return {**places, "force": (self.force.at or at, self.force.direction or direction)}
-
-    def _bending_sensors(self) -> Sensors:
-        """Sensors of the bending."""
-        if self.geometry is None or self.geometry.file is not None:
-            return {} if self.geometry is None else self.geometry.sensors
-        beam = None if self.mesh is not None else self.build()
-        if not isinstance(beam, BoltedBeam):
-            raise InputError(
-                "the cases are made of a drawing with laps; write file and coordinates for others"
-            )
-        return strip_sensors(*beam.strip)[0]
-
-    def _bending(self) -> tuple[Any, ...] | None:
-        """Arguments of :meth:`ReducedJoint.with_geometry`, if there is a geometry."""
-        if self.geometry is None:
-            return None
-        if self.geometry.file is not None:
-            return tuple(self.geometry.sensors), self.geometry.cases
-        metals, usual = self._metals
-        beam = cast(BoltedBeam, self.build())
-        return beam.bending(metals[(self.materials or (usual,))[0]], self.geometry.reach)
-
-    def bent(self, joint: ReducedJoint) -> ReducedJoint:
-        """A joint with the geometry, if there is one."""
-        bending = self._bending()
-        return joint if bending is None else joint.with_geometry(*bending)
 
     @property
     def gaps(self) -> Floats | None:
@@ -422,7 +320,7 @@ class StructurePart(Part):
     ) -> Convergence:
         """The model with patches refined for its first mode, at modal amplitudes [m kg^½]."""
         return self.build().converge(
-            *self._bodies,
+            *self._body,
             surface,
             friction,
             amplitudes,
@@ -431,15 +329,14 @@ class StructurePart(Part):
             form=self.gaps,
             element_size=self.element_size,
             sensors=self.sensors,
-            masses=self._loads,
             slack=self.bolts.slack,
-            geometry=self._bending(),
             progress=progress,
         )
 
-    def build(self) -> Drawing:
-        """The beam of the drawing, where there is no mesh."""
-        return beam_of(self)
+    def build(self) -> LapJoint:
+        """The lap joint of the drawing, where there is no mesh."""
+        sizes: dict[str, Any] = {name: getattr(self, name) for name in DRAWING_KEYS}
+        return LapJoint(**sizes, bolts=self.bolts.build(), style=self.style)
 
 
 _BESIDE = "wanted none beside structure.mesh, which shows it"

@@ -19,7 +19,6 @@ from microslip.report.predicted.scatter_document import numbers as scatter_numbe
 from microslip.report.structure.bolts import force_numbers, force_rows
 from microslip.report.structure.document import FIGURES as STRUCTURE_FIGURES
 from microslip.report.structure.document import numbers as structure_numbers
-from microslip.report.structure.driven import FIGURES as SHAKING_FIGURES
 from microslip.report.structure.driven import FORCED_FIGURE, FORCED_TABLES, RESPONSES
 from microslip.report.structure.fitted_study import FITTED_STUDY
 from microslip.runs.columns import (
@@ -50,8 +49,7 @@ def figure_names(study: StudyDescription) -> tuple[str, ...]:
     is_pressed = has_contacts and study.joint.pressure is not None
     figures = {
         **dict.fromkeys(STRUCTURE_FIGURES, study.structure is not None),
-        FORCED_FIGURE: study.structure is not None and study.structure.force is not None,
-        **{figure: _is_asked(study, table) for table, figure in SHAKING_FIGURES.items()},
+        FORCED_FIGURE: _is_forced(study),
         **dict.fromkeys(SCATTER_FIGURES, _scatters(study)),
         **dict.fromkeys(JOINT_FIGURES, study.asks_for_joint),
         "contact_state": has_contacts and not is_pressed and study.asks_for_joint,
@@ -63,9 +61,8 @@ def figure_names(study: StudyDescription) -> tuple[str, ...]:
     return tuple(name for name, is_there in figures.items() if is_there)
 
 
-def _is_asked(study: StudyDescription, table: str) -> bool:
-    """Whether a table of the structure is there."""
-    return getattr(study.structure, table, None) is not None
+def _is_forced(study: StudyDescription) -> bool:
+    return study.structure is not None and study.structure.force is not None
 
 
 def _scatters(study: StudyDescription) -> bool:
@@ -80,8 +77,7 @@ def files(study: StudyDescription) -> tuple[str, ...]:
         "curves": study.asks_for_joint,
         "history": study.excitation.history is not None,
         "structure": study.structure is not None,
-        **dict.fromkeys(FORCED_TABLES, _is_asked(study, "force")),
-        **{table: _is_asked(study, table) for table in SHAKING_FIGURES},
+        **dict.fromkeys(FORCED_TABLES, _is_forced(study)),
         "bands": _scatters(study),
     }
     pictures = [kind for kind in ("svg", "png", "pdf") if kind in formats]

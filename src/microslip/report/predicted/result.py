@@ -27,8 +27,6 @@ from microslip.report.predicted.numbers import KIND, SUMMARY_SCHEMA, summarise, 
 from microslip.report.structure.document import columns as structure_columns
 from microslip.report.structure.document import labelled as structure_arrays
 from microslip.report.structure.driven import RESPONSES, forced_columns
-from microslip.report.structure.driven import columns as shaking_columns
-from microslip.report.structure.driven import labelled as shaking_arrays
 from microslip.report.structure.fitted_study import FITTED_STUDY, fitted_text
 from microslip.runs.columns import AmplitudeCurve as AmplitudeCurve
 from microslip.runs.columns import Columns, blocks
@@ -61,8 +59,7 @@ def files(result: Prediction, destination: Path) -> tuple[File, ...]:
     in_one_piece, units = {}, UNITS
     if structure is not None:
         forced, of_quantity = forced_columns(structure)
-        shaken = {} if structure.shaking is None else shaking_columns(structure.shaking)
-        in_one_piece = {"structure": structure_columns(structure), **shaken, **forced}
+        in_one_piece = {"structure": structure_columns(structure), **forced}
         units = UNITS | of_quantity
         if responses := structure.frequency_responses:
             tables.append(File(RESPONSES, lambda path, _: write_universal(responses, path)))
@@ -151,10 +148,9 @@ def contents(result: Prediction) -> Contents:
         arrays |= {f"{name}_bands": band for name, band in result.scatter.bands.items()}
     if result.structure is not None:
         sizes, labels, curves_of_modes = structure_arrays(result.structure)
-        shaken, columns = shaking_arrays(result.structure.shaking)
-        dims |= sizes | shaken
+        dims |= sizes
         coords |= labels
-        arrays |= curves_of_modes | columns
+        arrays |= curves_of_modes
     return Contents(dims, coords, arrays, _attributes(result))
 
 

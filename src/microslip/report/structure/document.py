@@ -16,7 +16,6 @@ from microslip._core.units import engineering
 from microslip.figures.picture import Picture
 from microslip.report import cells
 from microslip.report.document import Block, Column, Facts, Note, Number, Section, Table, Verdicts
-from microslip.report.structure import driven as told
 from microslip.report.structure.bolts import (
     comparison,
     force_numbers,
@@ -82,9 +81,7 @@ def number(prediction: StructurePrediction) -> Number:
     """The damping ratio at the largest amplitude, with its band."""
     mode, last = prediction.modes[0], prediction.modes[0].last
     place = engineering(float(mode.curve.amplitude[last]), prediction.part.unit, 3)
-    band = ""
-    if mode.quick is not None:
-        band = f"quasi-static: {cells.ratio(float(mode.quick.damping_ratio[last]))}"
+    band = f"quasi-static: {cells.ratio(float(mode.quick.damping_ratio[last]))}"
     if mode.bands is not None:
         band = f"5 to 95 %: {_band(mode.bands, last)}"
     value = cells.ratio(float(mode.curve.damping_ratio[last]))
@@ -111,12 +108,7 @@ def sections(prediction: StructurePrediction) -> tuple[Section, ...]:
         parts.append(Section("Contributions to the scatter", tuple(ranking)))
     if prediction.identified is not None:
         parts.append(_fitted(prediction, prediction.identified))
-    shaking = prediction.shaking
-    figures: tuple[Picture, ...] = pictures(prediction)
-    if shaking is not None:
-        parts += told.sections(shaking)
-        figures += tuple(told.pictures(shaking))
-    parts.append(Section("Structure in figures", figures, brief=False))
+    parts.append(Section("Structure in figures", pictures(prediction), brief=False))
     return tuple(parts)
 
 
@@ -136,7 +128,7 @@ def pictures(prediction: StructurePrediction) -> tuple[Picture, ...]:
             curve_plot,
             f"Frequency and damping ratio of each mode against the {prediction.part.quantity} "
             "amplitude at the sensor, in steady motion by harmonic balance"
-            f"{'; dashed: quasi-static.' if prediction.modes[0].quick else '.'}"
+            "; dashed: quasi-static."
             f"{bands}{markers}{fitted} {_errors(prediction)}",
             "Frequency and damping of the modes against amplitude",
         ),
@@ -189,7 +181,6 @@ def numbers(prediction: StructurePrediction) -> dict[str, Any]:
         "slack_bolts": list(prediction.part.bolts.slack) or None,
         "all_tight": tight_numbers(prediction.tight) or None,
         "identified": prediction.identified and _identified(prediction.identified),
-        "shaking": prediction.shaking and told.numbers(prediction.shaking),
     }
     return {
         "answer": answer(prediction),
@@ -226,9 +217,8 @@ def _curves(mode: Mode) -> dict[str, Floats]:
         "modal_damping_ratio": mode.curve.damping_ratio,
         "decay_damping_ratio": mode.curve.decay_damping_ratio,
     }
-    if mode.quick is not None:
-        curves["quasi_static_frequency"] = mode.quick.frequency
-        curves["quasi_static_damping_ratio"] = mode.quick.damping_ratio
+    curves["quasi_static_frequency"] = mode.quick.frequency
+    curves["quasi_static_damping_ratio"] = mode.quick.damping_ratio
     for name in ("frequency", "damping_ratio") if mode.bands is not None else ():
         for word, row in zip(("low", "median", "high"), getattr(mode.bands, name), strict=True):
             curves[f"modal_{name}_{word}"] = row
@@ -338,13 +328,8 @@ def _table(mode: Mode, unit: str) -> Table:
 
 
 def _remark(prediction: StructurePrediction) -> str:
-    if prediction.modes[0].quick is None:
-        text = (
-            "Quasi-static curves have no even harmonics and are left out with a nonlinear geometry."
-        )
-    else:
-        worst = max(float(np.nanmax(abs(m.curve.damping_difference))) for m in prediction.modes)
-        text = f"The quasi-static damping differs from harmonic balance by up to {worst:.1%}."
+    worst = max(float(np.nanmax(abs(m.curve.damping_difference))) for m in prediction.modes)
+    text = f"The quasi-static damping differs from harmonic balance by up to {worst:.1%}."
     error = max(float(np.nanmax(abs(m.curve.harmonic_error))) for m in prediction.modes)
     harmonics = ", ".join(map(str, prediction.part.harmonics))
     text += f" Harmonics beyond {harmonics} would change the joint's damping by {error:.1%}."

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from microslip._core.units import FORCE, LENGTH, VOLUME, Kind, QuantityError, engineering, to_si
-from microslip._core.wording import did_you_mean, quoted, shorten, show
+from microslip._core.wording import quoted, show
 from microslip.errors import InputError
 from microslip.readers.files import head_of, kind_of, usable
 from microslip.readers.laboratory import rows_of
@@ -118,16 +118,6 @@ class Manifest:
                 units[name] = _KINDS[name].unit if name in _KINDS else unit or ""
         paths = tuple(str(folder / text) for text in texts[_FILE])
         return cls(paths, columns, units)
-
-    def column(self, name: str) -> tuple[Cell, ...]:
-        """A column by its name; an error lists them."""
-        column = _head(name)[0]
-        if column not in self.columns:
-            raise InputError(
-                f'the manifest has no column "{shorten(name, 40)}"'
-                f"{did_you_mean(column, self.columns)}; it has {quoted(self.columns)}"
-            )
-        return self.columns[column]
 
     def texts(self, name: str) -> tuple[str, ...]:
         """A column as labels; empty where there is none of that name."""

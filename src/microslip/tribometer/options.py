@@ -61,7 +61,6 @@ DELAY = option(
     bare=True,
     sign="any",
 )
-COLUMNS = (DISPLACEMENT, FORCE, NORMAL_LOAD, TIME)
 SCALING = (UNITS, CALIBRATION, ZERO)
 
 RIG_STIFFNESS = option(

@@ -27,6 +27,7 @@ unexport PYTHONDONTWRITEBYTECODE
 space := $(subst ,, )
 DEPS := $(VENV)/.deps-$(subst $(space),_,$(subst /,_,$(PYTHON)))
 READY := $(VENV)/.ready$(subst $(space),_,$(INSTALL))
+DEV := $(VENV)/.dev
 EXTRA := $(VENV)/.test
 DOCS := $(VENV)/.docs
 KERNEL := $(wildcard src/microslip/kernels/*.[ch])
@@ -39,6 +40,11 @@ SOURCES := $(if $(INSTALL),,$(shell find src/microslip -type f ! -name '*.so' ! 
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## /\1|/p' Makefile | awk -F'|' '{ printf "  %-14s %s\n", $$1, $$2 }'
+
+# Install the packages of one group of requirements.lock, with their hashes checked.
+locked = awk -v group=$(1) '/^\# for /{ on = index($$0 " ", " " group " ") } on' requirements.lock >"$(VENV)/$(1).txt" && \
+    $(if $(UV),"$(UV)" pip install --quiet --python "$(PY)" --compile-bytecode,"$(PY)" -m pip install --quiet --quiet) \
+    --require-hashes -r "$(VENV)/$(1).txt"
 
 # A changed lock makes the environment anew; only a folder that is an environment is ever removed.
 $(DEPS): requirements.lock
@@ -53,11 +59,10 @@ $(DEPS): requirements.lock
 	@echo "Making $(VENV) with the locked packages ($(if $(UV),uv,pip), up to a minute)"
 ifneq ($(UV),)
 	@"$(UV)" venv --quiet --no-project --python "$$("$(PYTHON)" -c 'import sys; print(sys.executable)')" "$(VENV)"
-	@"$(UV)" pip install --quiet --python "$(PY)" --compile-bytecode --require-hashes -r requirements.lock
 else
 	@"$(PYTHON)" -m venv "$(VENV)"
-	@"$(PY)" -m pip install --quiet --quiet --require-hashes -r requirements.lock
 endif
+	@$(call locked,run)
 	@touch "$@"
 
 # What an earlier build left must not stand in for an extension that now fails to build.
@@ -65,7 +70,7 @@ $(READY): $(DEPS) pyproject.toml setup.py tools/kernel_build.py src/microslip/_v
 	@rm -rf build src/microslip/kernels/_compiled*.so "$(VENV)"/.ready*
 	@if [ -n "$$("$(PY)" tools/kernel_build.py)" ]; then \
 	    echo "Adding a C compiler (ziglang, 100 MB): there is none here"; \
-	    $(if $(UV),"$(UV)" pip install --python "$(PY)",$(PY) -m pip install --quiet) --quiet --require-hashes -r requirements-compiler.lock; fi
+	    $(call locked,compiler); fi
 	@echo "Installing microslip"
 ifneq ($(UV),)
 	@"$(UV)" pip install --quiet --python "$(PY)" --no-build-isolation --no-deps --reinstall-package microslip $(INSTALL) .
@@ -75,15 +80,10 @@ endif
 	@"$(PY)" -c "import microslip.kernels"
 	@touch "$@"
 
-# The packages of all extras, for the tests, and those of the documentation come on top of the others;
-# most work needs none of them.
-$(EXTRA) $(DOCS): $(VENV)/.%: $(DEPS) requirements-%.lock
-	@echo "Adding the packages of requirements-$*.lock"
-ifneq ($(UV),)
-	@"$(UV)" pip install --quiet --python "$(PY)" --compile-bytecode --require-hashes -r requirements-$*.lock
-else
-	@"$(PY)" -m pip install --quiet --quiet --require-hashes -r requirements-$*.lock
-endif
+# What work, the tests (with all extras) and the documentation need comes on top; a demo needs none of it.
+$(DEV) $(EXTRA) $(DOCS): $(VENV)/.%: $(DEPS) requirements.lock
+	@echo "Adding the packages for $*"
+	@$(call locked,$*)
 	@touch "$@"
 
 install: $(READY)  ## make the environment and install the package into it
@@ -108,7 +108,7 @@ attack: $(READY) $(EXTRA)  ## attack everything public with generated input
 	@cd tests && PYTHONPATH=../benchmarks:. OPENBLAS_NUM_THREADS=1 "$(abspath $(PY))" -m attack --inputs $(INPUTS) \
 	    $(if $(TABLE),--table $(abspath $(TABLE)))
 
-laboratory: $(READY)  ## how often intervals hold the truth and what wrong physics passes, into docs/identify.md
+laboratory: $(READY) $(DEV)  ## how often intervals hold the truth and what wrong physics passes, into docs/identify.md
 	@cd tests && PYTHONPATH=. OPENBLAS_NUM_THREADS=1 "$(abspath $(PY))" -m laboratory --write
 
 attack-sanitized: $(READY)  ## the same on a kernel built with sanitizers
@@ -122,25 +122,25 @@ hosts: $(READY)  ## run the joint in other people's programs (PyPI packages, ccx
 browser:  ## explorer, workbench and reports in a real browser (PyPI packages, chromium, node)
 	@tools/try_browser.sh "$(PYTHON)"
 
-lint: $(READY)  ## look for mistakes (ruff)
+lint: $(READY) $(DEV)  ## look for mistakes (ruff)
 	@"$(PY)" -m ruff check
 
-format: $(READY)  ## format the code, mend what lint can mend
+format: $(READY) $(DEV)  ## format the code, mend what lint can mend
 	@"$(PY)" -m ruff check --fix --exit-zero --quiet
 	@"$(PY)" -m ruff format
 
-format-check: $(READY)  ## check the format, change nothing
+format-check: $(READY) $(DEV)  ## check the format, change nothing
 	@"$(PY)" -m ruff format --check
 
-types: $(READY)  ## check the types (mypy, strict)
+types: $(READY) $(DEV)  ## check the types (mypy, strict)
 	@"$(PY)" -m mypy
 
 check: lint format-check types test  ## lint, format, types and tests
 
-bench: $(READY)  ## measure the speed
+bench: $(READY) $(DEV)  ## measure the speed
 	@"$(PY)" benchmarks/run.py
 
-reference: $(READY)  ## compute the reference numbers of the tests again (mpmath, slow)
+reference: $(READY) $(DEV)  ## compute the reference numbers of the tests again (mpmath, slow)
 	@"$(PY)" tests/reference/make_reference.py
 
 validation: $(READY) $(EXTRA)  ## compare with everything there is, and write docs/validation.md
@@ -157,26 +157,16 @@ docs: $(READY) $(DOCS)  ## build the documentation into docs/_build/html/; a war
 notebooks: $(READY) $(DOCS)  ## make notebooks of the gallery in notebooks/, each run by Jupyter
 	@OPENBLAS_NUM_THREADS=1 "$(PY)" tools/make_notebooks.py notebooks --run
 
-dist: $(READY)  ## build the sdist, and from it the wheel, into dist/
+dist: $(READY) $(DEV)  ## build the sdist, and from it the wheel, into dist/
 	@rm -rf dist
 	@"$(PY)" -m build --no-isolation
 
 # One lock for every Python and platform, read by uv and by pip. LOCK_ARGS=--upgrade takes newer versions.
-# Every extra is in that of the tests but torch, jax and pyharm, which brings JAX: environments of their own.
-EXTRAS := app dask nastran parquet scan tdms uff xarray
-lock:  ## write the locks again
+lock:  ## write requirements.lock again
 	@uv="$(UV)"; if [ -z "$$uv" ]; then \
 	    [ -x .venv-lock/bin/uv ] || { "$(PYTHON)" -m venv .venv-lock && .venv-lock/bin/python -m pip install --quiet uv; }; \
 	    uv=.venv-lock/bin/uv; fi; \
-	extras="$(EXTRAS:%=--extra %)"; options="--universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-emit-find-links --quiet"; \
-	"$$uv" pip compile pyproject.toml --group dev $$options --custom-compile-command "make lock" \
-	    $(LOCK_ARGS) --output-file requirements.lock && \
-	"$$uv" pip compile pyproject.toml --group dev $$extras $$options --custom-compile-command "make lock" \
-	    --constraints requirements.lock --output-file requirements-test.lock && \
-	"$$uv" pip compile pyproject.toml --group dev --group docs $$options --custom-compile-command "make lock" \
-	    --constraints requirements-test.lock --output-file requirements-docs.lock && \
-	"$$uv" pip compile --group compiler $$options --custom-compile-command "make lock" \
-	    --output-file requirements-compiler.lock
+	"$(PYTHON)" tools/lock.py "$$uv" $(LOCK_ARGS)
 
 clean:  ## remove builds, caches and the demo
 	@rm -rf build demo dist docs/_build docs/api docs/gallery

@@ -150,7 +150,8 @@ coverage: $(READY) $(EXTRA)  ## run the tests with branch coverage
 	@"$(PY)" -m coverage run -m pytest $(TESTS)
 	@"$(PY)" -m coverage report
 
-docs: $(READY) $(DOCS)  ## build the documentation into docs/_build/html/; a warning is an error
+docs: $(READY) $(DOCS)  ## write the reference pages and build the documentation into docs/_build/html/; a warning is an error
+	@"$(PY)" docs/make_reference.py
 	@"$(PY)" -m sphinx -W -E --keep-going -q -b html docs docs/_build/html
 	@echo "docs/_build/html/index.html"
 

@@ -23,6 +23,7 @@ and Julia, and MATLAB that reads no file, are recipes: tests/physics/test_hosts_
 from __future__ import annotations
 
 import ast
+import importlib.util
 import io
 import re
 import shlex
@@ -418,6 +419,34 @@ def test_every_page_is_on_the_site_and_linked_where_it_is_listed() -> None:
         text = page.read_text(encoding="utf-8")
         for below in toctree(page):
             assert f"({below.name})" in text, f"{below.name} is not in the tables of {page.name}"
+
+
+# -- pages from declarations ----------------------------------------------------------------------
+
+
+def reference() -> types.ModuleType:
+    spec = importlib.util.spec_from_file_location("make_reference", DOCS / "make_reference.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.mark.parametrize("name", ["study-keys.md", "command-options.md", "results-names.md"])
+def test_reference_pages_are_those_of_the_declarations(name: str) -> None:
+    written = (DOCS / name).read_text(encoding="utf-8")
+    assert written == reference().PAGES[name](), "python docs/make_reference.py writes it again"
+
+
+def test_no_key_or_quantity_is_without_a_meaning() -> None:
+    for name in ("study-keys.md", "command-options.md", "results-names.md"):
+        rows = re.findall(r"(?m)^\| (`[^|]+`) \|(.*)\|$", (DOCS / name).read_text("utf-8"))
+        assert rows
+        for key, rest in rows:
+            cells = [text.strip() for text in rest.split("|")]
+            meaning = cells[0] if name == "command-options.md" else cells[1]
+            assert meaning, f"{name}: {key}"
 
 
 # -- site -----------------------------------------------------------------------------------------

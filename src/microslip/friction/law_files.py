@@ -1,0 +1,113 @@
+"""Friction laws as JSON files: the name of a law and its numbers in SI units."""
+
+from __future__ import annotations
+
+import json
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from microslip._core.checks import show
+from microslip._core.files import whole_file
+from microslip._core.parameters import key_of, parameters_of, says_all, values_of
+from microslip.errors import InputError
+from microslip.friction.base import BackboneLaw
+from microslip.friction.laws import LAWS
+
+KIND = "microslip-law"
+VERSION = 1
+_LARGEST = 10_000_000  # bytes: a million cells of an Iwan model
+
+
+def _by_name() -> dict[str, type[BackboneLaw]]:
+    """Return the laws that are made of declared numbers only, by their names."""
+    return {key_of(kind): kind for kind in LAWS if says_all(kind)}
+
+
+def save_law(law: BackboneLaw, path: str | PathLike[str], *, overwrite: bool = False) -> None:
+    """Write a friction law to a JSON file: its name and its numbers in SI units.
+
+    Parameters
+    ----------
+    law : BackboneLaw
+        A law that is given by its declared parameters, such as Jenkins or SegalmanIwan.
+    path : str or path
+        The file, ending in ``.json``. It is written whole or not at all.
+    overwrite : bool, optional
+        Whether a file in its place may be replaced.
+
+    Raises
+    ------
+    InputError
+        If the law needs more than numbers (a surface, other laws), or the file is not a ``.json``.
+    """
+    file, kinds = Path(path), _by_name()
+    if kinds.get(key_of(type(law))) is not type(law):
+        raise InputError(f"`law` must be one of {', '.join(kinds)}, got {show(law)}")
+    if file.suffix.lower() != ".json":
+        raise InputError(f"`path` must end in .json, got {show(file.name)}")
+    numbers = {name: np.asarray(value).tolist() for name, value in values_of(law).items()}
+    units = {item.name: item.unit or "-" for item in parameters_of(type(law))}
+    content = {
+        "kind": KIND,
+        "version": VERSION,
+        "law": key_of(type(law)),
+        "parameters": numbers,
+        "units": units,
+    }
+    with whole_file(file, overwrite) as stage:
+        stage.write_text(json.dumps(content, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+
+
+def load_law(path: str | PathLike[str]) -> BackboneLaw:
+    """Read a friction law that :func:`save_law` wrote.
+
+    Parameters
+    ----------
+    path : str or path
+        The JSON file.
+
+    Returns
+    -------
+    BackboneLaw
+        The law.
+
+    Raises
+    ------
+    InputError
+        If the file is no law, of a later version, of an unknown law, or has wrong numbers.
+    """
+    file = Path(path)
+    try:
+        if file.stat().st_size > _LARGEST:
+            raise InputError(f"{file.name}: a law must have at most {_LARGEST} bytes")
+        content: Any = json.loads(file.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise InputError(f"{file.name}: no such file") from None
+    except (OSError, ValueError, RecursionError) as error:
+        raise InputError(f"{file.name}: is no JSON file of a law ({error})") from None
+    if not isinstance(content, dict) or content.get("kind") != KIND:
+        raise InputError(f'{file.name}: is no file of a law: "kind" must be "{KIND}"')
+    if content.get("version") != VERSION:
+        raise InputError(
+            f"{file.name}: version must be {VERSION}, got {show(content.get('version'))}"
+        )
+    kinds, name = _by_name(), content.get("law")
+    if not isinstance(name, str) or name not in kinds:
+        raise InputError(f"{file.name}: law must be one of {', '.join(kinds)}, got {show(name)}")
+    wanted = [item.name for item in parameters_of(kinds[name])]
+    numbers = content.get("parameters")
+    if not isinstance(numbers, dict) or set(numbers) != set(wanted):
+        given = sorted(numbers) if isinstance(numbers, dict) else numbers
+        raise InputError(
+            f"{file.name}: parameters of {name} must be {', '.join(wanted)}, got {show(given)}"
+        )
+    units = {item.name: item.unit or "-" for item in parameters_of(kinds[name])}
+    if content.get("units") != units:
+        raise InputError(f"{file.name}: units must be {units}, got {show(content.get('units'))}")
+    try:
+        return kinds[name](**numbers)
+    except InputError as error:
+        raise InputError(f"{file.name}: {error}") from None

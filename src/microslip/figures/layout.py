@@ -349,7 +349,8 @@ def _ends_of(frame: Frame) -> tuple[float, float]:
 # -- legend --------------------------------------------------------------------------------------
 
 
-def _entry_width(entry: Entry) -> float:
+def entry_width(entry: Entry) -> float:
+    """Width of an entry of the legend [pt], with its line and the space after it."""
     return _HANDLE + _GAP + text_width(entry.label, SMALL) + _SPACING
 
 
@@ -357,7 +358,7 @@ def _legend_lines(entries: Sequence[Entry]) -> list[list[Entry]]:
     lines: list[list[Entry]] = []
     room = 0.0
     for entry in entries:
-        width = _entry_width(entry)
+        width = entry_width(entry)
         if not lines or width > room:
             lines.append([])
             room = PAGE - 20.0
@@ -369,7 +370,7 @@ def _legend_lines(entries: Sequence[Entry]) -> list[list[Entry]]:
 def _legend(lines: list[list[Entry]], top: float) -> list[Handle]:
     handles = []
     for number, line in enumerate(lines):
-        widths = [_entry_width(entry) for entry in line]
+        widths = [entry_width(entry) for entry in line]
         here = 0.5 * (PAGE - sum(widths) + _SPACING)
         for entry, width in zip(line, widths, strict=True):
             handles.append(Handle(entry, here, top + _LINE * SMALL * (number + 0.5)))

@@ -162,11 +162,16 @@ def _prepare(axes: Axes, panel: Panel, own_page: bool) -> None:
     axes.set_title(_plain(panel.title))
     axes.set_title(_plain(panel.note), loc="left", size=SMALL)
     if panel.second is not None:
-        label, factor = panel.second
-        right = axes.secondary_yaxis(
-            "right", functions=(lambda y: factor * y, lambda y: y / factor)
-        )
-        right.set_ylabel(_plain(label))
+        name, factor = panel.second
+
+        def scaled(y: Any) -> Any:
+            return factor * y
+
+        def unscaled(y: Any) -> Any:
+            return y / factor
+
+        right = axes.secondary_yaxis("right", functions=(scaled, unscaled))
+        right.set_ylabel(_plain(name))
         if panel.y.log:
             right.yaxis.set_major_formatter(partial(_log_label, right.yaxis))
 

@@ -80,9 +80,6 @@ QUANTITIES: dict[str, Quantity] = {
     "modal_damping_ratio": Quantity(
         "-", "damping ratio of a mode in steady motion, by harmonic balance"
     ),
-    "decay_damping_ratio": Quantity("-", "damping ratio in a free decay of the mode"),
-    "quasi_static_frequency": Quantity("Hz", "frequency of a mode, quasi-static"),
-    "quasi_static_damping_ratio": Quantity("-", "damping ratio of a mode, quasi-static"),
     **{
         f"modal_{name}_{word}": Quantity(unit, f"{share} % quantile of the {meaning} of a mode")
         for name, unit, meaning in (

@@ -95,7 +95,6 @@ def run(study: StudyDescription, progress: Progress | None = None) -> StructureP
         Mode(
             number,
             curve,
-            curve.other_method,
             _bands(samples[index], part, names, convergence),
             forced_modes(part, joint, curve, samples[index]),
         )

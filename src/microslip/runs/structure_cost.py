@@ -13,7 +13,7 @@ from microslip.study.structure import USUAL_PATCHES
 
 _PER_REDUCTION, _PER_POINT, _PER_LOOK = 4.0, 0.012, 0.6
 """Seconds of a core of 2023: of 40 000 degrees of freedom with 30 patches; of an amplitude and 30
-patches; of the quasi-static curve and the harmonics left out, 30 patches, whose laws are tightened
+patches; of the harmonics left out, 30 patches, whose laws are tightened
 by their own pressure up to three times as long."""
 _TRIALS = 20  # reductions that a convergence takes
 _EVALUATIONS, _DRAWS = 12, 32  # curves of a fit a parameter, and for its band

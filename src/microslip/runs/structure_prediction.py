@@ -89,7 +89,6 @@ class Mode:
 
     number: int  # counted from 1
     curve: ModalCurve  # by harmonic balance
-    quick: ModalCurve  # quasi-static
     bands: Bands | None  # None where everything is given as one number
     forced: tuple[ForcedMode, ...] = ()  # one a force
 

@@ -81,7 +81,7 @@ def number(prediction: StructurePrediction) -> Number:
     """The damping ratio at the largest amplitude, with its band."""
     mode, last = prediction.modes[0], prediction.modes[0].last
     place = engineering(float(mode.curve.amplitude[last]), prediction.part.unit, 3)
-    band = f"quasi-static: {cells.ratio(float(mode.quick.damping_ratio[last]))}"
+    band = ""
     if mode.bands is not None:
         band = f"5 to 95 %: {_band(mode.bands, last)}"
     value = cells.ratio(float(mode.curve.damping_ratio[last]))
@@ -127,8 +127,7 @@ def pictures(prediction: StructurePrediction) -> tuple[Picture, ...]:
         "modal_curves": (
             curve_plot,
             f"Frequency and damping ratio of each mode against the {prediction.part.quantity} "
-            "amplitude at the sensor, in steady motion by harmonic balance"
-            "; dashed: quasi-static."
+            "amplitude at the sensor, in steady motion by harmonic balance."
             f"{bands}{markers}{fitted} {_errors(prediction)}",
             "Frequency and damping of the modes against amplitude",
         ),
@@ -215,10 +214,7 @@ def _curves(mode: Mode) -> dict[str, Floats]:
         "amplitude": mode.curve.amplitude,
         "modal_frequency": mode.curve.frequency,
         "modal_damping_ratio": mode.curve.damping_ratio,
-        "decay_damping_ratio": mode.curve.decay_damping_ratio,
     }
-    curves["quasi_static_frequency"] = mode.quick.frequency
-    curves["quasi_static_damping_ratio"] = mode.quick.damping_ratio
     for name in ("frequency", "damping_ratio") if mode.bands is not None else ():
         for word, row in zip(("low", "median", "high"), getattr(mode.bands, name), strict=True):
             curves[f"modal_{name}_{word}"] = row
@@ -256,7 +252,7 @@ def _mode_numbers(mode: Mode) -> dict[str, Any]:
     result: dict[str, Any] = {
         "mode": mode.number,
         **named(mode.curve, "linear_frequency", "message"),
-        **{c.key: json_value(curves[c.key]) for c in _COLUMNS[:5] if c.key in curves},
+        **{c.key: json_value(curves[c.key]) for c in _COLUMNS[:3] if c.key in curves},
         "harmonic_error": json_value(mode.curve.harmonic_error),
         "loss_share": json_value(mode.loss()),
         "mac": json_value(mode.curve.mac),
@@ -307,8 +303,6 @@ _COLUMNS = (
     Column("amplitude", "Amplitude at the sensor", "m", 3, short="amplitude"),
     Column("modal_frequency", "Frequency [Hz]", "Hz", write=lambda f: f"{f:.5g}", short="Hz"),
     Column("modal_damping_ratio", "Damping ratio ζ, steady", "", write=cells.ratio, short="ζ"),
-    Column("decay_damping_ratio", "ζ, free decay", "", write=cells.ratio),
-    Column("quasi_static_damping_ratio", "ζ, quasi-static", "", write=cells.ratio),
     Column("modal_damping_ratio_low", "ζ, 5 %", "", write=cells.ratio),
     Column("modal_damping_ratio_median", "ζ, 50 %", "", write=cells.ratio),
     Column("modal_damping_ratio_high", "ζ, 95 %", "", write=cells.ratio),
@@ -328,11 +322,9 @@ def _table(mode: Mode, unit: str) -> Table:
 
 
 def _remark(prediction: StructurePrediction) -> str:
-    worst = max(float(np.nanmax(abs(m.curve.damping_difference))) for m in prediction.modes)
-    text = f"The quasi-static damping differs from harmonic balance by up to {worst:.1%}."
     error = max(float(np.nanmax(abs(m.curve.harmonic_error))) for m in prediction.modes)
     harmonics = ", ".join(map(str, prediction.part.harmonics))
-    text += f" Harmonics beyond {harmonics} would change the joint's damping by {error:.1%}."
+    text = f"Harmonics beyond {harmonics} would change the joint's damping by {error:.1%}."
     shapes = min(float(np.nanmin(m.curve.mac)) for m in prediction.modes)
     if shapes < _SAME_SHAPE:
         text += f" Shapes change: their MAC with those of stuck joints falls to {shapes:.3f}."

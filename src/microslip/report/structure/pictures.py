@@ -10,7 +10,6 @@ from microslip._core.units import prefix
 from microslip.figures.kit import between, box, look_of, scale_of_colours, with_scale
 from microslip.figures.plot import (
     COLORS,
-    DASHED,
     DOTTED,
     Area,
     Axis,
@@ -78,8 +77,6 @@ def curve_plot(prediction: StructurePrediction) -> Plot:
     for index, mode in enumerate(prediction.modes):
         color, x = look_of(index).color, mode.curve.amplitude / unit
         for panel, name in panels:
-            if mode.quick is not None:
-                panel.line(x, values(mode, mode.quick, name), color, dash=DASHED)
             panel.line(x, values(mode, mode.curve, name), color)
         text = f"mode {mode.number}, {mode.curve.linear_frequency:.5g} Hz at rest"
         legend.append(Entry(text, color))
@@ -97,8 +94,6 @@ def curve_plot(prediction: StructurePrediction) -> Plot:
         change = values(prediction.modes[index], curve, "frequency")
         for panel, y in ((upper, change), (lower, test.damping_of(curve))):
             panel.line(sensed(curve)[order], y[order], look_of(index).color, dash=DOTTED)
-    if prediction.modes[0].quick is not None:
-        legend.append(Entry("quasi-static", COLORS[0], DASHED))
     if fitted:
         legend.append(Entry("fitted to the tests", COLORS[0], DOTTED))
     return stacked([upper, lower], 6.2, (1.0, 1.3), legend)

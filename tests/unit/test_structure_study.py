@@ -21,7 +21,7 @@ from microslip.report.predicted.preview import preview
 from microslip.report.structure.pictures import curve_plot, shape_plot
 from microslip.study.build import Design, at_middle, build_surface
 from microslip.study.consistency import questions
-from microslip.study.new import text_of_template
+from microslip.study.new import template
 
 STUDY = STRIP
 for _plain, _changed in (
@@ -426,7 +426,7 @@ def with_mesh(folder: Path) -> Path:
 
 
 def test_the_template_of_a_mesh_is_a_study_within_the_limits(with_mesh: Path) -> None:
-    text = text_of_template("mesh", "", "mesh.toml", "")
+    text = template("mesh", name="mesh.toml")
     names = {
         "parts.msh": "strip.inp", '["lower", "upper", "bolt"]': '["left", "right", "bolts"]',
         "lower face": "low face", "upper face": "high face", '"shank"': '"bolt 1"',

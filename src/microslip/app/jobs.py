@@ -9,7 +9,6 @@ import re
 import shlex
 import shutil
 import sys
-import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -18,7 +17,7 @@ from typing import Any
 
 from microslip._core.wording import show
 from microslip.errors import InputError
-from microslip.study.toml_text import FILE_KEYS, apply, as_toml, tables_of, text_of
+from microslip.study.toml_text import FILE_KEYS, edited_text, tables_of, text_of
 
 LOOK = "look"
 """Begins the name of a form for a look into a file: "look record", "look scan"."""
@@ -109,12 +108,14 @@ class Run:
             f"{counted[name]['value']!r} {counted[name]['unit']}"
             for name in ("std", "mean_height", "radius", "density")
         )
-        heights = {"kind": "gaussian", "std": std, "mean": mean}
-        keys = {"heights": heights, "radius": radius, "density": density}
-        # A scan tells nothing of loads that the joint has carried before.
-        text = template("greenwood-williamson", f"{self.kind}.toml", tightened=False)
-        overrides = [f"surface.{key}={as_toml(value)}" for key, value in keys.items()]
-        return apply(overrides, text, tomllib.loads(text))[0]
+        values: dict[tuple[str, ...], Any] = {
+            ("surface", "heights"): {"kind": "gaussian", "std": std, "mean": mean},
+            ("surface", "radius"): radius,
+            ("surface", "density"): density,
+            # A scan tells nothing of loads that the joint has carried before.
+            ("joint", "tightening_load"): None,
+        }
+        return edited_text(template(name=f"{self.kind}.toml"), values)
 
     def summary(self) -> dict[str, Any]:
         """Summary of the job for the page."""

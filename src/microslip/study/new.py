@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import json
 import math
-import re
 import shlex
 from contextlib import suppress
 from importlib.resources import files
 from pathlib import Path
+from string import Template
 
 from microslip._core.files import reason
 from microslip._core.units import engineering
@@ -18,18 +18,7 @@ from microslip.errors import StudyError
 SCHEMA_FILE = "study.schema.json"
 """File in which editors find the JSON Schema of studies, if it lies beside them."""
 
-# The largest load that a joint has carried: soft steel has yielded at its summits by then.
-_TIGHTENED = {"greenwood-williamson": "2.2 kN", "population": "500 N"}
-
-# Two loads, a force amplitude, three displacement amplitudes.
-_NUMBERS = {
-    "greenwood-williamson": ("500 N", "1.6 kN", "30 N", "5 nm", "50 nm", "0.5 um"),
-    "population": ("50 N", "200 N", "5 N", "0.05 um", "0.2 um", "2 um"),
-    "sphere": ("5 N", "20 N", "0.5 N", "20 nm", "0.1 um", "1 um"),
-    "table": ("500 N", "2 kN", "30 N", "0.05 um", "0.2 um", "1 um"),
-}
-
-LAWS = tuple(_NUMBERS)
+LAWS = ("greenwood-williamson", "population", "sphere", "table")
 """Surfaces that there is a study to begin with for."""
 
 TEMPLATES = {
@@ -42,15 +31,6 @@ TEMPLATES = {
 }
 """Studies to begin with, and what each is for."""
 
-_NEXT = {
-    "joint": ("check {study}", "predict {study}"),
-    "structure": ("check {study}", "predict {study}"),
-    "mesh": ("check {study}", "predict {study}"),
-    "scan": ("surface face.csv", "check {study}", "predict {study}"),
-    "record": ("measure run.csv", "identify run.csv --study {study}"),
-    "batch": ("batch {table} --study {study}",),
-}
-
 _CHANGES = """name,joint.normal_load,joint.friction_coefficient
 light,500 N,0.2
 heavy,2 kN,0.2
@@ -59,81 +39,40 @@ rough,2 kN,0.4
 
 
 def template(
-    law: str = "greenwood-williamson",
-    name: str = "joint.toml",
-    hint: str = "",
-    *,
-    tightened: bool = True,
     kind: str = "joint",
+    law: str = LAWS[0],
+    name: str = "joint.toml",
+    process: str | None = None,
 ) -> str:
-    """A commented study that runs as it is, for one of :data:`LAWS`.
+    """Return the commented study of one of :data:`TEMPLATES`, which runs as it is.
 
-    ``name`` is that of its file, for the title and the commands in its comments; ``hint`` a first
-    line for editors, such as "#:schema study.schema.json"; without ``tightened`` it has not been.
+    ``name`` is that of its file, for the title and the commands in its comments. A joint has a
+    surface of one of :data:`LAWS`, or faces as a ``process`` of
+    :data:`microslip.scans.finish.PROCESSES` leaves them.
     """
     if law not in LAWS:
         near = did_you_mean(law, LAWS) if isinstance(law, str) else ""
         raise StudyError(f"law: wanted {quoted(LAWS)}, got {show(law)}{near}")
-    parts = _parts()
-    keys = ("light", "heavy", "force", "small", "middle", "large")
-    numbers = dict(zip(keys, _NUMBERS[law], strict=True))
-    numbers["tightened"] = ""
-    if tightened and (load := _TIGHTENED.get(law)):
-        remark = "largest load it has carried: summits have yielded, by the hardness"
-        numbers["tightened"] = f'tightening_load = "{load}"  # {remark}\n'
-    tail = parts["records" if kind == "record" else "tail"].format(**numbers)
-    return _aligned(_head(name, hint, kind) + parts["metals"] + parts[law] + tail)
-
-
-def _aligned(text: str) -> str:
-    """Remarks below each other."""
-    return re.sub(r"(?m)^(.*\S)  # ", lambda line: f"{line[1]:<38}  # ", text)
-
-
-def _next(kind: str, study: Path) -> list[str]:
-    """Commands that come next."""
-    names = {"study": command_line(study), "table": command_line(study.with_suffix(".csv"))}
-    return [f"microslip {step.format(**names)}" for step in _NEXT[kind]]
-
-
-def _parts() -> dict[str, str]:
-    """Pieces of studies by their names."""
-    pieces = re.split(r"(?m)^%% (\S+)\n", _text_of("new_study.template"))[1:]
-    return dict(zip(pieces[::2], pieces[1::2], strict=True))
-
-
-def _head(name: str, hint: str, kind: str) -> str:
-    """The first lines of a study: how it is run, and its title."""
-    stem = Path(name).stem
+    file, stem = Path(name), Path(name).stem
     title = stem if 0 < len(stem) <= 200 and stem.isprintable() else "A joint"
-    # A basic string of TOML is written as one of JSON.
-    title = json.dumps(title, ensure_ascii=False)
-    steps = "\n".join(f"#   {step}" for step in _next(kind, Path(name)))
-    text = _parts()["head"].format(steps=steps, meaning=TEMPLATES[kind], title=title)
-    return f"{hint}\n{text}" if hint else text
-
-
-def text_of_template(kind: str, law: str, name: str, hint: str, process: str | None = None) -> str:
-    """The study of one of :data:`TEMPLATES`, in a file of that name; or of a machined face."""
+    words = {
+        # A basic string of TOML is written as one of JSON.
+        "title": json.dumps(title, ensure_ascii=False),
+        "study": command_line(file),
+        "table": command_line(file.with_suffix(".csv")),
+    }
     if process is not None:
         from microslip.scans.finish import PROCESSES, sampling_length
 
         leaves = PROCESSES[process]
-        lengths = {"low": leaves.low, "high": leaves.high}
-        lengths["section"] = sampling_length(math.sqrt(leaves.low * leaves.high))
-        texts = {
-            key: engineering(x, "m", 3, trim=True).replace("µ", "u") for key, x in lengths.items()
-        }
-        body = _parts()["process"].format(process=process, source=leaves.source, **texts)
-    elif kind == "structure":
-        text = demo_text(beam=True)
-        text = text[text.index("schema = ") :]
-        body = text[text.index("[material") :]
-    elif kind in ("mesh", "scan"):
-        body = _parts()[kind].format()
-    else:
-        return template(law, name, hint, kind=kind)
-    return _aligned(f"{_head(name, hint, kind)}{body}")
+        words |= {"process": process, "source": leaves.source}
+        section = sampling_length(math.sqrt(leaves.low * leaves.high))
+        for key, x in {"low": leaves.low, "high": leaves.high, "section": section}.items():
+            words[key] = engineering(x, "m", 3, trim=True).replace("µ", "u")
+        kind = "process"
+    elif kind == "joint" and law != LAWS[0]:
+        kind = f"joint-{law}"
+    return Template(_text_of(f"templates/{kind}.toml")).substitute(words)
 
 
 def write(
@@ -153,8 +92,9 @@ def write(
         example = shorten(f"{path.name.partition('.')[0] or 'joint'}.toml", 60)
         raise StudyError(f'{name}: wanted a name that ends in .toml, such as "{example}"')
     # Only a file beside the study: an editor must not ask the network for it.
-    hint = f"#:schema {SCHEMA_FILE}" if (path.parent / SCHEMA_FILE).is_file() else ""
-    texts = {path: text_of_template(kind, law, path.name, hint, process)}
+    hint = f"#:schema {SCHEMA_FILE}\n" if (path.parent / SCHEMA_FILE).is_file() else ""
+    study = template(kind, law, path.name, process)
+    texts = {path: hint + study}
     if kind == "batch":
         texts[path.with_suffix(".csv")] = _CHANGES
     written: list[Path] = []
@@ -171,7 +111,11 @@ def write(
         if isinstance(error, FileExistsError):
             raise StudyError(f"{name}: exists, and is not replaced; name another file") from None
         raise StudyError(f"{name}: cannot be written: {reason(error)}") from None
-    return _next(kind, path)
+    # Commands stand in the comments with the name of the file alone.
+    steps = [line[4:] for line in study.splitlines() if line.startswith("#   microslip ")]
+    for file in texts:
+        steps = [step.replace(command_line(file.name), command_line(file)) for step in steps]
+    return steps
 
 
 def demo_text(beam: bool = False) -> str:

@@ -27,7 +27,7 @@ from microslip.study.fields import (
     text,
     whole_number,
 )
-from microslip.study.part import Part, key
+from microslip.study.part import Part, key, optional_key
 from microslip.study.pressure import TightenedBolts
 from microslip.study.readers import Items, KeyedError, Place
 from microslip.study.uncertain import Unsure
@@ -46,11 +46,11 @@ _PLACES = Unsure(PLACE)
 class BoltsPart(TightenedBolts):
     """Equal bolts through the lap: places from its middle, diameters, tension or torque."""
 
-    positions: tuple[float, ...] | None = key(
+    positions: tuple[float, ...] | None = optional_key(
         Items(_PLACES, '["-30 mm", "0 mm", "30 mm"]', (1, 200), single=True),
         "Places along the lap, from its middle; a mesh has them itself.",
     )
-    across: tuple[float, ...] | None = key(
+    across: tuple[float, ...] | None = optional_key(
         Items(_PLACES, '["-30 mm", "0 mm", "30 mm"]', (1, 200), single=True),
         "Places across the lap, one a bolt; all in the middle unless given.",
         '["0 mm", "0 mm", "0 mm"]',
@@ -66,10 +66,10 @@ class BoltsPart(TightenedBolts):
     tension: float | None = optional(Bolts, "tension")
     thread: float | None = optional(Bolts, "thread")
     pitch: float | None = optional(Bolts, "pitch")
-    size: str | None = key(
+    size: str | None = optional_key(
         one_of(*BOLTS), "Size of the bolts, in place of diameters and pitch.", '"M8"'
     )
-    clamp_length: float | None = key(
+    clamp_length: float | None = optional_key(
         Unsure(LENGTH),
         "Thickness of all that a bolt clamps, for what embeds; that of the drawing unless given.",
         '"25 mm"',
@@ -154,15 +154,15 @@ class MeshPart(Part):
     ground: tuple[str, ...] = key(
         _names('["foot"]'), "Names of volumes or faces that do not move.", default=()
     )
-    materials: tuple[str, ...] | None = key(
+    materials: tuple[str, ...] | None = optional_key(
         _names('["steel", "steel", "titanium"]', distinct=False),
         "Material of each body; the first of the surface unless given.",
     )
-    densities: tuple[float, ...] | None = key(
+    densities: tuple[float, ...] | None = optional_key(
         Items(MASS_DENSITY, '["7850 kg/m^3", "7850 kg/m^3", "4430 kg/m^3"]', (1, _MOST_ITEMS)),
         "Mass density of each body; `structure.density` unless given.",
     )
-    along: tuple[float, float, float] | None = key(
+    along: tuple[float, float, float] | None = optional_key(
         Items(number("1.0"), "[1, 0, 0]", (3, 3)),
         "Direction along the contacts; that in which they are longest unless "
         "given, and places in them then count from their middle.",

@@ -12,7 +12,7 @@ from microslip._core.wording import shorten
 from microslip.errors import InputError
 from microslip.scans.options import BREADTH, PERSSON, PROCESS, RA, RQ, RSM, RZ
 from microslip.study.fields import AREA, DENSITY, MATERIALS, RADIUS, ROUGHNESS
-from microslip.study.part import Part, SurfaceTable, Table, key, tag
+from microslip.study.part import Part, SurfaceTable, Table, key, optional_key, tag
 from microslip.study.readers import Items, KeyedError, Place
 from microslip.study.scanned_surface import SCAN, Scanned, ScanSurface
 from microslip.study.uncertain import Unsure
@@ -242,7 +242,7 @@ class TwoFaces(FacedSurface):
         "{ std, radius, density }.",
         '{ ra = "0.8 um", rsm = "60 um" }',
     )
-    second: AnyFace | None = key(
+    second: AnyFace | None = optional_key(
         _ANY_FACE,
         "The face of the second body, likewise; smooth if absent.",
         '{ std = "0.4 um", radius = "20 um", density = "3000 1/mm^2" }',

@@ -26,7 +26,7 @@ from microslip.study.fields import (
     table_of,
     text,
 )
-from microslip.study.part import Part, Table, key, tag
+from microslip.study.part import Part, Table, key, optional_key, tag
 from microslip.study.readers import FAILED, KeyedError, Named, Place
 
 _ALSO_CALLED = {
@@ -57,8 +57,8 @@ class GivenHeights(Part):
     values: tuple[float, ...] = key(
         Numbers(HEIGHT, '["0.4 um", "0.7 um"]'), "The heights, unless a file holds them."
     )
-    file: str | None = key(FILE, "CSV file that holds them instead.", '"heights.csv"')
-    column: str | None = key(COLUMN, "Name of its column.", '"y"')
+    file: str | None = optional_key(FILE, "CSV file that holds them instead.", '"heights.csv"')
+    column: str | None = optional_key(COLUMN, "Name of its column.", '"y"')
     unit: str | None = key(COLUMN_UNIT)
 
     @classmethod

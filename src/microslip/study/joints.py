@@ -24,7 +24,7 @@ from microslip.study.fields import (
     one_of,
     table_of,
 )
-from microslip.study.part import Part, Table, key, tag
+from microslip.study.part import Part, Table, key, optional_key, tag
 from microslip.study.pressure import ANY_PRESSURE, PressurePart
 from microslip.study.readers import Items, KeyedError, Place
 from microslip.study.uncertain import Unsure
@@ -47,22 +47,22 @@ class Joint(Part):
         "[structure] needs none: its bolts press the faces together.",
         default=(),
     )
-    tightening_load: float | None = key(
+    tightening_load: float | None = optional_key(
         Unsure(LOAD),
         "Largest normal load that the joint has carried: summits yielded under it and "
         "are elastic since; the normal loads are at most that.",
         '"5 kN"',
     )
-    yield_stress: float | None = key(
+    yield_stress: float | None = optional_key(
         Unsure(YIELD_STRESS),
         "Yield stress of the softer body, for tightening_load; by default that of its "
         "hardness, H/2.84.",
     )
-    tightening_model: str | None = key(
+    tightening_model: str | None = optional_key(
         one_of(*MODELS),
         "Model of a summit that yields under tightening_load; Jackson and Green (2005) by default.",
     )
-    pressure: PressurePart | None = key(
+    pressure: PressurePart | None = optional_key(
         ANY_PRESSURE,
         "Distribution of the pressure over the faces; even over the whole area if absent. "
         "Bolts with a tension or a torque give the load, too.",

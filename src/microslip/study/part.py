@@ -89,8 +89,8 @@ def key(
 ) -> Any:  # fmt: skip
     """A key of a table: how it is read, and what it is called to users.
 
-    What is not said here is as declared. It may be left out where a default is given, or where the
-    annotation of the attribute has None.
+    Help, example and default are those of the declaration unless given. A key that has a default
+    may be left out of the file.
     """
     reader = declared if isinstance(declared, Reader) else Plain(declared)
     return Key(
@@ -100,6 +100,11 @@ def key(
         reader.default if default is ... else default,
         alias,
     )
+
+
+def optional_key(declared: Parameter | Reader, help: str = "", example: str = "") -> Any:
+    """A key that may be left out of the file, and is then None."""
+    return key(declared, help, example, default=None)
 
 
 def tag(value: object, help: str, *, default: Any = REQUIRED) -> Any:
@@ -182,11 +187,8 @@ class Part:
                     name = item.name or attribute
                     keys[name], attributes[name] = item, attribute
         cls._declared = {n: i for n, i in vars(cls).items() if isinstance(i, Key)}
-        for name, item in cls._declared.items():
+        for name in cls._declared:
             delattr(cls, name)
-            words = item.declared is not None and item.declared.none  # for None in the file
-            if item.required and not words and cls.__annotations__.get(name, "").endswith("| None"):
-                item.default = None
         cls.keys, cls.attributes = keys, attributes
 
     _declared: ClassVar[dict[str, Key]] = {}

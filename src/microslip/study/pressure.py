@@ -20,7 +20,7 @@ from microslip.structures.bolt_tightening import (
 )
 from microslip.structures.bolts import Bolts
 from microslip.study.fields import ANGLE, SHARE, Numbers, one_of, optional, quantity, whole_number
-from microslip.study.part import Part, Table, key, tag
+from microslip.study.part import Part, Table, key, optional_key, tag
 from microslip.study.readers import Items, KeyedError, Place
 from microslip.study.uncertain import Spread, Unsure
 
@@ -35,7 +35,7 @@ class TightenedBolts(Part):
     thread_friction: float | None = optional(Bolts, "thread_friction")
     bearing_friction: float | None = optional(Bolts, "bearing_friction")
     hole: float | None = optional(Bolts, "hole")
-    grade: str | None = key(
+    grade: str | None = optional_key(
         one_of(*GRADES), "Property class, whose proof stress bounds the tension.", '"8.8"'
     )
     tightening_factor: float | None = optional(
@@ -44,10 +44,10 @@ class TightenedBolts(Part):
         help="Largest over smallest preload at one torque (VDI 2230's alpha_A), so the torque is "
         "an uncertain input; where others are uncertain it is 1.6 unless given.",
     )
-    embedding: float | None = key(
+    embedding: float | None = optional_key(
         Unsure(quantity(LENGTH, "8 um")), f"Embedding f_Z of all faces of a bolt (VDI 2230){_LOST}"
     )
-    rz: float | None = key(
+    rz: float | None = optional_key(
         Unsure(quantity(LENGTH, "6.3 um")),
         f"Rz of the faces, for f_Z by the table of VDI 2230, in place of embedding{_LOST}",
     )
@@ -163,7 +163,7 @@ class _Round(PressurePart):
     """Round, between two radii."""
 
     outer: float = key(_LENGTH, "Outer radius.", '"8 mm"')
-    inner: float | None = key(_LENGTH, "Radius of the hole, if there is one.", '"4.5 mm"')
+    inner: float | None = optional_key(_LENGTH, "Radius of the hole, if there is one.", '"4.5 mm"')
     count: int = key(_COUNT, "Number of such contacts, equal and separate.", default=1)
 
     def spread(self, rings: int = RINGS) -> Pressure:
@@ -242,23 +242,23 @@ class BoltPressure(TightenedBolts, PressurePart):
     nut_factor: float | None = optional(
         Bolts, "nut_factor", help="K of torque = K d tension; 0.2 if absent, without frictions."
     )
-    axial_load: float | None = key(
+    axial_load: float | None = optional_key(
         Unsure(quantity(FORCE, "2 kN")),
         "Axial load on each bolt, which parts the plates; all but the bolt's share relieves them.",
     )
-    load_factor: float | None = key(
+    load_factor: float | None = optional_key(
         Unsure(SHARE),
         "The bolt's share of it (VDI 2230's Phi); by the resiliences if absent, for a load that "
         "enters half-way (n = 0.5).",
         "0.1",
     )
-    head: float | None = key(
+    head: float | None = optional_key(
         _LENGTH, "Bearing diameter of head, nut or washer on the plates.", '"16 mm"'
     )
     angle: float = key(
         Unsure(ANGLE), "Half angle of the cone.", '"30 deg"', default=math.radians(30.0)
     )
-    edge: float | None = key(
+    edge: float | None = optional_key(
         _LENGTH, "Diameter at which the plates end, or half-way to the next bolt.", '"30 mm"'
     )
 

@@ -34,7 +34,7 @@ from microslip.study.fields import (
 )
 from microslip.study.joints import ANY_JOINT
 from microslip.study.metals import with_metals
-from microslip.study.part import HOMES, Part, Table, homes_of, key
+from microslip.study.part import HOMES, Part, Table, homes_of, key, optional_key
 from microslip.study.readers import FAILED, Items, KeyedError, Named, Place, Reading
 from microslip.study.structure import StructurePart
 from microslip.study.surfaces import ANY_MATERIAL, ANY_SURFACE
@@ -83,12 +83,12 @@ class UncertaintyPart(Part):
         "Correlations of the uncertain numbers.",
         default=(),
     )
-    scan_patches: tuple[int, ...] | None = key(
+    scan_patches: tuple[int, ...] | None = optional_key(
         Items(whole_number(1, 30), "[3, 3]", (1, 2)),
         "Patches of a scanned surface, across and down, that are resampled together: "
         "spread, radius and density of the summits keep their correlation.",
     )
-    identification: str | None = key(
+    identification: str | None = optional_key(
         text("the name of a folder", "records-identified"),
         "Folder that microslip identify wrote: friction, spread of the heights and "
         "density scatter as its covariance says.",
@@ -191,7 +191,7 @@ class History(Part):
     quantity: Literal["displacement", "force"] = key(
         one_of(*_QUANTITIES), "Quantity in the column.", default="displacement"
     )
-    time: str | None = key(
+    time: str | None = optional_key(
         COLUMN,
         "Name of a column of its times, which its figure is drawn against; they decide "
         "nothing else.",
@@ -225,18 +225,20 @@ class Excitation(Part):
 
     rules = {"not": {"required": ["amplitudes", "force_amplitudes"]}}  # noqa: RUF012
 
-    amplitudes: tuple[float, ...] | None = key(
+    amplitudes: tuple[float, ...] | None = optional_key(
         Items(Unsure(AMPLITUDE), '["0.1 um", "1 um"]', distinct=True),
         "Displacement amplitudes of the loops, one loop each at every load.",
     )
-    force_amplitudes: tuple[float, ...] | None = key(
+    force_amplitudes: tuple[float, ...] | None = optional_key(
         Items(Unsure(quantity(FORCE, "100 N")), '["50 N", "200 N"]', distinct=True),
         "Force amplitudes of the loops, instead of displacement amplitudes.",
     )
-    curve: Curve | None = key(
+    curve: Curve | None = optional_key(
         Table(Curve), "Displacement amplitudes of the curves, evenly spaced on a log axis."
     )
-    history: History | None = key(Table(History), "A history from rest, in a column of a CSV file.")
+    history: History | None = optional_key(
+        Table(History), "A history from rest, in a column of a CSV file."
+    )
 
     def check(self, place: Place) -> None:
         """Displacements or forces are controlled."""
@@ -271,7 +273,7 @@ class StudyTables(Part):
         alias="schema",
     )
     title: str = key(LINE, "Title of figures, tables and the report; one line.", default="")
-    not_identified: tuple[str, ...] | None = key(
+    not_identified: tuple[str, ...] | None = optional_key(
         Items(text("a key", "surface.radius"), '["surface.radius"]', (1, 20), single=True),
         "Keys whose values the loops did not determine, as `microslip identify` writes them: "
         "they are flagged until they are known.",
@@ -291,10 +293,10 @@ class StudyTables(Part):
     excitation: Excitation = key(
         Table(Excitation), "Amplitudes, curves and histories.", default=Excitation()
     )
-    structure: StructurePart | None = key(
+    structure: StructurePart | None = optional_key(
         Table(StructurePart), "A bolted structure that the surface holds together."
     )
-    uncertainty: UncertaintyPart | None = key(
+    uncertainty: UncertaintyPart | None = optional_key(
         Table(UncertaintyPart), "Sampling of the uncertain inputs."
     )
     output: Output = key(Table(Output), "What is written.", default=Output())

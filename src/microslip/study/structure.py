@@ -28,7 +28,7 @@ from microslip.study.fields import (
     optional,
     whole_number,
 )
-from microslip.study.part import Part, Table, key
+from microslip.study.part import Part, Table, key, optional_key
 from microslip.study.readers import Items, KeyedError, Place
 from microslip.study.uncertain import Spread, Unsure
 from microslip.study.vibration import (
@@ -65,38 +65,38 @@ class StructurePart(Part):
         "Style: parts half as thick in the overlap, or whole plates on each other.",
         default="half-lap",
     )
-    mesh: MeshPart | None = key(
+    mesh: MeshPart | None = optional_key(
         Table(MeshPart), "Your own mesh in place of length, width, thickness and lap."
     )
-    density: float | None = key(Unsure(MASS_DENSITY), "Mass density of the parts.")
+    density: float | None = optional_key(Unsure(MASS_DENSITY), "Mass density of the parts.")
     bolts: BoltsPart = key(Table(BoltsPart), "The bolts.")
-    patches: tuple[int, int] | None = key(
+    patches: tuple[int, int] | None = optional_key(
         Items(whole_number(1, 100), "[15, 2]", (2, 2)),
         "Contact patches along and across the lap; 15 x 2 unless given, those that lose most of "
         "the energy halved along.",
     )
-    element_size: float | None = key(
+    element_size: float | None = optional_key(
         LENGTH,
         "Size of the finite elements in the lap; a 24th of the lap or a quarter of the "
         "width, whichever is less, unless given.",
         '"5 mm"',
     )
-    form: FormPart | None = key(Table(FormPart), "Form of the faces; flat unless given.")
+    form: FormPart | None = optional_key(Table(FormPart), "Form of the faces; flat unless given.")
     modes: tuple[int, ...] = key(
         Items(MODE, "[1, 3]", (1, MOST_MODES), distinct=True),
         "Elastic modes, counted from 1.",
         default=(1,),
     )
-    amplitude: AmplitudeRange | None = key(
+    amplitude: AmplitudeRange | None = optional_key(
         Table(AmplitudeRange),
         "Amplitudes at the sensor; from 1e-7 to 5e-5 of the length unless given.",
     )
-    sensor: SensorPart | None = key(
+    sensor: SensorPart | None = optional_key(
         Table(SensorPart),
         "Point of the amplitudes; the right end unless given, and required with a mesh.",
         '{ at = ["0.36 m", "0 m", "0 m"], direction = "z" }',
     )
-    force: ForcePart | None = key(
+    force: ForcePart | None = optional_key(
         Table(ForcePart),
         "A harmonic force and the response near each mode.",
         '{ amplitude = "5 N" }',

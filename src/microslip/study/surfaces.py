@@ -49,7 +49,7 @@ from microslip.study.fields import (
 )
 from microslip.study.heights import ANY_HEIGHTS, HEIGHTS_TABLES, GivenHeights, ScipyHeights
 from microslip.study.measured_face import MeasuredFace
-from microslip.study.part import Key, Part, SurfaceTable, Table, key, tag
+from microslip.study.part import Key, Part, SurfaceTable, Table, key, optional_key, tag
 from microslip.study.readers import KeyedError, Place
 from microslip.study.scanned_surface import ScanSurface
 from microslip.study.uncertain import Spread, Unsure
@@ -186,7 +186,7 @@ class TableSurface(Surface):
         Numbers(quantity(FORCE, "2 kN", "any"), '["2 kN", "0.5 kN", "0 N"]'),
         "Loads at these, falling and convex: a list or a column of a CSV file.",
     )
-    tail: str | None = key(
+    tail: str | None = optional_key(
         one_of("exponential"),
         "Extrapolation beyond the last separation, where the load there is not zero.",
     )
@@ -205,26 +205,26 @@ class SpectralSurface(Surface):
     """A surface by its power spectrum, pressed on a half space, by Persson's theory."""
 
     law: str = tag("persson", "A power spectrum, by Persson's theory.")
-    wavenumber: tuple[float, ...] | None = key(
+    wavenumber: tuple[float, ...] | None = optional_key(
         Numbers(quantity(PER_LENGTH, "10 1/mm"), '["10 1/mm", "100 1/mm", "1000 1/mm"]'),
         "Wavenumbers 2 pi/wavelength, rising: a list or a column, as spectrum.csv of "
         "`microslip surface` has it.",
     )
-    spectrum: tuple[float, ...] | None = key(
+    spectrum: tuple[float, ...] | None = optional_key(
         Numbers(
             quantity(SPECTRAL_DENSITY, "10 um^4", "any"), '["10 um^4", "2 um^4", "0.003 um^4"]'
         ),
         "Power spectral densities C(q) of the heights there: a list or a column.",
     )
-    rms: float | None = key(
+    rms: float | None = optional_key(
         ROUGHNESS, "Rms height of a self-affine surface, in place of a spectrum."
     )
-    hurst: float | None = key(SHARE, "Its Hurst exponent.", "0.8")
-    longest: float | None = key(ROUGHNESS, "Its longest wave.", '"2 mm"')
-    roll_off: float | None = key(
+    hurst: float | None = optional_key(SHARE, "Its Hurst exponent.", "0.8")
+    longest: float | None = optional_key(ROUGHNESS, "Its longest wave.", '"2 mm"')
+    roll_off: float | None = optional_key(
         ROUGHNESS, "Wavelength below which its spectrum falls; the longest if absent.", '"0.5 mm"'
     )
-    shortest: float | None = key(
+    shortest: float | None = optional_key(
         ROUGHNESS, "Its shortest wave, which determines the slope.", '"5 um"'
     )
     area: float = key(AREA, "Apparent area.")
@@ -267,18 +267,20 @@ class RoughFaceSurface(Surface):
         help="Longest wave of the roughness: the cut-off of the filter, or RSm times two to four.",
         example='"0.8 mm"',
     )
-    shortest: float | None = key(ROUGHNESS, "Shortest wave; or the slope says it.", '"10 um"')
-    slope: float | None = key(
+    shortest: float | None = optional_key(
+        ROUGHNESS, "Shortest wave; or the slope says it.", '"10 um"'
+    )
+    slope: float | None = optional_key(
         Unsure(number("0.1", above=0.0, most=2.0)),
         "Rms slope Rdq of profiles, in place of the shortest wave.",
     )
     hurst: float = key(
         Unsure(SHARE), "Hurst exponent; 0.8 if it was not measured.", "0.8", default=0.8
     )
-    skewness: float | None = key(
+    skewness: float | None = optional_key(
         number("-0.4"), "Skewness of the heights (Ssk or Rsk), for verdicts."
     )
-    kurtosis: float | None = key(
+    kurtosis: float | None = optional_key(
         number("3.5", above=1.0), "Their kurtosis (Sku or Rku), for verdicts."
     )
     area: float = key(AREA, "Apparent area.")

@@ -22,7 +22,7 @@ from microslip.study.fields import (
     quantity,
     whole_number,
 )
-from microslip.study.part import Part, key
+from microslip.study.part import Part, key, optional_key
 from microslip.study.readers import Items, KeyedError, Place, Plain
 from microslip.study.uncertain import Unsure
 
@@ -129,12 +129,12 @@ class ForcePart(Part):
         "Amplitude of the force, or several of them.",
         '"5 N"',
     )
-    at: tuple[float, float, float] | None = key(
+    at: tuple[float, float, float] | None = optional_key(
         Items(PLACE, '["0.3 m", "0 m", "0 m"]', (3, 3)),
         "Point of application, from the middle of the lap: along, across, upwards; at the sensor "
         "unless given.",
     )
-    direction: str | None = key(
+    direction: str | None = optional_key(
         one_of("x", "y", "z"),
         "Direction: along (x), across (y) or upwards (z); that of the sensor unless given.",
     )
@@ -172,21 +172,21 @@ class MeasuredPart(Part):
         '"damping_ratio"',
         default="damping_ratio",
     )
-    band: tuple[float, float] | None = key(
+    band: tuple[float, float] | None = optional_key(
         Items(_HERTZ, '["150 Hz", "220 Hz"]', (2, 2)),
         "Frequencies between which the mode of a ring-down lies, where others ring with it.",
     )
-    mode: int | None = key(
+    mode: int | None = optional_key(
         MODE,
         "The mode that was tested, counted from 1; of `structure.modes` the one whose "
         "frequency is nearest unless given.",
     )
-    motion: Motion | None = key(
+    motion: Motion | None = optional_key(
         one_of(*get_args(Motion)),
         "Origin of a curve: steady responses (steady) or free decays (decay), whose "
         "damping ratios differ; as the file shows unless given.",
     )
-    fit: tuple[str, ...] | None = key(
+    fit: tuple[str, ...] | None = optional_key(
         Items(
             one_of(*FITTED), '["friction_coefficient", "tension"]', (1, len(FITTED)), distinct=True
         ),

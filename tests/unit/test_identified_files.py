@@ -26,7 +26,7 @@ from microslip.report.identified.document import (
     identified,
 )
 from microslip.report.identified.numbers import joint_text
-from microslip.report.terminal import show
+from microslip.report.terminal import print_document
 
 JOINT = ms.Interface.examples()[0]
 STUDY = """
@@ -119,7 +119,7 @@ def test_value_and_interval_are_beside_each_other(
     monkeypatch.setenv("COLUMNS", str(width))
     monkeypatch.setenv("NO_COLOR", "1")
     stream = Terminal()
-    show(document(rich()), stream)
+    print_document(document(rich()), stream)
     lines = stream.getvalue().splitlines()
     one = rich().first.parameters["slip_scale"]
     low, high = (numbers.quantity(end, "m", 3) for end in (one.low, one.high))
@@ -271,7 +271,7 @@ def test_page_terminal_and_python_say_the_same_of_a_fit(which: Any, tmp_path: Pa
     whole = document(outcome)
     write(whole, tmp_path)
     stream = io.StringIO()
-    show(whole, stream, full=True)
+    print_document(whole, stream, full=True)
     printed = stream.getvalue()
     html = (tmp_path / "report.html").read_text(encoding="utf-8")
     page = re.sub(r"<[^>]+>", " ", html).replace("\N{MINUS SIGN}", "-")

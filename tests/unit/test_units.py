@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import pytest
 
 import microslip as ms
 from microslip._core import units
-from microslip._core.units import CLAMPING, FORCE, QuantityError, to_si
+from microslip._core.units import CLAMPING, FORCE, QuantityError, interval_digits, to_si
 
 
 @pytest.mark.parametrize("prefix", list(units._PREFIX))
@@ -45,3 +46,12 @@ def test_a_load_by_the_torque_of_bolts(tmp_path: Path) -> None:
     )
     record = ms.Record.read(tmp_path / "cycles.csv", normal_load="20 N m on M8, K 0.2")
     assert record.normal_load == pytest.approx(12500.0)
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "value", "digits"),
+    [(3.28e-7, 3.32e-7, 3.3e-7, 3), (0.5499, 0.5501, 0.55, 5), (1.0, 2.0, 1.5, 3),
+     (1.0, math.inf, 2.0, 4), (None, 1.0, 0.5, 4), (-1.0, 1.0, 0.0, 4)],
+)  # fmt: skip
+def test_an_estimate_and_its_interval_have_the_same_digits(low, high, value, digits) -> None:
+    assert interval_digits(low, high, value) == digits

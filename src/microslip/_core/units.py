@@ -382,6 +382,20 @@ def engineering(value: float | None, unit: str, digits: int = 3, *, trim: bool =
     return f"{number} {letter}{unit}".rstrip()
 
 
+def interval_digits(low: float | None, high: float | None, value: float | None = None) -> int:
+    """Return how many significant digits an estimate and its interval are written with.
+
+    The width of the interval gets one or two digits, the numbers get three to eight. Without a
+    finite interval, four digits are used. ``value`` is the estimate, by default the larger end.
+    """
+    if low is None or high is None or not 0.0 < high - low < math.inf:
+        return 4
+    size = abs(value) if value is not None else max(abs(low), abs(high))
+    if not 0.0 < size < math.inf:
+        return 4
+    return min(max(1 + math.ceil(math.log10(size / (high - low))), 3), 8)
+
+
 def significant(value: float | None, digits: int = 3) -> str:
     """Write a number with so many significant digits, without an exponent where it is readable."""
     if value is None:

@@ -207,9 +207,9 @@ class Output(NamedTuple):
         if self.as_json:
             echo_json(document.data)
             return
-        from microslip.report.terminal import show
+        from microslip.report.terminal import print_document
 
-        show(document, sys.stdout, full=full)
+        print_document(document, sys.stdout, full=full)
         if hint:
             click.echo(hint)
         if self.folder is not None:

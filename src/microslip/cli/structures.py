@@ -115,7 +115,7 @@ def identify_structure(
         return
     with stoppable():
         from microslip.report.predicted.document import document
-        from microslip.report.terminal import show
+        from microslip.report.terminal import print_document
 
         loaded = read()
         with progress("Fitting") as report:
@@ -123,4 +123,4 @@ def identify_structure(
         if output.as_json:
             echo_json(result.summary["structure"]["identified"])
         else:
-            show(document(result), sys.stdout)
+            print_document(document(result), sys.stdout)

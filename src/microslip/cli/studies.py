@@ -113,7 +113,7 @@ def predict_into(read: Callable[[], Study], folder: Path, output: Output, worker
             from microslip.report.files import write_all
             from microslip.report.predicted.document import document
             from microslip.report.predicted.result import files
-            from microslip.report.terminal import show, show_files
+            from microslip.report.terminal import print_document, show_files
 
             with progress("Computing") as report:
                 result = study.run(report, workers)
@@ -121,7 +121,7 @@ def predict_into(read: Callable[[], Study], folder: Path, output: Output, worker
                 # The numbers now, since writing may take longer; the files all the same, should
                 # nobody be able to read them.
                 try:
-                    show(document(result), sys.stdout)
+                    print_document(document(result), sys.stdout)
                     if sys.stdout is not None:
                         sys.stdout.flush()
                 except OSError as error:
@@ -156,10 +156,10 @@ def check(study: Path, overrides: tuple[str, ...], as_json: bool) -> None:
     if as_json:
         echo_json(look.data)
     else:
-        from microslip.report.terminal import show, show_command
+        from microslip.report.terminal import print_document, show_command
 
         words = [word for override in overrides for word in ("--set", override)]
-        show(look, sys.stdout)
+        print_document(look, sys.stdout)
         command = command_line("microslip", "predict", study, *words)
         show_command(next_step(look), command, sys.stdout)
 
@@ -239,7 +239,7 @@ def batch(
     """
     with stoppable():
         from microslip.report.batched import finish
-        from microslip.report.terminal import show
+        from microslip.report.terminal import print_document
         from microslip.runs.batch import items_of, run
 
         items = items_of(source, study)
@@ -250,5 +250,5 @@ def batch(
     if as_json:
         echo_json(result.data)
         return
-    show(result, sys.stdout)
+    print_document(result, sys.stdout)
     click.echo(f"Results in {folder}")

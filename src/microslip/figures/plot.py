@@ -13,7 +13,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-Floats = NDArray[np.float64]
+from microslip._core.checks import Floats as Floats
+
 Marker = Literal["o", "s", "^", "D", "v", "P"]
 AxisName = Literal["x", "y"]
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from microslip._core.checks import Floats
 from microslip._core.units import engineering, prefix
 from microslip.figures.kit import evenly, length_prefix
 from microslip.figures.picture import Picture
@@ -17,8 +18,6 @@ from microslip.figures.plot import COLORS, Axis, Band, Entry, Panel, Pixels, Plo
 from microslip.identification.caveats import label, short_symbol
 from microslip.identification.fit_quality import RecordFit
 from microslip.identification.verdicts import Fitted
-
-Floats = NDArray[np.float64]
 
 MOST_PANELS = 6
 MOST_PARAMETERS = 12

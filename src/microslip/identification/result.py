@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from microslip._core.checks import positive, show
 from microslip._core.frozen import Locked
 from microslip._core.quantities import json_value
-from microslip._core.units import engineering
+from microslip._core.units import engineering, interval_digits
 from microslip._core.wording import plural
 from microslip.errors import InputError
 from microslip.figures.plot import Plot
@@ -298,7 +298,8 @@ class Identification(Locked, Plottable):
         numbers = (self.parameters, self.derived, self.delays)
         for number in (fitted for kind in numbers for fitted in kind.values()):
             has_value = number.verdict in HAS_VALUE
-            value = number_text(number.value, number.unit) if has_value else "–"
+            digits = interval_digits(number.low, number.high, number.value)
+            value = number_text(number.value, number.unit, digits) if has_value else "–"
             ends = "" if number.verdict == FIXED else interval_text(number)
             lines.append(f"{_name_with_load(number):<36} {value:>14}  {ends:<30} {number.verdict}")
         for number in self.parameters.values():

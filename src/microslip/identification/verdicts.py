@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from microslip._core.checks import Floats
-from microslip._core.units import significant
+from microslip._core.units import interval_digits, significant
 from microslip._core.verdicts import Rule, Verdict
 from microslip._core.wording import joined
 from microslip.identification.caveats import (
@@ -85,10 +85,8 @@ class Fitted:
 
 
 def interval_text(number: Fitted) -> str:
-    """The interval of a number, with so many digits that its ends differ in the last two."""
-    width, digits = number.high - number.low, 3
-    if math.isfinite(width) and width > 0.0 and number.value != 0.0:
-        digits = min(max(3, 2 - math.floor(math.log10(width / abs(number.value)))), 9)
+    """Return the interval of a number as text, without an end that is open."""
+    digits = interval_digits(number.low, number.high, number.value)
     low, high = (number_text(end, number.unit, digits) for end in (number.low, number.high))
     return ends_text((low, high), number.low_open, number.high_open)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from itertools import count, repeat
@@ -10,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from microslip._core.units import engineering, significant
+from microslip._core.units import engineering, interval_digits, significant
 from microslip._core.wording import plural, shorten
 from microslip.figures.picture import Picture
 from microslip.report import cells
@@ -93,15 +92,8 @@ def document(
 
 
 def _joules(*ends: float, digits: int = 0) -> str:
-    return " to ".join(engineering(end, "J", digits or _digits(*ends)) for end in ends)
-
-
-def _digits(*ends: float) -> int:
-    """Numbers with digits until the first and the last one differ."""
-    width, largest = abs(ends[-1] - ends[0]), max(map(abs, ends))
-    if not 0.0 < width < math.inf:  # of one cycle there is no interval
-        return 4
-    return min(max(1 + math.ceil(math.log10(largest / width)), 4), 8)
+    digits = digits or interval_digits(ends[0], ends[-1])
+    return " to ".join(engineering(end, "J", digits) for end in ends)
 
 
 def _answer(measurements: Sequence[Measurement]) -> str:
@@ -121,7 +113,7 @@ def _answer(measurements: Sequence[Measurement]) -> str:
         spread = f" ({ends} with {100.0 * measured.confidence:g} % confidence)"
         if not measured.is_settled:
             spread = f" in the mean, not settled ({ends})"
-    value = _joules(energy.value, digits=_digits(energy.low, energy.high))
+    value = _joules(energy.value, digits=interval_digits(energy.low, energy.high))
     return f"{cycles}, {_regime(measured)}: each dissipates {value}{spread}."
 
 
@@ -168,7 +160,7 @@ def _number(measurements: Sequence[Measurement]) -> Number:
         if not measured.is_settled:
             level = "range of the cycles"
         band = f"{_joules(first.low, first.high)} ({level})"
-    value = _joules(first.value, digits=_digits(first.low, first.high))
+    value = _joules(first.value, digits=interval_digits(first.low, first.high))
     return Number("dissipated a cycle", value, band)
 
 

@@ -213,7 +213,7 @@ def _is_terminal(stream: TextIO) -> bool:
 MOST_ROWS = 40
 
 
-def show(document: Document, stream: TextIO | None, *, full: bool = False) -> None:
+def print_document(document: Document, stream: TextIO | None, *, full: bool = False) -> None:
     """Print what is brief in a document, or all of it."""
     out = Printer(stream)
     out.line(document.title, style="bold")

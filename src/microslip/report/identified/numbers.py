@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
-from microslip._core.units import engineering, prefix, significant
+from microslip._core.units import engineering, interval_digits, prefix, significant
 from microslip._core.verdicts import Verdict, Word
 from microslip._core.wording import joined, shorten
 from microslip._version import __version__
@@ -75,11 +75,7 @@ def _between(number: Summary, digits: int) -> str:
 
 
 def _digits(number: Summary) -> int:
-    """A number with digits until both ends of its interval differ in the last two."""
-    low, high, value = number["low"], number["high"], number["value"]
-    if None in (low, high, value) or not high > low or value == 0.0:
-        return 4
-    return min(max(1 + math.ceil(math.log10(abs(value) / (high - low))), 3), 8)
+    return interval_digits(number["low"], number["high"], number["value"])
 
 
 def _free(fit: Summary) -> list[Summary]:

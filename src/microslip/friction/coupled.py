@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, overload
+from typing import Any, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -25,34 +25,6 @@ from microslip.friction.straight_step import FirstLoading, loaded
 from microslip.memory import Diagram, Nodes, steps_along
 from microslip.normal.base import NormalLaw
 from microslip.normal.load_curve import LoadCurve
-
-if TYPE_CHECKING:  # what a joint has are fields or properties, as a law likes
-
-    class _Law(BackboneLaw):
-        @property
-        def surface(self) -> NormalLaw:
-            """Its normal load law."""
-
-        @property
-        def friction_coefficient(self) -> float:
-            """Coefficient mu [-]."""
-
-        @property
-        def normal_load(self) -> float:
-            """Its own load [N]."""
-
-        @property
-        def separation(self) -> float:
-            """Its own separation [m]."""
-
-        @property
-        def slip_per_indentation(self) -> float:
-            """Kappa [-]."""
-
-        @property
-        def _friction(self) -> float: ...
-else:
-    _Law = BackboneLaw
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,8 +100,28 @@ class CoupledResponse(Locked):
         return count, (size - 1) % count
 
 
-class CoupledLaw(_Law):
+class CoupledLaw(BackboneLaw):
     """A law whose backbone comes from a load curve, so that its load may vary: an Interface."""
+
+    # Fields of the interface.
+    surface: NormalLaw
+    friction_coefficient: float
+    normal_load: float
+    separation: float
+
+    @cached_property
+    def slip_per_indentation(self) -> float:
+        """Kappa = mu E*/4G* [-]: slip limit of a contact over its indentation (19.12)."""
+        return self.friction_coefficient * self.surface.stiffness_ratio
+
+    @cached_property
+    def _friction(self) -> float:
+        """The coefficient of friction, with it the limit mu N is met exactly.
+
+        Next to the highest of given summits a separation in double precision is so coarse that the
+        load it stands for is not to the last digit the one asked for.
+        """
+        return self.force_limit / self.surface._derivative_at(self.separation, 0)
 
     @cached_property
     def _coupling(self) -> LoadCurve:

@@ -119,11 +119,6 @@ class Interface(CoupledLaw):
 
     # -- scalars ----------------------------------------------------------------------------------
 
-    @cached_property
-    def slip_per_indentation(self) -> float:
-        """Kappa = mu E*/4G* [-]: slip limit of a contact over its indentation (19.12)."""
-        return self.friction_coefficient * self.surface.stiffness_ratio
-
     @property
     def force_limit(self) -> float:
         """Force of gross slip mu N [N]."""
@@ -207,15 +202,6 @@ class Interface(CoupledLaw):
         return plain(np.asarray(area))
 
     # -- the backbone and what it gives -----------------------------------------------------------
-
-    @cached_property
-    def _friction(self) -> float:
-        """The coefficient of friction, with it the limit mu N is met exactly.
-
-        Next to the highest of given summits a separation in double precision is so coarse that the
-        load it stands for is not to the last digit the one asked for.
-        """
-        return self.force_limit / self.surface._derivative_at(self.separation, 0)
 
     def _steps(self, u: Floats) -> Floats:
         """Displacements as steps of the separation; where numbers end all has slipped long ago."""

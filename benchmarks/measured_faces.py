@@ -3,8 +3,8 @@
 `python benchmarks/measured_faces.py [FOLDER]` solves two generated faces, and the middle of each
 measured scan in FOLDER, of steel tightened to 100 MPa at two hardnesses, and writes the table of
 docs/from-a-scan.md: what other normal laws say of stiffness and energy over what the face says
-(boundary elements without yielding, summits one by one, Gaussian summits, Persson's theory, and
-summits that have yielded). With `--figure FILE` it draws the generated face
+(boundary elements without yielding, summits one by one, Gaussian summits, and summits that have
+yielded). With `--figure FILE` it draws the generated face
 (`docs/images/measured_face.svg`), with `--milled FILE` it writes the scan that comes with the
 examples (`examples/milled.npy`).
 """
@@ -30,7 +30,7 @@ FRICTION = 0.3
 POINTS = 256
 HEADS = (
     *("hardness", "p/E\\*h′", "area", "at the hardness", "scatter", "λ by direction"),
-    *("elastic", "summits one by one", "Gaussian", "Persson", "yielded summits"),
+    *("elastic", "summits one by one", "Gaussian", "yielded summits"),
 )
 
 
@@ -82,15 +82,11 @@ def laws(face: ms.Scan, pressure: float, hardness: float) -> dict[str, Callable[
     def summits(**kind) -> ms.NormalLaw:
         return face.summits(None, prominence=0.0).to_surface(PAIR, **kind)
 
-    def persson() -> ms.NormalLaw:
-        return ms.PerssonCurve.from_spectrum(face.spectrum(), PAIR, face.area).to_surface()
-
     return {
         "measured face": lambda: face.to_contact(PAIR, hardness=hardness, **how),
         "elastic": lambda: face.to_contact(PAIR, hardness=math.inf, **how),
         "summits": lambda: summits(**one_by_one),
         "Gaussian": summits,
-        "Persson": persson,
         "tightened": lambda: summits(**one_by_one).tightened(load, hardness=hardness),
     }
 

@@ -1,9 +1,9 @@
-"""The normal law of rough surfaces by three ways: boundary elements, Persson's theory, summits.
+"""Compare the normal law of rough surfaces by boundary elements and by summits.
 
 `python benchmarks/normal_laws.py [FOLDER]` prints, for a self-affine surface and for a piece of
 each measured scan in FOLDER, separations and stiffness under loads: of an elastic half space by
-boundary elements (`real_area.py`), of its spectrum by Persson's theory, and of the summits that are
-counted, with Gaussian heights and one by one. Pieces of scans are mirrored at their sides, so that
+boundary elements (`real_area.py`), and of the summits that are counted, with Gaussian heights and
+one by one. Pieces of scans are mirrored at their sides, so that
 they are periodic. The figure of the page on normal laws is `docs/images/normal_laws.svg`.
 """
 
@@ -21,7 +21,6 @@ import microslip as ms
 LOADS = (0.0005, 0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1)  # pressure over E* and rms slope
 WAYS = {
     "solved": "boundary elements",
-    "persson": "Persson's theory",
     "gaussian": "Gaussian summits",
     "population": "summits one by one",
 }
@@ -55,17 +54,17 @@ def compare(z: np.ndarray, loads: tuple[float, ...] = LOADS) -> dict[str, np.nda
     """
     scan = ms.Scan(z, pixel=LENGTH / z.shape[0])
     rms = float(z.std())
-    curve = ms.PerssonCurve.from_spectrum(scan.spectrum(), PAIR, scan.area)
+    q = 2.0 * np.pi * np.fft.fftfreq(z.shape[0], LENGTH / z.shape[0])
+    rms_slope = float(np.linalg.norm(np.hypot(q[:, None], q) * np.fft.fft2(z)) / z.size)
     summits = scan.summits(None, prominence=0.0)
     laws: dict[str, Any] = {
-        "persson": curve.to_surface(),
         "gaussian": summits.to_surface(PAIR),
         "population": summits.to_surface(PAIR, heights="population"),
     }
     curves: dict[str, list[tuple[float, float]]] = {way: [] for way in WAYS}
     p = None
     for share in loads:
-        pressure = share * MODULUS * curve.rms_slope
+        pressure = share * MODULUS * rms_slope
         p, far = solve(z, pressure, p)
         _, near = solve(z, STEP * pressure, p)
         middle = 0.5 * (1.0 + STEP) * pressure * scan.area

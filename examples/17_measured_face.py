@@ -43,14 +43,13 @@ print(f"at half of the load: {loose.tangential_stiffness / 1e9:.1f} GN/m")
 print("verdicts:", *(verdict.word for verdict in joint.validity))
 
 # %%
-# The same scan by summits and by Persson's theory, averaged over all directions.
+# The same scan by its summits, averaged over all directions.
 
 summits = scan.summits(cutoff="10 um")
 every = {
     "point by point": face,
     "summits one by one": summits.to_surface(pair, area=area, heights="population"),
     "Gaussian summits": summits.to_surface(pair, area=area),
-    "Persson": ms.PerssonCurve.from_spectrum(scan.spectrum(), pair, area).to_surface(),
 }
 truth = ms.Interface(face, 0.2, normal_load=load)
 amplitude = truth.force_limit / truth.tangential_stiffness

@@ -51,7 +51,6 @@ from .normal import AsperityPopulation as AsperityPopulation
 from .normal import GreenwoodWilliamson as GreenwoodWilliamson
 from .normal import MeasuredContact as MeasuredContact
 from .normal import NormalLaw as NormalLaw
-from .normal import PerssonCurve as PerssonCurve
 from .normal import RoughSurface as RoughSurface
 from .normal import SphereOnFlat as SphereOnFlat
 from .normal import TabulatedNormalLaw as TabulatedNormalLaw

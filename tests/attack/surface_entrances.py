@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable
 from typing import Any
 
@@ -92,14 +91,6 @@ def _add_pressures(add: Add, surface: Any) -> None:
 
 
 def _add_spectra(add: Add, pair: Any) -> None:
-    affine = {"rms": 1e-6, "hurst": 0.8, "longest": 1e-3, "roll_off": 2e-4, "shortest": 1e-5}
-    add("PerssonCurve.self_affine", ms.PerssonCurve.self_affine, pair=pair, **affine, area=1e-4)
-    curve = ms.PerssonCurve.self_affine(pair, **affine, area=1e-4)
-    seen = dataclasses.replace(curve, heights=np.sin(np.arange(400.0)))
-    add("PerssonCurve.stiffness_by_heights", seen.stiffness_by_heights, load=10.0)
-    add("PerssonCurve.separation", curve.separation, load=10.0)
-    add("PerssonCurve.contact_share", curve.contact_share, load=10.0)
-    add("PerssonCurve.to_surface", curve.to_surface, points=20)
     finish = ms.SurfaceFinish(ra=8e-7, rsm=1e-4)
     add("SurfaceFinish", ms.SurfaceFinish, ra=8e-7, rsm=1e-4, breadth=1.5)
     add("SurfaceFinish of Rq", ms.SurfaceFinish, rq=1e-6, rsm=1e-4)

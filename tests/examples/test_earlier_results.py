@@ -149,17 +149,11 @@ def test_earlier_arrays_open_with_the_names_that_they_have_today(studies: Path) 
 
 
 def test_what_earlier_commands_handed_on_is_taken(studies: Path) -> None:
-    """The record of a rig, an identified joint, and the surface of a scan."""
+    """The record of a rig and an identified joint."""
     assert len(ms.Record.read("record.csv")) > 0
-    for name in ("identified", "scanned"):
-        shutil.copytree(RESULTS / name, studies / name)
+    shutil.copytree(RESULTS / "identified", studies / "identified")
     done("predict", "identified/joint.toml", "-o", "joint")
     fit = summary(RESULTS / "identified")["identification"]
     found = fit["parameters"]["friction_coefficient"]["value"]
     joint = summary(studies / "joint")["joints"][0]
     assert joint["force_limit"] == pytest.approx(found * joint["normal_load"], rel=1e-12)
-    surface = (studies / "scanned" / "surface.toml").read_text("utf-8")
-    head, tail = (studies / "sphere.toml").read_text("utf-8").split("[surface]")
-    text = head + surface.replace('"steel"', '"al"') + tail[tail.index("[joint]") :]
-    (studies / "scanned" / "joint.toml").write_text(text, "utf-8")
-    done("predict", "scanned/joint.toml", "--set", 'joint.normal_load="5 N"', "-o", "of-a-scan")

@@ -161,7 +161,6 @@ verdicts: ok ok ok ok
 point by point     stiffness 1.00, energy of a cycle 1.000
 summits one by one stiffness 0.45, energy of a cycle 0.221
 Gaussian summits   stiffness 0.46, energy of a cycle 0.260
-Persson            stiffness 0.58, energy of a cycle 0.447
 """,
     "18_several_laps": """
 mode 1: 94.0 to 93.9 Hz, damping ratio up to 0.00108, 61% of the loss on the ground

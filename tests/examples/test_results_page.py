@@ -23,13 +23,11 @@ FULL = edited(
     (CURVE, f"{CURVE}\n{HISTORY}"),
     FORMATS,
 )
-SCAN = 'law = "scan"\nscan = "z.npy"\nunit = "um"\npixel = "1 um"\ncutoff = "5 um"\n'
 MEASURED = 'law = "measured"\nscan = "z.npy"\nunit = "um"\npixel = "1 um"\n'
 STUDIES = {
     "full": FULL,
     "by force": edited((f"amplitudes = {AMPLITUDES}", 'force_amplitudes = ["50 N"]'), FORMATS),
     "table": edited((SURFACE, SURFACES["table"]), (LOADS, '"1 kN"'), FORMATS),
-    "scan": edited((SURFACE, SCAN), (LOADS, '"0.1 N"'), FORMATS),
     "measured": edited((SURFACE, MEASURED), (LOADS, '"0.02 N"'), FORMATS),
 }
 
@@ -152,4 +150,4 @@ def test_every_key_of_the_summary_is_named(results: list[ms.Result]) -> None:
 def test_every_key_of_a_scan_is_named(results: list[ms.Result]) -> None:
     told = next(row[1] for row in rows(section("summary.json")) if names(row[0]) == ["scan"])
     found = next(result.summary["scan"] for result in results if "scan" in result.summary)
-    assert set(names(told)) == {*found, *found["counted"]}
+    assert set(names(told)) == set(found)

@@ -18,9 +18,6 @@ PINNED = {
     # Of the last load: stiffness [N/m], force limit [N], loss factor at 10 nm.
     "tightened": (1.101619e10, 400.0, 0.0411264),
     "bolted_joint": (2.355632e11, 12800.0, 0.0292549),
-    "two_faces": (4.784542e09, 150.0, 0.0557803),
-    "drawing": (5.143515e09, 150.0, 0.0621586),
-    "spectrum": (1.749821e09, 40.0, 0.130993),
     "milled": (6.824283e10, 3200.0, 0.0195613),
 }
 LARGE = ("al2017", "bolted_beam")

@@ -101,7 +101,7 @@ def test_the_rule_by_hand() -> None:
 # Made by the library and handed out, so that nobody else fills them in; readers of files, which are
 # attacked by files; and what takes seconds a call and hands its arguments on to others here.
 NOT_ENTERED = {
-    *("BaseResponse", "RandomResponse", "ShockResponse", "PerssonCurve.stiffness"),
+    *("BaseResponse", "RandomResponse", "ShockResponse"),
     *(
         "MeasuredContact.of_pieces",
         "MeasuredContact.tightened",
@@ -127,12 +127,12 @@ NOT_ENTERED = {
         "Measurement",
     ),
     *("MeshedJoint", "ModalCurve", "ModalIdentification", "Motion", "PeriodicResponse", "RingDown"),
-    *("PerssonCurve", "Preload", "Pressure", "ReducedJoint", "SegalmanFit", "Sliders", "Summits"),
+    *("Preload", "Pressure", "ReducedJoint", "SegalmanFit", "Sliders", "Summits"),
     *("FieldState", "State"),
     *("Sweep", "TightenedSurface", "VectorCycle", "VectorResponse", "Verdict"),
     *("MeshedJoint.read", "ModalTest.read", "Record.read", "Scan.read", "Structure.load"),
     "ReducedJoint.load",
-    *("Drawing.converge", "PerssonCurve.from_spectrum", "Scan.changed"),
+    *("Drawing.converge", "Scan.changed"),
     *("PressedJoint.guess", "Asperity.guess"),  # they refuse
     *(f"NormalLaw.{quantity}" for quantity in ("contact_area", "contact_count")),  # so do these
     *("NormalLaw.contact_probability", "MeshedJoint.shank_sections"),

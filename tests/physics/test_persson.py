@@ -1,4 +1,4 @@
-"""Persson's normal law: against its published form, derivatives of each other, and limits."""
+"""Persson's separation and stiffness: against the published form, each other, and limits."""
 
 from __future__ import annotations
 
@@ -8,12 +8,25 @@ import numpy as np
 import pytest
 
 import microslip as ms
-from microslip.scans import random_surface
+from microslip.normal.persson import PerssonCurve
 
 ALUMINIUM = ms.Material(69e9, 0.33)
 PAIR = ms.MaterialPair(ALUMINIUM, ALUMINIUM)
-LAW = ms.PerssonCurve.self_affine(
-    PAIR, rms=5e-7, hurst=0.8, longest=2e-3, roll_off=5e-4, shortest=2e-5, area=2e-4
+
+
+def _self_affine(
+    *, rms: float, hurst: float, longest: float, roll_off: float, shortest: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return wavenumbers and spectrum, even down to the roll-off, which falls from there."""
+    q = 2.0 * math.pi / np.array([longest, roll_off, shortest])
+    flat = math.pi * (q[1] ** 2 - q[0] ** 2)
+    tail = 2.0 * math.pi * q[1] ** 2 * (1.0 - (q[2] / q[1]) ** (-2.0 * hurst))
+    level = rms**2 / (flat + tail / (2.0 * hurst))
+    return q, level * np.minimum((q / q[1]) ** (-2.0 - 2.0 * hurst), 1.0)
+
+
+LAW = PerssonCurve(
+    PAIR, *_self_affine(rms=5e-7, hurst=0.8, longest=2e-3, roll_off=5e-4, shortest=2e-5), 2e-4
 )
 
 
@@ -70,7 +83,7 @@ def test_limits() -> None:
     # Persson (2007), DOI 10.1103/PhysRevLett.99.125502: u0 is some half of the rms height.
     assert 0.3 < (d[0] - d[1]) / math.log(10.0) / 5e-7 < 0.6
     twice = ms.MaterialPair(*[ms.Material(138e9, 0.33)] * 2)
-    stiffer = ms.PerssonCurve(twice, LAW.wavenumber, LAW.spectrum, LAW.area)
+    stiffer = PerssonCurve(twice, LAW.wavenumber, LAW.spectrum, LAW.area)
     np.testing.assert_allclose(stiffer.separation(2.0 * loads), d, rtol=1e-13)
     q, c = LAW.wavenumber, LAW.spectrum
     fine = np.geomspace(q[1], q[2], 200_001)
@@ -80,48 +93,11 @@ def test_limits() -> None:
     assert math.sqrt(whole) == pytest.approx(5e-7, rel=1e-6)
 
 
-def test_a_joint_on_its_table() -> None:
-    surface = LAW.to_surface()
-    loads = np.geomspace(1.0, 1e4, 37)
-    np.testing.assert_allclose(surface.load(LAW.separation(loads)), loads, rtol=1e-7)
-    joint = ms.Interface(surface, 0.5, normal_load=2000.0)
-    step = 1e-4
-    d = LAW.separation(2000.0 * np.exp([-step, step]))
-    slope = 2000.0 * 2.0 * step / (d[0] - d[1])
-    assert joint.normal_stiffness == pytest.approx(slope, rel=3e-5)
-    assert joint.tangential_stiffness == pytest.approx(
-        joint.normal_stiffness / PAIR.stiffness_ratio
-    )
-    assert joint.backbone(1.0) == pytest.approx(1000.0)
-
-
-def test_from_a_scan() -> None:
-    scan = random_surface((128, 128), 1e-6, m0=4e-14, m2=1e-3, m4=2e8, seed=1)
-    spectrum = scan.spectrum()
-    law = ms.PerssonCurve.from_spectrum(spectrum, PAIR, 1e-4, shortest=4e-6)
-    # Waves of less than four pixels hold little of this surface's slopes.
-    assert law.rms_slope == pytest.approx(math.sqrt(2e-3), rel=0.25)
-    joint = ms.Interface(law.to_surface(), 0.5, normal_load=100.0)
-    assert joint.force_limit == 50.0
-
-
-def test_a_surface_knows_its_area_and_its_end() -> None:
-    """A part of it, as under an uneven pressure, is the same law times its share of the area."""
-    law = LAW.to_surface(400)
-    d = law.separation([1.0, 300.0])
-    shares = LAW.contact_share([1.0, 300.0])
-    np.testing.assert_allclose(law.contact_area(d), LAW.area * np.asarray(shares), rtol=1e-9)
-    part = law._patch(0.25 * law.area, 1.0)
-    np.testing.assert_allclose(part.load(d), 0.25 * law.load(d), rtol=1e-12)
-    steel = ms.Material(210e9, 0.3, hardness=1e9)
-    hard = ms.PerssonCurve(ms.MaterialPair(steel, steel), LAW.wavenumber, LAW.spectrum, LAW.area)
-    verdict, factor = ms.Interface(hard.to_surface(400), 0.5, normal_load=100.0).validity
-    assert factor.word == "outside", "a light load stands on the highest summits"
-    # At light loads a contact bears E* h' sqrt(pi/8) in the mean.
-    modulus = hard.pair.composite_modulus
-    assert verdict.value == pytest.approx(
-        modulus * hard.rms_slope * math.sqrt(math.pi / 8.0) / 1e9, rel=1e-3
-    )
+def test_stiffness_is_the_slope_of_the_separation() -> None:
+    loads, step = np.geomspace(1.0, 1e4, 9), 1e-4
+    d = [np.asarray(LAW.separation(loads * math.exp(s))) for s in (-step, step)]
+    slope = 2.0 * step * loads / (d[0] - d[1])
+    np.testing.assert_allclose(LAW.stiffness(loads), slope, rtol=1e-6)
 
 
 def test_the_factor_of_heights_by_closed_forms() -> None:
@@ -132,8 +108,8 @@ def test_the_factor_of_heights_by_closed_forms() -> None:
     load = 500.0
     share = 3.3 * LAW.contact_share(load)
 
-    def of(heights: np.ndarray) -> ms.PerssonCurve:
-        return ms.PerssonCurve(PAIR, LAW.wavenumber, LAW.spectrum, LAW.area, heights=heights)
+    def of(heights: np.ndarray) -> PerssonCurve:
+        return PerssonCurve(PAIR, LAW.wavenumber, LAW.spectrum, LAW.area, heights=heights)
 
     assert of(norm.ppf(points)).stiffness_by_heights(load) == pytest.approx(1.0, abs=3e-3)
     # Of Gaussian heights by its own two numbers, where less bears by the ratio itself.
@@ -142,10 +118,6 @@ def test_the_factor_of_heights_by_closed_forms() -> None:
     assert found == pytest.approx(
         1.0 / (norm.pdf(norm.isf(bears)) / bears - norm.isf(bears)), rel=5e-3
     )
-    joint = ms.Interface(of(-np.log(points)).to_surface(400), 0.5, normal_load=load)
-    words = {verdict.name: verdict.word for verdict in joint.validity}
-    assert words["stiffness too large by its peaks, as a factor"] == "outside"
-    assert words["stiffness too small by worn peaks, as a factor"] == "ok"
     with pytest.raises(ms.InputError, match="heights must be 200 or more that differ, got 3"):
         of(np.arange(3.0))
     with pytest.raises(ms.InputError, match="heights missing"):

@@ -1,4 +1,4 @@
-"""The law of a drawing and Persson's verdict, against boundary elements made for this test."""
+"""The law of a rough face, against boundary elements made for this test."""
 
 from __future__ import annotations
 
@@ -117,25 +117,6 @@ def test_a_drawing_has_the_stiffness_of_boundary_elements(hardness: float) -> No
     assert np.abs(logs[:, :, 0]).max() < math.log(1.35)
 
 
-@pytest.mark.slow
-def test_persson_says_by_which_factor_it_is_off() -> None:
-    """The told factor against boundary elements of the spectrum it is made for, six faces."""
-    told, found = [], []
-    for seed in range(31, 37):
-        space = HalfSpace(seed)
-        p = np.full((POINTS, POINTS), 1e-3)
-        curve = law_of(space, math.inf)._spectrum
-        for h in (1.9, 1.4, 0.9):
-            p = space.pressed(h * space.rms, p, math.inf, space.z)
-            load = MODULUS * float(p.mean())
-            joint = ms.Interface(curve.to_surface(), 0.3, normal_load=load)
-            verdict = next(v for v in joint.validity if v.name.startswith("normal stiffness"))
-            told.append(verdict.value)
-            found.append(joint.normal_stiffness * SIDE / MODULUS / space.stiffness(p > 0.0))
-    ratio = np.log(np.array(found) / np.array(told)).reshape(6, 3)
-    np.testing.assert_allclose(ratio.mean(axis=0), 0.0, atol=0.15)
-
-
 def miss_of(law: ms.RoughSurface, load: float, stiffness: float) -> float:
     """Logarithm of a stiffness [N/m] over that of the law, divided by the factor that it tells."""
     joint = ms.Interface(law, 0.3, normal_load=load)
@@ -162,7 +143,7 @@ def shaped(space: HalfSpace, heights: np.ndarray) -> np.ndarray:
     ("kind", "kurtosis"), [("pointed", 4.7), ("peaks", 6.2), ("worn", 6.2), ("even", 2.1)]
 )
 def test_heights_that_are_not_gaussian_are_reported_as_a_factor(kind: str, kurtosis: float) -> None:
-    """Both factors together against boundary elements; the load's alone misses by up to 2.5."""
+    """The factor of the heights, elastic and tightened, against boundary elements."""
     from scipy.special import ndtri
 
     x = ndtri((np.arange(POINTS**2) + 0.5) / POINTS**2)
@@ -170,29 +151,16 @@ def test_heights_that_are_not_gaussian_are_reported_as_a_factor(kind: str, kurto
         "pointed": np.sinh(1.5 * np.arcsinh(x)), "peaks": np.exp(0.4 * x),
         "worn": -np.exp(-0.4 * x), "even": np.tanh(0.5 * x),
     }[kind]  # fmt: skip
-    told, found, alone, rough, yielded = [], [], [], [], []
+    rough, yielded = [], []
     for seed in (51, 52, 53):
         space = HalfSpace(seed)
         z, p = shaped(space, form), np.full((POINTS, POINTS), 1e-3)
         assert (z**4).mean() / z.var() ** 2 == pytest.approx(kurtosis, rel=0.1)
-        gaussian = law_of(space, math.inf)._spectrum
-        curve = ms.PerssonCurve(
-            gaussian.pair, gaussian.wavenumber, gaussian.spectrum, gaussian.area, heights=z
-        )
-        surface = curve.to_surface(600)
         faces = {h: replace(law_of(space, h), heights=z) for h in (0.2, math.inf)}
         for share in (0.02, 0.06, 0.15):
             p = space.pressed(float(np.quantile(z, 1.0 - share)), p, math.inf, z)
-            joint = ms.Interface(surface, 0.3, normal_load=MODULUS * float(p.mean()))
-            values = {v.name: v.value or 0.0 for v in joint.validity}
-            by_load = values["normal stiffness over that of boundary elements"]
-            excess = values["stiffness too large by its peaks, as a factor"]
-            excess /= values["stiffness too small by worn peaks, as a factor"]
-            alone.append(by_load)
-            told.append(by_load * excess)
             own = space.stiffness(p > 0.0) * MODULUS / SIDE
-            found.append(joint.normal_stiffness / own)
-            rough.append(miss_of(faces[math.inf], joint.normal_load, own))
+            rough.append(miss_of(faces[math.inf], MODULUS * float(p.mean()), own))
         p = space.pressed(float(np.quantile(z, 0.94)), p, 0.2, z)
         stiff = space.stiffness(p > 0.0) * MODULUS / SIDE
         yielded.append(miss_of(faces[0.2], MODULUS * float(p.mean()), stiff))
@@ -200,10 +168,6 @@ def test_heights_that_are_not_gaussian_are_reported_as_a_factor(kind: str, kurto
     assert abs(np.mean(rough)) < 0.15
     assert np.abs(rough).max() < 0.4
     assert np.abs(yielded).max() < 0.35
-    miss = np.log(np.array(found) / np.array(told))
-    assert abs(miss.mean()) < 0.25  # 0.1 of which is that of Gaussian faces
-    assert np.abs(miss).max() < 0.45
-    assert np.abs(np.log(np.array(found) / np.array(alone))).mean() > 2.0 * np.abs(miss).mean()
 
 
 def test_the_law_is_that_of_its_stiffness() -> None:

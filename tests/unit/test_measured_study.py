@@ -147,3 +147,54 @@ tension = "200 N"
     assert surface.face.long_cutoff == pytest.approx(79.3e-6, rel=0.01)
     result = study((load, ""), (alone, bolted)).run().structure
     assert result.state.pressures.max() > 0.0
+
+
+def test_keys_are_those_of_the_reading_and_the_conditioning(study, tmp_path) -> None:
+    np.savez(tmp_path / "two.npz", z=1e6 * study.face.heights, other=np.eye(40))
+    loaded = study(
+        ('"face.npy"', '"two.npz"\nformat = "npz"\nkey = "z"'),
+        ('"2 um"', '["1 um", "2 um"]\nvalid = ["-5 um", "0.5 um"]'),
+        (
+            "piece",
+            'cutoff = "6 um"\nlong_cutoff = "60 um"\noutliers = 8\nlevel = "quadratic"\n'
+            "fill = true\npiece",
+        ),
+    )
+    scan = ms.Scan.read(
+        tmp_path / "two.npz", unit="um", pixel=(1e-6, 2e-6), key="z", valid=(-5e-6, 5e-7)
+    )
+    assert scan.missing > 0.0
+    scan = scan.condition(level="quadratic", outliers=8.0, fill="interpolate", long_cutoff=6e-5)
+    np.testing.assert_array_equal(loaded.surface.face.heights, scan.condition(cutoff=6e-6).heights)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("piece", 'cutoff = "6"\npiece', "surface.cutoff: wanted a length such as"),
+        ("piece", "cutoff = 6\npiece", "surface.cutoff: wanted a length such as"),
+        ("tightening_pressure", "tightening_presure", "surface.tightening_presure: unknown key;"),
+        ("face.npy", "fase.npy", "surface.scan: fase.npy: no such file in the folder of the study"),
+        ('unit = "um"\n', "", "surface.scan: face.npy: the file does not say the unit"),
+        ('"face.npy"', "3", 'surface.scan: wanted the name of a scan such as "ground.plu"'),
+        ("piece", 'level = "cubic"\npiece', 'surface.level: wanted "plane", "quadratic",'),
+        ("piece", "outliers = 1\npiece", "surface.outliers: wanted a number of at least 2"),
+        ("piece", "channel = true\npiece", "surface.channel: wanted a channel such as"),
+        ("piece", 'valid = ["1 um"]\npiece', "surface.valid: wanted 2 values, got 1"),
+        ("piece", "fill = 1\npiece", "surface.fill: wanted true or false, got 1"),
+        ('"2 um"', '["1 um", "1 um", "1 um"]', "surface.pixel: wanted "),
+        ("piece", 'radius = "1 mm"\npiece', "surface.radius: unknown key here; it belongs in"),
+    ],
+)
+def test_wrong_keys_are_one_line(study, old, new, message) -> None:
+    with pytest.raises(ms.StudyError) as caught:
+        study((old, new))
+    assert message in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("law", ["scan", "drawing", "two-faces", "persson", "elliptic-summits"])
+def test_removed_laws_name_what_replaces_them(study, law) -> None:
+    with pytest.raises(ms.StudyError, match="removed in 0") as caught:
+        study(('"measured"', f'"{law}"'))
+    assert 'law = "measured"' in str(caught.value) or 'law = "rough"' in str(caught.value)

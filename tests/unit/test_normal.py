@@ -307,9 +307,3 @@ def test_surfaces_that_cannot_be_tightened_are_refused(law) -> None:
         says = "yield_stress is that of the first tightening"
     with pytest.raises(ms.InputError, match=says):
         law.tightened(normal_load=10.0, yield_stress=2e8)
-
-
-def test_a_spectrum_is_that_of_a_scan() -> None:
-    with pytest.raises(ms.InputError, match="must be that of a scan") as caught:
-        ms.PerssonCurve.from_spectrum(1, None, 1e-4)
-    assert caught.value.argument == "spectrum"

@@ -1,73 +1,22 @@
-"""Faces by scans, by summits and by drawings, alone and two together."""
+"""Summits of two faces together, of several scans, and of a drawing."""
 
 from __future__ import annotations
 
 import math
-from itertools import product
 from pathlib import Path
 
 import numpy as np
 import pytest
-from studies import SURFACE, edited
 
 import microslip as ms
 from microslip.scans import Moments, SummitStatistics, average, combine, random_surface
 
 SHARED = Path(__file__).resolve().parents[3] / "shared" / "data" / "scans" / "plu-1.plu"
-GROUND = 'scan = "a.npy", unit = "um", pixel = "1 um", cutoff = "8 um"'
-BOTH = GROUND.replace('"a.npy"', '["a.npy", "b.npy"]')
-DRAWN = 'ra = "0.8 um", rsm = "60 um"'
-SUMMITS = 'std = "0.4 um", radius = "20 um", density = "3000 1/mm^2"'
-
-
-def study(first: str, second: str, extra: str = "") -> str:
-    block = f'law = "two-faces"\narea = "2 cm^2"\nfirst = {{ {first} }}\nsecond = {{ {second} }}\n'
-    return edited((SURFACE, block + extra))
-
-
-@pytest.fixture(name="home")
-def _home(tmp_path: Path) -> Path:
-    for seed, name in ((1, "a"), (2, "b")):
-        made = random_surface((96, 96), 1e-6, m0=4e-14, m2=1e-3, m4=2e8, seed=seed)
-        np.save(tmp_path / f"{name}.npy", made.heights * 1e6)
-    return tmp_path
-
-
-def scanned(home: Path, name: str) -> SummitStatistics:
-    scan = ms.Scan.read(home / f"{name}.npy", unit="um", pixel=1e-6).condition(level="plane")
-    return scan.summits(8e-6, level=None).statistics()
-
 
 # -- two faces -------------------------------------------------------------------------------------
 
 
-def test_faces_of_each_kind_add_up(home: Path) -> None:
-    """A study is what combine makes of the faces, whichever way each is described."""
-    one, drawn = scanned(home, "a"), ms.SurfaceFinish(ra=8e-7, rsm=60e-6).statistics
-    given = SummitStatistics(3e9, 2e-5, 4e-7)
-    pooled, scatter = average([one, scanned(home, "b")])
-    ways = {GROUND: one, BOTH: pooled, DRAWN: drawn, SUMMITS: given}
-    for (first, a), (second, b) in product(ways.items(), repeat=2):
-        made = ms.Study.from_toml(study(first, second), folder=home)
-        surface = made.surface.build(ms.MaterialPair(*[ms.Material(69e9, 0.33)] * 2))
-        wanted = combine(a, b)
-        # Read and summed again: the order of BLAS's sums depends on where an array lies in memory.
-        found = (surface.radius, surface.density, surface.heights.std, surface.area)
-        sums = (wanted.radius, wanted.density, wanted.std, 2e-4)
-        assert found == pytest.approx(sums, rel=1e-12, abs=0.0)
-    result = ms.Study.from_toml(study(BOTH, DRAWN), folder=home).run()
-    faces = result.summary["faces"]
-    assert faces["first"]["scatter"] == pytest.approx(scatter._asdict(), rel=1e-12, abs=0.0)
-    assert set(faces["second"]["ranges"]) == {"std", "radius", "density"}
-    assert faces["together"]["std"] == pytest.approx(combine(pooled, drawn).std, rel=1e-12)
-    notes = " ".join(result.summary["notes"])
-    assert "2 scans, which scatter by density" in notes
-    assert "spectral moments add (Greenwood 1984)" in notes
-    names = [verdict["name"] for verdict in result.summary["joints"][0]["validity"]]
-    assert names.count("summit radius in pixels") == 2  # one for each scan
-
-
-def test_the_gap_of_two_faces_has_the_moments(home: Path) -> None:
+def test_the_gap_of_two_faces_has_the_moments() -> None:
     """The difference of two scans, counted by itself, against what combine says of both."""
     faces = [
         random_surface((512, 512), 1e-6, m0=m0, m2=1e-3, m4=m4, seed=seed)
@@ -78,16 +27,6 @@ def test_the_gap_of_two_faces_has_the_moments(home: Path) -> None:
     for name in ("m0", "m2", "m4"):
         # Cross terms of two finite scans vanish like one over the root of the waves in them.
         assert getattr(gap, name) == pytest.approx(getattr(both, name), rel=0.03)
-
-
-def test_a_saved_study_finds_its_scans(home: Path) -> None:
-    (home / "faces.toml").write_text(study(BOTH, GROUND), encoding="utf-8")
-    made = ms.Study.load(home / "faces.toml")
-    text = made.text_for(home / "deeper")
-    assert '["../a.npy", "../b.npy"]' in text
-    (home / "deeper").mkdir()
-    again = ms.Study.from_toml(text, folder=home / "deeper")
-    assert again.surface.statistics == made.surface.statistics
 
 
 def test_average_pools_the_summits() -> None:
@@ -112,28 +51,6 @@ def test_average_pools_the_summits() -> None:
     for wrong in ([], [each[0], other], [each[0], 3]):
         with pytest.raises(ms.InputError, match="average wants"):
             average(wrong)  # type: ignore[arg-type]
-
-
-@pytest.mark.parametrize(
-    ("second", "says"),
-    [
-        ('ra = "0.8 um", rq = "1 um"', "surface.second.ra: one of ra, rq and rz must be given"),
-        ('rsm = "60 um"', "or a process such as ground, got nothing of it"),
-        ('process = "drilled"', 'surface.second.process: wanted "milled"'),
-        ('ra = "0.8 um", breadth = 1.2', "surface.second.breadth: wanted a number of at least 1.5"),
-        ('std = "1 um"', 'surface.second.radius: missing; write for example radius = "20 um"'),
-        ('scan = "c.npy", cutoff = "none"', "surface.second.scan: c.npy: no such file"),
-        ('scan = "a.npy", cutoff = "8 um"', "surface.second.scan: a.npy: the file does not say"),
-        (f'{GROUND}, area = "1 mm^2"', "surface.second.area: unknown key"),
-        (f'{GROUND}, estimate = "population"', "surface.second.estimate: wanted one radius"),
-        ('ra = "0.8 um", cutof = 3', "surface.second.cutof: unknown key"),
-    ],
-)
-def test_mistakes_of_a_face(home: Path, second: str, says: str) -> None:
-    with pytest.raises(ms.StudyError) as caught:
-        ms.Study.from_toml(study(GROUND, second), folder=home)
-    assert says in str(caught.value)
-    assert "\n" not in str(caught.value)
 
 
 # -- drawings --------------------------------------------------------------------------------------

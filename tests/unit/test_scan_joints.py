@@ -80,24 +80,3 @@ def test_a_profile_makes_a_joint_of_its_moments(home: Path) -> None:
     assert surface.density == pytest.approx(wanted.density, rel=1e-5)
     assert surface.heights.std == pytest.approx(wanted.std, rel=1e-5)
     assert surface.area == pytest.approx(2e-4)
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "says"),
-    [
-        ("mccool", "counted", "surface.estimate: a profile has peaks but no summits to count: "),
-        ("mccool", "population", 'wanted "mccool" or "nayak", got "population"'),
-        ('area = "2 cm^2"\n', "", "surface.area: missing, and a profile has none"),
-        ("area", 'prominence = "1 nm"\narea', "surface.prominence: means nothing for a profile"),
-    ],
-)
-def test_studies_of_profiles_say_what_is_wrong(home: Path, old: str, new: str, says: str) -> None:
-    block = (
-        '[surface]\nlaw = "scan"\nmaterials = ["steel", "steel"]\nscan = "trace.npy"\n'
-        'unit = "um"\npixel = "1 um"\ncutoff = "8 um"\nestimate = "mccool"\narea = "2 cm^2"\n'
-    )
-    assert old in block
-    with pytest.raises(ms.StudyError) as caught:
-        ms.Study.from_toml(STUDY.format(surface=block.replace(old, new, 1)), folder=home)
-    assert says in str(caught.value)
-    assert "\n" not in str(caught.value)

@@ -7,9 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from studies import SURFACE, edited
 
-import microslip as ms
 from microslip.figures.picture import PictureCache
 from microslip.figures.plot import Line, Panel, Pixels
 from microslip.report.files import listed
@@ -94,15 +92,3 @@ def test_gaps_are_reported_beside_the_spectrum(
         heights[:9] = np.nan
     text = page(document(found(tmp_path, heights, cutoff=10e-6)), PictureCache())
     assert ("steps at the edges of gaps add waves of every length" in text) == gaps
-
-
-def test_the_pixel_is_judged_in_a_study(tmp_path: Path, ground: np.ndarray) -> None:
-    """Of a scan, both verdicts that watch over waves of few pixels reach the joint's own."""
-    np.save(tmp_path / "z.npy", ground)
-    block = 'law = "scan"\nscan = "z.npy"\nunit = "m"\npixel = "1 um"\ncutoff = "6 um"\n'
-    loads = ('["500 N", "2 kN"]', '["0.05 N", "0.2 N"]')
-    study = ms.Study.from_toml(edited((SURFACE, block), loads), folder=tmp_path)
-    names = [verdict["name"] for verdict in study.run().summary["joints"][0]["validity"]]
-    assert "share of m4 lost to the pixel" in names
-    assert "share of peaks below the prominence" in names
-    assert len(names) == len(set(names))

@@ -223,44 +223,6 @@ def test_same_seed_same_bytes_for_any_number_of_workers(tmp_path: Path) -> None:
         study.run(workers=0)
 
 
-def test_a_scan_draws_its_patches_together(tmp_path: Path) -> None:
-    """Means over patches: their scatter is the standard error of the mean."""
-    from microslip.scans import cut, random_surface
-
-    scan = random_surface((192, 192), 2e-6, m0=2.5e-13, m2=2e-3, m4=4e7, seed=3)
-    np.save(tmp_path / "scan.npy", scan.heights)
-    text = """
-schema = 1
-[surface]
-law = "scan"
-materials = ["steel", "steel"]
-scan = "scan.npy"
-unit = "m"
-pixel = "2 um"
-cutoff = "20 um"
-[joint]
-friction_coefficient = 0.3
-normal_load = "0.2 N"
-[uncertainty]
-samples = 64
-scan_patches = [3, 3]
-"""
-    study = ms.Study.from_toml(text, folder=tmp_path)
-    design = Design(study)
-    laws = [design.at(row)._law for row in design.scores(design.points().reshape(-1, 1))]
-    stds = np.array([law.heights.spread for law in laws])  # type: ignore[union-attr]
-    densities = np.array([law.density for law in laws])  # type: ignore[union-attr]
-    surface = study.surface
-    parts = cut(surface.conditioned, (3, 3))
-    own = np.array([part.summits(2e-5, level=None).statistics().std for part in parts])
-    relative = own.std(ddof=1) / 3.0 / own.mean()
-    # A mean over draws of nine has sqrt(8/9) of that.
-    assert stds.std() / stds.mean() == pytest.approx(relative * math.sqrt(8 / 9), rel=0.25)
-    assert densities.std() > 0.0
-    with pytest.raises(ms.StudyError, match="scan_patches: wanted only beside"):
-        of_product(", scan_patches = [3, 3]")
-
-
 def test_an_identification_gives_its_covariance(tmp_path: Path) -> None:
     names = ["friction_coefficient", "slip_scale"]
     parameters = {

@@ -86,15 +86,14 @@ TIME = Kind("time", "s", ("us", "µs", "ms", "s", "min"))
 VELOCITY = Kind("velocity", "m/s", ("m/s", "mm/s", "um/s"))
 ACCELERATION = Kind("acceleration", "m/s^2", ("m/s^2", "mm/s^2"))
 FREQUENCY = Kind("frequency", "Hz", ("Hz", "kHz"))
-RATIO = Kind("plain number", "", ())
 PER_LENGTH = Kind("number per length", "1/m", ("1/nm", "1/um", "1/mm", "1/m", "um^-1"))
-SPECTRAL_DENSITY = Kind("power spectral density", "m^4", ("m^4", "um^4", "nm^4"))
+RATIO = Kind("plain number", "", ())
 
 _KINDS = {
     kind.unit: kind
     for kind in (
         *(LENGTH, AREA, VOLUME, FORCE, PRESSURE, DENSITY, ANGLE, MASS, STIFFNESS, TORQUE),
-        *(MASS_DENSITY, TIME, VELOCITY, ACCELERATION, FREQUENCY, PER_LENGTH, SPECTRAL_DENSITY),
+        *(MASS_DENSITY, TIME, VELOCITY, ACCELERATION, FREQUENCY, PER_LENGTH),
     )
 }
 
@@ -108,7 +107,7 @@ def kind_of(unit: str) -> Kind:
 _NAMED_DIMENSIONS = {
     "": "a plain number",
     "J": "an energy or a torque",
-    **{unit: kind.with_article for unit, kind in _KINDS.items() if kind is not SPECTRAL_DENSITY},
+    **{unit: kind.with_article for unit, kind in _KINDS.items()},
     "1/m^3": "a number per volume",
     "kg/m^2": "a mass per area",
     "W": "a power",

@@ -15,7 +15,6 @@ from microslip.friction.interface import Interface
 from microslip.heights import Discrete, HeightDistribution
 from microslip.materials import Material, MaterialPair
 from microslip.normal import NormalLaw
-from microslip.normal.persson import PerssonSurface
 from microslip.normal.rough import RoughSurface
 
 _STEP = 0.02
@@ -69,14 +68,6 @@ def _inputs(joint: Interface) -> dict[str, Callable[[float], Interface]]:
         "friction_coefficient": lambda f: Interface(surface, mu * f, normal_load=load),
         "normal_load": lambda f: joint.at(normal_load=load * f),
     }
-    if isinstance(surface, PerssonSurface):
-        curve = surface.curve
-        inputs["heights"] = lambda f: on(
-            replace(curve, spectrum=f * f * np.asarray(curve.spectrum)).to_surface()
-        )
-        inputs["young_modulus"] = lambda f: on(
-            replace(curve, pair=_stiffer(surface.pair, f)).to_surface()
-        )
     if isinstance(surface, RoughSurface):
         names = {"heights": "rms", "young_modulus": "pair", "hardness": "hardness"}
         names |= {name: name for name in ("roll_off", "shortest", "hurst")}

@@ -15,7 +15,6 @@ from microslip.normal.base import (
     PRESSURE,
     RESOLUTION,
     SCATTER,
-    STIFFNESS,
     TOO_SOFT,
     TOO_STIFF,
     YIELD,
@@ -110,16 +109,6 @@ RULES: tuple[Rule, ...] = (
         "and Etsion 2002); the mean over the load is compared with that",
         remedy="check the radius (a longer short-wave cut-off gives larger ones), or measure the "
         "joint",
-    ),
-    Rule(
-        name=STIFFNESS,
-        watch=0.8,
-        outside=0.6,
-        meaning="the load is heavy enough for Persson's theory, which neglects the highest summits",
-        reason="on the Gaussian faces it is made for k_n is 0.55, 0.62, 0.72, 0.81 and 0.94 "
-        "of boundary elements at p/E*h' of 0.0003, 0.001, 0.003, 0.01 and 0.03; energies are less "
-        "accurate",
-        remedy='law = "rough", which uses summits where contacts are few, or a scan',
     ),
     _heights_rule(TOO_STIFF, "too stiff: peaks stand out, kurtosis or skewness is large"),
     _heights_rule(TOO_SOFT, "too soft: peaks are worn off, the skewness is below zero"),

@@ -21,12 +21,9 @@ from microslip.numerics import quadrature
 
 PRESSURE = "mean contact pressure over hardness"
 """Name of what is judged of a law that knows contacts but no summits."""
-STIFFNESS = "normal stiffness over that of boundary elements"
-"""Name of what is judged of a theory that is known to be off by a factor."""
 TOO_STIFF = "stiffness too large by its peaks, as a factor"
 TOO_SOFT = "stiffness too small by worn peaks, as a factor"
 """Names of what is judged of a theory of Gaussian heights on a face with others."""
-"""Name of what is judged of summits that all have one shape."""
 YIELD = "Hertz pressure over that of first yield"
 """Name of what is judged of one sphere."""
 OVER_HARDNESS = "tightening pressure over hardness"

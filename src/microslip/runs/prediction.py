@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 from typing import Any
@@ -16,7 +15,6 @@ from microslip._core.netcdf import Variable
 from microslip._core.quantities import QUANTITIES
 from microslip._core.units import engineering
 from microslip._core.wording import plural
-from microslip.errors import InputError
 from microslip.friction import Interface
 from microslip.friction.input_slopes import input_slopes
 from microslip.loops import Loop
@@ -33,7 +31,6 @@ from microslip.runs.structure_prediction import StructurePrediction
 from microslip.study.build import at_middle, blame, build_joints, is_uncertain
 from microslip.study.description import StudyDescription
 from microslip.study.measured_face import MeasuredFace
-from microslip.study.scanned_surface import ScanSurface
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -159,9 +156,6 @@ def _stacked(arrays: Sequence[Floats]) -> Floats:
 
 # -- sensitivities of the answers of each joint to its inputs --------------------------------------
 
-_STEP = 0.2
-"""Half of the logarithm over which cut-offs are varied: summits come and go one by one."""
-
 
 def leading_inputs(study: StudyDescription, joint: Any) -> dict[str, Any] | None:
     """Slopes of stiffness and loss factor over all inputs; None of a law without a surface."""
@@ -172,9 +166,6 @@ def leading_inputs(study: StudyDescription, joint: Any) -> dict[str, Any] | None
     if amplitudes:
         amplitude = math.exp(math.fsum(map(math.log, amplitudes)) / len(amplitudes))
     slopes = input_slopes(joint, amplitude)
-    if isinstance(study.surface, ScanSurface):
-        for quantity, slope in _over_cutoff(study.surface, joint, amplitude).items():
-            slopes[quantity]["cutoff"] = slope
     return {
         "amplitude": amplitude,
         **{
@@ -182,22 +173,6 @@ def leading_inputs(study: StudyDescription, joint: Any) -> dict[str, Any] | None
             for name, slopes_of_answer in slopes.items()
         },
     }
-
-
-def _over_cutoff(surface: ScanSurface, joint: Interface, amplitude: float) -> dict[str, float]:
-    with suppress(InputError):  # a cut-off that leaves no summit, or none that carries the load
-        ends = []
-        for sign in (-1.0, 1.0):
-            law = surface.law_at(joint.surface.pair, math.exp(sign * _STEP))
-            if law is None or hasattr(joint.surface, "tightening_load"):
-                return {}
-            ends.append(Interface(law, joint.friction_coefficient, normal_load=joint.normal_load))
-        pairs = {
-            "tangential_stiffness": [end.tangential_stiffness for end in ends],
-            "loss_factor": [float(end.loss_factor(amplitude)) for end in ends],
-        }
-        return {name: math.log(high / low) / (2.0 * _STEP) for name, (low, high) in pairs.items()}
-    return {}
 
 
 DEFAULT_AMPLITUDES = (0.1, 0.3, 1.0, 10.0)

@@ -22,7 +22,6 @@ from microslip.study.joints import Joint
 from microslip.study.measured_face import MeasuredFace
 from microslip.study.readers import KeyedError
 from microslip.study.schema import GROUPS, UncertaintyPart
-from microslip.study.surfaces import ScanSurface
 from microslip.study.uncertain import changed, followers_of, spreads_of, with_values
 
 
@@ -107,7 +106,7 @@ def blame(study: StudyDescription, key: str, names: Iterable[str] = ()) -> Itera
 
 _NEAR = 0.25  # scores to either side of the middle, for slopes
 _QUARTILE, _FURTHEST = 0.6744897501960817, 6.0  # scores of given values, for slopes
-_REPLICATES = 4096  # of a scan's patches
+_REPLICATES = 4096  # of the pieces of a scan
 
 
 @dataclass(frozen=True)
@@ -130,10 +129,6 @@ class Design:
         self.correlation = np.eye(len(self.inputs))
         if self.part.correlations:
             self.correlation = self.part.matrix(tuple(self.spreads))
-        self._patches = self._replicates()
-        if self._patches is not None:
-            count = " x ".join(map(str, self.part.scan_patches or ()))
-            self.inputs.append(Input("surface.scan", f"{count} patches, resampled together"))
         self._pieces = self._drawn_pieces()
         if self._pieces is not None:
             count = self._pieces.shape[1]
@@ -157,37 +152,6 @@ class Design:
     def changed_keys(self) -> set[str]:
         """Keys whose values the draws change, those that follow others included."""
         return {*self.spreads, *followers_of(self.study)}
-
-    def _replicates(self) -> Floats | None:
-        """Spread, radius and density of means over patches drawn anew, over their means."""
-        counts = self.part.scan_patches
-        if counts is None:
-            return None
-        surface = self.study.surface
-        assert isinstance(surface, ScanSurface)  # looked at when read
-        from microslip.scans.patches import cut
-
-        estimate = "counted" if surface.estimate == "population" else surface.estimate
-        rows = []
-        for patch in cut(surface.conditioned, (counts[0], counts[-1])):
-            try:
-                summits = surface.summits_of(patch, surface.cutoff)
-                statistics = summits.statistics(estimate)  # type: ignore[arg-type]
-            except InputError:  # such as a patch without a summit
-                continue
-            rows.append((statistics.std, statistics.radius, statistics.density))
-        if len(rows) < 2:
-            raise StudyError(
-                f"{self.study.name}: uncertainty.scan_patches: wanted patches with summits, "
-                f"got {len(rows)}; write fewer, larger ones"
-            )
-        ratios = np.array(rows) / np.mean(rows, axis=0)
-        rng = np.random.default_rng([self.part.seed, 18])
-        means = ratios[rng.integers(0, len(rows), (_REPLICATES, len(rows)))].mean(axis=1)
-        # In the order of what varies most, so that one coordinate stands for all three.
-        logs = np.log(means)
-        axis = np.linalg.svd(logs - logs.mean(axis=0), full_matrices=False)[2][0]
-        return np.asarray(means[np.argsort(logs @ axis)])
 
     def _drawn_pieces(self) -> NDArray[np.intp] | None:
         """Pieces of a face solved point by point, drawn anew, in the order of the stiffness."""
@@ -244,11 +208,7 @@ class Design:
 
         shares = ndtr(scores)
         study: StudyDescription = with_values(self.study, self.values(shares))
-        place, std, radius, density = len(self.spreads), 1.0, 1.0, 1.0
-        if self._patches is not None:
-            row = min(int(shares[place] * _REPLICATES), _REPLICATES - 1)
-            std, radius, density = self._patches[row].tolist()
-            place += 1
+        place, std, density = len(self.spreads), 1.0, 1.0
         if self._pieces is not None:
             row = min(int(shares[place] * _REPLICATES), _REPLICATES - 1)
             law = build_summits(study)
@@ -257,17 +217,16 @@ class Design:
             place += 1
         if self._names:
             std, density = self._identified(study, scores[place:])
-        if (std, radius, density) != (1.0, 1.0, 1.0):
+        if (std, density) != (1.0, 1.0):
             law = build_summits(study)
             if not isinstance(law, GreenwoodWilliamson):
                 raise StudyError(
                     f"{self.study.name}: uncertainty: wanted a surface of statistics, whose "
-                    f"spread, radius and density can be drawn, got {type(law).__name__}"
+                    f"spread and density can be drawn, got {type(law).__name__}"
                 )
             study._law = replace(
                 law,
                 heights=law.heights._scaled(std),
-                radius=law.radius * radius,
                 density=law.density * density,
             )
         return study
@@ -318,8 +277,8 @@ def with_model_spreads(part: Any) -> Any:
 def is_uncertain(study: StudyDescription) -> bool:
     """Whether anything in a study scatters, but for what only its structure knows."""
     part = study.uncertainty
-    resampled = part is not None and (part.scan_patches or part.identification)
-    return bool(resampled) or next(spreads_of(study), None) is not None
+    identified = part is not None and part.identification is not None
+    return identified or next(spreads_of(study), None) is not None
 
 
 def check_draws(study: StudyDescription) -> None:

@@ -158,8 +158,6 @@ def _of_uncertainty(study: StudyTables) -> None:
         return
     names = tuple(key for key, _ in spreads_of(study))
     part.matrix(names)
-    if part.scan_patches is not None and getattr(study.surface, "law", "") != "scan":
-        raise KeyedError("uncertainty.scan_patches", 'wanted only beside surface.law = "scan"')
     if part.identification is not None:
         if not isinstance(study.joint, Joint):
             raise KeyedError("uncertainty.identification", "wanted only for an interface")
@@ -169,7 +167,7 @@ def _of_uncertainty(study: StudyTables) -> None:
                 raise KeyedError(
                     key, "wanted a number: uncertainty.identification says how far it is known"
                 )
-    if not names and part.scan_patches is None and part.identification is None:
+    if not names and part.identification is None:
         raise KeyedError(
             "uncertainty",
             "wanted an uncertain number in the study, got none; write for example "

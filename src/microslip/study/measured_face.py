@@ -10,20 +10,21 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from microslip._core.checks import Progress
-from microslip._core.parameters import option
+from microslip._core.parameters import JsonSchema, option
 from microslip._core.quantities import named
 from microslip._core.units import PRESSURE, engineering
-from microslip._core.wording import shorten
+from microslip._core.wording import shorten, show
+from microslip.errors import InputError
 from microslip.normal import MeasuredContact, NormalLaw
 from microslip.scans import options
-from microslip.study.fields import MATERIALS
+from microslip.study.fields import MATERIALS, text
+from microslip.study.part import SurfaceTable, tag
 from microslip.study.part import key as key_of
-from microslip.study.part import tag
-from microslip.study.readers import KeyedError, Place
-from microslip.study.scanned_surface import SCAN, ReadScan
+from microslip.study.readers import KeyedError, Place, Reader
 
 if TYPE_CHECKING:
     from microslip.materials import MaterialPair
+    from microslip.scans import Scan
 
 HARDNESS = option(
     "hardness",
@@ -58,13 +59,54 @@ COARSER = option(
 )
 
 
-class MeasuredFace(ReadScan):
+NO_CUTOFF = "none: limited by the pixel"
+"""Text that reports print in place of an absent cut-off."""
+
+
+class _Channel(Reader):
+    """Reader of the name or number of a channel of an instrument's file."""
+
+    help, example, default = options.CHANNEL.help, options.CHANNEL.example_text, None
+
+    def read(self, raw_value: object, place: Place) -> str | int:
+        """Return the name or number of the channel."""
+        if isinstance(raw_value, bool) or not isinstance(raw_value, (str, int)) or raw_value == "":
+            raise ValueError(f'wanted a channel such as "Topography" or 0, got {show(raw_value)}')
+        return raw_value
+
+    def schema(self) -> JsonSchema:
+        """Return the schema of text or a whole number."""
+        return {"anyOf": [{"type": "string"}, {"type": "integer"}]}
+
+
+def _single(values: Any) -> Any:
+    """Return the only item of a list of one, else the values as they are."""
+    return values[0] if values and len(values) == 1 else values
+
+
+class MeasuredFace(SurfaceTable):
     """A scan solved point by point: interacting contacts that yield."""
 
+    cutoff: float | None = key_of(options.CUTOFF.but(default=None))
+    long_cutoff: float | None = key_of(options.LONG_CUTOFF)
+    filter: str = key_of(options.FILTER)
+    crop: tuple[float, ...] | None = key_of(options.CROP)
+    level: str | None = key_of(options.LEVEL)
+    outliers: float | None = key_of(options.OUTLIERS)
+    fill: bool = key_of(options.FILL)
+    format: str | None = key_of(options.FORMAT)
+    unit: tuple[str, ...] | None = key_of(options.UNIT)
+    pixel: tuple[float, ...] | None = key_of(options.PIXEL)
+    key: str | None = key_of(options.KEY)
+    channel: str | int | None = key_of(_Channel())
+    valid: tuple[float, ...] | None = key_of(options.VALID, example='["-1 mm", "1 mm"]')
+    limit: int = key_of(options.LIMIT)
     law: str = tag("measured", "A scan solved point by point, with contacts that yield.")
     materials: tuple[str, str] = MATERIALS
-    scan: str = key_of(SCAN, "File of the scan, relative to the folder of the study.")
-    cutoff: float | None = key_of(options.CUTOFF.but(default=None))
+    scan: str = key_of(
+        text("the name of a scan", "ground.plu"),
+        "File of the scan, relative to the folder of the study.",
+    )
     hardness: float | None = key_of(HARDNESS)
     tightening_pressure: float | None = key_of(TIGHTENING)
     direction: float | None = key_of(
@@ -76,6 +118,9 @@ class MeasuredFace(ReadScan):
     piece: int | None = key_of(PIECE)
     coarser: bool = key_of(COARSER)
 
+    read_scan: Scan
+    """Scan as it is in the file."""
+
     _law: MeasuredContact | None = None
     _patch: float | None = None  # side of the patches of a structure [m]
 
@@ -83,11 +128,46 @@ class MeasuredFace(ReadScan):
         """Read the scan, and refuse a profile."""
         if self.hardness is not None and self.tightening_pressure is None:
             raise KeyedError(".hardness", "wanted only beside tightening_pressure")
-        self.read_file(place, self.scan)
+        self._read(place)
         if self.read_scan.is_profile:
             raise KeyedError(
                 ".scan", "a profile does not show how contacts interact: wanted an area"
             )
+
+    def _read(self, place: Place) -> None:
+        """Read the scan, or report at its key what is wrong."""
+        from microslip.scans import Scan
+
+        reading, name = place.reading, shorten(self.scan, 100)
+        here = reading.path(self.scan)
+        try:
+            scan = Scan.read(
+                here,
+                self.format,
+                unit=_single(self.unit),
+                pixel=_single(self.pixel),
+                key=self.key,
+                channel=self.channel,
+                valid=None if self.valid is None else (self.valid[0], self.valid[1]),
+                limit=self.limit,
+            ).condition(crop=self.crop)
+        except InputError as error:
+            message = " ".join(str(error).split()).replace(str(here), name)
+            message = message if message.startswith(name) else f"{name}: {message}"
+            if not here.exists():
+                message = reading.message(message, self.scan)
+            raise KeyedError(".scan", message) from None
+        notes = " ".join(scan.notes).replace("`", "")
+        reading.notes.append(f"{place.key}.scan: {notes}")
+        self.keep(read_scan=scan)
+
+    @property
+    def conditioned(self) -> Scan:
+        """The scan without outliers, form and long waves; short waves come later."""
+        return self.read_scan.condition(
+            fill="interpolate" if self.fill else None,
+            **named(self, "outliers", "level", "long_cutoff", "filter"),
+        )
 
     @cached_property
     def face(self) -> Any:

@@ -13,7 +13,6 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
 from microslip._core.parameters import REQUIRED, JsonSchema, Parameter
-from microslip._core.verdicts import Verdict
 from microslip._core.wording import did_you_mean, nearest, quoted, show
 from microslip.errors import StudyError
 from microslip.study.readers import (
@@ -355,11 +354,6 @@ class SurfaceTable(Part):
     """Any table of a surface: what it adds to a result besides its normal law."""
 
     @property
-    def law_name(self) -> str:
-        """Name of the normal law that it gives."""
-        return str(getattr(self, "law", ""))
-
-    @property
     def apparent_area(self) -> float | None:
         """Apparent area [m^2], where there is one."""
         area: float | None = getattr(self, "area", None)
@@ -372,10 +366,6 @@ class SurfaceTable(Part):
     def sentences(self) -> list[str]:
         """The same in words."""
         return []
-
-    def verdicts(self) -> tuple[Verdict, ...]:
-        """Verdicts apart from those that depend on the load."""
-        return ()
 
 
 HOMES: list[tuple[str, type[Part]]] = []

@@ -83,11 +83,6 @@ class UncertaintyPart(Part):
         "Correlations of the uncertain numbers.",
         default=(),
     )
-    scan_patches: tuple[int, ...] | None = optional_key(
-        Items(whole_number(1, 30), "[3, 3]", (1, 2)),
-        "Patches of a scanned surface, across and down, that are resampled together: "
-        "spread, radius and density of the summits keep their correlation.",
-    )
     identification: str | None = optional_key(
         text("the name of a folder", "records-identified"),
         "Folder that microslip identify wrote: friction, spread of the heights and "

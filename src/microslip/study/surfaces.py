@@ -12,26 +12,21 @@ from microslip._core.parameters import key_of, parameter_of, parameters_of
 from microslip._core.quantities import named
 from microslip._core.units import (
     FORCE,
-    PER_LENGTH,
-    SPECTRAL_DENSITY,
     engineering,
     significant,
 )
 from microslip._core.wording import nearest
-from microslip.heights.by_moments import heights_by_moments
 from microslip.materials import Material, MaterialPair, metals
 from microslip.normal import (
     NORMAL_LAWS,
     AsperityPopulation,
     NormalLaw,
-    PerssonCurve,
     RoughSurface,
     TabulatedNormalLaw,
 )
 from microslip.normal.rough import ERROR as ROUGH_ERROR
 from microslip.scans.finish import GAUSSIAN_RQ
 from microslip.scans.options import RA, RQ
-from microslip.study.faces import DrawnSurface, FacedSurface, TwoFaces
 from microslip.study.fields import (
     AREA,
     HEIGHT,
@@ -51,21 +46,17 @@ from microslip.study.heights import ANY_HEIGHTS, HEIGHTS_TABLES, GivenHeights, S
 from microslip.study.measured_face import MeasuredFace
 from microslip.study.part import Key, Part, SurfaceTable, Table, key, optional_key, tag
 from microslip.study.readers import KeyedError, Place
-from microslip.study.scanned_surface import ScanSurface
 from microslip.study.uncertain import Spread, Unsure
 
 __all__ = [
     "SURFACE_TABLES",
     "Elastic",
     "ExponentialHeights",
-    "FacedSurface",
     "GaussianHeights",
     "MeasuredFace",
     "PopulationSurface",
     "Rigid",
-    "ScanSurface",
     "ScipyHeights",
-    "SpectralSurface",
     "TableHeights",
     "TableSurface",
 ]
@@ -197,65 +188,6 @@ class TableSurface(Surface):
         return TabulatedNormalLaw(pair, separation=separation, load=load, tail=self.tail)  # type: ignore[arg-type]
 
 
-_SELF_AFFINE = ("rms", "hurst", "longest", "roll_off", "shortest")
-_SPECTRA = "a spectrum is wavenumber and spectrum, or rms, hurst, longest and shortest"
-
-
-class SpectralSurface(Surface):
-    """A surface by its power spectrum, pressed on a half space, by Persson's theory."""
-
-    law: str = tag("persson", "A power spectrum, by Persson's theory.")
-    wavenumber: tuple[float, ...] | None = optional_key(
-        Numbers(quantity(PER_LENGTH, "10 1/mm"), '["10 1/mm", "100 1/mm", "1000 1/mm"]'),
-        "Wavenumbers 2 pi/wavelength, rising: a list or a column, as spectrum.csv of "
-        "`microslip surface` has it.",
-    )
-    spectrum: tuple[float, ...] | None = optional_key(
-        Numbers(
-            quantity(SPECTRAL_DENSITY, "10 um^4", "any"), '["10 um^4", "2 um^4", "0.003 um^4"]'
-        ),
-        "Power spectral densities C(q) of the heights there: a list or a column.",
-    )
-    rms: float | None = optional_key(
-        ROUGHNESS, "Rms height of a self-affine surface, in place of a spectrum."
-    )
-    hurst: float | None = optional_key(SHARE, "Its Hurst exponent.", "0.8")
-    longest: float | None = optional_key(ROUGHNESS, "Its longest wave.", '"2 mm"')
-    roll_off: float | None = optional_key(
-        ROUGHNESS, "Wavelength below which its spectrum falls; the longest if absent.", '"0.5 mm"'
-    )
-    shortest: float | None = optional_key(
-        ROUGHNESS, "Its shortest wave, which determines the slope.", '"5 um"'
-    )
-    area: float = key(AREA, "Apparent area.")
-
-    def check(self, place: Place) -> None:
-        """A spectrum, or a self-affine one; Persson's theory refuses the rest."""
-        present = {name for name in self.keys if getattr(self, name) is not None}
-        spectrum = {"wavenumber", "spectrum"}
-        needed = spectrum if present & spectrum else {*_SELF_AFFINE} - {"roll_off"}
-        for name in sorted(needed - present, key=[*self.keys].index):
-            raise KeyedError(f".{name}", f"missing; {_SPECTRA}")
-        if needed == spectrum:
-            for name in sorted(present & {*_SELF_AFFINE}, key=[*self.keys].index):
-                raise KeyedError(
-                    f".{name}", "wanted none beside wavenumber and spectrum; remove it"
-                )
-        self._curve(_ANY_PAIR)
-
-    def _curve(self, pair: MaterialPair) -> PerssonCurve:
-        if self.wavenumber is not None:
-            rings = PerssonCurve.Rings(np.array(self.wavenumber), np.array(self.spectrum))
-            return PerssonCurve.from_spectrum(rings, pair, self.area)
-        sizes = named(self, *_SELF_AFFINE)
-        sizes["roll_off"] = sizes["roll_off"] or sizes["longest"]
-        return PerssonCurve.self_affine(pair, **sizes, area=self.area)
-
-    def build(self, pair: MaterialPair) -> NormalLaw:
-        """Persson's law of the spectrum."""
-        return self._curve(pair).to_surface()
-
-
 class RoughFaceSurface(Surface):
     """A rough face by what a drawing says of it; no summits, and what is pressed flat yields."""
 
@@ -277,12 +209,6 @@ class RoughFaceSurface(Surface):
     hurst: float = key(
         Unsure(SHARE), "Hurst exponent; 0.8 if it was not measured.", "0.8", default=0.8
     )
-    skewness: float | None = optional_key(
-        number("-0.4"), "Skewness of the heights (Ssk or Rsk), for verdicts."
-    )
-    kurtosis: float | None = optional_key(
-        number("3.5", above=1.0), "Their kurtosis (Sku or Rku), for verdicts."
-    )
     area: float = key(AREA, "Apparent area.")
     stiffness_factor: float = key_for(
         parameter_of(RoughSurface, "stiffness_factor"),
@@ -299,11 +225,6 @@ class RoughFaceSurface(Surface):
                 came = "both; remove one" if given else "neither"
                 where = names[1 if given else 0]
                 raise KeyedError(f".{where}", f"wanted {names[0]} or {names[1]}, got {came}")
-        if (self.skewness is None) != (self.kurtosis is None):
-            missing = "skewness" if self.skewness is None else "kurtosis"
-            raise KeyedError(f".{missing}", "missing; verdicts on heights want both of them")
-        if self.skewness is not None and self.kurtosis is not None:
-            heights_by_moments(self.skewness, self.kurtosis)  # names what no heights have
         super().check(place)
 
     @property
@@ -317,27 +238,24 @@ class RoughFaceSurface(Surface):
         """The law; of Ra as of Gaussian heights."""
         rms = self.rq if self.rq is not None else GAUSSIAN_RQ * float(self.ra or 0.0)
         numbers = {"rms": rms, **named(self, "roll_off", "area", "hurst")}
-        heights = None
-        if self.skewness is not None and self.kurtosis is not None:
-            heights = heights_by_moments(self.skewness, self.kurtosis)
-        rest: dict[str, Any] = {"stiffness_factor": self.stiffness_factor, "heights": heights}
+        factor = self.stiffness_factor
         if self.slope is None:
-            return RoughSurface(pair, shortest=cast(float, self.shortest), **rest, **numbers)
+            shortest = cast(float, self.shortest)
+            return RoughSurface(pair, shortest=shortest, stiffness_factor=factor, **numbers)
         law = RoughSurface.from_slope(pair, slope=self.slope, **numbers)
-        return dataclasses.replace(law, **rest)
+        return dataclasses.replace(law, stiffness_factor=factor)
 
     def sentences(self) -> list[str]:
         """Basis of the law, and what no drawing says."""
         law = cast(RoughSurface, self.build(_ANY_PAIR))
         left_out = "the Hurst exponent, " if "hurst" not in self._keys_in_file else ""
-        heights = "" if law.heights is not None else "the distribution of the heights, "
         return [
             f"surface: waves from {engineering(law.roll_off, 'm')} to "
             f"{engineering(law.shortest, 'm')}, Rq {engineering(law.rms, 'm')}, Rdq "
             f"{significant(law.rms_slope / math.sqrt(2.0))}. The stiffness of such Gaussian, "
             f"isotropic faces is within {100.0 * ROUGH_ERROR:.0f} % of boundary elements (the "
-            f"worst 30 %). The drawing leaves open {left_out}{heights}the lay, and form and "
-            "waviness beyond the cut-off."
+            f"worst 30 %). The drawing leaves open {left_out}the distribution of the "
+            "heights, the lay, and form and waviness beyond the cut-off."
         ]
 
 
@@ -364,13 +282,9 @@ SURFACE_TABLES: dict[str, type[Any]] = {
         for kind in NORMAL_LAWS
         if (name := key_of(kind)) in _OWN_TABLES or parameters_of(kind)
     },
-    "persson": SpectralSurface,
-    "scan": ScanSurface,
     "measured": MeasuredFace,
-    "drawing": DrawnSurface,
-    "two-faces": TwoFaces,
 }
-"""Tables of all exported normal laws by their name, and those of measured or drawn faces."""
+"""Tables of the normal laws by their name, and that of a measured face."""
 
 ANY_SURFACE = Table(*SURFACE_TABLES.values(), tag="law")
 

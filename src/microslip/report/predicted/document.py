@@ -36,8 +36,8 @@ from microslip.report.structure.document import sections as structure_sections
 from microslip.runs.prediction import Prediction
 from microslip.study.consistency import questions
 from microslip.study.description import StudyDescription
+from microslip.study.measured_face import NO_CUTOFF
 from microslip.study.part import Part
-from microslip.study.scanned_surface import NO_CUTOFF
 
 REMARK = (
     "η (loss factor) and ζ = η/2 (damping ratio) are the interface’s own, not a mode’s: in a "
@@ -183,9 +183,9 @@ def equations(result: Prediction) -> str:
 
 
 def _law(study: StudyDescription) -> str:
-    """The law whose equation holds: a scan gives one of two."""
+    """Return the name of the law whose equation holds."""
     surface = study.surface
-    return str(study.joint.law) if surface is None else str(surface.law_name)
+    return str(study.joint.law) if surface is None else surface.law
 
 
 LAWS = {
@@ -193,12 +193,8 @@ LAWS = {
     "population": ("given summits", "of a given population of summits"),
     "sphere": ("one sphere on a flat", "of one sphere on a flat"),
     "table": ("a table", "with a tabulated normal law"),
-    "scan": ("summits of a scan", "of a scanned surface"),
     "measured": ("a measured face", "of a measured face"),
     "rough": ("rough, by its drawing", "of a rough face by its drawing"),
-    "persson": ("Persson's, of a power spectrum", "of a surface by its power spectrum"),
-    "drawing": ("a drawing", "of a surface by its drawing"),
-    "two-faces": ("two rough faces", "of two rough faces"),
 }
 """Normal laws by themselves, and in a sentence about their joint."""
 _KIND = "Summit heights"
@@ -254,8 +250,6 @@ def _rows(part: Part) -> tuple[tuple[str, str], ...]:
             contacts = ", ".join(f"{a} on {b}" for a, b in value.contacts)
             rows += [("Mesh", value.file), ("Its bodies", ", ".join(value.bodies))]
             rows += [("Its contacts", contacts), ("Its bolts", ", ".join(value.bolts))]
-        elif name in ("first", "second"):
-            rows += [(f"{name.capitalize()} face: {label}", text) for label, text in _rows(value)]
         elif name == "pressure" and isinstance(value, Part):
             rows.append(("Pressure spread as", str(value.kind)))  # type: ignore[attr-defined]
             rows += [item for item in _rows(value) if item[0] != _KIND]

@@ -248,11 +248,8 @@ def hertz(joint: Any, study: StudyDescription) -> dict[str, Any]:
 
 
 def verdicts(study: StudyDescription, joint: Interface) -> list[Verdict]:
-    """Return the verdicts on a joint, then those that a scan adds."""
-    if not study.joint.loads:
-        return []
-    scanned = () if study.surface is None else study.surface.verdicts()
-    return [*joint.validity, *scanned]
+    """Return the verdicts on a joint; none of a law without a normal load."""
+    return [*joint.validity] if study.joint.loads else []
 
 
 def _joint(result: Prediction, index: int) -> dict[str, Any]:

@@ -10,10 +10,8 @@ LEVELS = ("plane", "quadratic", "cylinder", "lines", "mean")
 FILTERS = ("gaussian", "robust", "spline")
 METHODS = ("watershed", "neighbours")
 ESTIMATES = ("counted", "neighbours", "mccool", "nayak", "population")
-PERSSON = "persson"
 LAWS_OF_HEIGHTS = ("gaussian", "table", "discrete", "population")
 PROCESSES = ("milled", "turned", "ground", "honed", "lapped", "polished", "eroded", "blasted")
-OF_PROFILES = ("mccool", "nayak")
 
 CUTOFF = option(
     "cutoff",
@@ -66,9 +64,6 @@ OUTLIERS = option(
     metavar="X",
 )
 FILL = option("fill", "Interpolate missing points.", bool, default=False)
-METHOD = option(
-    "method", "Definition of a summit.", default="watershed", choices=METHODS, example="watershed"
-)
 PROMINENCE = option(
     "prominence",
     "Least rise of a summit above the saddle to a higher one; from the noise if absent.",
@@ -76,21 +71,6 @@ PROMINENCE = option(
     "Prominence",
     example="2 nm",
     metavar="LENGTH",
-)
-ESTIMATE = option(
-    "estimate",
-    "Surface from the summits: one radius and Gaussian heights, counted (counted, neighbours) or "
-    "from spectral moments (mccool, nayak), or each summit (population); or from the power "
-    "spectrum, by Persson's theory (persson).",
-    default="counted",
-    choices=(*ESTIMATES, PERSSON),
-)
-HEIGHTS = option(
-    "heights",
-    "Law of the summit heights: gaussian, the measured density (table), each measured height "
-    "(discrete), or each height with its radius (population).",
-    default="gaussian",
-    choices=LAWS_OF_HEIGHTS,
 )
 DIRECTION = option(
     "direction",
@@ -172,7 +152,6 @@ CHANNEL = option(
 
 READING = (FORMAT, UNIT, PIXEL, VALID, KEY, CHANNEL, LIMIT)
 CONDITIONING = (CUTOFF, LONG_CUTOFF, FILTER, LEVEL, OUTLIERS, FILL, CROP)
-SUMMITS = (METHOD, PROMINENCE)
 POINT_BY_POINT = option(
     "point_by_point",
     "Solve the scan of that joint point by point at any size; the default up to 512 x 512.",
@@ -199,12 +178,5 @@ BREADTH = option(
     example=10.0,
     least=1.5,
 )
-PROCESS = option(
-    "process",
-    "Process that made the face; without a height its typical roughness is taken.",
-    example="ground",
-    choices=PROCESSES,
-)
-DRAWING = (RA, RQ, RZ, RSM, PROCESS)
 JOINT = (BODIES, LOAD, FRICTION, AMPLITUDE, DIRECTION, POINT_BY_POINT)
 """Options of a joint in `microslip surface`."""

@@ -192,8 +192,8 @@ class RoughFaceSurface(Surface):
     """A rough face by what a drawing says of it; no summits, and what is pressed flat yields."""
 
     law: str = tag("rough", "A rough face by Rq or Ra, its cut-offs and Hurst exponent.")
-    rq: float | None = key(Unsure(RQ))
-    ra: float | None = key(Unsure(RA))
+    rq: float | None = optional_key(Unsure(RQ))
+    ra: float | None = optional_key(Unsure(RA))
     roll_off: float = key_for(
         parameter_of(RoughSurface, "roll_off"),
         help="Longest wave of the roughness: the cut-off of the filter, or RSm times two to four.",

@@ -1,4 +1,4 @@
-"""Recipes of docs/hosts.md round the exported C: MATLAB's MEX, Octave and Julia; `make hosts`."""
+"""Recipes of docs/hosts-*.md round the exported C: MATLAB's MEX, Octave, Julia; `make hosts`."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from exported import COMPILER, JOINT, STRICT, needs_compiler
 import microslip as ms
 from microslip import export
 
-PAGE = (Path(__file__).parents[2] / "docs" / "hosts.md").read_text(encoding="utf-8")
+DOCS = Path(__file__).parents[2] / "docs"
 X = 4e-7 * np.sin(0.4 * np.arange(400)) * (1.0 + 0.3 * np.sin(0.07 * np.arange(400)))
 
 STUB = """
@@ -54,7 +54,8 @@ const char *call(double *x, double *force, size_t rows, size_t columns)
 
 
 def recipe(language: str) -> str:
-    return PAGE.split(f"```{language}\n")[1].split("```")[0]
+    page = DOCS / f"hosts-{'julia' if language == 'julia' else 'nlvib'}.md"
+    return page.read_text(encoding="utf-8").split(f"```{language}\n")[1].split("```")[0]
 
 
 def built(folder: Path, *sources: str) -> ctypes.CDLL:

@@ -290,7 +290,7 @@ def test_rows_of_tmdsimpy_have_laws_of_their_own(force_of_tmdsimpy):
         contact.aft(np.zeros(8), 1.0, np.array([1]))
 
 
-RECIPE = (Path(__file__).parents[2] / "docs" / "hosts.md").read_text(encoding="utf-8")
+RECIPE = (Path(__file__).parents[2] / "docs" / "hosts-nlvib.md").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("host", ["stand-in", "NLvib-py"])

@@ -15,17 +15,14 @@ from scipy import stats
 from microslip.errors import InputError
 from microslip.scans import (
     Moments,
-    NayakSummits,
     Scan,
     SummitStatistics,
-    combine,
     cut,
-    extreme_shares,
     random_surface,
     verdicts,
 )
-from microslip.scans import paraboloids as paraboloids
 from microslip.scans.moments import moments_of, statistics_of
+from microslip.scans.scan_rules import extreme_shares
 from microslip.scans.spectrum import spectrum
 
 RNG = np.random.default_rng(7)
@@ -47,7 +44,6 @@ def test_height_parameters_are_those_of_scipy() -> None:
     assert found.skewness == pytest.approx(stats.skew(there))
     assert found.kurtosis == pytest.approx(stats.kurtosis(there, fisher=False))
     assert found.flatness == pytest.approx(np.ptp(there))
-    assert found.highest == pytest.approx(there.max() - there.mean())
     assert found.count == there.size
     assert found.missing == pytest.approx(16 / z.size)
 
@@ -63,10 +59,10 @@ def test_shares_of_the_extreme_points() -> None:
     # Twice the integral of x^2 phi above the quantile of 0.05 %; 300 points of extremes: 2 %.
     x = stats.norm.isf(0.0005)
     expected = 2 * (x * stats.norm.pdf(x) + stats.norm.sf(x))
-    assert shares == pytest.approx((expected,) * 3, rel=0.02)
+    assert list(shares.values()) == pytest.approx([expected] * 3, rel=0.02)
     z = np.random.default_rng(0).normal(size=(100, 100)) * 1e-9
     z[50, 50] += 1e-6
-    assert min(extreme_shares(Scan(z, 1e-6))) > 0.9
+    assert min(extreme_shares(Scan(z, 1e-6)).values()) > 0.9
 
 
 def test_verdicts_on_noise_and_on_a_surface() -> None:
@@ -105,9 +101,8 @@ def test_white_noise_has_the_moments_of_its_differences() -> None:
 def test_moments_must_be_positive(bad: Any, at: int) -> None:
     numbers: list[Any] = [1.0, 1.0, 3.0]
     numbers[at] = bad
-    for kind in (Moments, NayakSummits):
-        with pytest.raises(InputError, match=f"m{2 * at} must be"):
-            kind(*numbers)
+    with pytest.raises(InputError, match=f"m{2 * at} must be"):
+        Moments(*numbers)
 
 
 @pytest.mark.parametrize(
@@ -118,26 +113,6 @@ def test_summit_statistics_check_their_numbers(name: str, bad: Any) -> None:
     numbers: dict[str, Any] = {"density": 1e10, "radius": 1e-5, "std": 1e-7} | {name: bad}
     with pytest.raises(InputError, match=name):
         SummitStatistics(**numbers)
-
-
-def test_nayak_takes_any_shape() -> None:
-    theory = NayakSummits(1.0, 1.0, 3.0)
-    for function in (theory.height_density, theory.share_below, theory.curvature_at):
-        assert isinstance(function(0.5), float)
-        grid = function(np.linspace(-2, 3, 6).reshape(2, 3))
-        assert grid.shape == (2, 3)
-        assert grid[0, 0] == pytest.approx(function(-2.0), rel=1e-12)
-        assert np.isfinite(function([-50.0, -10.0, 10.0, 50.0])).all()
-        with pytest.raises(InputError, match="finite"):
-            function(math.nan)
-    assert theory.statistics().estimate == "nayak"
-    assert theory.radius < theory.equivalent_radius
-
-
-def test_two_kinds_do_not_combine() -> None:
-    assert combine(SUMMITS, SUMMITS).estimate == "combined given"
-    profile, area = Scan(RNG.normal(size=99), 1.0).moments(), NOISE.moments()
-    assert combine(profile, area).m2_axes == ()
 
 
 # Spectra.
@@ -210,13 +185,6 @@ def test_a_made_surface_describes_itself() -> None:
     assert (scan.name, scan.heights.shape) == ("mine", (64, 80))
     assert "seed 3" in scan.notes[0]
     assert abs(scan.heights.mean()) < 1e-12 * scan.statistics().rms
-
-
-HILLS: dict[str, Any] = {
-    "positions": [[10e-6, 10e-6], [30e-6, 20e-6]],
-    "heights": [1e-6, 2e-6],
-    "radii": 5e-6,
-}
 
 
 def test_importing_scans_loads_no_scipy() -> None:

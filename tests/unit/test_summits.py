@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import copy
 import pickle
-from typing import Any
 
 import numpy as np
 import pytest
+from made_surfaces import paraboloids
 
 import microslip as ms
 from microslip.friction import Verdict
-from microslip.scans import SummitStatistics, cut, find_summits, paraboloids, random_surface
+from microslip.scans import cut, find_summits, random_surface
 from microslip.scans.height_map import noise_passed, noise_std, present
 
 AL = ms.Material(69e9, 0.33)
@@ -30,10 +30,9 @@ def noisy(seed: int = 0, shape: tuple[int, int] = (60, 80)) -> ms.Scan:
 # -- what counts -----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("method", ["watershed", "neighbours"])
-def test_one_summit(method: Any) -> None:
+def test_one_summit() -> None:
     scan = ms.Scan(dome(), 1e-6)
-    found = scan.summits(None, method=method)
+    found = scan.summits(None)
     assert found.count == 1
     np.testing.assert_allclose(found.positions, [[5e-6, 4e-6]], atol=1e-15)
     np.testing.assert_allclose(found.radii, [5e-4], rtol=1e-9)
@@ -48,7 +47,7 @@ def test_one_summit(method: Any) -> None:
 def test_edges_of_gaps_have_no_summits() -> None:
     heights = np.concatenate([dome(), dome()], axis=1)
     heights[3, 4] = np.nan  # a neighbour of the first top
-    found = ms.Scan(heights, 1e-6).summits(None, method="neighbours")
+    found = ms.Scan(heights, 1e-6).summits(None, prominence=0.0)
     np.testing.assert_allclose(found.positions, [[16e-6, 4e-6]], atol=1e-15)
     # A square of nine points is lost with one; a larger window needs more points.
     assert found.area == pytest.approx((7 * 20 - 9) * 1e-12, rel=1e-12)
@@ -56,11 +55,10 @@ def test_edges_of_gaps_have_no_summits() -> None:
     assert wider.area == pytest.approx((5 * 18 - 4 * 5) * 1e-12, rel=1e-12)
 
 
-@pytest.mark.parametrize("method", ["watershed", "neighbours"])
-def test_plateaus_count_once(method: Any) -> None:
+def test_plateaus_count_once() -> None:
     heights = np.maximum(np.concatenate([dome(), dome()], axis=1), -8e-9)
     heights = np.minimum(heights, -1.5e-9)  # flat tops of five points, a flat ground
-    found = ms.Scan(heights, 1e-6).summits(None, method=method, prominence=0.0)
+    found = ms.Scan(heights, 1e-6).summits(None, prominence=0.0)
     assert found.count == 2
     np.testing.assert_allclose(found.prominences, 6.5e-9, rtol=1e-9)
 
@@ -72,19 +70,15 @@ def test_terraces_are_no_summits() -> None:
         ms.Scan(heights, 1e-6).summits(None)
 
 
-def test_methods_differ_by_the_threshold() -> None:
+def test_the_threshold_decides_what_counts() -> None:
     scan = noisy()
-    every = scan.summits(None, method="neighbours")
     low = scan.summits(None, prominence=0.0)
     high = scan.summits(None, prominence=3e-7)
-    assert low.count + low.dropped == every.count
-    assert high.count < 0.1 * every.count
+    assert low.count + low.dropped == low.peaks == high.peaks
+    assert high.count < 0.1 * low.peaks
     assert high.prominences.min() >= 3e-7
     assert scan.summits(None).threshold == pytest.approx(3e-7, rel=0.1)
-    assert every.threshold == 0.0
     np.testing.assert_array_equal(scan.summits(None, prominence="300 nm").radii, high.radii)
-    for other in (low, high):
-        assert other.statistics("neighbours") == every.statistics("neighbours")
 
 
 def test_cutoff_in_every_way() -> None:
@@ -164,12 +158,6 @@ def test_statistics() -> None:
     assert counted.radius == found.equivalent_radius
     assert (counted.std, counted.mean_height) == (found.std, found.mean_height)
     assert found.equivalent_radius > found.mean_radius
-    assert found.statistics("mccool") == found.scan.moments().mccool()
-    assert found.statistics("nayak").estimate == "nayak"
-    same = noisy().summits(1e-5, method="neighbours")
-    assert same.statistics().radius == same.mean_radius
-    assert same.statistics("neighbours").radius == pytest.approx(same.mean_radius, rel=1e-12)
-    assert same.statistics("neighbours").density == pytest.approx(same.density, rel=1e-12)
 
 
 # -- joints ----------------------------------------------------------------------------------------
@@ -182,22 +170,14 @@ def test_surfaces() -> None:
     assert surface.area == found.scan.area
     assert (surface.radius, surface.density) == (found.equivalent_radius, found.density)
     assert surface.heights == ms.Gaussian(found.std, found.mean_height)
-    mccool = found.to_surface(PAIR, 1e-4, estimate="mccool")
-    assert mccool.radius == found.statistics("mccool").radius
-    own = ms.Exponential(1e-7)
-    assert found.to_surface(PAIR, 1e-4, heights=own).heights is own
-    assert isinstance(found.to_surface(PAIR, 1e-4, heights="discrete").heights, ms.Discrete)
-    table = found.to_surface(PAIR, 1e-4, heights="table").heights
-    assert isinstance(table, ms.TabulatedHeights)
-    assert table.mean == pytest.approx(found.mean_height, abs=0.1 * found.std)
-    population = found.to_surface(PAIR, estimate="population")
+    population = found.to_surface(PAIR, heights="population")
     assert isinstance(population, ms.AsperityPopulation)
     assert found.to_surface(PAIR, "2 cm^2").area == pytest.approx(2e-4)
     # A little more than was counted, for the edge on which none could be.
     assert found.count <= population.summit_count < 1.2 * found.count
     assert population.summit_count == pytest.approx(found.density * found.scan.area, rel=1e-14)
-    same = found.to_surface(PAIR, heights="population")
-    assert same.load(0.0) == population.load(0.0)
+    with pytest.raises(ms.InputError, match='"gaussian" or "population", got'):
+        found.to_surface(PAIR, heights="table")  # type: ignore[arg-type]
     # As many as an area of ten square metres has: each summit with its weight.
     large = found.to_surface(PAIR, 10.0, heights="population")
     ratio = 10.0 / found.scan.area
@@ -205,18 +185,12 @@ def test_surfaces() -> None:
     assert large.contact_area(0.0) == pytest.approx(ratio * population.contact_area(0.0), rel=1e-14)
 
 
-def test_equivalent_surface_of_two() -> None:
-    statistics = SummitStatistics(1e10, 1e-5, 1e-7, 2e-7, "given")
-    surface = statistics.to_surface(PAIR, 1e-4)
-    assert surface.heights == ms.Gaussian(1e-7, 2e-7)
-
-
 # -- verdicts --------------------------------------------------------------------------------------
 
 
 def test_verdicts() -> None:
     scan = noisy(shape=(200, 200))
-    words = {v.name: v for v in scan.summits(None, method="neighbours").validity()}
+    words = {v.name: v for v in scan.summits(None, prominence=0.0).validity()}
     assert all(isinstance(v, Verdict) for v in words.values())
     # Noise has a peak in every nine pixels.
     assert words["summit spacing in pixels"].word == "outside"
@@ -224,7 +198,7 @@ def test_verdicts() -> None:
     assert "summit spacing over cut-off" not in words
     assert words["summits"].word == "ok"
     assert words["kurtosis of the heights"].word == "ok"
-    filtered = scan.summits(2e-5, method="neighbours")
+    filtered = scan.summits(2e-5, prominence=0.0)
     words = {v.name: v for v in filtered.validity()}
     assert words["summit spacing over cut-off"].value == pytest.approx(0.87, rel=0.1)
     assert words["summit spacing over cut-off"].word == "outside"
@@ -233,17 +207,6 @@ def test_verdicts() -> None:
     both = filtered.validity(joint)
     assert both[-len(joint.validity) :] == joint.validity
     assert [v.name for v in both[: -len(joint.validity)]] == list(words)
-
-
-def test_a_surface_without_mccools_summits_has_verdicts() -> None:
-    """A single ball: the variance of its heights is too small for its slopes, so there is none."""
-    y, x = (np.indices((61, 61)) - 30.0) * 1e-6
-    scan = ms.Scan(-0.5 * (x * x + y * y) / 1e-3, 1e-6)
-    found = scan.summits(None)
-    with pytest.raises(ms.InputError, match="no summit statistics after McCool"):
-        found.statistics("mccool")
-    words = {v.name: v for v in found.validity()}
-    assert words["summit radius in pixels"].value == pytest.approx(1000.0, rel=1e-6)
 
 
 def test_sharp_summits_are_reported() -> None:

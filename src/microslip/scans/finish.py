@@ -180,10 +180,7 @@ class SurfaceFinish:
     @cached_property
     def statistics(self) -> SummitStatistics:
         """Summits in the middle of the ranges: density [1/m^2], radius [m], std [m]."""
-        mccool = self.moments.mccool()
-        return SummitStatistics(
-            mccool.density, mccool.radius, mccool.std, mccool.mean_height, "drawing"
-        )
+        return self.moments.mccool()
 
     @cached_property
     def ranges(self) -> dict[str, tuple[float, float]]:

@@ -17,14 +17,14 @@ noise half as large without its curvatures.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from microslip._core.checks import Floats, positive
 from microslip.errors import InputError
-from microslip.scans.summit_statistics import NayakSummits, SummitStatistics
+from microslip.scans.summit_statistics import SummitStatistics
 
 SUMMIT_SHARE = 1.0 - 3.0 * math.sqrt(3.0) + 16.0 / math.pi
 """McCool's 0.8968: the variance m0 of the heights less that of the summits, times alpha/m0."""
@@ -138,22 +138,7 @@ class Moments:
             radius=0.375 * math.sqrt(math.pi / self.m4),
             std=math.sqrt(variance),
             mean_height=4.0 * math.sqrt(self.m0 / (math.pi * alpha)),
-            estimate="mccool",
         )
-
-    def nayak_summits(self) -> NayakSummits:
-        """Summits of the isotropic Gaussian surface with these moments, of an alpha from 1.5.
-
-        Nayak (1971), DOI 10.1115/1.3451608; another alpha is an InputError.
-        """
-        return NayakSummits(self.m0, self.m2, self.m4)
-
-
-BY_MOMENTS: Mapping[str, Callable[[Moments], SummitStatistics]] = {
-    "mccool": Moments.mccool,
-    "nayak": lambda moments: moments.nayak_summits().statistics(),
-}
-"""Estimates of summits that moments give, by name."""
 
 
 def moments_of(heights: Floats, pixel: tuple[float, ...]) -> Moments:
@@ -297,8 +282,6 @@ class Statistics:
     """Kurtosis Sku [-]: 3 for a Gaussian surface."""
     flatness: float
     """From the lowest valley to the highest peak [m]: Sz."""
-    highest: float
-    """Height of the highest point above the mean [m]: Sp."""
     count: int
     """Points present."""
     missing: float
@@ -333,7 +316,6 @@ def statistics_of(heights: Floats) -> Statistics:
         skewness=third / second**1.5,
         kurtosis=fourth / (second * second),
         flatness=scale,
-        highest=high - mean,
         count=count,
         missing=1.0 - count / flat.size,
     )

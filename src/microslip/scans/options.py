@@ -8,9 +8,6 @@ from microslip.readers.files import LIMIT as LIMIT
 
 LEVELS = ("plane", "quadratic", "cylinder", "lines", "mean")
 FILTERS = ("gaussian", "robust", "spline")
-METHODS = ("watershed", "neighbours")
-ESTIMATES = ("counted", "neighbours", "mccool", "nayak", "population")
-LAWS_OF_HEIGHTS = ("gaussian", "table", "discrete", "population")
 PROCESSES = ("milled", "turned", "ground", "honed", "lapped", "polished", "eroded", "blasted")
 
 CUTOFF = option(

@@ -275,19 +275,6 @@ def fitted(
     return Tops(_principal(-hxx / dx**2, -hxy / (dx * dy), -hyy / dy**2), shifts, rises, inside)
 
 
-def by_differences(heights: Floats, places: NDArray[np.intp], pixel: tuple[float, ...]) -> Floats:
-    """Curvatures [1/m] (n, 2) along x and along y, from each summit and its two neighbours there.
-
-    The curvature of profiles across the summit, as they are in spectral moments.
-    """
-    flat, columns = heights.reshape(-1), heights.shape[1]
-    dx, dy = pixel
-    top = flat[places]
-    along = ((top - flat[places - 1]) + (top - flat[places + 1])) / dx**2
-    across = ((top - flat[places - columns]) + (top - flat[places + columns])) / dy**2
-    return np.stack([along, across], axis=1)
-
-
 def equivalent_radii(curvatures: Floats) -> tuple[Floats, NDArray[np.bool_]]:
     """Radii 1/sqrt(k1 k2) [m], and which summits are round: curved down in every direction."""
     large, small = curvatures.T

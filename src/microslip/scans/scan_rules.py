@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import NamedTuple
 
 import numpy as np
 
@@ -20,31 +19,18 @@ GAUSSIAN_SHARE = 0.0127
 """Share of the variance that the most extreme 0.1 % of a Gaussian variable carry."""
 
 
-class ExtremeShares(NamedTuple):
-    """Share [-] of each moment that the most extreme 0.1 % of its values carry."""
-
-    m0: float
-    """Share of the variance of heights; 0.013 if they are Gaussian."""
-    m2: float
-    """Share of the mean square slope."""
-    m4: float
-    """Share of the mean square curvature."""
-
-
-def extreme_shares(scan: HeightMap) -> ExtremeShares:
-    """Share of each moment carried by few points."""
+def extreme_shares(scan: HeightMap) -> dict[str, float]:
+    """Return the share [-] of m0, m2 and m4 that the most extreme 0.1 % of their values carry."""
     heights = scan.heights
-    scan.moments()  # says what is wrong with heights that have none
-    shares = [share_of_heights(scan)]
-    for order in (1, 2):
+    scan.moments()  # raises an error for heights that have no moments
+    shares = {"m0": share_of_heights(scan)}
+    for order, name in ((1, "m2"), (2, "m4")):
         axes = range(heights.ndim)
         steps = [scan.pixel[heights.ndim - 1 - axis] for axis in axes]
-        shares.append(
-            _share(
-                [np.diff(heights, order, axis=axis) / steps[axis] ** order for axis in axes],
-            )
+        shares[name] = _share(
+            [np.diff(heights, order, axis=axis) / steps[axis] ** order for axis in axes]
         )
-    return ExtremeShares(*shares)
+    return shares
 
 
 def share_of_heights(scan: HeightMap) -> float:
@@ -242,7 +228,7 @@ def verdicts(scan: HeightMap) -> tuple[Verdict, ...]:
     numbers, moments = scan.statistics(), scan.moments()
     raw = scan.unfiltered
     before = raw.statistics()
-    shares = extreme_shares(scan)._asdict()
+    shares = extreme_shares(scan)
     # A filter spreads spikes until they cannot be detected, and filled gaps are not measured.
     shares["m0"] = max(shares["m0"], share_of_heights(raw))
     values: dict[str, float | None] = {"kurtosis": max(numbers.kurtosis, before.kurtosis)}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -12,24 +12,17 @@ from microslip._core.checks import Floats, show
 from microslip._core.frozen import Locked, lock
 from microslip._core.units import engineering
 from microslip._core.verdicts import Verdict
-from microslip._core.wording import quoted
 from microslip.errors import InputError
 from microslip.figures.plot import Plot
 from microslip.figures.plottable import Plottable
 from microslip.friction import Interface
-from microslip.heights import Discrete, HeightDistribution, TabulatedHeights
 from microslip.materials import MaterialPair
 from microslip.normal import AsperityPopulation, GreenwoodWilliamson
 from microslip.scans.checks import area_of
 from microslip.scans.height_map import HeightMap
-from microslip.scans.moments import BY_MOMENTS, lost_to_pixel
-from microslip.scans.options import ESTIMATES, LAWS_OF_HEIGHTS
+from microslip.scans.moments import lost_to_pixel
 from microslip.scans.scan_rules import LOST_TO_PIXEL, judged, radius_in_pixels
 from microslip.scans.summit_statistics import SummitStatistics
-
-Heights = Literal["gaussian", "table", "discrete", "population"]
-Method = Literal["watershed", "neighbours"]
-Estimate = Literal["counted", "neighbours", "mccool", "nayak"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,9 +37,9 @@ class Summits(Locked, Plottable):
     heights: Floats
     """Heights above the mean of the scan [m]."""
     radii: Floats
-    """Equivalent radii [m]: 1/sqrt(k1 k2) of fitted summits, 2/(kx + ky) by differences."""
+    """Equivalent radii [m], 1/sqrt(k1 k2)."""
     curvatures: Floats
-    """Curvatures (n, 2) [1/m]: principal ones, the larger first; by differences along x and y."""
+    """Principal curvatures (n, 2) [1/m], the larger first."""
     prominences: Floats
     """Rise above the saddle to a higher summit [m]; of the highest, above the lowest point."""
     scan: HeightMap
@@ -55,15 +48,12 @@ class Summits(Locked, Plottable):
     """Short-wave cut-off [m] of that scan; None where the pixel decides."""
     area: float
     """Area in which a summit could be found [m^2]: without edges and missing points."""
-    method: Method
-    """Definition of a summit."""
     threshold: float
     """Prominence [m] that they have at least."""
     dropped: int
     """Number of prominent points that are no summits by their fit."""
-    neighbours: SummitStatistics
-    """Statistics of every point above its eight neighbours, curvatures by differences: the summits
-    that other programs count, and that spectral moments go with."""
+    peaks: int
+    """Number of points above their eight neighbours, prominent or not."""
     notes: tuple[str, ...]
     """Conditioning of the scan and the search for summits."""
 
@@ -117,49 +107,25 @@ class Summits(Locked, Plottable):
         """
         return float(np.sqrt(self.radii).mean()) ** 2
 
-    def statistics(self, estimate: Estimate = "counted") -> SummitStatistics:
-        """Density, radius and spread of the summits, by one of four estimates.
-
-        Parameters
-        ----------
-        estimate : {"counted", "neighbours", "mccool", "nayak"}
-            "counted": these summits; their radius is :attr:`equivalent_radius` of fitted ones and
-            :attr:`mean_radius` by differences. "neighbours": every point above its eight
-            neighbours. "mccool" and "nayak": from the spectral moments of the same scan.
+    def statistics(self) -> SummitStatistics:
+        """Return density, radius and spread of the summits.
 
         Returns
         -------
         SummitStatistics
-            The parameters of Greenwood and Williamson (1966), DOI 10.1098/rspa.1966.0242.
+            The parameters of Greenwood and Williamson (1966), DOI 10.1098/rspa.1966.0242; the
+            radius is :attr:`equivalent_radius`.
         """
-        if estimate == "counted":
-            by_fit = self.method == "watershed"
-            radius = self.equivalent_radius if by_fit else self.mean_radius
-            return SummitStatistics(
-                self.density,
-                radius,
-                self.std,
-                self.mean_height,
-                "counted",
-                "load" if by_fit else "curvature",
-            )
-        if estimate == "neighbours":
-            return self.neighbours
-        if isinstance(estimate, str) and estimate in BY_MOMENTS:
-            return BY_MOMENTS[estimate](self.scan.moments())
-        raise InputError(
-            f"`estimate` must be one of {quoted(ESTIMATES[:-1])}, got {show(estimate)}"
-        )
+        return SummitStatistics(self.density, self.equivalent_radius, self.std, self.mean_height)
 
     def to_surface(
         self,
         pair: MaterialPair,
         area: float | str | None = None,
         *,
-        estimate: Estimate | Literal["population"] = "counted",
-        heights: Heights | HeightDistribution = "gaussian",
+        heights: Literal["gaussian", "population"] = "gaussian",
     ) -> GreenwoodWilliamson | AsperityPopulation:
-        """A rough surface with these summits, against a rigid plane.
+        """Make a rough surface with these summits, against a rigid plane.
 
         Parameters
         ----------
@@ -167,13 +133,9 @@ class Summits(Locked, Plottable):
             The two materials.
         area : float or str, optional
             Apparent area of the joint [m^2], or such as "2 cm^2"; by default that of the scan.
-        estimate : {"counted", "neighbours", "mccool", "nayak", "population"}
-            One of :meth:`statistics` for Greenwood and Williamson's law with one radius;
-            "population" is another word for counted summits with heights="population".
-        heights : {"gaussian", "table", "discrete", "population"} or HeightDistribution
-            Law of the summit heights: Gaussian with the mean and the standard deviation of the
-            estimate; the density of the counted heights as a table; the counted heights one by
-            one; the counted summits, each with its own height and radius; or another law.
+        heights : {"gaussian", "population"}
+            Gaussian heights with the mean and the standard deviation of the summits and one radius,
+            or each summit with its own height and radius.
 
         Returns
         -------
@@ -183,42 +145,23 @@ class Summits(Locked, Plottable):
         Notes
         -----
         A population has each counted summit as often as the apparent area holds the scanned one.
-        The highest one is then there several times: one scan knows nothing of higher ones. Fitted
-        heights go on above the highest measured summit; their joints are judged by the share of
-        the load that is carried there. :meth:`height_laws` compares them at a load.
-
-        Of Gaussian heights the load is smooth in the separation, and a joint under a changing
-        normal load tabulates it. Of a table, heights one by one or a population it is not: each
-        step then asks the law itself, and takes some hundred times as long.
+        The highest one is then there several times: one scan knows nothing of higher ones.
         """
         area = self.scan.area if area is None else area_of(area)
-        if estimate == "population":
-            if heights not in ("gaussian", "population"):
-                raise InputError(
-                    "`heights` must be left out for a population, which has its own, got "
-                    f"{show(heights)}"
-                )
-            estimate, heights = "counted", "population"
-        if estimate not in ESTIMATES[:-1]:
-            raise InputError(f"`estimate` must be one of {quoted(ESTIMATES)}, got {show(estimate)}")
-        if isinstance(heights, str) and heights == "population":
-            if estimate != "counted":
-                raise InputError(
-                    f'`heights="population"` goes with `estimate="counted"`, got {show(estimate)}'
-                )
-            return self._population(pair, area)
-        statistics = self.statistics(estimate)
-        law: Any = heights
-        if isinstance(heights, str) and heights == "discrete":
-            law = Discrete(self.heights)
-        elif isinstance(heights, str) and heights == "table":
-            law = TabulatedHeights.from_samples(self.heights)
-        elif not isinstance(heights, HeightDistribution) and heights != "gaussian":
+        if heights == "gaussian":
+            return self.statistics().to_surface(pair, area)
+        if heights != "population":
             raise InputError(
-                f"heights must be {quoted(LAWS_OF_HEIGHTS)} or a height distribution, got "
-                f"{show(heights)}"
+                f'`heights` must be "gaussian" or "population", got {show(heights)}; other laws '
+                "go into ms.GreenwoodWilliamson with the numbers of `statistics()`"
             )
-        return statistics.to_surface(pair, area, heights=law)
+        count = self.density * area
+        if count < 0.5:
+            raise InputError(
+                f"`area` must hold at least one summit, {1.0 / self.density:.3g} m^2, got "
+                f"{area:g} m^2"
+            )
+        return AsperityPopulation(pair, self.heights, self.radii, count / self.count, area)
 
     def validity(self, joint: Interface | None = None) -> tuple[Verdict, ...]:
         """Validity of the summits for a joint, a verdict for each assumption.
@@ -241,20 +184,10 @@ class Summits(Locked, Plottable):
             "radius by load over radius by curvature": self.equivalent_radius / self.mean_radius,
         }
         if self.threshold > 0.0:
-            every = self.neighbours.density * self.area
-            below = 1.0 - (self.count + self.dropped) / every
+            below = 1.0 - (self.count + self.dropped) / self.peaks
             values["share of peaks below the prominence"] = max(below, 0.0)
             values["peaks dropped for noise that is roughness"] = (
                 max(below, 0.0) * self.scan.unfiltered.rough_share_of_noise
             )
         values["share of fits dropped"] = self.dropped / (self.dropped + self.count)
         return (*judged(values), *(joint.validity if joint is not None else ()))
-
-    def _population(self, pair: MaterialPair, area: float) -> AsperityPopulation:
-        count = self.density * area
-        if count < 0.5:
-            raise InputError(
-                f"`area` must hold at least one summit, {1.0 / self.density:.3g} m^2, got "
-                f"{area:g} m^2"
-            )
-        return AsperityPopulation(pair, self.heights, self.radii, count / self.count, area)

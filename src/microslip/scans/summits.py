@@ -9,17 +9,13 @@ from numpy.typing import NDArray
 
 from microslip._core.checks import LARGEST, is_whole, number, show
 from microslip._core.units import engineering, significant
-from microslip._core.wording import quoted
 from microslip.errors import InputError
 from microslip.scans.checks import length_of
 from microslip.scans.conditioning import band, condition, remaining
 from microslip.scans.height_map import HeightMap, present
 from microslip.scans.levelling import Level
-from microslip.scans.options import METHODS
-from microslip.scans.peaks import Peaks, by_differences, equivalent_radii, find_peaks, fitted
-from microslip.scans.summit_set import Method
+from microslip.scans.peaks import Peaks, equivalent_radii, find_peaks, fitted
 from microslip.scans.summit_set import Summits as Summits
-from microslip.scans.summit_statistics import SummitStatistics
 
 TIMES_NOISE = 3.0
 """Prominence that makes a summit, in standard deviations of the noise.
@@ -32,7 +28,6 @@ def find_summits(
     scan: HeightMap,
     cutoff: float | str | None,
     *,
-    method: Method = "watershed",
     prominence: float | str | None = None,
     level: Level | None = None,
     window: int = 3,
@@ -45,12 +40,9 @@ def find_summits(
         Short-wave cut-off [m], or such as "10 um". It decides the result and has no default;
         None must be written and says that the pixel decides. What :meth:`condition` has cut
         off counts: nothing is filtered twice.
-    method : {"watershed", "neighbours"}
-        Definition: summits that rise enough above the saddle to a higher one, or every point
-        above its eight neighbours.
     prominence : float or str, optional
-        Least rise above that saddle [m], or such as "2 nm"; by default, of "watershed", some
-        standard deviations of the noise that passes the cut-off.
+        Least rise of a summit above the saddle to a higher one [m], or such as "2 nm"; by default
+        three standard deviations of the noise that passes the cut-off.
     level : {"plane", "quadratic", "cylinder", "lines", "mean"}, optional
         Form to be removed before, where :meth:`condition` has not done so.
     window : int
@@ -69,8 +61,6 @@ def find_summits(
             f"{scan.name[:60]}: a profile has peaks but no summits; use "
             "condition(cutoff=...).moments().mccool(), which has to_surface(pair, area)"
         )
-    if method not in METHODS:
-        raise InputError(f"`method` must be one of {quoted(METHODS)}, got {show(method)}")
     if not is_whole(window) or window not in range(3, 16, 2):
         raise InputError(f"`window` must be an odd number from 3 to 15, got {show(window)}")
     rise = None if prominence is None else _rise(prominence)
@@ -89,38 +79,17 @@ def find_summits(
             f"{scan.name[:60]}: no point is above its eight neighbours: no summit; is it "
             'levelled? `level="plane"`'
         )
-    pixel_area = math.prod(scan.pixel)
     flat = heights.reshape(-1)
     mean = float(np.nanmean(heights))
-    axes = by_differences(heights, maxima.places, scan.pixel)
-    every = SummitStatistics(
-        maxima.places.size / (np.count_nonzero(inner) * pixel_area),
-        1.0 / float(axes.mean()),
-        float(flat[maxima.places].std()),
-        float(flat[maxima.places].mean()) - mean,
-        "neighbours",
-    )
-    by_fit = method == "watershed"
-    threshold = (TIMES_NOISE * noise if by_fit else 0.0) if rise is None else rise
-    reach = window // 2 if by_fit else 1
+    threshold = TIMES_NOISE * noise if rise is None else rise
+    reach = window // 2
     if reach > 1:
         inner = present(heights, reach).reshape(-1)
     candidates = _selected(maxima, inner[maxima.places] & (maxima.prominences >= threshold))
     places = candidates.places
-    shifts, rises = np.zeros((places.size, 2)), np.zeros(places.size)
-    clamped = 0
-    if by_fit:
-        tops = fitted(heights, places, scan.pixel, int(window))
-        curvatures = tops.curvatures
-        radii, good = equivalent_radii(curvatures)
-        shifts, rises = tops.shifts, tops.rises
-        clamped = int(np.count_nonzero(good & ~tops.inside))
-    else:
-        curvatures = by_differences(heights, places, scan.pixel)
-        # A peak is above its neighbours: neither can be below zero, one may be zero.
-        middle = curvatures.mean(axis=1)
-        good = middle > 0.0
-        radii = np.divide(1.0, middle, out=np.zeros_like(middle), where=good)
+    tops = fitted(heights, places, scan.pixel, int(window))
+    radii, good = equivalent_radii(tops.curvatures)
+    clamped = int(np.count_nonzero(good & ~tops.inside))
     if not good.any():
         raise InputError(
             f"{scan.name[:60]}: none of {maxima.places.size} peaks rises "
@@ -128,27 +97,26 @@ def find_summits(
             "smaller prominence or another cut-off"
         )
     rows, columns = np.divmod(places, heights.shape[1])
-    positions = (np.stack([columns, rows], axis=1) + shifts) * np.array(scan.pixel)
+    positions = (np.stack([columns, rows], axis=1) + tops.shifts) * np.array(scan.pixel)
     notes = (
         *scan.notes,
-        *_notes(scan, method, int(window), threshold, rise is None, noise),
+        *_notes(scan, int(window), threshold, rise is None, noise),
         f"summits: {np.count_nonzero(good)} counted of {maxima.places.size} points above their "
         f"eight neighbours; {np.count_nonzero(~good)} dropped as not round; {clamped} kept where "
         "they are, since their fit puts the top outside its points.",
     )
     return Summits(
         positions=positions[good],
-        heights=(flat[places] + rises - mean)[good],
+        heights=(flat[places] + tops.rises - mean)[good],
         radii=radii[good],
-        curvatures=curvatures[good],
+        curvatures=tops.curvatures[good],
         prominences=candidates.prominences[good],
         scan=scan,
         cutoff=scan.cutoff,
-        area=float(np.count_nonzero(inner) * pixel_area),
-        method=method,
+        area=float(np.count_nonzero(inner) * math.prod(scan.pixel)),
         threshold=float(threshold),
         dropped=int(np.count_nonzero(~good)),
-        neighbours=every,
+        peaks=maxima.places.size,
         notes=notes,
     )
 
@@ -170,7 +138,7 @@ def _selected(peaks: Peaks, selection: NDArray[np.bool_]) -> Peaks:
 
 
 def _notes(
-    scan: HeightMap, method: str, window: int, threshold: float, by_noise: bool, noise: float
+    scan: HeightMap, window: int, threshold: float, by_noise: bool, noise: float
 ) -> tuple[str, ...]:
     pixel = " x ".join(engineering(step, "m", 4) for step in dict.fromkeys(scan.pixel))
     band = (
@@ -179,10 +147,6 @@ def _notes(
         else f"summits: short-wave cut-off {engineering(scan.cutoff, 'm')}; it determines "
         "density and radius."
     )
-    if method == "neighbours":
-        how = "summits: points above their eight neighbours, curvature by differences"
-        why = "" if threshold == 0.0 else f", prominence at least {engineering(threshold, 'm')}"
-        return band, f"{how}{why}."
     why = (
         f", {significant(TIMES_NOISE, 1)} times the noise of {engineering(noise, 'm')}"
         if by_noise

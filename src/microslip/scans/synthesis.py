@@ -1,4 +1,4 @@
-"""Surfaces made to order: moments prescribed, or summits known exactly.
+"""Random surfaces with prescribed moments.
 
 A random surface is a sum of waves of random phases, of a self-affine band: a power spectrum
 C(q) ~ q^(-2 - 2 H) between two wavenumbers and nothing beside them. The ends of the band are solved
@@ -14,9 +14,8 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from microslip._core.checks import Floats, exact, floats, number, positive, show
+from microslip._core.checks import Floats, exact, number, positive, show
 from microslip._core.frozen import lock
 from microslip.errors import InputError
 from microslip.scans.checks import pixel_of
@@ -223,90 +222,6 @@ class _Band:
     def _ratio(self, low: float, high: float) -> float:
         _, second, fourth = self.moments(low, high)
         return fourth / second
-
-
-def paraboloids(
-    shape: tuple[int, int],
-    pixel: float | tuple[float, float],
-    *,
-    positions: ArrayLike,
-    heights: ArrayLike,
-    radii: ArrayLike,
-    base: float = 0.0,
-    name: str = "paraboloids",
-) -> Scan:
-    """Make a surface whose summits are known exactly: paraboloids on a plane.
-
-    The height is the largest of z_i - (x - x_i)^2/(2 R_ix) - (y - y_i)^2/(2 R_iy) and the plane:
-    summits as Greenwood and Williamson (1966) have them, DOI 10.1098/rspa.1966.0242.
-
-    Parameters
-    ----------
-    shape, pixel, name
-        As of :func:`random_surface`.
-    positions : array_like
-        (n, 2) positions (x, y) of the summits [m]; the first point of the scan is at (0, 0).
-    heights : array_like
-        (n,) heights z_i [m] of the summits, all above `base`.
-    radii : array_like
-        Radii of curvature [m]: one, (n,), or (n, 2) along x and y.
-    base : float
-        Height of the plane [m].
-
-    Returns
-    -------
-    Scan
-        The surface.
-    """
-    rows, columns = _shape(shape)
-    dx, dy = _pair(pixel)
-    base = number("base", base, "m", 0.0)
-    at = floats("positions", positions, "m")
-    if at.ndim != 2 or at.shape[1] != 2:
-        raise InputError(f"`positions` must be (n, 2), x and y of each summit, got {at.shape}")
-    count = at.shape[0]
-    tops = _per_summit("heights", floats("heights", heights, "m"), count)
-    curvature = floats("radii", radii, "m")
-    per_summit = (
-        curvature
-        if curvature.shape == (count, 2)
-        else _per_summit("radii", curvature, count)[:, None]
-    )
-    curved = np.broadcast_to(per_summit, (count, 2))
-    if not (curved > 0.0).all():
-        raise InputError(f"`radii` must be above zero [m], got {curved.min():g}")
-    if not (tops > base).all():
-        raise InputError(f"`heights` must be above base = {base:g} m, got {tops.min():g}")
-    ends = np.array([(columns - 1) * dx, (rows - 1) * dy])
-    if ((at < 0.0) | (at > ends)).any():
-        raise InputError(f"`positions` must be from (0, 0) to ({ends[0]:g}, {ends[1]:g}) m")
-    z = np.full((rows, columns), base)
-    reach = np.sqrt(2.0 * curved * (tops - base)[:, None])
-    for (x, y), top, (rx, ry), (across, along) in zip(at, tops, curved, reach, strict=True):
-        i = slice(max(0, math.floor((y - along) / dy)), math.ceil((y + along) / dy) + 1)
-        j = slice(max(0, math.floor((x - across) / dx)), math.ceil((x + across) / dx) + 1)
-        part = z[i, j]
-        ys = np.arange(i.start, i.start + part.shape[0]) * dy - y
-        xs = np.arange(j.start, j.start + part.shape[1]) * dx - x
-        np.maximum(part, top - (ys * ys / (2.0 * ry))[:, None] - xs * xs / (2.0 * rx), out=part)
-    for summit in range(count):
-        off = at[summit] - at
-        neighbours = tops - (off * off / (2.0 * curved)).sum(axis=1)
-        neighbours[summit] = -math.inf
-        if count > 1 and neighbours.max() >= tops[summit]:
-            raise InputError(
-                f"summit {summit} at ({at[summit, 0]:g}, {at[summit, 1]:g}) m is buried by summit "
-                f"{int(neighbours.argmax())}: place them farther apart, or sharper"
-            )
-    return Scan(lock(z), (dx, dy), name=name, notes=(f"{count} paraboloids on a plane",))
-
-
-def _per_summit(name: str, values: Floats, count: int) -> Floats:
-    if values.ndim > 1 or values.size not in (1, count):
-        raise InputError(
-            f"`{name}` must be one, or one for each of {count} summits, got shape {values.shape}"
-        )
-    return np.broadcast_to(values.reshape(-1), (count,))
 
 
 def _shape(shape: Any) -> tuple[int, int]:

@@ -190,11 +190,14 @@ def test_surfaces() -> None:
 
 def test_verdicts() -> None:
     scan = noisy(shape=(200, 200))
-    words = {v.name: v for v in scan.summits(None, prominence=0.0).validity()}
+    noise = scan.summits(None, prominence=0.0)
+    words = {v.name: v for v in noise.validity()}
     assert all(isinstance(v, Verdict) for v in words.values())
-    # Noise has a peak in every nine pixels.
+    # Noise has a peak in every nine pixels, of which a fit drops a third as not round.
     assert words["summit spacing in pixels"].word == "outside"
-    assert words["summit spacing in pixels"].value == pytest.approx(3.0, rel=0.02)
+    spacing = words["summit spacing in pixels"].value
+    assert spacing == pytest.approx(1e6 / np.sqrt(noise.density), rel=1e-12)
+    assert spacing * np.sqrt(noise.count / noise.peaks) == pytest.approx(3.0, rel=0.02)
     assert "summit spacing over cut-off" not in words
     assert words["summits"].word == "ok"
     assert words["kurtosis of the heights"].word == "ok"

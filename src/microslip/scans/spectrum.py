@@ -157,11 +157,6 @@ class SelfAffineFit:
     misfit: float
     """Rms of the density about the law, over its uncertainty [-]: one for a power law."""
 
-    @property
-    def fractal_dimension(self) -> float:
-        """3 - H of an area [-]."""
-        return 3.0 - self.hurst
-
     def density(self, wavelength: Floats, areal: bool = True) -> Floats:
         """Density of the law at wavelengths [m]."""
         middle = math.sqrt(self.shortest * self.longest)

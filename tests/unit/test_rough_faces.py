@@ -1,4 +1,4 @@
-"""Summits of two faces together, of several scans, and of a drawing."""
+"""Moments of two faces together, and summits of a drawing."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import microslip as ms
-from microslip.scans import Moments, SummitStatistics, average, combine, random_surface
+from microslip.scans import Moments, random_surface
 
 SHARED = Path(__file__).resolve().parents[3] / "shared" / "data" / "scans" / "plu-1.plu"
 
@@ -17,40 +17,16 @@ SHARED = Path(__file__).resolve().parents[3] / "shared" / "data" / "scans" / "pl
 
 
 def test_the_gap_of_two_faces_has_the_moments() -> None:
-    """The difference of two scans, counted by itself, against what combine says of both."""
+    """Moments of the difference of two scans are the sums of theirs."""
     faces = [
         random_surface((512, 512), 1e-6, m0=m0, m2=1e-3, m4=m4, seed=seed)
         for seed, m0, m4 in ((3, 4e-14, 2e8), (4, 1e-13, 1e8))
     ]
     gap = ms.Scan(faces[0].heights - faces[1].heights, 1e-6).moments()
-    both = combine(faces[0].moments(), faces[1].moments())
     for name in ("m0", "m2", "m4"):
         # Cross terms of two finite scans vanish like one over the root of the waves in them.
-        assert getattr(gap, name) == pytest.approx(getattr(both, name), rel=0.03)
-
-
-def test_average_pools_the_summits() -> None:
-    rng = np.random.default_rng(3)
-    counts, areas = (40, 160), 1e-6
-    heights = [rng.normal(0.0, s, n) for s, n in zip((1e-7, 3e-7), counts, strict=True)]
-    curved = [rng.uniform(1e4, 2e4, n) for n in counts]
-    each = [
-        SummitStatistics(h.size / areas, 1.0 / c.mean(), h.std(), 1e-7, "counted")
-        for h, c in zip(heights, curved, strict=True)
-    ]
-    pooled, scatter = average(each)
-    level = np.concatenate([h - h.mean() for h in heights])
-    assert pooled.density == pytest.approx(level.size / (2 * areas))
-    assert pooled.radius == pytest.approx(1.0 / np.concatenate(curved).mean())
-    assert pooled.std == pytest.approx(level.std())
-    assert scatter.density == pytest.approx(np.std(counts, ddof=1) / np.mean(counts))
-    alone, none = average(each[:1])
-    assert alone == each[0]
-    assert math.isnan(none.std)
-    other = SummitStatistics(1e9, 1e-5, 1e-7, radius_by="load")
-    for wrong in ([], [each[0], other], [each[0], 3]):
-        with pytest.raises(ms.InputError, match="average wants"):
-            average(wrong)  # type: ignore[arg-type]
+        both = sum(getattr(face.moments(), name) for face in faces)
+        assert getattr(gap, name) == pytest.approx(both, rel=0.03)
 
 
 # -- drawings --------------------------------------------------------------------------------------

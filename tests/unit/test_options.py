@@ -10,7 +10,8 @@ import pytest
 from click.testing import CliRunner
 
 from microslip import InputError
-from microslip._core.parameters import REQUIRED, Parameter, option
+from microslip._core.options import Option, option
+from microslip._core.parameters import REQUIRED
 from microslip._core.units import LENGTH
 from microslip.cli.options import in_options, offers
 from microslip.study.part import Part, key
@@ -95,7 +96,7 @@ def test_what_is_not_given_is_the_default() -> None:
     ],
 )
 def test_each_edge_refuses_in_its_own_words(
-    option: Parameter, text: str, value: object, parts: tuple[str, ...]
+    option: Option, text: str, value: object, parts: tuple[str, ...]
 ) -> None:
     result = CliRunner().invoke(command, ["--cutoff", "none", f"--{option.name}", text])
     assert result.exit_code == 2

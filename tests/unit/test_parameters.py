@@ -9,7 +9,7 @@ from own_laws import HEIGHTS, LAWS
 
 import microslip as ms
 from microslip._core.parameters import (
-    Parameter,
+    Number,
     Parametric,
     key_of,
     parameter,
@@ -17,6 +17,7 @@ from microslip._core.parameters import (
     rescaled,
     values_of,
 )
+from microslip.friction.fit_parameters import fit_parameters_of
 from microslip.normal import NORMAL_LAWS
 
 
@@ -33,7 +34,7 @@ class Spring(Parametric):
 
 
 def test_a_class_lists_its_parameters() -> None:
-    stiffness, share, power, steps = parameters_of(Spring)
+    stiffness, share, power, steps = fit_parameters_of(Spring)
     assert (stiffness.name, stiffness.symbol, stiffness.unit) == ("stiffness", "k", "N/m")
     assert stiffness.is_log
     assert (stiffness.low, stiffness.high) == (1e-6, 1e15)
@@ -49,7 +50,7 @@ def test_a_class_lists_its_parameters() -> None:
 
 @pytest.mark.parametrize("kind", [*LAWS, *NORMAL_LAWS, *HEIGHTS])
 def test_every_parameter_is_said_in_full(kind: type) -> None:
-    for said in parameters_of(kind):
+    for said in fit_parameters_of(kind):
         assert said.symbol
         assert said.meaning
         assert said.unit == "" or said.dimension is not None
@@ -65,7 +66,7 @@ def test_names_of_classes() -> None:
 def test_units_say_how_a_value_scales() -> None:
     units = ("N/m", "N", "", "1/m^2", "N*m^-1.5", "Pa", "m^2", "N/m^2")
     dimensions = [(1, -1), (1, 0), (0, 0), (0, -2), None, None, (0, 2), (1, -2)]
-    assert [Parameter("", unit=unit).dimension for unit in units] == dimensions
+    assert [Number("", unit=unit).dimension for unit in units] == dimensions
     cell = ms.Jenkins(stiffness=4.0, force_limit=6.0)
     assert rescaled(ms.Jenkins, values_of(cell), 2.0, 10.0) == {
         "stiffness": pytest.approx(0.8, rel=1e-15),

@@ -9,7 +9,8 @@ from typing import Any
 
 import pytest
 
-from microslip._core.parameters import Parameter
+from microslip._core.options import Option
+from microslip._core.parameters import Number
 from microslip._core.units import Kind
 from microslip.study.part import Key, Part, homes_of
 from microslip.study.readers import FAILED, Place, Plain, Reading
@@ -40,7 +41,7 @@ def read(item: Key, raw: object) -> tuple[Any, list[tuple[str, str]]]:
     return place.attempt(lambda: item.reader.read(raw, place)), reading.errors
 
 
-def text_in_si(declared: Parameter, value: float) -> object:
+def text_in_si(declared: Number, value: float) -> object:
     """A value as a study writes it."""
     return f"{value!r} {declared.unit}".strip() if isinstance(declared.kind, Kind) else value
 
@@ -52,7 +53,7 @@ def example(item: Key) -> object:
     declared = item.declared
     if [*item.reader.tables()] or declared is None:
         return None
-    if declared.choices or declared.none:
+    if isinstance(declared, Option) and (declared.choices or declared.none):
         return (*declared.choices, declared.none)[0]
     return {bool: True, int: 1, str: "text"}[declared.kind]  # type: ignore[index]
 
@@ -72,13 +73,13 @@ def test_a_wrong_kind_is_refused_at_its_key(path: str) -> None:
     wrong: list[object] = [{"a": 1}, math.nan]
     if isinstance(declared.kind, Kind):
         wrong += ["1 candela", "much"]  # no such quantity, no number
-        if not declared.bare:
+        if not (isinstance(declared, Option) and declared.bare):
             wrong.append(1.0)
     elif declared.kind in (float, int):
         wrong += ["much", True]
     elif declared.kind is bool:
         wrong += ["much", 1.0]
-    elif declared.choices:
+    elif isinstance(declared, Option) and declared.choices:
         wrong.append("no choice of it")
     for raw in wrong:
         value, errors = read(item, raw)

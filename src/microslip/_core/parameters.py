@@ -1,4 +1,4 @@
-"""Declaration of a number, a choice or a text, from which every interface of the package reads.
+"""Declaration of a number, from which every interface of the package reads.
 
 A field of a frozen dataclass brings its symbol, unit, range and meaning as metadata::
 
@@ -6,7 +6,7 @@ A field of a frozen dataclass brings its symbol, unit, range and meaning as meta
 
 Checks when it is made, `guess`, the fit, the key of a study, its schema, the option of a command
 with its help, the form of the workbench, the label in tables and the attributes in files follow.
-What belongs to no class, such as how a file is read, is declared by :func:`option`.
+What belongs to no class, such as how a file is read, is an option (`microslip._core.options`).
 """
 
 from __future__ import annotations
@@ -17,31 +17,20 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, ClassVar, NoReturn
+from typing import Any, ClassVar, NoReturn, Self
 
-from microslip._core.units import LARGEST, SMALLEST, Kind, Sign, kind_of, to_si
-from microslip._core.wording import did_you_mean, quoted, show
+from microslip._core.units import LARGEST, SMALLEST, Kind, kind_of, to_si
+from microslip._core.wording import show
 from microslip.errors import InputError
 
 JsonSchema = dict[str, Any]
 
 
-class _Required:
-    """One thing, the same after pickling."""
+class REQUIRED:
+    """Default of a value that has to be given."""
 
-    def __reduce__(self) -> str:
-        return "REQUIRED"
-
-    def __repr__(self) -> str:
-        return "REQUIRED"
-
-
-REQUIRED: Any = _Required()
-"""Default of what has to be given."""
 
 _KEY = "microslip"
-# Where a fit looks for a value above zero of a unit, unless the parameter says where.
-_SEARCHED = {"N": (1e-12, 1e12), "N/m": (1e-6, 1e15), "m": (1e-13, 1e-1)}
 # Units in which people write an example, the first one in which it is no small fraction, and what
 # an example is where none is declared.
 _WRITTEN: dict[str, tuple[tuple[float, str], ...]] = {
@@ -55,62 +44,39 @@ _WRITTEN: dict[str, tuple[tuple[float, str], ...]] = {
     "rad": ((math.pi / 180.0, "deg"),),
 }
 _USUAL = {"m": 5e-7, "m^2": 2e-4, "N": 100.0, "Pa": 69e9, "1/m^2": 1e8, "N/m": 5e7, "1/m": 5e5}
-_TYPES = {str: "string", float: "number", int: "integer", bool: "boolean"}
 _NUMBER_PATTERN = r"(\d[\d_]*(\.\d*)?|\.\d+)([eE][+-]?\d+)?"
 UNIT_PATTERN = r"(1 ?/|/)?[^\s\d.,+-][^,]*"
 
 
 @dataclass(frozen=True)
-class Parameter:
-    """One declaration; sizes are in SI units."""
+class Number:
+    """A declared number, or a list of numbers; sizes are in SI units."""
 
     name: str  # as Python, a study and a table call it
     symbol: str = ""  # its sign in formulas and tables, such as "k"
     unit: str = ""  # its SI unit, "" for none
     meaning: str = ""  # what it is, in a few words that begin small
-    # What it may be: more than ``above``, at least ``least``, at most ``most``, less than
-    # ``below``.
+    # Its limits: more than ``above``, at least ``least``, at most ``most``, less than ``below``.
     above: float = -math.inf
     least: float = -math.inf
     most: float = math.inf
     below: float = math.inf
-    search: tuple[float, float] | None = None
-    """Between which values a fit looks; without it all that is allowed."""
-    log: bool | None = None
-    """Whether it is fitted as its logarithm; without it, whether zero lies below all it may be."""
-    beyond: bool = False
-    """Whether joints go on beyond ``search``, which only says how far is searched."""
-    natural: bool = False
-    """Whether its lower end is a value that joints have, so that a fit may well end there."""
-    why: str = ""  # why it must be above ``above``, for the message
+    why: str = ""  # why it has these limits, for the message
     default: Any = REQUIRED
     """Its value where none is given; :data:`REQUIRED` where one has to be."""
     many: bool = False  # whether it is a list of such numbers
     example: float | str = 1.0
     """A value in SI, or as a file or a command line has it, without quotes: "10 um"."""
     kind: Kind | type | None = None
-    """A kind of quantity, which edges write with its unit; else float, int, bool or str."""
-    label: str = ""  # what stands for it in tables and axes; by default its meaning
-    help: str = ""  # what it is, in a sentence with its point; by default its meaning
-    choices: tuple[str, ...] = ()  # the words that it may be
-    none: str = ""  # word that stands for None at the edges, such as "none"
-    bare: bool = False  # whether a plain number counts as SI at the edges
-    items: tuple[int, int] = (1, 1)
-    """Least and largest number of values; several are given as a tuple."""
-    flag: str = ""  # name on the command line without dashes, where it is another one
-    metavar: str = ""  # what stands for the value in the help of a command
-    names_file: bool = False  # whether its text is the name of a file
-    noun: str = ""  # what its values are called where they are wanted, "the name of a column"
+    """A kind of quantity, which edges write with its unit, or float or int."""
 
     def __post_init__(self) -> None:
-        kind: Kind | type | None = self.kind
-        if kind is None:
-            kind = kind_of(self.unit) if self.unit else str if self.choices else float
+        kind = self.kind or (kind_of(self.unit) if self.unit else float)
         object.__setattr__(self, "kind", kind)
         object.__setattr__(self, "unit", kind.unit if isinstance(kind, Kind) else self.unit)
 
-    def but(self, **changes: Any) -> Parameter:
-        """The same with other words or limits, where a place has its own."""
+    def but(self, **changes: Any) -> Self:
+        """Return the declaration with other words or limits."""
         return dataclasses.replace(self, **changes)
 
     # -- in words ------------------------------------------------------------------------------
@@ -123,13 +89,13 @@ class Parameter:
     @property
     def heading(self) -> str:
         """Heading in tables and axes."""
-        words = self.label or self.meaning or self.name.replace("_", " ")
+        words = self.meaning or self.name.replace("_", " ")
         return words[:1].upper() + words[1:]
 
     @property
     def sentence(self) -> str:
         """Meaning in a sentence, for a help or a schema."""
-        return self.help or f"{self.heading}."
+        return f"{self.heading}."
 
     @property
     def example_text(self) -> str:
@@ -137,14 +103,12 @@ class Parameter:
         value = self.example
         if isinstance(value, str):
             return value
-        if self.kind not in (float, int) and not isinstance(self.kind, Kind):
-            return ""
         value = _USUAL.get(self.unit, value) if value == 1.0 else value
         factor, name = self.written_unit(value)
         return f"{value / factor:.6g} {name}".strip()
 
     def written_unit(self, value: float) -> tuple[float, str]:
-        """The unit in which people write a value of this size: its size in SI, and its name."""
+        """Return the unit in which people write a value of this size: its size in SI, its name."""
         units = _WRITTEN.get(self.unit, ())
         fit = (unit for unit in units if abs(value) >= 0.099 * unit[0])
         return next(fit, (1.0, self.unit))
@@ -178,20 +142,18 @@ class Parameter:
     @property
     def values_in_words(self) -> str:
         """Expected values in words with an example, for an error message."""
-        if self.choices:
-            return quoted((*self.choices, *(self.none,) * bool(self.none)))
-        if self.kind is bool:
-            return "true or false"
-        written = self.written
-        if self.none:
-            written = f'{written}, or "{self.none}"' if written else f'"{self.none}"'
+        written = self._written_values
+        return f"{self._noun} such as {written}" if written else self._noun
+
+    @property
+    def _written_values(self) -> str:
+        return self.written
+
+    @property
+    def _noun(self) -> str:
         if isinstance(self.kind, Kind):
-            noun = self.kind.with_article
-        elif self.noun or self.kind is str:
-            noun = self.noun or "text"
-        else:
-            noun = self.limited("a whole number" if self.kind is int else "a number")
-        return f"{noun} such as {written}" if written else noun
+            return self.kind.with_article
+        return self.limited("a whole number" if self.kind is int else "a number")
 
     def limited(self, noun: str) -> str:
         """A noun with what it may be."""
@@ -207,37 +169,6 @@ class Parameter:
     def is_positive(self) -> bool:
         """Whether it must be above zero."""
         return max(self.above, self.least) >= 0.0 and self.least != 0.0
-
-    @property
-    def is_log(self) -> bool:
-        """Whether it is fitted as its logarithm."""
-        return self.is_positive and self.unit != "" if self.log is None else self.log
-
-    @property
-    def low(self) -> float:
-        """Lower end of the search."""
-        return self._searched[0]
-
-    @property
-    def high(self) -> float:
-        """Upper end of the search."""
-        return self._searched[1]
-
-    @property
-    def _searched(self) -> tuple[float, float]:
-        if self.search is not None:
-            return self.search
-        if self.is_positive and self.unit in _SEARCHED:
-            low, high = _SEARCHED[self.unit]
-        elif self.is_positive:
-            low, high = 1e-6, 1e6 if self.unit == "" else 1e30
-        else:
-            low, high = -1e6, 1e6
-        # Just inside a range that is open.
-        step = 1e-6 * max(1.0, abs(self.above)) if math.isfinite(self.above) else 0.0
-        low = max(low, self.least, self.above + step if not self.is_positive else low)
-        last = 1e-6 * max(1.0, abs(self.below)) if math.isfinite(self.below) else 0.0
-        return low, min(high, self.most, self.below - last)
 
     @property
     def dimension(self) -> tuple[int, int] | None:
@@ -261,15 +192,9 @@ class Parameter:
     # -- as Python gives it --------------------------------------------------------------------
 
     def checked(self, value: Any) -> Any:
-        """A keyword's value in SI units, of many a locked array; or an error that names it."""
-        if value is None and not self.required and (self.none or self.default is None):
+        """Validate a keyword argument and convert it to SI units. Lists become read-only arrays."""
+        if value is None and self.default is None:
             return None
-        low, high = self.items
-        if high > 1 and isinstance(value, (list, tuple)):
-            if not low <= len(value) <= high:
-                count = f"{low} to {high}" if low < high else high
-                raise InputError(f"`{self.name}` must be {count} values, got {len(value)}")
-            return tuple(self._checked_item(item) for item in value)
         return self._checked_many(value) if self.many else self._checked_item(value)
 
     def _checked_many(self, value: Any) -> Any:
@@ -314,116 +239,54 @@ class Parameter:
     # -- as it is written at an edge -----------------------------------------------------------
 
     def read(self, raw_value: object) -> Any:
-        """A value as a study or a command writes it.
+        """Return a value in SI units from what a study or a command writes.
 
-        Returns the value in SI units, a tuple of them where there may be several. Raises
-        ValueError, which says what was wanted and what came.
+        Raises
+        ------
+        ValueError
+            If the value is not allowed; the message says what was wanted and what came.
         """
-        if self.none and raw_value == self.none:
-            return None
-        low, high = self.items
-        if high == 1:
-            return self.read_item(raw_value)
-        items = raw_value if isinstance(raw_value, (list, tuple)) else [raw_value]
-        if not low <= len(items) <= high:
-            count = f"{low}" if low == high else f"{low} to {high}"
-            raise ValueError(f"wanted {count} values, got {len(items)}")
-        return tuple(self.read_item(item) for item in items)
-
-    def read_text(self, text: str) -> Any:
-        """One value on a command line, where numbers are text as well."""
-        if self.none and text == self.none:
-            return None
-        if self.kind not in (float, int):
-            return self.read_item(text)
-        for reader in (int, float)[: 1 + (self.kind is float)]:
-            try:
-                number = reader(text)
-            except ValueError:
-                continue
-            return self.read_item(number)
-        self._refuse(text)
+        return self.read_item(raw_value)
 
     def read_item(self, raw_value: object) -> Any:
-        """One of its values."""
+        """Return one value in SI units."""
         if isinstance(self.kind, Kind):
-            if self.bare and is_number(raw_value):
-                raw_value = f"{raw_value} {self.unit}".strip()
-            example = f'{self.example_text}", or "{self.none}' if self.none else self.example_text
-            sign: Sign = "positive" if self.is_positive else "any"
-            value = to_si(raw_value, self.kind, example, sign)
-            if not self.holds(value):
-                raise WrongValue(self.limited(self.kind.with_article), show(raw_value))
-            return value
-        if self.choices:
-            if raw_value not in self.choices:
-                near = did_you_mean(raw_value, self.choices) if isinstance(raw_value, str) else ""
-                self._refuse(raw_value, near)
-            return raw_value
-        if isinstance(raw_value, bool):
-            if self.kind is bool:
-                return raw_value
-        elif self.kind in (float, int) and isinstance(raw_value, (int, self.kind)):
+            return self._read_quantity(raw_value, self.kind, self.example_text)
+        accepted = (int, float) if self.kind is float else (int,)
+        if isinstance(raw_value, accepted) and not isinstance(raw_value, bool):
             try:
                 value = float(raw_value)
             except OverflowError:
                 value = math.inf
             if math.isfinite(value) and self.holds(value):
                 return value if self.kind is float else raw_value
-        elif (
-            self.kind is str
-            and isinstance(raw_value, str)
-            and raw_value.isprintable()
-            and 0 < len(raw_value) <= self._longest
-        ):
-            return raw_value
         self._refuse(raw_value)
 
-    @property
-    def _longest(self) -> int:
-        """Letters that a text may have."""
-        return int(min(self.most, 1000))
+    def _read_quantity(self, raw_value: object, kind: Kind, example: str) -> float:
+        value = to_si(raw_value, kind, example, "positive" if self.is_positive else "any")
+        if not self.holds(value):
+            raise WrongValue(self.limited(kind.with_article), show(raw_value))
+        return value
 
     def _refuse(self, raw_value: object, hint: str = "") -> NoReturn:
         raise WrongValue(self.values_in_words, f"{show(raw_value)}{hint}")
 
-    # -- as an editor knows it -----------------------------------------------------------------
-
     def schema(self) -> JsonSchema:
-        """JSON Schema of its value in a study, without title and description of the key."""
-        item = self.item_schema()
-        low, high = self.items
-        if high > 1:
-            several: JsonSchema = {"type": "array", "items": item}
-            several |= {"minItems": low, "maxItems": high}
-            item = several if low > 1 else {"anyOf": [item, several]}
-        if self.none:
-            examples = [self.example_text, self.none] if self.example_text else [self.none]
-            return {"anyOf": [item, {"const": self.none}], "examples": examples}
-        return item
-
-    def item_schema(self) -> JsonSchema:
-        """JSON Schema of one value."""
+        """Return the JSON Schema of its value in a study, without title and description."""
         if isinstance(self.kind, Kind):
             signs = r"\+?" if self.is_positive else "[+\N{MINUS SIGN}-]?"
             unit = self.kind.pattern or UNIT_PATTERN
             noun = f'{self.kind.with_article} with its unit, such as "{self.example_text}".'
-            quantity: JsonSchema = {
+            return {
                 "type": "string",
                 "pattern": rf"^\s*{signs}{_NUMBER_PATTERN}\s*{unit}$",
                 "description": f"{noun[:1].upper()}{noun[1:]}",
                 "examples": [self.example_text],
             }
-            return {"anyOf": [{"type": "number"}, quantity]} if self.bare else quantity
-        if self.choices:
-            return {"type": "string", "enum": list(self.choices)}
-        assert self.kind is not None
-        if self.kind is str:
-            return {"type": "string", "minLength": 1, "maxLength": self._longest}
         limits = {"minimum": self.least, "maximum": self.most}
         limits |= {"exclusiveMinimum": self.above, "exclusiveMaximum": self.below}
         finite = {key: limit for key, limit in limits.items() if math.isfinite(limit)}
-        return {"type": _TYPES[self.kind], **finite}
+        return {"type": "integer" if self.kind is int else "number", **finite}
 
 
 class WrongValue(ValueError):
@@ -434,55 +297,31 @@ class WrongValue(ValueError):
         self.expected, self.came = expected, came
 
 
-def is_number(raw_value: object) -> bool:
-    """Whether something is a plain number, or a text of one."""
-    if isinstance(raw_value, bool) or not isinstance(raw_value, (str, int, float)):
-        return False
-    try:
-        float(raw_value)
-    except ValueError:
-        return False
-    return True
-
-
-def option(
-    name: str, help: str, kind: Kind | type = str, label: str = "", **settings: Any
-) -> Parameter:
-    """Declare an option of commands and studies that no class owns, by its help and kind.
-
-    Unless something else is said it may be left out, and quantities are above zero.
-    """
-    settings = {"default": None, "example": "", **settings}
-    if isinstance(kind, Kind) and settings.pop("sign", "positive") == "positive":
-        settings.setdefault("above", 0.0)
-    return Parameter(name, help=help, kind=kind, label=label, **settings)
-
-
 # -- on classes ------------------------------------------------------------------------------------
 
 
 def parameter(
     symbol: str = "", unit: str = "", meaning: str = "", **settings: Any
 ) -> dict[str, Any]:
-    """Metadata of a field, ``field(metadata=parameter(...))``; see :class:`Parameter`."""
+    """Metadata of a field, ``field(metadata=parameter(...))``; see :class:`Number`."""
     # Checked at once, so that a mistake shows where the class is written.
-    return {_KEY: Parameter("", symbol, unit, meaning, **settings)}
+    return {_KEY: Number("", symbol, unit, meaning, **settings)}
 
 
-def parameters_of(kind: type) -> tuple[Parameter, ...]:
-    """The parameters of a class, in the order in which it takes them; none if it says none."""
+def parameters_of(kind: type) -> tuple[Number, ...]:
+    """Return the parameters of a class, in the order in which it takes them."""
     return _parameters_of(kind)
 
 
 @lru_cache(maxsize=256)
-def _parameters_of(kind: Any) -> tuple[Parameter, ...]:
+def _parameters_of(kind: Any) -> tuple[Number, ...]:
     if not dataclasses.is_dataclass(kind):
         return ()
     parameters = []
     for item in dataclasses.fields(kind):
         stated = item.metadata.get(_KEY, _COMMON.get(item.name))
-        if isinstance(stated, Parameter) and item.init:
-            default = item.default
+        if isinstance(stated, Number) and item.init:
+            default: Any = item.default
             if default is dataclasses.MISSING:
                 default = REQUIRED if item.default_factory is dataclasses.MISSING else None
             parameters.append(dataclasses.replace(stated, name=item.name, default=default))
@@ -491,12 +330,12 @@ def _parameters_of(kind: Any) -> tuple[Parameter, ...]:
 
 # Fields of these names need no words of their own.
 _COMMON = {
-    "stiffness": Parameter("stiffness", "k", "N/m", "stiffness at rest", above=0.0),
-    "force_limit": Parameter("force_limit", "F", "N", "force of gross slip", above=0.0),
+    "stiffness": Number("stiffness", "k", "N/m", "stiffness at rest", above=0.0),
+    "force_limit": Number("force_limit", "F", "N", "force of gross slip", above=0.0),
 }
 
 
-def parameter_of(kind: type, name: str) -> Parameter:
+def parameter_of(kind: type, name: str) -> Number:
     """One parameter of a class."""
     return next(item for item in parameters_of(kind) if item.name == name)
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from microslip._core.parameters import option
+from microslip._core.options import option
 from microslip._core.units import AREA, LENGTH, MASS_DENSITY
 from microslip.cli.group import OneOf, echo_json
 from microslip.cli.options import Report, flag, offers, output_option, progress, stoppable, switch

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
 import click
 
-from microslip._core.parameters import Parameter
+from microslip._core.options import Option
 from microslip._core.units import Kind, QuantityError, Sign, ends_of, to_si
 from microslip.cli.group import OneOf, echo_json
 from microslip.errors import InputError
@@ -41,7 +41,7 @@ ANY_PATH = click.Path(path_type=Path, readable=False)
 class _Value(_ParamType):
     """Reads one value of an option, with its unit."""
 
-    def __init__(self, option: Parameter) -> None:
+    def __init__(self, option: Option) -> None:
         self.option = option
         self.name = option.name
 
@@ -59,7 +59,7 @@ class _Value(_ParamType):
 class CommandOption(click.Option):
     """An option of a command, with its declaration."""
 
-    def __init__(self, *args: Any, option: Parameter, **extra: Any) -> None:
+    def __init__(self, *args: Any, option: Option, **extra: Any) -> None:
         super().__init__(*args, **extra)
         self.option = option
 
@@ -102,7 +102,7 @@ def ends_in(flag: str, text: str, form: str) -> tuple[str, str]:
 JSON = switch("--json", "Print the summary as JSON, no tables.", "as_json")
 
 
-def offers(*options: Parameter, **changes: Any) -> Decorator:
+def offers(*options: Option, **changes: Any) -> Decorator:
     """Give a command some options, in their order."""
 
     def give(command: Command) -> Command:
@@ -119,12 +119,12 @@ def offers(*options: Parameter, **changes: Any) -> Decorator:
     return give
 
 
-def flag(option: Parameter) -> str:
+def flag(option: Option) -> str:
     """Name of an option on the command line, without its dashes."""
     return option.flag or option.name.replace("_", "-")
 
 
-def _settings(option: Parameter) -> dict[str, Any]:
+def _settings(option: Option) -> dict[str, Any]:
     if option.kind is bool:
         return {"is_flag": True, "help": option.sentence}
     settings: dict[str, Any] = {"help": option.sentence}

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
-from microslip._core.parameters import is_number
+from microslip._core.options import is_number
 from microslip._core.quantities import named
 from microslip._core.units import (
     AREA,

@@ -126,8 +126,6 @@ def _field(param: click.Option, looks: bool) -> Field:
     kind = "flag" if param.is_flag else "choice" if choices else "text"
     if isinstance(param.type, click.Path):
         kind = "study"
-    elif declared is not None and declared.names_file:
-        kind = "file"
     usual = "" if param.default is None or callable(param.default) else str(param.default)
     example = declared.example_text if declared is not None else ""
     return Field(

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from microslip import kernels
-from microslip._core.parameters import Parameter, parameter_of
+from microslip._core.parameters import Number, parameter_of
 from microslip._core.units import LARGEST, SMALLEST
 from microslip._version import __version__
 from microslip.figures.html import script
@@ -29,7 +29,7 @@ _NODES = 20
 
 
 def _input(
-    key: str, group: str, declared: Parameter, start: float, ends: tuple[float, float]
+    key: str, group: str, declared: Number, start: float, ends: tuple[float, float]
 ) -> dict[str, Any]:
     """A number that can be chosen, as its class declares it; where its slider ends [SI]."""
     scale, unit = declared.written_unit(start)
@@ -57,7 +57,7 @@ def _inputs() -> Iterator[dict[str, Any]]:
     for number, group in ((1, "first"), (2, "second")):
         yield _input(f"e{number}", group, modulus, 69e9, (1e9, 500e9))
         yield _input(f"nu{number}", group, ratio, 0.33, (0.0, 0.5))
-    spread = parameter_of(Gaussian, "std").but(label="Roughness σ")
+    spread = parameter_of(Gaussian, "std").but(meaning="roughness σ")
     yield _input("std", "surface", spread, 5e-7, (1e-8, 2e-5))
     for name, start, ends in (
         ("radius", 1e-3, (1e-6, 1e-2)), ("density", 1e8, (1e6, 1e12)), ("area", 2e-4, (1e-6, 1e-2)),
@@ -66,7 +66,7 @@ def _inputs() -> Iterator[dict[str, Any]]:
     friction, load = (parameter_of(Interface, n) for n in ("friction_coefficient", "normal_load"))
     yield _input("mu", "joint", friction, 0.55, (0.05, 1.5))
     yield _input("load", "joint", load, 2000.0, (1.0, 1e5))
-    amplitude = Parameter("amplitude", "a", "m", "amplitude", above=0.0)
+    amplitude = Number("amplitude", "a", "m", "amplitude", above=0.0)
     yield _input("amplitude", "joint", amplitude, 3e-7, (1e-9, 1e-4))
 
 

@@ -10,8 +10,9 @@ import numpy as np
 
 from microslip._core.checks import Floats, positive, show, without_unit
 from microslip._core.checks import record as series
-from microslip._core.parameters import Parameter, parameters_of, rescaled, says_all, values_of
+from microslip._core.parameters import rescaled, says_all, values_of
 from microslip.errors import InputError
+from microslip.friction.fit_parameters import FitParameter, fit_parameters_of
 
 Share = Callable[[Floats], Floats]
 """Share of a force limit against displacement over a length: 0 at 0, 1 in the end."""
@@ -246,7 +247,7 @@ def best_of(rows: Callable[[Floats], Floats], force: Floats, low: float, high: f
 
 def guessed_law(kind: Any, data: Any) -> Any:
     """A law of any kind that says its parameters: the one closest to the branches of loops."""
-    parameters = parameters_of(kind)
+    parameters = fit_parameters_of(kind)
     if not says_all(kind) or any(item.many or item.dimension is None for item in parameters):
         raise InputError(
             f"{kind.__name__} must have a classmethod guess(data) of its own to be guessed: the "
@@ -267,7 +268,7 @@ def guessed_law(kind: Any, data: Any) -> Any:
     return kind(**values)
 
 
-def _shapes(kind: Any, parameters: Sequence[Parameter]) -> list[dict[str, float]]:
+def _shapes(kind: Any, parameters: Sequence[FitParameter]) -> list[dict[str, float]]:
     """Values to try in units of force and length: those of the examples, and of the defaults."""
     shapes = []
     for law in kind.examples():
@@ -289,7 +290,7 @@ def _shapes(kind: Any, parameters: Sequence[Parameter]) -> list[dict[str, float]
 
 def _settled(
     kind: Any,
-    parameters: Sequence[Parameter],
+    parameters: Sequence[FitParameter],
     values: Mapping[str, float],
     u: Floats,
     force: Floats,

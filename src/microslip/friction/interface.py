@@ -26,6 +26,7 @@ from microslip._core.frozen import assign, made_once
 from microslip._core.parameters import parameter
 from microslip.errors import InputError
 from microslip.friction.coupled import CoupledLaw
+from microslip.friction.fit_parameters import fit_range
 from microslip.friction.parameter_derivatives import DerivativeBackbone, of_interface
 from microslip.friction.sliders import Sliders
 from microslip.friction.validity import Verdict, validity
@@ -69,10 +70,9 @@ class Interface(CoupledLaw):
             "mu",
             meaning="coefficient of friction",
             above=0.0,
-            search=(1e-3, 10.0),
-            log=True,
             example=0.55,
         )
+        | fit_range(1e-3, 10.0, log=True)
     )
     # Both are always set after creation.
     normal_load: float = field(

@@ -12,6 +12,7 @@ from microslip._core.frozen import lock
 from microslip._core.parameters import parameter
 from microslip.errors import InputError
 from microslip.friction.base import BackboneLaw, PowerModel, SegalmanFit
+from microslip.friction.fit_parameters import fit_range
 from microslip.friction.guesses import all_features, draw, points_of
 from microslip.friction.sliders import Sliders
 from microslip.numerics.inversion import invert
@@ -50,18 +51,18 @@ class SegalmanIwan(PowerModel):
             "chi",
             meaning="exponent of the density of sliders",
             above=-1.0,
-            search=(-0.99, 3.0),
             example=-0.5,
             why="sliders that dense at displacement 0 would be infinitely stiff",
         )
+        | fit_range(-0.99, 3.0)
     )
     beta: float = field(
         metadata=parameter(
             "beta",
             meaning="stiffness of the last slider over that of all others",
             least=0.0,
-            search=(0.0, 100.0),
         )
+        | fit_range(0.0, 100.0)
     )
 
     key = "segalman"

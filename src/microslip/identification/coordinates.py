@@ -10,9 +10,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from microslip._core.checks import Floats, number, positive, show
-from microslip._core.parameters import Parameter
 from microslip._core.wording import did_you_mean, plural
 from microslip.errors import InputError
+from microslip.friction.fit_parameters import FitParameter
 from microslip.identification.models.base import Model
 from microslip.loops import Loop
 from microslip.tribometer.folding import Folded
@@ -87,7 +87,7 @@ class Coordinate:
         return min(ends), max(ends)
 
 
-def coordinate_of(parameter: Parameter, start: float, load: float | None = None) -> Coordinate:
+def coordinate_of(parameter: FitParameter, start: float, load: float | None = None) -> Coordinate:
     """The coordinate of a parameter of a law."""
     return Coordinate(
         name=parameter.name,

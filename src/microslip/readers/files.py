@@ -16,7 +16,7 @@ from contextvars import ContextVar
 from pathlib import Path
 
 from microslip._core.files import reason
-from microslip._core.parameters import option
+from microslip._core.options import option
 from microslip._core.wording import did_you_mean, shorten, show
 from microslip.errors import InputError
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from microslip._core.parameters import REQUIRED, option
+from microslip._core.options import option
+from microslip._core.parameters import REQUIRED
 from microslip._core.units import ANGLE, AREA, CLAMPING, LENGTH
 from microslip.readers.files import LIMIT as LIMIT
 

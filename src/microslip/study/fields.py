@@ -15,12 +15,12 @@ from types import MappingProxyType
 from typing import Any, ClassVar
 
 from microslip._core import units
+from microslip._core.options import Option, option
 from microslip._core.parameters import (
     REQUIRED,
     JsonSchema,
-    Parameter,
+    Number,
     key_of,
-    option,
     parameter_of,
     parameters_of,
 )
@@ -37,32 +37,32 @@ from microslip.study.uncertain import Unsure
 # -- values ----------------------------------------------------------------------------------------
 
 
-def quantity(kind: Kind, example: str, sign: str = "positive") -> Parameter:
+def quantity(kind: Kind, example: str, sign: str = "positive") -> Option:
     """A value with its unit, such as ``example``."""
     return option("", "", kind, example=example, sign=sign, default=REQUIRED)
 
 
-def number(example: str = "", **limits: float) -> Parameter:
+def number(example: str = "", **limits: float) -> Number:
     """A plain number within limits."""
-    return Parameter("", example=example, kind=float, **limits)  # type: ignore[arg-type]
+    return Number("", example=example, **limits)  # type: ignore[arg-type]
 
 
-def whole_number(low: int, high: int, example: str = "", noun: str = "") -> Parameter:
+def whole_number(low: int, high: int, example: str = "", noun: str = "") -> Option:
     """A whole number from ``low`` to ``high``."""
-    return Parameter("", least=low, most=high, kind=int, example=example, noun=noun)
+    return Option("", least=low, most=high, kind=int, example=example, noun=noun)
 
 
-def text(noun: str, example: str = "", longest: int = 1000) -> Parameter:
+def text(noun: str, example: str = "", longest: int = 1000) -> Option:
     """Text on one line."""
-    return Parameter("", kind=str, noun=noun, example=example, most=longest)
+    return Option("", noun=noun, example=example, most=longest)
 
 
-def one_of(*words: str) -> Parameter:
+def one_of(*words: str) -> Option:
     """One of some words."""
-    return Parameter("", choices=words, example=words[0])
+    return Option("", choices=words, example=words[0])
 
 
-YES_NO = Parameter("", kind=bool, example="")
+YES_NO = Option("", kind=bool)
 LINE = text("one line of at most 200 characters", longest=200)
 MATERIALS = key(
     Items(text("the name of a body", "steel"), '["steel", "steel"]', (2, 2)),
@@ -130,13 +130,13 @@ class Column(Part):
     column: str = key(COLUMN)
     unit: str | None = key(COLUMN_UNIT)
 
-    def values(self, declared: Parameter, place: Place) -> SiValues:
+    def values(self, declared: Number, place: Place) -> SiValues:
         """Values of the column, of a quantity that is declared."""
         return column_values(declared, place, self.file, self.column, self.unit)
 
 
 def column_values(
-    declared: Parameter, place: Place, file_name: str, column_name: str, unit: str | None = None
+    declared: Number, place: Place, file_name: str, column_name: str, unit: str | None = None
 ) -> SiValues:
     """Values of a column of a file, of a quantity that is declared; where from is noted."""
     reading, name = place.reading, shorten(file_name, 100)
@@ -162,7 +162,7 @@ def column_values(
 class Numbers(Items):
     """A list of declared numbers, in the study or in a column of a file."""
 
-    def __init__(self, item: Parameter, example: str = "", *, single: bool = False) -> None:
+    def __init__(self, item: Number, example: str = "", *, single: bool = False) -> None:
         super().__init__(item, example or f"[{item.written}]", (1, MAX_VALUES), single=single)
         self.declared = item
         self.help = f"{item.sentence[:-1]}: a list or a column of a CSV file."
@@ -201,7 +201,7 @@ def _unit(column: Named, stated_unit: str | None, kind: Kind) -> str:
     return unit
 
 
-def _values(file: TextFile, place: int, factor: Decimal, declared: Parameter) -> list[float]:
+def _values(file: TextFile, place: int, factor: Decimal, declared: Number) -> list[float]:
     """The numbers of one column [SI unit of what is declared], each the nearest double."""
     _, digits, exponent = factor.normalize().as_tuple()
     power = f"e{exponent}" if digits == (1,) else None
@@ -279,7 +279,7 @@ def can_be_described(kind: type) -> bool:
     )
 
 
-def key_for(declared: Parameter, **changes: Any) -> Any:
+def key_for(declared: Number, **changes: Any) -> Any:
     """The key of a study for a number that a class declares; it may be uncertain, or a list."""
     return key(Numbers(declared) if declared.many else Unsure(declared), **changes)
 

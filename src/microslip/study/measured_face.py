@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from microslip._core.checks import Progress
-from microslip._core.parameters import JsonSchema, option
+from microslip._core.options import option
+from microslip._core.parameters import JsonSchema
 from microslip._core.quantities import named
 from microslip._core.units import PRESSURE, engineering
 from microslip._core.wording import shorten, show

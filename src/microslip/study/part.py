@@ -12,7 +12,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
-from microslip._core.parameters import REQUIRED, JsonSchema, Parameter
+from microslip._core.options import Option
+from microslip._core.parameters import REQUIRED, JsonSchema, Number
 from microslip._core.wording import did_you_mean, nearest, quoted, show
 from microslip.errors import StudyError
 from microslip.study.readers import (
@@ -49,7 +50,7 @@ class Key:
         return self.default is REQUIRED
 
     @property
-    def declared(self) -> Parameter | None:
+    def declared(self) -> Number | None:
         """Declaration of its value, or of each of many; None of a table."""
         reader = self.reader
         while isinstance(reader, (Items, Named)):
@@ -64,7 +65,7 @@ class Key:
     @property
     def heading(self) -> str:
         """Heading in tables: its label, or the first clause of its help."""
-        label = "" if self.declared is None else self.declared.label
+        label = self.declared.label if isinstance(self.declared, Option) else ""
         return label or _CLAUSE_ENDS.split(self.help, maxsplit=1)[0]
 
     def schema(self, name: str) -> JsonSchema:
@@ -83,7 +84,7 @@ class Key:
 
 
 def key(
-    declared: Parameter | Reader, help: str = "", example: str = "", *,
+    declared: Number | Reader, help: str = "", example: str = "", *,
     default: Any = ..., alias: str = "",
 ) -> Any:  # fmt: skip
     """A key of a table: how it is read, and what it is called to users.
@@ -101,7 +102,7 @@ def key(
     )
 
 
-def optional_key(declared: Parameter | Reader, help: str = "", example: str = "") -> Any:
+def optional_key(declared: Number | Reader, help: str = "", example: str = "") -> Any:
     """A key that may be left out of the file, and is then None."""
     return key(declared, help, example, default=None)
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
-from microslip._core.parameters import REQUIRED, JsonSchema, Parameter
+from microslip._core.parameters import REQUIRED, JsonSchema, Number
 from microslip._core.wording import shorten, show
 from microslip.errors import InputError
 
@@ -110,7 +110,7 @@ class Reader:
 class Plain(Reader):
     """A declared value."""
 
-    def __init__(self, declared: Parameter) -> None:
+    def __init__(self, declared: Number) -> None:
         self.declared = declared
         self.help, self.example = declared.sentence, declared.written
         self.default = declared.default
@@ -145,7 +145,7 @@ class Items(Reader):
     """A list; with ``single``, one item may stand without brackets."""
 
     def __init__(
-        self, item: Parameter | Reader, example: str, count: tuple[int, int] = (1, 1000),
+        self, item: Number | Reader, example: str, count: tuple[int, int] = (1, 1000),
         *, single: bool = False, distinct: bool = False,
     ) -> None:  # fmt: skip
         self.item = item if isinstance(item, Reader) else Plain(item)
@@ -201,7 +201,7 @@ class Items(Reader):
 class Named(Reader):
     """A table of values under names of one's own."""
 
-    def __init__(self, item: Parameter | Reader, example: str) -> None:
+    def __init__(self, item: Number | Reader, example: str) -> None:
         self.item = item if isinstance(item, Reader) else Plain(item)
         self.example = example
 

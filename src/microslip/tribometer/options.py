@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from microslip._core import units
-from microslip._core.parameters import option
+from microslip._core.options import option
 from microslip._core.units import STIFFNESS
 
 _ROLES = "displacement, force, normal_load, time or commanded"

@@ -9,7 +9,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from microslip._core.checks import Floats
-from microslip._core.parameters import Parameter
+from microslip.friction.fit_parameters import FitParameter
 from microslip.materials import MaterialPair
 
 Values = Mapping[str, float]
@@ -68,7 +68,7 @@ class Model(ABC):
 
     @property
     @abstractmethod
-    def parameters(self) -> tuple[Parameter, ...]:
+    def parameters(self) -> tuple[FitParameter, ...]:
         """The parameters, in the order of every derivative."""
 
     @property

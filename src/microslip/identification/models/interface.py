@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from microslip._core.checks import Floats, positive
-from microslip._core.parameters import Parameter
 from microslip.errors import InputError
+from microslip.friction.fit_parameters import FitParameter
 from microslip.friction.guesses import loads_of
 from microslip.friction.interface import Interface
 from microslip.friction.surface_guesses import CONVENTIONAL_AREA, Shape, interface_values
@@ -55,7 +55,7 @@ class InterfaceModel(Model):
     """Parameters that belong to the reference load."""
 
     @cached_property
-    def parameters(self) -> tuple[Parameter, ...]:
+    def parameters(self) -> tuple[FitParameter, ...]:
         """Coefficient of friction, slip scale, and separation at the reference load.
 
         For Gaussian heights the separation lies between -4 and 8: below, all summits but three in
@@ -63,8 +63,8 @@ class InterfaceModel(Model):
         """
         return (
             FRICTION,
-            Parameter("slip_scale", "kappa s", "m", "slip of a summit as high as s", above=0.0),
-            Parameter(
+            FitParameter("slip_scale", "kappa s", "m", "slip of a summit as high as s", above=0.0),
+            FitParameter(
                 "standardised_separation",
                 "h",
                 meaning="separation over s at the reference load",

@@ -12,9 +12,10 @@ import numpy as np
 
 from microslip._core.checks import Floats, show
 from microslip._core.frozen import Locked, lock
-from microslip._core.parameters import Parameter, key_of, parameters_of, values_of
+from microslip._core.parameters import key_of, values_of
 from microslip.errors import InputError
 from microslip.friction.base import BackboneLaw
+from microslip.friction.fit_parameters import FitParameter, fit_parameters_of
 from microslip.friction.guesses import cell_stiffnesses, yield_grid
 from microslip.friction.iwan import Iwan
 from microslip.identification.models.base import (
@@ -50,9 +51,9 @@ class LawModel(Model):
         return key_of(self.kind)
 
     @cached_property
-    def parameters(self) -> tuple[Parameter, ...]:
+    def parameters(self) -> tuple[FitParameter, ...]:
         """Parameters of the law."""
-        return parameters_of(self.kind)
+        return fit_parameters_of(self.kind)
 
     @property
     def start(self) -> Values | None:
@@ -132,7 +133,7 @@ class LawModel(Model):
         return tuple((LawModel(self.kind, law), values_of(law)) for law in self.kind.examples())
 
 
-def _places(value: float, step: float, parameter: Parameter) -> tuple[int, ...]:
+def _places(value: float, step: float, parameter: FitParameter) -> tuple[int, ...]:
     """Seven steps about a value, moved as far as the parameter allows none on one side."""
     low, high = max(parameter.above, parameter.least), min(parameter.below, parameter.most)
     # An open end is kept away from by a step.
@@ -191,11 +192,11 @@ class IwanModel(Locked, Model):
             object.__setattr__(self, "yields", lock(np.array(self.yields, dtype=float)))
 
     @cached_property
-    def parameters(self) -> tuple[Parameter, ...]:
+    def parameters(self) -> tuple[FitParameter, ...]:
         """The stiffness of each cell, in the order in which they yield."""
         count = self.cells if self.yields is None else self.yields.size
         return tuple(
-            Parameter(
+            FitParameter(
                 f"stiffness_{i + 1}",
                 f"k_{i + 1}",
                 "N/m",

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from microslip._core.checks import Floats
-from microslip._core.parameters import Parameter, parameters_of
 from microslip.errors import InputError
+from microslip.friction.fit_parameters import FitParameter, fit_parameters_of
 from microslip.friction.guesses import loads_of
 from microslip.friction.interface import Interface
 from microslip.identification.models.base import (
@@ -27,7 +27,7 @@ from microslip.materials import MaterialPair
 from microslip.normal import SphereOnFlat
 from microslip.normal.base import aluminium
 
-(FRICTION,) = (p for p in parameters_of(Interface) if p.name == "friction_coefficient")
+(FRICTION,) = (p for p in fit_parameters_of(Interface) if p.name == "friction_coefficient")
 
 
 def mean_load(loads: Sequence[float]) -> float:
@@ -59,9 +59,9 @@ class SphereModel(Model):
     at_reference = ("slip_limit",)
 
     @property
-    def parameters(self) -> tuple[Parameter, ...]:
+    def parameters(self) -> tuple[FitParameter, ...]:
         """Coefficient of friction and slip limit at the reference load."""
-        limit = Parameter(
+        limit = FitParameter(
             "slip_limit", "u_L", "m", "displacement of gross slip at the reference load", above=0.0
         )
         return (FRICTION, limit)
@@ -173,7 +173,7 @@ class GivenSurfaceModel(Model):
     scales_with_load = True
 
     @property
-    def parameters(self) -> tuple[Parameter, ...]:
+    def parameters(self) -> tuple[FitParameter, ...]:
         """Coefficient of friction."""
         return (FRICTION,)
 

@@ -27,7 +27,6 @@ from microslip.chapter.rig import (
     RIPPLE,
     SAMPLES,
     identified,
-    virtual_rig,
 )
 from microslip.chapter.surface import (
     CORRELATION,
@@ -39,7 +38,6 @@ from microslip.chapter.surface import (
     worked_example,
 )
 from microslip.cli import main
-from microslip.report.folder import staged
 
 NUMBERS = {plate.number: plate for plate in PLATES}
 all_plates = pytest.mark.parametrize("plate", PLATES, ids=lambda plate: plate.number)
@@ -70,16 +68,6 @@ def test_every_figure_is_drawn_or_named() -> None:
     assert not {*numbers} & {*LEFT_OUT}
     assert numbers == sorted(numbers, key=lambda n: int(n[3:]))
     assert len(NUMBERS) == len({plate.stem for plate in PLATES}) == len(PLATES)
-
-
-@all_plates
-def test_words(plate: Plate) -> None:
-    assert re.fullmatch(r"[a-z0-9-]+", plate.name)
-    for text in (plate.caption, plate.parameters):
-        assert text.endswith(".")
-        assert text[0].isupper()
-    assert not plate.title.endswith(".")
-    assert plate.command == f"microslip figures --only {plate.number}"
 
 
 # -- the pictures ----------------------------------------------------------------------------------
@@ -127,14 +115,6 @@ def test_data(plate: Plate) -> None:
             assert np.isfinite(values).all(), name
 
 
-def test_letters() -> None:
-    """Those that the text of the chapter refers to."""
-    for number in ("19.11", "19.12", "19.13", "19.16", "19.17"):
-        figure = drawn(number).figure
-        bold = {t.get_text() for t in figure.findobj(Text) if t.get_fontweight() == "bold"}
-        assert bold >= set("OABCD"), number
-
-
 # -- what they show --------------------------------------------------------------------------------
 
 
@@ -166,41 +146,6 @@ def test_zones_figure() -> None:
     a = summit().contact_radius
     at_zero = data["inner radius [m]"][4] / a
     assert at_zero == pytest.approx((0.5 * (1.0 + 0.25)) ** (1 / 3), rel=1e-12, abs=0)  # (19.18)
-
-
-def test_loop_figures() -> None:
-    joint = summit()
-    for number, largest in (("19.13", None), ("19.14", 1.0), ("19.15", 1.0), ("19.17", 1.0)):
-        data = columns(number)
-        record, force = data["displacement [m]"], data["force [N]"]
-        np.testing.assert_allclose(force, joint.force(record), rtol=1e-14, atol=1e-16)
-        if largest is None:
-            assert np.abs(force).max() < joint.force_limit
-        else:
-            assert np.abs(force).max() == largest * joint.force_limit
-    for path, loop in (("19.12", "19.13"), ("19.16", "19.17")):
-        ends = [np.ptp(columns(n)["displacement [m]"]) for n in (path, loop)]
-        assert ends[0] == pytest.approx(ends[1], rel=1e-12, abs=0)
-
-
-def test_heights_figure() -> None:
-    data = columns("19.18")
-    share = worked_example().surface.contact_probability(worked_example().separation)
-    assert f"{share:.1%}" == "28.5%"
-    texts = [t.get_text() for t in drawn("19.18").figure.findobj(Text)]
-    assert any("28.5%" in text for text in texts)
-    slope = np.gradient(data["distribution function"], data["height [m]"])
-    np.testing.assert_allclose(slope[2:-2], data["density [1/m]"][2:-2], rtol=0, atol=50.0)
-
-
-def test_interface_figures() -> None:
-    data = columns("19.23")
-    assert data["local exponent"][0] == pytest.approx(3.0, abs=5e-3)
-    assert data["local exponent"][-1] == pytest.approx(1.0, abs=5e-3)
-    for name, values in columns("19.24").items():
-        if name.startswith("loss"):
-            assert np.all(np.diff(values) > 0.0)
-            assert 1.2 < values[-1] < 4.0 / math.pi
 
 
 def test_number_of_asperities_figure() -> None:
@@ -270,43 +215,6 @@ def test_summits_of_a_rough_surface() -> None:
     assert inner[top].std() == pytest.approx(spread, rel=0.05)
 
 
-def test_virtual_rig() -> None:
-    """What the figures assume of the rig is what it does; the joint behind it is exact."""
-    joint, top = worked_example(), 2e-5
-    rig = virtual_rig(joint, seed=1)
-    assert "rig of 100 N/µm in series" in NUMBERS["19.7"].parameters
-    assert rig.rig_stiffness == RIG == 1e8
-    for number, value in (("load ripple", rig.load_ripple), ("harmonic", rig.third_harmonic)):
-        assert f"{number} {100.0 * value:g} %" in NUMBERS["19.22"].parameters
-    record = rig.record(amplitude=top, frequency=10.0, cycles=1)
-    x, force = record.displacement[-SAMPLES - 1 :], record.force[-SAMPLES - 1 :]
-    load = record.normal_load[-SAMPLES - 1 :]
-    # From peak to peak, with noise of half a per cent.
-    assert x[0] == pytest.approx(top, rel=0.03)
-    assert x[-1] == pytest.approx(top, rel=0.03)
-    # Sliding meets the friction of the load of the moment, 2 % up or down.
-    assert force.max() == pytest.approx(1.02 * joint.force_limit, rel=0.02)
-    assert force.min() == pytest.approx(-0.98 * joint.force_limit, rel=0.02)
-    assert np.corrcoef(force, load)[0, 1] > 0.9
-
-
-def test_rig_figures() -> None:
-    data = columns("19.7")
-    for load in (500.0, 1000.0, 2000.0, 5000.0):
-        force = data[f"force at {load:g} N [N]"]
-        assert abs(force).max() < 5000.0  # what the rig can do
-        assert force.max() / load == pytest.approx(0.561, abs=0.015)
-        assert abs(data[f"displacement at {load:g} N [m]"]).max() == pytest.approx(4e-5, rel=0.02)
-    data = columns("19.22")
-    np.testing.assert_allclose(
-        data["residual [N]"],
-        data["synthetic force [N]"] - data["force of model and rig [N]"],
-        rtol=0,
-        atol=1e-9,
-    )
-    assert np.abs(data["residual [N]"]).max() < 0.01 * worked_example().force_limit
-
-
 def test_the_overlay_is_identified() -> None:
     """What the caption of 19.22 says of the fit is so, and its intervals hold the truth."""
     result = identified()
@@ -348,19 +256,6 @@ def test_the_ripple_bends_the_loop_of_a_stiff_rig() -> None:
     assert f"χ² is {result.reduced_chi_squared:.2f}" in NUMBERS["19.22"].caption
 
 
-def test_likeness_figure() -> None:
-    """Cells with the asperity's own sliders come near it, evenly spread ones do not."""
-    data, limit = columns("19.21"), summit().force_limit
-    one = data["force of one asperity [N]"]
-
-    def distance(cells: int, even: str = "") -> float:
-        return float(np.abs(data[f"force of {cells}{even} cells [N]"] - one).max()) / limit
-
-    assert distance(1) > distance(3) > distance(12) < 0.003
-    # On a branch twice the 2/27 of the first loading, here on one of 2.6 slip limits.
-    assert distance(1000, " even") == pytest.approx(4 / 27, rel=0.01)
-
-
 def test_varying_load_figures() -> None:
     data = columns("coupled-phase")
     phases = data["phase [deg]"]
@@ -377,20 +272,6 @@ def test_varying_load_figures() -> None:
             assert share[0] == pytest.approx(1.0, rel=2e-3)
     lifted = columns("coupled-ripple")["force: ripple 1 90 deg [N]"]
     assert np.abs(lifted).min() == 0.0
-
-
-def test_landmarks_figure() -> None:
-    data = columns("damping")
-    at = int(np.flatnonzero(data["amplitude over slip limit"] == 1.0)[0])
-    landmarks = {
-        "energy ratio A": 0.2,
-        "sliding ratio D": 0.2599,
-        "B": 0.7695,
-        "loss factor": 0.2546,
-    }
-    for name, value in landmarks.items():
-        assert data[name][at] == pytest.approx(value, abs=5e-5)
-    assert data["B"][0] == pytest.approx(2.0 / 3.0, abs=5e-3)
 
 
 # -- files -----------------------------------------------------------------------------------------
@@ -464,24 +345,3 @@ def test_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert outcome.exit_code == 0, outcome.output
     names = sorted(path.name for path in Path("microslip-figures").iterdir())
     assert names == ["19.9-single-asperity.png", "19.9-single-asperity.svg", "summary.json"]
-
-
-def test_command_refuses(tmp_path: Path) -> None:
-    outcome = run("--only", "19.99", "-o", str(tmp_path / "new"))
-    assert outcome.exit_code == 2
-    assert outcome.output.startswith('error: no figure "19.99" (figures: 19.1, ')
-    assert not (tmp_path / "new").exists()
-
-
-def test_figures_replace_no_result(tmp_path: Path) -> None:
-    folder = tmp_path / "result"
-    with staged(folder) as stage:
-        text = json.dumps({"kind": "microslip-result", "files": ["summary.json"]})
-        (stage / "summary.json").write_text(text, encoding="utf-8")
-    outcome = run("--only", "19.12", "-o", str(folder), "--overwrite")
-    assert outcome.exit_code == 2
-    assert outcome.output == (
-        f"error: {folder}: not replaced: it is no set of figures of microslip "
-        "(no summary.json of one)\n"
-    )
-    assert [path.name for path in folder.iterdir()] == ["summary.json"]

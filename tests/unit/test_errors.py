@@ -218,14 +218,6 @@ def test_force_at_or_beyond_the_limit(joint: ms.Interface, factor: float) -> Non
         assert message == "force_amplitude" + ending
 
 
-@pytest.mark.parametrize("joint", JOINTS.values(), ids=JOINTS)
-def test_force_just_below_the_limit(joint: ms.Interface) -> None:
-    force = math.nextafter(joint.force_limit, 0.0)
-    displacement = joint.backbone_displacement([force, -force])
-    assert displacement[1] == -displacement[0]
-    assert joint.backbone(displacement[0]) == pytest.approx(force, rel=1e-14, abs=0)
-
-
 @pytest.mark.parametrize(
     ("amplitude", "message"),
     [
@@ -252,61 +244,6 @@ def test_loop_samples(samples: object) -> None:
 # -- forms in which arrays come --------------------------------------------------------------------
 
 
-class Series:
-    """What a data frame's column looks like to NumPy."""
-
-    def __init__(self, values: list[float]) -> None:
-        self.values = values
-
-    def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray:
-        return np.array(self.values, dtype=dtype)
-
-
-def strided(x: np.ndarray) -> np.ndarray:
-    return np.repeat(x, 3)[::3]
-
-
-def locked(x: np.ndarray) -> np.ndarray:
-    x = x.copy()
-    x.setflags(write=False)
-    return x
-
-
-FORMS: dict[str, Callable[[np.ndarray], Any]] = {
-    "list": lambda x: x.tolist(),
-    "tuple": lambda x: tuple(x.tolist()),
-    "list of scalars": lambda x: list(x),
-    "strided": strided,
-    "reversed view": lambda x: x[::-1].copy()[::-1],
-    "read-only": locked,
-    "big-endian": lambda x: x.astype(">f8"),
-    "little-endian": lambda x: x.astype("<f8"),
-    "long double": lambda x: x.astype(np.longdouble),
-    "unmasked": lambda x: np.ma.array(x),
-    "__array__": lambda x: Series(x.tolist()),
-    "memoryview": lambda x: memoryview(x.copy()),
-    "unaligned": lambda x: np.frombuffer(b"0" + x.tobytes(), dtype=np.uint8)[1:].view(float),
-    "matrix row": lambda x: np.stack((x, x))[1],
-    "column": lambda x: np.stack((x, x), axis=1)[:, 0],
-}
-
-
-@pytest.mark.parametrize("form", FORMS)
-@pytest.mark.parametrize("joint", JOINTS.values(), ids=JOINTS)
-def test_forms_of_a_record(joint: ms.Interface, form: str) -> None:
-    x = joint.slip_per_indentation * 1e-7 * np.array([0.3, -0.2, 0.1, 0.0, 0.9, -1.0, 0.4])
-    force = joint.force(x)
-    given = FORMS[form](x)
-    np.testing.assert_array_equal(joint.force(given), force)
-    np.testing.assert_array_equal(joint.start().advance(given), force)
-    np.testing.assert_array_equal(joint.backbone(given), joint.backbone(x))
-    np.testing.assert_array_equal(joint.periodic(given).force, joint.periodic(x).force)
-    np.testing.assert_array_equal(
-        joint.displacement(FORMS[form](0.9 * force)), joint.displacement(0.9 * force)
-    )
-    np.testing.assert_array_equal(ms.Loop(given, force).displacement, x)
-
-
 @pytest.mark.parametrize("kind", ["i1", "u1", "<i4", ">i8", "u8", "f2", "f4", ">f4"])
 def test_other_kinds_of_numbers(kind: str) -> None:
     joint = ms.Interface(SURFACE, 0.55, 2000.0)
@@ -328,17 +265,3 @@ def test_huge_displacements_just_slip(joint: ms.Interface) -> None:
     for x, f in zip(huge, expected, strict=True):
         assert state.try_(x) == (pytest.approx(f, rel=1e-14, abs=0), 0.0)
         state.commit()
-
-
-@pytest.mark.parametrize("joint", JOINTS.values(), ids=JOINTS)
-def test_tiny_displacements_stick(joint: ms.Interface) -> None:
-    x = np.array([1e-300, -1e-300, 2e-290])
-    np.testing.assert_allclose(joint.force(x), joint.tangential_stiffness * x, rtol=1e-12)
-    assert joint.backbone(5e-324) >= 0.0
-    assert joint.backbone_stiffness(5e-324) == pytest.approx(
-        joint.tangential_stiffness, rel=1e-12, abs=0
-    )
-    assert joint.energy_ratio(1e-300) == 0.0
-    assert joint.secant_stiffness(1e-300) == pytest.approx(
-        joint.tangential_stiffness, rel=1e-12, abs=0
-    )

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import json
-import math
 import re
 import zipfile
 from xml.etree import ElementTree
@@ -16,8 +15,6 @@ from exported import JOINT
 
 import microslip as ms
 from microslip import export
-from microslip.cli.export import KINDS as OF_COMMAND
-from microslip.export.element_files import compact
 from microslip.export.request import ELEMENTS
 from microslip.study.build import build_joints
 
@@ -34,22 +31,6 @@ def folder(tmp_path, monkeypatch):
 
 def nodes_for(kind: str) -> dict[str, object]:
     return {"nodes": [[7, 9]], "first_number": 101} if kind in ELEMENTS else {}
-
-
-def test_the_command_offers_all_kinds():
-    assert OF_COMMAND == export.KINDS
-
-
-@pytest.mark.parametrize("kind", [kind for kind in export.KINDS if "fmu" not in kind])
-def test_each_file_says_what_it_is_and_how_exact(kind):
-    done = export.write(kind, JOINT, "out", cells=9, **_RANGE, **nodes_for(kind))
-    text = " ".join(re.sub(r"(?m)^\W*", "", done.files[0].read_text())[:3000].split())
-    assert f"kind {kind}." in text
-    assert "force limit 1100 N" in text
-    assert "Amplitudes: 1e-08 m to 1e-06 m." in text
-    assert f"backbone {done.accuracy.backbone_error:.2g}," in text
-    assert f"energy of a cycle {done.accuracy.energy_error:.2g} " in text
-    assert ("not run here" in text) == (kind in ("abaqus", "ansys", "lsdyna", "nastran"))
 
 
 def test_exact_kinds_are_exact_and_cells_tell_their_own_error():
@@ -100,13 +81,6 @@ def test_a_field_is_sets_of_elements_between_the_nodes_of_a_mesh(kind):
         for area, load in ((5e-5, 900.0), (1e-4, 300.0))
     )  # fmt: skip
     assert done.accuracy.energy_error == pytest.approx(worst, rel=1e-9)
-
-
-@pytest.mark.parametrize("kind", ELEMENTS)
-def test_numbers_begin_after_the_nodes_that_are_joined(kind):
-    free = export.write(kind, JOINT, "free", nodes=[[3, 41]], cells=6, **_RANGE)
-    said = export.write(kind, JOINT, "said", nodes=[[3, 41]], cells=6, first_number=42, **_RANGE)
-    assert free.files[0].read_text() == said.files[0].read_text()
 
 
 @pytest.mark.parametrize(("kind", "first"), [("calculix", 1), ("calculix", 40), ("nastran", 2)])
@@ -266,11 +240,3 @@ def test_the_command_takes_patches_from_a_table(folder):
 )  # fmt: skip
 def test_the_command_says_in_one_line_what_is_wrong(words, says):
     assert says in fails("export", *words)
-
-
-def test_numbers_in_narrow_fields_are_as_exact_as_they_can_be():
-    for value in (1.0, -2.5, math.pi * 1e9, 1.23456789e-7, -9.87654321e12, 4e-300):
-        for width in (9, 16):
-            text = compact(value, width)
-            assert len(text) <= width
-            assert float(text) == pytest.approx(value, rel=10.0 ** (7 - width))

@@ -39,17 +39,6 @@ def test_descriptions_of_a_field() -> None:
         assert not other.areas.flags.writeable
 
 
-def test_without_load_nothing_is_touched_until_it_closes() -> None:
-    made = field(loads=[0.0, 0.0, 0.0])
-    answer = made.first_loading(1e-6, made.separations)
-    assert not answer.force.any()
-    assert not answer.load.any()
-    assert not answer.tangent.any()
-    closed = made.first_loading(1e-7, 3e-7)
-    assert (closed.load > 0.0).all()
-    assert (closed.force > 0.0).all()
-
-
 def test_gaps_stay_as_the_state_of_rest_moves() -> None:
     open_ = field(gaps=[1e-4, 0.0, -2e-7])
     np.testing.assert_array_equal(open_.gaps, [1e-4, 0.0, -2e-7])
@@ -60,15 +49,6 @@ def test_gaps_stay_as_the_state_of_rest_moves() -> None:
     np.testing.assert_allclose(closed.normal_loads, open_.load(3e-7)[0], rtol=1e-15)
     again = closed.at(loads=closed.normal_loads)
     np.testing.assert_allclose(again.separations, 3e-7, rtol=1e-13)
-
-
-def test_load_is_that_of_the_surface() -> None:
-    made = field(loads=[10.0, 20.0, 0.0])
-    d = np.array([-1e-6, 3e-7, 2e-6])
-    loads, slopes = made.load(d)
-    share = made.areas / SURFACE.area
-    np.testing.assert_allclose(loads, share * SURFACE.load(d), rtol=1e-13)
-    np.testing.assert_allclose(slopes, -share * SURFACE.stiffness(d), rtol=1e-13)
 
 
 def test_laws_beside_a_rigid_one() -> None:

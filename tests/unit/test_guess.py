@@ -147,20 +147,6 @@ def test_normal_load_of_a_record_may_be_measured() -> None:
 # -- a law that somebody adds ---------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class Sharpened(ms.BackboneLaw):
-    """Says nothing of its parameters."""
-
-    sharpness: float
-    height: float
-
-    def _backbone(self, u: Floats) -> Floats:
-        return self.height * np.tanh(u * self.sharpness)
-
-    def _slope(self, u: Floats) -> Floats:
-        return self.height * self.sharpness / np.cosh(np.minimum(u * self.sharpness, 300.0)) ** 2
-
-
 # -- what is no data ------------------------------------------------------------------------------
 
 LOOP = ms.Jenkins(5e7, 100.0).loop(8e-6)

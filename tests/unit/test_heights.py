@@ -142,35 +142,12 @@ def test_discrete() -> None:
     assert heights.span == (0.0, 3.0)
 
 
-def test_one_height() -> None:
-    heights = ms.Discrete(2e-7)
-    assert heights.spread == 0.0
-    assert heights.partial_moment(1.5, 1e-7) == pytest.approx(1e-7**1.5, rel=1e-14, abs=0)
-
-
 # -- what they refuse ------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("order", [[1], np.array([1.0, 1.5]), {}], ids=repr)
 def test_orders_are_single_numbers(order: Any) -> None:
     assert refusal(ms.Gaussian(S).partial_moment, order, 0.0).startswith("order must be one of")
-
-
-@pytest.mark.parametrize("order", [1.5, np.float64(1.5), np.float32(1.5)])
-def test_orders_of_any_kind(order: Any) -> None:
-    assert ms.Gaussian(S).partial_moment(order, 0.0) == ms.Gaussian(S).partial_moment(1.5, 0.0)
-    assert ms.Gaussian(S).partial_moment(2, 0.0) == ms.Gaussian(S).partial_moment(2.0, 0.0)
-
-
-def test_width_as_text() -> None:
-    for call, name in ((ms.Gaussian, "std"), (ms.Exponential, "scale")):
-        said = f"{name} must be a finite number in m, got '0.5 um', for example {name}="
-        assert refusal(call, "0.5 um").startswith(said)
-
-
-@pytest.mark.parametrize("mean", [math.nan, math.inf, None, "0", True, 0j, [0.0]], ids=repr)
-def test_means(mean: object) -> None:
-    assert refusal(ms.Gaussian, S, mean).startswith("mean must be a finite number in m, got ")
 
 
 def test_heights_of_every_kind() -> None:
@@ -273,9 +250,3 @@ def test_density_is_tabulated_once(distribution: Any) -> None:
     joint.at(normal_load=12.0 * joint.normal_load).loop(1e-7)
     assert counted.places == again
     assert again <= 2 * built
-
-
-def test_checks_ask_for_no_density() -> None:
-    counted = Counted(stats.norm(scale=S))
-    surface(counted)
-    assert counted.places == 0

@@ -56,24 +56,6 @@ def test_ellipse(lag: float, start: float) -> None:
     assert loop.closure_error < 1e-14
 
 
-def test_line() -> None:
-    x = 2e-6 * np.cos(PHASE)
-    loop = ms.Loop(x, 1e6 * x)
-    assert abs(loop.dissipated_energy) < 1e-15 * 4 * 2e-6 * 2.0
-    assert abs(loop.loss_factor) < 1e-14
-    assert abs(loop.sliding_ratio) < 1e-14
-    assert loop.secant_stiffness == pytest.approx(1e6, rel=1e-15, abs=0)
-    four = ms.Loop([1.0, 0.0, -1.0, 0.0, 1.0], [2.0, 0.0, -2.0, 0.0, 2.0])
-    assert (four.dissipated_energy, four.loss_factor, four.sliding_ratio) == (0.0, 0.0, 0.0)
-
-
-def test_loop_run_backwards_gains_energy() -> None:
-    loop = rectangle()
-    back = ms.Loop(loop.displacement[::-1], loop.force[::-1])
-    assert back.dissipated_energy == -loop.dissipated_energy
-    assert back.loss_factor == -loop.loss_factor
-
-
 # -- offsets, openings, scales ---------------------------------------------------------------------
 
 
@@ -86,23 +68,6 @@ def test_offsets_do_not_matter(dx: float, dt: float) -> None:
             "secant_stiffness", "displacement_amplitude", "force_amplitude",
         ):  # fmt: skip
             assert getattr(moved, name) == pytest.approx(getattr(loop, name), rel=1e-8, abs=0), name
-
-
-@pytest.mark.parametrize("turn", [0, 1, 3, 7, 12])
-def test_start_does_not_matter(turn: int) -> None:
-    loop = rectangle(5)
-    x, t = (np.roll(v[:-1], -turn) for v in (loop.displacement, loop.force))
-    moved = ms.Loop(np.append(x, x[0]), np.append(t, t[0]))
-    assert moved.dissipated_energy == pytest.approx(loop.dissipated_energy, rel=1e-14, abs=0)
-    assert moved.sliding_ratio == pytest.approx(1.0, rel=1e-14, abs=0)
-
-
-@pytest.mark.parametrize("scale", [1e-100, 1e-30, 1e30, 1e100])
-def test_scales(scale: float) -> None:
-    loop = rectangle(3)
-    scaled = ms.Loop(scale * loop.displacement, scale * loop.force)
-    assert scaled.energy_ratio == pytest.approx(1.0, rel=1e-14, abs=0)
-    assert scaled.sliding_ratio == pytest.approx(1.0, rel=1e-14, abs=0)
 
 
 @pytest.mark.parametrize("scale", [1e-200, 1e200])
@@ -124,14 +89,6 @@ def test_open_polygon_is_closed_by_its_chord() -> None:
     assert opened.dissipated_energy == pytest.approx(loop.dissipated_energy, rel=1e-14, abs=0)
     corners = ms.Loop([1.0, 1.0, -1.0, -1.0], [1.0, -1.0, -1.0, 1.0])
     assert corners.energy_ratio == 1.0
-
-
-@pytest.mark.parametrize(
-    "start", [0.0, 1.0, math.pi / 2 - 0.3 + 1e-3, 3 * math.pi / 2 - 0.3 + 1e-3]
-)
-def test_open_loop_has_the_width_of_the_closed_one(start: float) -> None:
-    opened = ellipse(0.3, start, closed=False)
-    assert opened.sliding_ratio == pytest.approx(math.sin(0.3), rel=1e-4, abs=0)
 
 
 def test_open_loop_whose_crossing_lies_in_the_gap() -> None:
@@ -164,9 +121,3 @@ def test_constant_force(level: float) -> None:
 
 
 # -- wrong samples ---------------------------------------------------------------------------------
-
-
-def test_forms() -> None:
-    loop = ms.Loop((0, 1, 2, 0), np.array([0, 1, 3, 0], dtype=np.int8))
-    assert loop.displacement.dtype == loop.force.dtype == np.float64
-    assert loop.dissipated_energy == pytest.approx(-0.5, rel=1e-14, abs=0)

@@ -6,14 +6,13 @@ import csv
 import json
 import math
 import re
-from dataclasses import FrozenInstanceError
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from command import run
-from scipy.special import stdtr, stdtrit
+from scipy.special import stdtrit
 from scipy.stats import ttest_1samp
 
 import microslip as ms
@@ -24,7 +23,6 @@ from microslip.tribometer import (
     rig_stiffness_of,
 )
 from microslip.tribometer.cuts import split
-from microslip.tribometer.cycle_columns import UNITS
 from microslip.tribometer.estimates import quantile
 from microslip.tribometer.reading import _range
 from microslip.tribometer.regimes import thresholds as thresholds
@@ -80,34 +78,10 @@ def test_a_slow_begin_is_no_cycle() -> None:
 # -- measuring -------------------------------------------------------------------------------------
 
 
-def test_measurement() -> None:
-    assert len(MEASURED) == 8
-    assert tuple(MEASURED.cycles) == tuple(UNITS)
-    assert MEASURED.regimes == ("gross slip",) * 8
-    for values in MEASURED.cycles.values():
-        assert values.shape == (8,)
-        assert not values.flags.writeable
-    with pytest.raises(TypeError):
-        MEASURED.mean["amplitude"] = 1.0  # type: ignore[index]
-    with pytest.raises(FrozenInstanceError):
-        MEASURED.name = "a"  # type: ignore[misc]
-    assert MEASURED.frequency == pytest.approx(10.0, rel=1e-9)
-    assert MEASURED.load_ripple == 0.0
-    assert MEASURED.third_harmonic == pytest.approx(0.0, abs=1e-9)
-    table = MEASURED.table().splitlines()
-    assert table[1].split()[0] == "period"
-
-
 def test_effects_of_the_rig() -> None:
     found = ms.measure(virtual(noise=0.01, load_ripple=0.02, third_harmonic=0.05, cycles=30))
     assert found.third_harmonic == pytest.approx(0.05, abs=2e-3)
     assert found.load_ripple == pytest.approx(0.02, abs=3e-3)
-
-
-def test_one_cycle_has_no_interval() -> None:
-    mean = ms.measure(virtual(cycles=1)).mean["amplitude"]
-    assert mean.number == 1
-    assert np.isnan([mean.low, mean.high]).all()
 
 
 def test_student() -> None:
@@ -317,15 +291,6 @@ def test_rig_stiffness_from_several_loads() -> None:
     # Stiffer than in proportion to the load.
 
 
-def test_rate_independence() -> None:
-    records = [
-        ms.measure(virtual(frequency=f, sample_rate=None, noise=0.005, seed=int(f)))
-        for f in (1.0, 10.0, 100.0)
-    ]
-    energies = [measured.mean["dissipated_energy"].value for measured in records]
-    assert abs(np.polyfit([0.0, 1.0, 2.0], np.log(energies), 1)[0]) < 1e-3
-
-
 # -- the command -----------------------------------------------------------------------------------
 
 
@@ -465,15 +430,6 @@ def test_the_headline_shows_how_likely_the_regimes_are() -> None:
     assert several.startswith("2 records in gross slip: a cycle dissipates")
 
 
-def test_a_few_cycles_of_noise_do_not_run_the_wrong_way() -> None:
-    """Springs in noise lose nothing: of few cycles the scatter may be small by chance."""
-    angle = 2.0 * np.pi * np.arange(4 * 100) / 100
-    for seed in range(40):
-        rng = np.random.default_rng(seed)
-        force = np.sin(angle) + 0.1 * rng.normal(size=angle.size)
-        ms.measure(ms.Record(1e-7 * np.sin(angle), force))
-
-
 @pytest.mark.parametrize("confidence", [0.1, 0.5, 0.6827, 0.95, 0.99])
 def test_students_quantile(confidence: float) -> None:
     """By its two closed forms, and by SciPy's continued fractions."""
@@ -483,13 +439,6 @@ def test_students_quantile(confidence: float) -> None:
     freedom = np.array([3, 4, 9, 30, 99, 1000, 10_001, 200_000])
     found = [quantile(confidence, int(count)) for count in freedom]
     np.testing.assert_allclose(found, stdtrit(freedom, 0.5 + 0.5 * confidence), rtol=5e-14)
-
-
-def test_students_quantile_of_next_to_all() -> None:
-    # The rounding of the confidence alone moves it by this much.
-    for freedom in (1, 2, 5, 50):
-        tail = stdtr(freedom, -quantile(1.0 - 1e-9, freedom))
-        assert tail == pytest.approx(0.5e-9, rel=3e-5)
 
 
 def test_a_named_force_makes_a_loop_of_what_else_reads_like_a_ring_down(folder: Path) -> None:

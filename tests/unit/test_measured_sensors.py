@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 import math
 from pathlib import Path
@@ -125,17 +124,6 @@ def test_a_wrong_sign_is_refused(tmp_path: Path) -> None:
     outcome = run("measure", str(tmp_path / "run.csv"))
     assert outcome.exit_code == 2
     assert "run the wrong way round" in outcome.stderr
-
-
-def test_rows_of_records_have_intervals(tmp_path: Path) -> None:
-    for name in ("a", "b"):
-        record_of(sine()).to_csv(tmp_path / f"{name}.csv")
-    out = tmp_path / "out"
-    outcome = run("measure", str(tmp_path / "a.csv"), str(tmp_path / "b.csv"), "-o", str(out))
-    assert outcome.exit_code == 0, outcome.output
-    (row, _) = csv.DictReader((out / "campaign.csv").read_text("utf-8").splitlines())
-    low, high = (float(row[f"dissipated_energy {end} [J]"]) for end in ("low", "high"))
-    assert low < float(row["dissipated_energy [J]"]) < high
 
 
 LVM = """LabVIEW Measurement\t

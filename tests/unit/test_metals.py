@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-import copy
-import pickle
 import re
-from collections.abc import Iterator
-from dataclasses import FrozenInstanceError
-from types import MappingProxyType
 
 import pytest
 
 import microslip as ms
-from microslip.materials import Metal, metals
+from microslip.materials import metals
 
 PSI = 6894.757
 HB = 9.80665e6
@@ -97,47 +92,10 @@ def test_the_pair_of_the_worked_example() -> None:
 # -- names -----------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_every_entry_makes_a_material(name: str) -> None:
-    metal, body = metals()[name], ms.Material.named(name)
-    assert type(body) is ms.Material
-    assert body == metal.material
-    assert body == ms.Material(metal.young_modulus, metal.poisson_ratio, metal.hardness)
-    pair = ms.MaterialPair(body, ms.Material.named("steel"))
-    assert 0.5e9 < pair.composite_shear_modulus < pair.composite_modulus < 500e9
-
-
 # -- errors ----------------------------------------------------------------------------------------
 
 
 # -- frozen ----------------------------------------------------------------------------------------
-
-
-def test_nothing_in_the_table_can_be_changed() -> None:
-    table = metals()
-    assert metals() is table
-    assert isinstance(table, MappingProxyType)
-    with pytest.raises(TypeError):
-        table["steel"] = table["copper"]  # type: ignore[index]
-    with pytest.raises(FrozenInstanceError):
-        table["steel"].young_modulus = 1.0  # type: ignore[misc]
-    with pytest.raises(TypeError):
-        table["steel"].sources["young_modulus"] = "hearsay"  # type: ignore[index]
-
-
-def copies(value: Metal) -> Iterator[Metal]:
-    yield pickle.loads(pickle.dumps(value))
-    yield copy.copy(value)
-    yield copy.deepcopy(value)
-
-
-def test_copies_are_equal() -> None:
-    for metal in metals().values():
-        for other in copies(metal):
-            assert other == metal
-            assert hash(other) == hash(metal)
-            with pytest.raises(TypeError):
-                other.sources["young_modulus"] = "hearsay"  # type: ignore[index]
 
 
 # -- aliases and unlike pairs ----------------------------------------------------------------------

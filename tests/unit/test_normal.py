@@ -36,20 +36,6 @@ def refusal(call: Callable[..., Any], *args: object, **kwargs: object) -> str:
 # -- closed forms ----------------------------------------------------------------------------------
 
 
-def test_sphere() -> None:
-    sphere = ms.SphereOnFlat(PAIR, 5e-3)
-    d = np.array([-1e-6, -1e-9, 0.0, 1e-9])
-    depth = np.maximum(-d, 0.0)
-    np.testing.assert_allclose(sphere.load(d), STIFF * math.sqrt(5e-3) * depth**1.5, rtol=1e-14)
-    np.testing.assert_allclose(sphere.stiffness(d), 1.5 * STIFF * np.sqrt(5e-3 * depth), rtol=1e-14)
-    np.testing.assert_allclose(sphere.contact_area(d), math.pi * 5e-3 * depth, rtol=1e-14)
-    np.testing.assert_array_equal(sphere.contact_count(d), [1.0, 1.0, 0.0, 0.0])
-    np.testing.assert_array_equal(sphere.contact_probability(d), [1.0, 1.0, 0.0, 0.0])
-    force = 10.0
-    depth_of_it = (force / (STIFF * math.sqrt(5e-3))) ** (2 / 3)
-    assert sphere.separation(force) == pytest.approx(-depth_of_it, rel=1e-14, abs=0)
-
-
 def test_population() -> None:
     heights, radii = np.array([0.0, 3e-7, 1e-7]), np.array([1e-3, 2e-3, 5e-4])
     law = ms.AsperityPopulation(PAIR, heights, radii)
@@ -67,42 +53,6 @@ def test_population() -> None:
         assert law.contact_probability(d) == count / 3
 
 
-def test_one_radius_for_all() -> None:
-    one = ms.AsperityPopulation(PAIR, [0.0, 1e-7], 1e-3)
-    for radii in ([1e-3], [1e-3, 1e-3], np.array(1e-3)):
-        other = ms.AsperityPopulation(PAIR, [0.0, 1e-7], radii)
-        np.testing.assert_array_equal(other.radii, [1e-3, 1e-3])
-        assert other.load(-1e-7) == one.load(-1e-7)
-    sphere = ms.SphereOnFlat(PAIR, 1e-3)
-    assert ms.AsperityPopulation(PAIR, 0.0, 1e-3).load(-1e-7) == pytest.approx(
-        sphere.load(-1e-7), rel=1e-15, abs=0
-    )
-
-
-@pytest.mark.parametrize("h", [0.0, 0.4, 3.0, 30.0])
-def test_exponential_surface(h: float) -> None:
-    load = 2e4 * STIFF * math.sqrt(1e-3) * S**1.5 * math.gamma(2.5) * math.exp(-h)
-    assert EXPONENTIAL.summit_count == 2e4
-    assert EXPONENTIAL.load(h * S) == pytest.approx(load, rel=1e-13, abs=0)
-    assert EXPONENTIAL.stiffness(h * S) == pytest.approx(load / S, rel=1e-13, abs=0)
-    assert EXPONENTIAL.contact_probability(h * S) == pytest.approx(math.exp(-h), rel=1e-13, abs=0)
-    assert EXPONENTIAL.contact_count(h * S) == pytest.approx(2e4 * math.exp(-h), rel=1e-13, abs=0)
-    area = math.pi * 2e4 * 1e-3 * S * math.exp(-h)
-    assert EXPONENTIAL.contact_area(h * S) == pytest.approx(area, rel=1e-13, abs=0)
-    assert EXPONENTIAL.separation(load) == pytest.approx(h * S, abs=1e-12 * S, rel=1e-12)
-
-
-def test_given_heights_are_equal_atoms() -> None:
-    heights = [0.0, 2e-7, -3e-7, 5e-7]
-    surface = ms.GreenwoodWilliamson(PAIR, heights, radius=1e-3, density=4e4, area=1e-4)
-    population = ms.AsperityPopulation(PAIR, heights, 1e-3)
-    d = np.linspace(-5e-7, 6e-7, 12)
-    for name in ("load", "stiffness", "contact_area", "contact_count", "contact_probability"):
-        np.testing.assert_allclose(
-            getattr(surface, name)(d), getattr(population, name)(d), rtol=1e-13, err_msg=name
-        )
-
-
 def test_heights_are_never_recentred() -> None:
     moved = ms.GreenwoodWilliamson(PAIR, ms.Gaussian(S, mean=2e-6), 1e-3, 1e8, 2e-4)
     d = np.array([-1e-6, 0.0, 1e-6])
@@ -117,28 +67,6 @@ def test_table_meets_its_points_and_is_exact_for_a_parabola() -> None:
     assert PARABOLA.stiffness(1e-3) == 0.0
     np.testing.assert_array_equal(PARABOLA.separations, D)
     np.testing.assert_array_equal(PARABOLA.loads, N)
-
-
-def test_table_of_straight_runs() -> None:
-    law = ms.TabulatedNormalLaw(PAIR, [0.0, 1e-6, 3e-6], [3.0, 1.0, 0.0])
-    d = np.linspace(0.0, 4e-6, 401)
-    load, stiffness = law.load(d), law.stiffness(d)
-    assert np.all(np.diff(load[d <= 3e-6]) < 0)
-    assert np.all(np.diff(load, 2) > -1e-12)
-    assert np.all(stiffness >= 0)
-    straight = ms.TabulatedNormalLaw(PAIR, [0.0, 1e-6, 2e-6], [2.0, 1.0, 0.0])
-    np.testing.assert_allclose(straight.load(d), np.maximum(2.0 - d / 1e-6, 0.0), atol=1e-14)
-
-
-def test_tail_continues_value_and_slope() -> None:
-    end, step = 1e-6, 1e-12
-    assert TAILED.load(end + step) == pytest.approx(TAILED.load(end - step), rel=1e-4, abs=0)
-    assert TAILED.stiffness(end + step) == pytest.approx(
-        TAILED.stiffness(end - step), rel=1e-4, abs=0
-    )
-    far = TAILED.load(np.array([2e-6, 3e-6, 4e-6]))
-    assert far[1] / far[0] == pytest.approx(far[2] / far[1], rel=1e-12, abs=0)
-    assert far[2] > 0
 
 
 # -- every law -------------------------------------------------------------------------------------
@@ -190,11 +118,6 @@ def test_load_too_heavy_for_a_table() -> None:
         assert "at most 1000 N" in refusal(ms.Interface, law, 0.5, 1500.0)
 
 
-def test_load_just_too_heavy_for_a_table() -> None:
-    message = refusal(PARABOLA.separation, math.nextafter(1e3, 2e3))
-    assert not message.endswith("got 1000 N"), message
-
-
 @pytest.mark.parametrize(
     "law",
     [GAUSSIAN, EXPONENTIAL, TAILED, PARABOLA, ms.AsperityPopulation(PAIR, [0.0, 1e-7], 1e-3),
@@ -236,36 +159,10 @@ def test_deep_in_loads_are_finite_or_refused(law: ms.NormalLaw, d: float) -> Non
 # -- what is refused when a law is made ------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", ["radius", "density", "area"])
-def test_text_gets_an_example_that_works(name: str) -> None:
-    right = {"radius": 1e-3, "density": 1e8, "area": 2e-4}
-    came = refusal(ms.GreenwoodWilliamson, PAIR, ms.Gaussian(S), **(right | {name: "1 mm"}))
-    text, _, example = came.partition("for example ")
-    assert text.endswith("got '1 mm', ")
-    key, _, value = example.partition("=")
-    assert key == name
-    ms.GreenwoodWilliamson(PAIR, ms.Gaussian(S), **(right | {name: float(value)}))
-
-
-def test_tail_that_is_an_array() -> None:
-    message = refusal(ms.TabulatedNormalLaw, PAIR, D, N + 1, tail=np.array([1.0, 2.0]))
-    assert message.startswith('tail must be None or "exponential"')
-
-
 def test_rounding_does_not_make_a_straight_table_concave() -> None:
     for points in (7, 11, 100, 1001):
         d = np.linspace(0.1, 0.7, points)
         ms.TabulatedNormalLaw(PAIR, d, 3.0 * (0.7 - d) / 0.6 + np.where(d < 0.7, 0.0, -0.0))
-
-
-@pytest.mark.parametrize("scale", [1e-30, 1e-3, 1e3, 1e30])
-def test_tables_scale(scale: float) -> None:
-    law = ms.TabulatedNormalLaw(PAIR, D, scale * N)
-    d = np.array([1e-7, 5.5e-7, 9.9e-7])
-    np.testing.assert_allclose(law.load(d), scale * PARABOLA.load(d), rtol=1e-12)
-    np.testing.assert_allclose(
-        law.separation(scale * N[1:5]), PARABOLA.separation(N[1:5]), rtol=1e-12
-    )
 
 
 @pytest.mark.parametrize(

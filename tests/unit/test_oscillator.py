@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import copy
-import dataclasses
-import pickle
 from typing import Any
 
 import numpy as np
@@ -122,28 +119,6 @@ def test_swings_below_rounding_end() -> None:
     assert motion.velocity[-1] == 0.0
     assert abs(motion.displacement[-1]) > 1e-10
     assert np.all(np.isfinite(motion.frequency))
-
-
-def test_everything_is_frozen() -> None:
-    motion, envelope = DAMPED.ring_down(5e-6, cycles=2), DAMPED.decay(1e-6, cycles=2)
-    for thing in (MODE, motion, envelope):
-        for field in dataclasses.fields(thing):
-            with pytest.raises(dataclasses.FrozenInstanceError):
-                setattr(thing, field.name, 1.0)
-    for thing in (motion, envelope, copy.deepcopy(motion), pickle.loads(pickle.dumps(envelope))):
-        for field in dataclasses.fields(thing):
-            assert not getattr(thing, field.name).flags.writeable
-    assert not motion.amplitude.flags.writeable
-    assert not motion.frequency.flags.writeable
-    assert not motion.damping_ratio.flags.writeable
-    again = pickle.loads(pickle.dumps(motion))
-    np.testing.assert_array_equal(again.damping_ratio, motion.damping_ratio)
-    assert pickle.loads(pickle.dumps(DAMPED)).damping_ratio(1e-5) == DAMPED.damping_ratio(1e-5)
-
-
-def test_minus_zero_is_zero() -> None:
-    mode = ms.Oscillator(1.0, -0.0, CELL, -0.0)
-    assert repr(mode).count("-0.0") == 0
 
 
 # -- errors ----------------------------------------------------------------------------------------

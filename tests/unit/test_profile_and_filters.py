@@ -55,14 +55,6 @@ def test_gaussian_heights_after_iso_21920() -> None:
     assert found.height == pytest.approx(2e-7 * mean, rel=0.03)
 
 
-def test_rsm_takes_small_hills_for_no_elements() -> None:
-    """A ripple of 3 % of the height crosses the mean line where the sine does: nobody counts it."""
-    rippled = ms.Scan(SINE.heights + 0.03 * HEIGHT * np.sin(2.0 * math.pi * X / 3e-6), STEP)
-    assert rippled.profile_parameters().spacing == pytest.approx(WAVE, rel=2e-3)
-    squares = ms.Scan(np.where((X / WAVE) % 1.0 < 0.25, 3e-7, -1e-7), STEP)
-    assert squares.profile_parameters().spacing == pytest.approx(WAVE, rel=1e-3)
-
-
 def test_lines_of_an_area_and_sections_that_do_not_fit() -> None:
     area = ms.Scan(np.tile(SINE.heights[:4000], (5, 1)), STEP)
     one = ms.Scan(SINE.heights[:4000], STEP).profile_parameters("0.8 mm")

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import copy
-import pickle
 import sys
 from collections.abc import Callable
 from decimal import Decimal
@@ -47,41 +45,15 @@ def equal(a: Any, b: Any) -> None:
 # -- in Python -------------------------------------------------------------------------------------
 
 
-def test_arrays_are_its_own_and_locked() -> None:
-    given = X.copy()
-    record = ms.Record(given, T)
-    given[0] = 7.0
-    assert record.displacement[0] == 1e-6
-    assert given.flags.writeable
-    with pytest.raises(ValueError, match="read-only"):
-        record.force[0] = 1.0
-    with pytest.raises(AttributeError):
-        record.name = "other"  # type: ignore[misc]
-    for other in (pickle.loads(pickle.dumps(record)), copy.deepcopy(record)):
-        equal(other.force, T)
-        assert not other.force.flags.writeable
-    # A locked array that nobody else can open is not copied again.
-    again = ms.Record(record.displacement.copy(), record.force)
-    assert np.shares_memory(ms.Record(again.displacement, again.force).force, again.force)
-
-
 # -- text ------------------------------------------------------------------------------------------
 
 PLAIN = "Time [s],Position [um],Friction [N]\n0,1,10\n1,2.5,12.5\n2,-1,-10\n3,0,0.5\n"
 COMMAS = PLAIN.replace(",", ";").replace(".", ",")
 SHAPES: dict[str, str | bytes] = {
     "plain": PLAIN,
-    "commas": COMMAS,
-    "spaces": PLAIN.replace(",", "   "),
-    "spaces and commas": PLAIN.replace(",", " ").replace(".", ","),
-    "round brackets": PLAIN.replace("[", "(").replace("]", ")"),
     "slashes": COMMAS.replace(" [", " / ").replace("]", ""),
     "commas before units": COMMAS.replace(" [", ", ").replace("]", ""),
     "underscores": PLAIN.replace("Time [s]", "t [s]").replace("Position [um]", "Position_um"),
-    "units row": COMMAS.replace("Time [s];Position [um];Friction [N]", "t;Weg;Reibkraft\ns;µm;N"),
-    "units row in brackets": PLAIN.replace(
-        "Time [s],Position [um],Friction [N]", "Time,Position,Friction\n[s],[um],[N]"
-    ),
     "units row with an unknown one": PLAIN.replace(
         "Time [s],Position [um],Friction [N]\n", "Time,Position,Friction,Glow\n[s],[um],[N],[lx?]\n"
     )
@@ -89,19 +61,8 @@ SHAPES: dict[str, str | bytes] = {
     .replace(".5\n", ".5,1\n"),
     "strokes": PLAIN.replace("[N]\n", "[N]\n----,----,----\n").replace(",", "\t"),
     "blank lines": PLAIN.replace("[N]\n", "[N]\n\n").replace("\n1,", "\n\n1,") + "\n\n",
-    "trailing separators below only": COMMAS.replace("\n", ";\n").replace("[N];", "[N]"),
-    "Latin-1": COMMAS.replace("[um]", "[µm]").encode("latin-1"),
-    "missing at the end": PLAIN + "4,,\n5,NaN,NaN\n,,\n",
-    "NaN at the end": PLAIN + "NaN,NaN,NaN\n" * 3,
-    "quoted": '"Time [s]","Position [um]","Friction [N]"\n'
-    '"0","1","10"\n"1","2,5","12,5"\n"2","-1","-10"\n"3","0","0,5"\n',
     "savetxt": "# t [s] x [um] F [N]\n" + PLAIN.partition("\n")[2].replace(",", " "),
     "comments between": PLAIN.replace("\n2,", "\n# pause\n2,"),
-    "settings": "Rig;A\nOperator;Müller\nLoad;500\nDate;31.01.2024\nRate;200\n\n" + COMMAS,
-    "more settings": "".join(f"Setting {i},{i}.5\n" for i in range(5)) + PLAIN,
-    "states": "\n".join(
-        line + (",State" if i == 0 else f",ok {i}") for i, line in enumerate(PLAIN.splitlines())
-    ),
     "stamps": "\n".join(
         ("Stamp;" if i == 0 else f"31.01.2024 12:00:0{i};") + line
         for i, line in enumerate(COMMAS.splitlines())
@@ -135,28 +96,6 @@ def test_shapes_that_laboratories_write(shape: str, put: Any) -> None:
         "force",
         "time",
     ]
-
-
-def test_notes_report_the_columns_found(put: Any) -> None:
-    path = put(
-        "run.csv",
-        "Rig A\nt;Weg;Reibkraft;cof\ns;µm;mN;-\n0;1,5;2500;1\n1;-1,5;-1500;1\n;;;\n",
-    )
-    record = ms.Record.read(path, sign=-1, zero={"force": "middle"}, normal_load="2 kN")
-    assert record.notes == (
-        "run.csv: text (UTF-8), columns separated by semicolons, decimal commas, names in line 2, "
-        "units in line 3, rows from line 4 on.",
-        "left out: 1 row without numbers at the end.",
-        'displacement: column "Weg" by its name, µm by the file, sign and zero as in the file: '
-        "from -1.50 µm to 1.50 µm.",
-        'force: column "Reibkraft" by its name, mN by the file, zero at its middle value, 500 mN, '
-        "sign reversed: from -2.00 N to 2.00 N.",
-        'time: column "t" by its name, s by the file, sign and zero as in the file: '
-        "from 0 s to 1.00 s.",
-        "normal_load: 2.00 kN throughout, as stated.",
-        'not read: "cof".',
-    )
-    assert record.normal_load == 2000.0
 
 
 def test_no_names(put: Any) -> None:
@@ -457,16 +396,6 @@ def test_mat73(put: Any) -> None:
     record = ms.Record.read("b.mat", force="channels(2).Friction", units=UNITS, time=False)
     equal(record.displacement, X)
     equal(record.force, T)
-
-
-def test_mat_without_arrays(put: Any) -> None:
-    savemat("t.mat", {"note": "a table"})
-    with pytest.raises(ms.InputError) as caught:
-        ms.Record.read("t.mat")
-    assert str(caught.value) == (
-        "t.mat: wanted arrays of numbers, got none in this MAT-file; save vectors, or of a table T "
-        'the struct S = table2struct(T, "ToScalar", true)'
-    )
 
 
 def test_hdf5(put: Any) -> None:

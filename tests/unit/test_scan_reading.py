@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import struct
-import subprocess
 import sys
 import tracemalloc
 import warnings
@@ -23,10 +22,9 @@ from hypothesis import strategies as st
 from scipy.io import savemat
 
 import microslip as ms
-from microslip.readers import instruments, text
+from microslip.readers import instruments
 from microslip.readers.files import limited
 from microslip.readers.instruments import on_grid
-from microslip.scans.heights_in_files import ARRAY_FILES, TEXTS
 
 REAL = Path(__file__).parents[3] / "shared/data/scans"
 Z = np.array([[1.0, 2.5, -3.0], [0.5, 0.0, 4.0], [7.0, -8.0, 9.0], [1.0, 1.0, 2.0]])
@@ -98,16 +96,6 @@ def test_every_file_gives_the_same_scan(kind: str) -> None:
     assert scan.name == f"a.{kind}"
     assert any(note.startswith("heights: in") for note in scan.notes)
     assert "missing: 0.0833 of the points." in scan.notes
-
-
-def test_the_notes_report_the_reading() -> None:
-    np.save("a.npy", Z)
-    scan = ms.Scan.read("a.npy", unit="nm", pixel=("1 um", 2e-6))
-    assert scan.notes == (
-        "a.npy: NumPy's npy file, 3 x 4 points, pixel 1.000 µm x 2.000 µm as stated.",
-        "heights: in nm, as stated.",
-    )
-    assert scan.heights[0, 1] == 2.5e-9
 
 
 def test_profiles() -> None:
@@ -226,16 +214,6 @@ def _notes_of(name: str) -> tuple[str, ...]:
     return ms.Scan.read(name, **UM).notes
 
 
-def test_spikes_are_reported() -> None:
-    z = np.random.default_rng(0).normal(size=(20, 20))
-    z[3, 3] = 1e9
-    np.save("a.npy", z)
-    scan = ms.Scan.read("a.npy", **UM)
-    assert any(note.startswith("spikes: 1 points lie more than a million") for note in scan.notes)
-    with pytest.raises(ms.InputError, match="not heights"):
-        scan.statistics()
-
-
 @pytest.mark.parametrize(
     ("z", "says"),
     [
@@ -288,14 +266,6 @@ def test_truncated_files_say_so(kind: str, kept: int) -> None:
         savemat(name, {"z": Z}, do_compression=True)
     put(name, Path(name).read_bytes()[:kept])
     refused("truncated|not a usable|cannot be read", name, kind, **UM)
-
-
-def test_wrong_bytes_are_reported() -> None:
-    np.savez_compressed("a.npz", z=np.random.default_rng(0).normal(size=(50, 50)))
-    content = bytearray(Path("a.npz").read_bytes())
-    content[5000:5400] = bytes(400)
-    put("a.npz", bytes(content))
-    refused("cannot be read|not a usable", "a.npz", **UM)
 
 
 def test_the_wrong_format_says_so() -> None:
@@ -525,28 +495,6 @@ def test_one_row_has_the_pixel_along_it(column: bool) -> None:
     assert scan.pixel == pytest.approx((3e-6 if column else 2e-6,), rel=1e-14)
 
 
-@pytest.mark.parametrize("word", ["csv", "txt", "TXT", ".csv", "Text", " matrix"])
-def test_other_words_for_a_format(word: str) -> None:
-    put("a.bin", "1 2 3 4\n5 6 7 9\n")
-    assert ms.Scan.read("a.bin", word, **UM).heights[1, 3] == 9e-6
-    np.save("a.npy", Z)
-    for npy in ("NPY", ".npy"):
-        assert ms.Scan.read("a.npy", npy, **UM).heights.shape == Z.shape
-
-
-def test_lines_have_an_end(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(text, "_LINE", 100)
-    refused("wanted lines of numbers", put("a.txt", "1 " * 500), **UM)
-
-
-def test_what_is_in_the_columns_may_be_said() -> None:
-    put("a.txt", "0 0 1\n1 0 2\n0 1 3\n1 1 5\n")
-    assert ms.Scan.read("a.txt", unit="um").heights.tolist() == [[1e-6, 2e-6], [3e-6, 5e-6]]
-    assert ms.Scan.read("a.txt", "matrix", **UM).heights.shape == (4, 3)
-    refused('its coordinates say .* format="matrix"', "a.txt", **UM)
-    refused('format="profile": wanted 1 or 2 columns, got 3', "a.txt", "profile", unit="um")
-
-
 # -- scattered order -------------------------------------------------------------------------------
 
 
@@ -746,12 +694,6 @@ def test_a_channel_has_to_be_chosen_where_several_could_be_meant(
     refused("2 channels of this name", holds(Channel("z"), Channel("z")), channel="z")
 
 
-def test_what_the_library_says_is_in_the_notes(holds: Callable[..., str]) -> None:
-    scan = ms.Scan.read(holds(Channel()))
-    assert scan.notes[1] == "SurfaceTopography says: the scan was made on a Monday"
-    assert not any("soon gone" in note for note in scan.notes)
-
-
 def test_missing_metadata_of_an_instrument_are_required(holds: Callable[..., str]) -> None:
     name = holds(Channel(unit=None))
     refused("does not say the unit", name)
@@ -789,23 +731,6 @@ def test_without_the_library_the_message_says_how_to_get_it(
     refused(r'not installed; write: pip install "microslip\[scan\]"', name)
     np.save("a.npy", Z)
     assert ms.Scan.read("a.npy", **UM).heights.shape == (4, 3)
-
-
-def test_the_library_is_imported_for_instruments_only() -> None:
-    code = (
-        "import sys, numpy as np, microslip as ms\n"
-        "np.save('a.npy', np.arange(12.0).reshape(3, 4))\n"
-        "s = ms.Scan.read('a.npy', unit='um', pixel='1 um')\n"
-        "assert 'SurfaceTopography' not in sys.modules\n"
-        "assert not any(m.startswith(('scipy.ndimage', 'matplotlib')) for m in sys.modules)\n"
-    )
-    subprocess.run([sys.executable, "-W", "error", "-c", code], check=True)
-
-
-def test_names_of_formats_are_distinguished() -> None:
-    names = [*ARRAY_FILES, *TEXTS]
-    assert len(names) == len(set(names))
-    assert {"plu", "mnt", "al3d", "nms", "x3p"} <= set(instruments.formats())
 
 
 @pytest.mark.parametrize(

@@ -141,17 +141,6 @@ def test_every_vectorised_method_is_tested() -> None:
 
 
 @folded("label", LABELS)
-def test_numbers_give_floats(label: str) -> None:
-    call, x = known(label)
-    plain = call(float(x[0]))
-    assert type(plain) is float
-    for number in (np.float64(x[0]), np.array(x[0]), np.array(x[0], dtype=">f8")):
-        value = call(number)
-        assert type(value) is float
-        assert value == plain or (np.isnan(value) and np.isnan(plain))
-
-
-@folded("label", LABELS)
 def test_arrays_keep_their_shape(label: str) -> None:
     call, x = known(label)
     single = np.array([call(float(v)) for v in x])
@@ -237,17 +226,3 @@ def test_periodic(joint: ms.Interface) -> None:
     assert response.parent[response.root] == response.root
     one = joint.periodic(1e-7)
     assert one.force.shape == (1,)
-
-
-@folded("joint", OVER)
-def test_scalars(joint: ms.Interface) -> None:
-    for name in (
-        "separation", "normal_load", "friction_coefficient", "slip_per_indentation", "force_limit",
-        "tangential_stiffness", "normal_stiffness", "contact_count", "contact_area",
-    ):  # fmt: skip
-        value = getattr(joint, name)
-        if value is None:
-            assert name.startswith("contact")
-            assert isinstance(joint.surface, ms.TabulatedNormalLaw)
-        else:
-            assert type(value) is float, name

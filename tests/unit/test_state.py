@@ -63,17 +63,6 @@ def snapshot(state: ms.State) -> tuple[float, float, int, bytes]:
 # -- right use -------------------------------------------------------------------------------------
 
 
-def test_at_rest(joint: ms.Interface) -> None:
-    state = joint.start()
-    assert isinstance(state, ms.State)
-    assert (state.displacement, state.force, state.open_reversals) == (0.0, 0.0, 0)
-    force, stiffness = state.try_(0.0)
-    assert (type(force), type(stiffness)) == (float, float)
-    assert force == 0.0
-    assert stiffness == pytest.approx(joint.tangential_stiffness, rel=1e-12, abs=0)
-    assert type(state.advance(np.array(0.0))) is float
-
-
 def test_open_reversals() -> None:
     state, unit = HEAVY.start(), 1e-7
     seen = []
@@ -178,31 +167,6 @@ def test_python_copies_are_independent(copier, joint: ms.Interface) -> None:
 
 # -- refusals --------------------------------------------------------------------------------------
 
-WANTED = "displacement must be a finite number in m, got "
-
-
-@pytest.mark.parametrize(
-    ("value", "shown"),
-    [
-        (np.nan, "nan"),
-        (np.inf, "inf"),
-        ("1 um", "'1 um', for example displacement=1"),
-        (None, "None"),
-        (True, "True"),
-        (1j, "1j"),
-        ([1e-7], "[1e-07]"),
-        (np.array([1e-7]), "array([1.e-07])"),
-    ],
-    ids=str,
-)
-def test_refused_trial(value: object, shown: str) -> None:
-    state = HEAVY.start()
-    state.advance([1e-6, -1e-6])
-    before = snapshot(state)
-    assert refusal(state.try_, value) == WANTED + shown
-    assert snapshot(state) == before
-    assert refusal(state.commit) == "commit needs a trial: call try_(displacement) first"
-
 
 @pytest.mark.parametrize(
     "bad",
@@ -230,19 +194,6 @@ def test_another_normal_load() -> None:
     before = snapshot(state)
     assert refusal(state.try_, 1e-7, 0.0).endswith("some summit touches; got 0")
     assert snapshot(state) == before
-
-
-def test_nothing_can_be_set() -> None:
-    state = HEAVY.start()
-    for name in ("displacement", "force", "open_reversals", "new"):
-        with pytest.raises(AttributeError):
-            setattr(state, name, 1.0)
-
-
-def test_repr() -> None:
-    state = HEAVY.start()
-    state.advance([1e-6, 0.0])
-    assert repr(state) == f"State(displacement=0, force={state.force:g}, open_reversals=1)"
 
 
 @pytest.mark.parametrize("seed", range(4))

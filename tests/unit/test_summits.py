@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-import pickle
 
 import numpy as np
 import pytest
@@ -12,7 +11,7 @@ from made_surfaces import paraboloids
 import microslip as ms
 from microslip.friction import Verdict
 from microslip.scans import cut, find_summits, random_surface
-from microslip.scans.height_map import noise_passed, noise_std, present
+from microslip.scans.height_map import noise_passed, noise_std
 
 AL = ms.Material(69e9, 0.33)
 PAIR = ms.MaterialPair(AL, AL)
@@ -98,16 +97,6 @@ def test_cutoff_in_every_way() -> None:
         scan.summits()  # type: ignore[call-arg]
 
 
-def test_level() -> None:
-    y, x = np.indices((60, 80))
-    tilted = ms.Scan(noisy().heights + 1e-6 * x + 2e-6 * y, 1e-6)
-    found = tilted.summits(None, level="plane")
-    assert abs(found.count - noisy().summits(None).count) <= 3
-    assert "plane removed" in " ".join(found.notes)
-    with pytest.raises(ms.InputError, match='level="plane"'):
-        tilted.summits(None)
-
-
 # -- noise -----------------------------------------------------------------------------------------
 
 
@@ -128,27 +117,7 @@ def test_noise_of_white_noise() -> None:
     assert noise_std(np.zeros((2, 9))) == 0.0
 
 
-@pytest.mark.parametrize("reach", [1, 2, 3])
-def test_points_with_all_their_neighbours(reach: int) -> None:
-    heights = np.where(np.random.default_rng(1).random((20, 30)) < 0.02, np.nan, 0.0)
-    found = present(heights, reach)
-    for (i, j), value in np.ndenumerate(found):
-        inside = reach <= i < 20 - reach and reach <= j < 30 - reach
-        square = heights[max(i - reach, 0) : i + reach + 1, max(j - reach, 0) : j + reach + 1]
-        assert value == (inside and not np.isnan(square).any())
-    assert not present(np.zeros((2, 3)), 2).any()
-
-
 # -- the result ------------------------------------------------------------------------------------
-
-
-def test_summits_are_frozen() -> None:
-    found = noisy().summits(None)
-    for thing in (found, pickle.loads(pickle.dumps(found)), copy.deepcopy(found)):
-        with pytest.raises(ValueError, match="read-only"):
-            thing.heights[0] = 0.0
-        with pytest.raises(AttributeError):
-            thing.cutoff = 1.0  # type: ignore[misc]
 
 
 def test_statistics() -> None:

@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-import copy
 import csv
-import dataclasses
 import os
-import pickle
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -122,14 +118,6 @@ def test_laws_without_a_load(law: ms.BackboneLaw) -> None:
     assert np.shape(ms.sweep(law, amplitude=1e-6)["loss_factor"]) == ()
 
 
-def test_one_asperity_has_loads() -> None:
-    asperity = ms.Asperity.examples()[0]
-    swept = ms.sweep(asperity, normal_load=[1.0, 10.0], amplitude=[1e-7, 1e-5])
-    for load, row in zip((1.0, 10.0), swept["dissipated_energy"], strict=True):
-        wanted = asperity.at(normal_load=load).dissipated_energy([1e-7, 1e-5])
-        np.testing.assert_allclose(row, wanted, rtol=1e-13)
-
-
 def test_progress() -> None:
     shares: list[float] = []
     ms.sweep(
@@ -146,30 +134,6 @@ def test_progress() -> None:
     ms.sweep(JOINT, normal_load=LOADS, force_amplitude=[1.0, 2.0], progress=by_force.append)
     assert by_force == sorted(by_force)
     assert by_force[-1] == 1.0
-
-
-def test_everything_is_frozen() -> None:
-    given = np.array([1e-7, 2e-7])
-    swept = ms.sweep(JOINT, normal_load=LOADS, amplitude=given)
-    given[0] = 3.0
-    assert swept["amplitude"][0] == 1e-7
-    for thing in (swept, copy.deepcopy(swept), pickle.loads(pickle.dumps(swept))):
-        for field in dataclasses.fields(thing):
-            with pytest.raises(dataclasses.FrozenInstanceError):
-                setattr(thing, field.name, {})
-        with pytest.raises(TypeError):
-            thing.variables["loss_factor"] = thing.variables["damping_ratio"]
-        for name in (*thing, *thing.dims):
-            assert not thing[name].flags.writeable
-        assert repr(thing) == repr(swept)
-        np.testing.assert_array_equal(thing["loss_factor"], swept["loss_factor"])
-
-
-def test_what_is_shown() -> None:
-    # An exponent of nothing is no number.
-    cell = ms.Jenkins(stiffness=5e7, force_limit=100.0)
-    swept = ms.sweep(cell, amplitude=1e-9, quantities=["dissipation_exponent"])
-    assert repr(swept).endswith("dissipation_exponent  nan [1]")
 
 
 # -- files -----------------------------------------------------------------------------------------
@@ -191,12 +155,6 @@ def test_netcdf_is_read_by_all(tmp_path: Path) -> None:
     with h5py.File(path) as file:
         np.testing.assert_array_equal(file["loss_factor"][:], SWEPT["loss_factor"])
     assert [entry.name for entry in tmp_path.iterdir()] == ["sweep.nc"]
-
-
-def test_equal_sweeps_are_equal_files(tmp_path: Path) -> None:
-    many = ms.sweep(JOINT, normal_load=np.geomspace(100.0, 5000.0, 50), amplitude=AMPLITUDES)
-    one, two = (many.to_netcdf(tmp_path / name).read_bytes() for name in ("1.nc", "2.nc"))
-    assert one == two
 
 
 def test_xarray() -> None:
@@ -280,14 +238,6 @@ def test_a_file_that_fails_leaves_nothing(tmp_path: Path, monkeypatch: pytest.Mo
     path = tmp_path / "sweep.nc"
     assert refusal(SWEPT.to_netcdf, path) == f"{path}: cannot be written: no space left on device"
     assert list(tmp_path.iterdir()) == []
-
-
-def test_without_xarray(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "xarray", None)
-    assert refusal(SWEPT.to_xarray) == (
-        'to_xarray needs xarray, which is not installed: pip install "microslip[xarray]"; '
-        "to_netcdf(...) and to_csv(...) need nothing more"
-    )
 
 
 def test_the_writer_of_netcdf(tmp_path: Path) -> None:

@@ -96,34 +96,6 @@ def test_ripple_out_of_step_converges(
     assert usual < coarse / 16.0 or usual < 1e-9
 
 
-@pytest.mark.parametrize("share", [0.0, 0.05, 0.1111, 0.1112, 0.3, 0.9])
-def test_turning_points_are_all_there(share: float) -> None:
-    """Roots of the velocity, and between two of them it has one sign."""
-    found = virtual.turning_angles(0.3, 40.0, share)
-    velocity = np.cos(found) + 3.0 * share * np.cos(3.0 * found)
-    np.testing.assert_allclose(velocity, 0.0, atol=1e-12)
-    place = np.linspace(0.3, 40.0, 1_000_001)
-    rate = np.cos(place) + 3.0 * share * np.cos(3.0 * place)
-    seen = place[1:][np.diff(np.sign(rate)) != 0.0]
-    np.testing.assert_allclose(found, seen, atol=1e-4)
-    np.testing.assert_array_equal(
-        virtual.turning_angles(-30.0, 5.0, share), virtual.turning_angles(0.0, 5.0, share)
-    )
-    assert virtual.turning_angles(-30.0, -5.0, share).size == 0
-
-
-def test_samples_do_not_depend_on_what_lies_between() -> None:
-    plain, own = virtual.path_of_angles(10, 0.1, 1, np.zeros(0))
-    assert own.all()
-    others = np.array([-1.0, 0.0, 0.25, 0.25, 0.3, 0.3 + 1e-12, 0.899, 0.9, 2.0])
-    angle, sampled = virtual.path_of_angles(10, 0.1, 3, others)
-    np.testing.assert_array_equal(angle[sampled], plain)
-    assert np.all(np.diff(angle) > 0.0)
-    # 0.3 and 0.9 are samples, and the first and the last two lie outside.
-    assert angle.size == 9 * 3 + 1 + 2
-    assert {0.25, 0.899} <= set(angle.tolist())
-
-
 def test_a_peak_between_samples_counts_for_the_limits() -> None:
     limits = {"force": (-1.0e3, 989.9)}
     given: dict[str, Any] = {"amplitude": 3e-6, "frequency": 1.0, "cycles": 1}
@@ -156,30 +128,6 @@ def test_rig_is_in_series(law: Any, stiffness: float) -> None:
         middle = 0.4 * reach
         slope = (series.backbone(middle + step) - series.backbone(middle - step)) / (2 * step)
         assert series.backbone_stiffness(middle) == pytest.approx(slope, rel=1e-4)
-
-
-def test_energy_is_the_joints_own() -> None:
-    """A spring in series dissipates nothing."""
-    series = ms.VirtualTribometer(JOINT, rig_stiffness=RIG).series
-    force = 0.9 * JOINT.force_limit
-    assert series.dissipated_energy(force_amplitude=force) == pytest.approx(
-        JOINT.dissipated_energy(force_amplitude=force), rel=1e-9
-    )
-
-
-def test_stiff_rig_is_no_rig() -> None:
-    given: dict[str, Any] = {"amplitude": 2e-6, "cycles": 2}
-    for ripple in (0.0, 0.02):
-        ideal = ms.VirtualTribometer(JOINT, load_ripple=ripple).record(**given)
-        stiff = ms.VirtualTribometer(JOINT, load_ripple=ripple, rig_stiffness=1e16).record(**given)
-        np.testing.assert_allclose(stiff.force, ideal.force, rtol=0, atol=1e-3)
-
-
-def test_small_ripple_is_none() -> None:
-    given: dict[str, Any] = {"amplitude": 15e-6, "cycles": 1}
-    without = ms.VirtualTribometer(JOINT, rig_stiffness=RIG).record(**given)
-    small = ms.VirtualTribometer(JOINT, rig_stiffness=RIG, load_ripple=1e-9).record(**given)
-    np.testing.assert_allclose(small.force, without.force, rtol=0, atol=1e-5)
 
 
 @pytest.mark.parametrize("stiffness", [None, RIG])
@@ -228,35 +176,10 @@ def test_noise_and_seed() -> None:
     assert np.std(one.force - clean.force) == pytest.approx(3.0, rel=0.03)
 
 
-@pytest.mark.parametrize("rate", [512.0, 50.5])
-def test_noise_is_that_of_the_samples(rate: float) -> None:
-    """One stream a channel, one value a sample: what lies between samples draws none."""
-    sizes = {"displacement": 2e-8, "force": 3.0, "normal_load": 5.0}
-    given: dict[str, Any] = {"amplitude": 5e-6, "cycles": 3}
-    rig = ms.VirtualTribometer(JOINT, load_ripple=0.02, noise=sizes, seed=7, sample_rate=rate)
-    noisy = rig.record(**given)
-    clean = ms.VirtualTribometer(JOINT, load_ripple=0.02, sample_rate=rate).record(**given)
-    np.testing.assert_array_equal(noisy.commanded, clean.displacement)
-    streams = np.random.default_rng(7).spawn(3)
-    for (name, size), stream in zip(sizes.items(), streams, strict=True):
-        drawn = stream.normal(0.0, size, len(clean))
-        np.testing.assert_array_equal(getattr(noisy, name), getattr(clean, name) + drawn)
-
-
 def test_a_law_without_a_surface() -> None:
     record = ms.VirtualTribometer(ms.Jenkins(1e8, 500.0)).record(amplitude=2e-5, cycles=1)
     assert record.normal_load is None
     assert record.force.max() == 500.0
-
-
-OWN = {"limits": {"normal_load": (1.0, 1e5), "force": (-1e5, 1e5), "frequency": (0.0, 1e3)}}
-
-
-def test_own_limits() -> None:
-    rig = ms.VirtualTribometer(JOINT.at(normal_load=20e3), **OWN)  # type: ignore[arg-type]
-    rig.record(amplitude=5e-6, frequency=500.0, cycles=1)
-    wide = ms.VirtualTribometer(JOINT, limits={"amplitude": (1e-9, 1.0)})
-    wide.record(amplitude=1e-7, cycles=1)
 
 
 WRONG = {

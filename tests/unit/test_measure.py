@@ -365,7 +365,7 @@ def test_command_speaks_in_options_and_names_the_file(folder: Path) -> None:
     assert "\none: 1 gross slip cycle, " in run("measure", "one.csv").stdout
     turned = run("measure", "run.csv", "--flip-sign")
     assert turned.exit_code == 2
-    assert "(reading with --flip-sign reverses it)" in turned.stderr
+    assert "the force has the opposite sign" in turned.stderr
     for options, message in (
         (("--unit", "force=m"), 'run.csv: force: column "force [N]": wanted a unit'),
         (("--sample-rate", "-1"), "--sample-rate: wanted a number above zero such as 200, got -1"),
@@ -373,7 +373,7 @@ def test_command_speaks_in_options_and_names_the_file(folder: Path) -> None:
             ("--confidence", "2"),
             "--confidence: wanted a number in (0, 1) such as 0.95, got 2",
         ),
-        (("--zero", "time=mean"), "run.csv: --zero: no column is read as time; write --time COL"),
+        (("--zero", "time=mean"), "run.csv: --zero: no column is read as time; write --time"),
         (("--normal-load", "-5 N"), "run.csv: normal_load: wanted a positive force"),
     ):
         outcome = run("measure", "run.csv", *options)

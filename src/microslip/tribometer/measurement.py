@@ -508,7 +508,7 @@ def _refuse_soft(rig_stiffness: float, x: Floats, force_amplitude: Floats, block
         f"{engineering(pushed / rig_stiffness, 'm')} under the force amplitude of "
         f"{engineering(pushed, 'N')}, more than the whole measured amplitude of "
         f"{engineering(moved, 'm')}; a number alone is in N/m, so {exact(rig_stiffness)} "
-        f"N/um is `rig_stiffness={1e6 * rig_stiffness}`"
+        f"N/um is `rig_stiffness={1e6 * rig_stiffness:g}`"
     )
 
 

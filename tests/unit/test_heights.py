@@ -169,6 +169,7 @@ def test_heavy_tails_that_carry_a_load(distribution: Any) -> None:
     loads = law.load(distribution.ppf([0.2, 0.5, 0.9]))
     assert np.all(np.isfinite(loads))
     assert np.all(np.diff(loads) < 0)
+    assert 0.0 < law.heights.spread < math.inf  # also where the variance is infinite
 
 
 DISCRETE = [

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import copy
+import pickle
 import re
+from collections.abc import Iterator
 
 import pytest
 
 import microslip as ms
-from microslip.materials import metals
+from microslip.materials import Metal, metals
 
 PSI = 6894.757
 HB = 9.80665e6
@@ -96,6 +99,21 @@ def test_the_pair_of_the_worked_example() -> None:
 
 
 # -- frozen ----------------------------------------------------------------------------------------
+
+
+def copies(value: Metal) -> Iterator[Metal]:
+    yield pickle.loads(pickle.dumps(value))
+    yield copy.copy(value)
+    yield copy.deepcopy(value)
+
+
+def test_copies_are_equal() -> None:
+    for metal in metals().values():
+        for other in copies(metal):
+            assert other == metal
+            assert hash(other) == hash(metal)
+            with pytest.raises(TypeError):
+                other.sources["young_modulus"] = "hearsay"  # type: ignore[index]
 
 
 # -- aliases and unlike pairs ----------------------------------------------------------------------

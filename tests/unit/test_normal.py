@@ -159,6 +159,16 @@ def test_deep_in_loads_are_finite_or_refused(law: ms.NormalLaw, d: float) -> Non
 # -- what is refused when a law is made ------------------------------------------------------------
 
 
+def test_tables_refuse_wrong_tails_and_separations_below_their_first() -> None:
+    for tail in ("linear", np.array([1.0, 2.0])):
+        message = refusal(ms.TabulatedNormalLaw, PAIR, D, N + 1, tail=tail)
+        assert message.startswith('tail must be None or "exponential"')
+    for separation in (-1e-7, -1.0):
+        assert "where the table begins" in refusal(
+            ms.Interface, PARABOLA, 0.5, separation=separation
+        )
+
+
 def test_rounding_does_not_make_a_straight_table_concave() -> None:
     for points in (7, 11, 100, 1001):
         d = np.linspace(0.1, 0.7, points)

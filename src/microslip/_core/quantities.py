@@ -6,8 +6,6 @@ import math
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-import numpy as np
-
 
 def named(source: Any, *names: str) -> dict[str, Any]:
     """Attributes by their names, all of a record without any; records in them as well."""
@@ -19,7 +17,7 @@ def json_value(value: Any) -> Any:
     """Return a value as JSON holds it: lists for arrays, None for a number that is not finite."""
     if isinstance(value, Mapping):
         return {name: json_value(part) for name, part in value.items()}
-    if isinstance(value, (np.ndarray, np.generic)):
+    if hasattr(value, "tolist"):  # NumPy's; help and lists of the command start without NumPy
         value = value.tolist()
     if isinstance(value, (list, tuple)):
         return [json_value(part) for part in value]

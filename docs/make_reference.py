@@ -122,6 +122,8 @@ def choice_of(schema: dict[str, Any]) -> str:
     for key, inner in schema["properties"].items():
         if key in ("law", "kind", "rigid") and "const" in inner:
             return f"{key} = {literal(inner['const'])}"
+        if key == "law_file":
+            return key
     return ""
 
 

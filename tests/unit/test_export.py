@@ -118,6 +118,7 @@ def test_fits_are_studies_with_their_misfit():
         done = export.write(kind, JOINT, f"{kind}.toml", cells=7, **_RANGE)
         assert "# Misfit, " in done.files[0].read_text()
         (law,) = build_joints(ms.Study.load(done.files[0]))
+        assert ms.friction.load_law(done.files[1]).force(1e-6) == law.force(1e-6)
         u = np.geomspace(1e-9, 1e-5, 30)
         np.testing.assert_allclose(law.backbone(u), wanted.backbone(u), rtol=1e-12)
         outcome = run("check", str(done.files[0]))

@@ -208,15 +208,19 @@ def test_the_study_is_the_joint() -> None:
     assert max(result.study.excitation.amplitudes or ()) == pytest.approx(largest, rel=2e-3)
 
 
-def test_no_study_without_materials_or_of_another_law() -> None:
+def test_no_study_without_materials() -> None:
     bare = Identified(rich().results, None, None)
     text, why = joint_text(bare.first, bare.study)
     assert text is None
     assert "materials are not known" in why
+
+
+def test_the_study_of_another_law_names_its_file(tmp_path: Path) -> None:
     jenkins = identified([record(500.0, 6e-6)], ["jenkins"], None, OPTIONS, lambda share: None)
-    text, why = joint_text(jenkins.first, jenkins.study)
-    assert text is None
-    assert "this is jenkins" in why
+    write(document(jenkins), tmp_path)
+    (joint,) = ms.Study.load(tmp_path / "joint.toml").run().joints
+    assert isinstance(joint, ms.Jenkins)
+    assert joint.stiffness == jenkins.first.joint().stiffness
 
 
 # -- figures ---------------------------------------------------------------------------------------

@@ -1,4 +1,4 @@
-"""A law and heights after one file and one export each: in studies, commands and fits by name."""
+"""A law and heights after one file and one export each: in studies, commands and fits."""
 
 from __future__ import annotations
 
@@ -39,26 +39,20 @@ LAW = Hyperbola(stiffness=2e7, force_limit=300.0)
 """
 
 STUDIES = """
+friction.save_law(LAW, "law.json")
 open("law.toml", "w").write('''schema = 1
 [joint]
-law = "hyperbola"
-stiffness = "20 N/um"
-force_limit = "300 N"
+law_file = "law.json"
 [excitation]
 amplitudes = ["2 um", "30 um"]
 [output]
 formats = ["csv"]
 ''')
-said = run("check", "law.toml")
-assert "20 N/um" in said and "2e7 N/m" in said, said
+assert run("check", "law.toml")
 (joint,) = json.loads(run("predict", "law.toml", "--json"))["joints"]
 energies = [row["dissipated_energy"] for row in joint["amplitudes"]]
 assert energies == list(LAW.dissipated_energy([2e-6, 3e-5])), energies
-assert "stiffness at rest" in open("law-result/report.html").read().lower()
-said = run("check", "law.toml", "--set", 'joint.stiffness="20 mm"', code=2)
-assert "joint.stiffness" in said and "wanted a" in said, said
-said = run("check", "law.toml", "--set", 'joint.law="hyperbole"', code=2)
-assert 'did you mean "hyperbola"?' in said, said
+assert "Hyperbola" in open("law-result/report.html").read()
 
 open("heights.toml", "w").write('''schema = 1
 [surface]
@@ -84,7 +78,7 @@ own = ms.Interface(surface, 0.5, normal_load=500.0)
 energies = [row["dissipated_energy"] for row in joint["amplitudes"]]
 assert np.allclose(energies, own.dissipated_energy([1e-7, 2e-6]), rtol=1e-12, atol=0.0), energies
 schema = run("schema")
-assert '"hyperbola"' in schema and '"ramp"' in schema
+assert '"ramp"' in schema
 """
 
 FITS = """
@@ -111,9 +105,10 @@ assert ms.compare(records, ["jenkins", "hyperbola"], intervals="curvature").best
 
 
 def run(tmp_path: Path, *parts: str) -> None:
+    paths = os.pathsep.join(filter(None, (str(TESTS), os.environ.get("PYTHONPATH"))))
     done = subprocess.run(
         [sys.executable, "-c", "\n".join(parts)], cwd=tmp_path, capture_output=True, text=True,
-        env={**os.environ, "PYTHONPATH": str(TESTS), "OPENBLAS_NUM_THREADS": "1"}, timeout=300,
+        env={**os.environ, "PYTHONPATH": paths, "OPENBLAS_NUM_THREADS": "1"}, timeout=300,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
 

@@ -398,41 +398,49 @@ def test_absurdly_deep_keys_are_refused_at_once() -> None:
         ms.Study.from_toml("schema = 1\n", overrides=[f"{deep}=1"])
 
 
-def test_a_study_predicts_with_a_friction_law_of_its_own_parameters(tmp_path: Path) -> None:
-    study = ms.Study.from_toml(
-        'schema = 1\n[joint]\nlaw = "jenkins"\nstiffness = "50 N/um"\nforce_limit = "100 N"\n'
-        '[excitation]\namplitudes = ["1 um", "5 um"]\n[output]\nformats = ["netcdf", "csv"]\n'
-    )
-    result = study.run()
-    law = ms.Jenkins(stiffness=5e7, force_limit=100.0)
-    energies = [row["dissipated_energy"] for row in result.summary["joints"][0]["amplitudes"]]
-    assert energies == list(law.dissipated_energy([1e-6, 5e-6]))
-    assert result.summary["joints"][0]["normal_load"] is None
-    result.save(tmp_path / "out")
-    assert (tmp_path / "out" / "report.html").read_text(encoding="utf-8").count("jenkins") >= 1
-
-
 @pytest.mark.parametrize(
-    ("lines", "law"),
+    "law",
     [
-        ('law = "coulomb"\nforce_limit = "100 N"', ms.Coulomb(100.0)),
-        ('law = "iwan"\nstiffnesses = ["20 N/um", "30 N/um"]\nforce_limits = ["20 N", "80 N"]',
-         ms.Iwan([2e7, 3e7], [20.0, 80.0])),
-        ('law = "segalman"\nforce_limit = "100 N"\nstiffness = "50 N/um"\nchi = -0.5\nbeta = 1.0',
-         ms.SegalmanIwan(force_limit=100.0, stiffness=5e7, chi=-0.5, beta=1.0)),
+        ms.Jenkins(stiffness=5e7, force_limit=100.0),
+        ms.Coulomb(100.0),
+        ms.Iwan([2e7, 3e7], [20.0, 80.0]),
+        ms.SegalmanIwan(force_limit=100.0, stiffness=5e7, chi=-0.5, beta=1.0),
     ],
-    ids=["coulomb", "iwan", "segalman"],
-)  # fmt: skip
+    ids=lambda law: type(law).__name__,
+)
 @pytest.mark.parametrize("excitation", ["", 'amplitudes = ["1 um", "5 um"]'], ids=["own", "given"])
-def test_every_friction_law_predicts(
-    lines: str, law: ms.BackboneLaw, excitation: str, tmp_path: Path
+def test_a_law_of_a_file_predicts_as_in_python(
+    law: ms.BackboneLaw, excitation: str, tmp_path: Path
 ) -> None:
     """With every file that there is, drawn figures included, for rigid laws and discrete ones."""
-    study = ms.Study.from_toml(f"schema = 1\n[joint]\n{lines}\n[excitation]\n{excitation}\n")
+    ms.friction.save_law(law, tmp_path / "law.json")
+    text = f'schema = 1\n[joint]\nlaw_file = "law.json"\n[excitation]\n{excitation}\n'
+    study = ms.Study.from_toml(text, folder=tmp_path)
     result = study.run()
     (joint,) = result.summary["joints"]
     a = [row["amplitude"] for row in joint["amplitudes"]]
     assert [row["dissipated_energy"] for row in joint["amplitudes"]] == list(
         law.dissipated_energy(a)
     )
+    assert joint["normal_load"] is None
     assert result.save(tmp_path / "out")
+    again = ms.Study.load(tmp_path / "out" / "study.toml")  # the path of the file still leads there
+    assert again.joint.friction_law.force(3e-6) == law.force(3e-6)
+    assert pickle.loads(pickle.dumps(study)) == study
+
+
+def test_wrong_law_files_are_refused_at_their_key(tmp_path: Path) -> None:
+    (tmp_path / "law.json").write_text("{}")
+    for lines, message in (
+        ('law_file = "none.json"', "joint.law_file: none.json: no such file in the folder of the"),
+        ('law_file = "law.json"', "joint.law_file: law.json: is no file of a law"),
+        ('law_file = "law.json"\nnormal_load = "1 N"', "joint.normal_load: unknown key"),
+        ('law = "jenkins"', "joint.law: removed in 0.3; leave it out for an interface, or write"),
+    ):
+        with pytest.raises(ms.StudyError, match=message):
+            ms.Study.from_toml(f"schema = 1\n[joint]\n{lines}\n", folder=tmp_path)
+    ms.friction.save_law(ms.Coulomb(100.0), tmp_path / "law.json", overwrite=True)
+    text = edited(("[joint]", '[joint]\nlaw_file = "law.json"'))
+    text = text.replace(f"normal_load = {LOADS}\n", "").replace("friction_coefficient = 0.55\n", "")
+    with pytest.raises(ms.StudyError, match=r"surface: wanted none beside joint\.law_file"):
+        ms.Study.from_toml(text, folder=tmp_path)

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from microslip._core.parameters import key_of, values_of
 from microslip.export.request import Accuracy, Order
 from microslip.friction import BackboneLaw
+from microslip.friction.law_files import law_content, law_text
 
 _POINTS = 200
 
@@ -56,7 +56,7 @@ def _csv(header: list[str], columns: dict[str, Any]) -> str:
 
 
 def write_fitted(order: Order) -> tuple[dict[str, str | bytes], Accuracy]:
-    """One file: JSON, or a study whose joint the model is."""
+    """Return a law file, and before it a study of the law if the name ends in .toml."""
     low, high = order.span
     model: BackboneLaw
     if order.kind == "segalman":
@@ -73,23 +73,15 @@ def write_fitted(order: Order) -> tuple[dict[str, str | bytes], Accuracy]:
         model = cells
         misfit = {"backbone": cells.fit.backbone_error, "energy": cells.fit.energy_error}
         accuracy = Accuracy(*order.span, cells.fit.backbone_error, cells.fit.energy_error)
-    values = {name: np.asarray(value).tolist() for name, value in values_of(model).items()}
-    if order.suffix == ".json":
-        content = {
-            "header": order.header(accuracy), "law": key_of(type(model)),
-            "parameters": values, "misfit": misfit,
-        }  # fmt: skip
-        return {f"{order.stem}.json": json.dumps(content, indent=1) + "\n"}, accuracy
-    lines = [f"# {line}" for line in order.header(accuracy)]
-    lines += [f"# Misfit, {name.replace('_', ' ')}: {value:.3g}" for name, value in misfit.items()]
-    lines += ["", "schema = 1", "", "[joint]", f'law = "{key_of(type(model))}"']
-    units = {"stiffness": "N/m", "stiffnesses": "N/m", "force_limit": "N", "force_limits": "N"}
-    lines += [f"{name} = {_written(value, units.get(name))}" for name, value in values.items()]
-    lines += ["", "[excitation]", f'amplitudes = ["{low!r} m", "{high!r} m"]']
-    return {f"{order.stem}.toml": "\n".join(lines) + "\n"}, accuracy
-
-
-def _written(value: Any, unit: str | None) -> str:
-    if isinstance(value, list):
-        return f"[{', '.join(_written(item, unit) for item in value)}]"
-    return f'"{value!r} {unit}"' if unit else repr(value)
+    content = law_content(model) | {"header": order.header(accuracy), "misfit": misfit}
+    law_file = f"{order.stem}.json"
+    files: dict[str, str | bytes] = {law_file: law_text(content)}
+    if order.suffix == ".toml":
+        lines = [f"# {line}" for line in order.header(accuracy)]
+        lines += [
+            f"# Misfit, {key.replace('_', ' ')}: {value:.3g}" for key, value in misfit.items()
+        ]
+        lines += ["", "schema = 1", "", "[joint]", f"law_file = {json.dumps(law_file)}"]
+        lines += ["", "[excitation]", f'amplitudes = ["{low!r} m", "{high!r} m"]']
+        files = {f"{order.stem}.toml": "\n".join(lines) + "\n", **files}
+    return files, accuracy

@@ -13,8 +13,8 @@ from microslip._core.checks import show
 from microslip._core.files import whole_file
 from microslip._core.parameters import key_of, parameters_of, says_all, values_of
 from microslip.errors import InputError
+from microslip.friction import laws
 from microslip.friction.base import BackboneLaw
-from microslip.friction.laws import LAWS
 
 KIND = "microslip-law"
 VERSION = 1
@@ -23,7 +23,26 @@ _LARGEST = 10_000_000  # bytes: a million cells of an Iwan model
 
 def _by_name() -> dict[str, type[BackboneLaw]]:
     """Return the laws that are made of declared numbers only, by their names."""
-    return {key_of(kind): kind for kind in LAWS if says_all(kind)}
+    return {key_of(kind): kind for kind in laws.LAWS if says_all(kind)}
+
+
+def law_content(law: BackboneLaw) -> dict[str, Any]:
+    """Return the content of a law file; InputError for a law that needs more than numbers."""
+    kinds = _by_name()
+    if kinds.get(key_of(type(law))) is not type(law):
+        raise InputError(f"`law` must be one of {', '.join(kinds)}, got {show(law)}")
+    return {
+        "kind": KIND,
+        "version": VERSION,
+        "law": key_of(type(law)),
+        "parameters": {name: np.asarray(value).tolist() for name, value in values_of(law).items()},
+        "units": {item.name: item.unit or "-" for item in parameters_of(type(law))},
+    }
+
+
+def law_text(content: dict[str, Any]) -> str:
+    """Return the text of a law file by its content."""
+    return json.dumps(content, indent=1, allow_nan=False) + "\n"
 
 
 def save_law(law: BackboneLaw, path: str | PathLike[str], *, overwrite: bool = False) -> None:
@@ -43,22 +62,11 @@ def save_law(law: BackboneLaw, path: str | PathLike[str], *, overwrite: bool = F
     InputError
         If the law needs more than numbers (a surface, other laws), or the file is not a ``.json``.
     """
-    file, kinds = Path(path), _by_name()
-    if kinds.get(key_of(type(law))) is not type(law):
-        raise InputError(f"`law` must be one of {', '.join(kinds)}, got {show(law)}")
+    file, content = Path(path), law_content(law)
     if file.suffix.lower() != ".json":
         raise InputError(f"`path` must end in .json, got {show(file.name)}")
-    numbers = {name: np.asarray(value).tolist() for name, value in values_of(law).items()}
-    units = {item.name: item.unit or "-" for item in parameters_of(type(law))}
-    content = {
-        "kind": KIND,
-        "version": VERSION,
-        "law": key_of(type(law)),
-        "parameters": numbers,
-        "units": units,
-    }
     with whole_file(file, overwrite) as stage:
-        stage.write_text(json.dumps(content, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+        stage.write_text(law_text(content), encoding="utf-8")
 
 
 def load_law(path: str | PathLike[str]) -> BackboneLaw:

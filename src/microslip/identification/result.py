@@ -369,6 +369,16 @@ def _written(value: float, unit: str) -> str:
     return engineering(value, unit, 4, trim=True).replace("µ", "u")
 
 
+def law_study(records: Sequence[RecordFit], law_file: str) -> dict[str, Any]:
+    """Return a study of a law in a file, at the amplitudes of the records."""
+    return {
+        "schema": 1,
+        "title": "Identified joint",
+        "joint": {"law_file": law_file},
+        "excitation": {"amplitudes": [_written(a, "m") for a in amplitudes_of(records)]},
+    }
+
+
 def study_of(
     joint: Interface, loads: Sequence[float], amplitudes: Sequence[float], area_known: bool
 ) -> dict[str, Any]:

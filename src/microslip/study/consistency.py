@@ -144,11 +144,10 @@ def _of_structure(study: StudyTables) -> None:
 
 
 def _of_law(study: StudyTables) -> None:
-    """A friction law by its own parameters has no surface and no normal load."""
-    law = study.joint.law
+    """A friction law of a file has no surface and no normal load."""
     for name in ("structure", "surface"):
         if getattr(study, name) is not None:
-            raise KeyedError(name, f'wanted none beside joint.law = "{law}", got one; remove it')
+            raise KeyedError(name, "wanted none beside joint.law_file, got one; remove it")
 
 
 def _of_uncertainty(study: StudyTables) -> None:

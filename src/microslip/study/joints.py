@@ -6,7 +6,8 @@ from typing import Any
 
 from microslip._core.parameters import key_of, parameter_of
 from microslip.errors import InputError
-from microslip.friction import LAWS, BackboneLaw, Interface, PressedJoint
+from microslip.friction import BackboneLaw, Interface, PressedJoint
+from microslip.friction.law_files import load_law
 from microslip.normal import (
     AsperityPopulation,
     GreenwoodWilliamson,
@@ -18,28 +19,19 @@ from microslip.normal.elastic_plastic import MODELS
 from microslip.study.fields import (
     LOAD,
     YIELD_STRESS,
-    DescribedAlone,
-    can_be_described,
     key_for,
     one_of,
-    table_of,
+    text,
 )
-from microslip.study.part import Part, Table, key, optional_key, tag
+from microslip.study.part import Part, Table, key, optional_key
 from microslip.study.pressure import ANY_PRESSURE, PressurePart
 from microslip.study.readers import Items, KeyedError, Place
 from microslip.study.uncertain import Unsure
-
-INTERFACE = key_of(Interface)
 
 
 class Joint(Part):
     """Friction coefficient [–] and normal loads [N] of the joint."""
 
-    law: str = tag(
-        INTERFACE,
-        "Friction law: interface is that of the surface, others have their own keys.",
-        default=INTERFACE,
-    )
     friction_coefficient: float = key_for(parameter_of(Interface, "friction_coefficient"))
     normal_load: tuple[float, ...] = key(
         Items(Unsure(LOAD), '["500 N", "2 kN"]', single=True, distinct=True),
@@ -68,6 +60,8 @@ class Joint(Part):
         "Bolts with a tension or a torque give the load, too.",
         '{ kind = "bolt", size = "M8", preload = "15 kN", plates = ["10 mm", "10 mm"] }',
     )
+
+    law = key_of(Interface)
 
     def check(self, place: Place) -> None:
         """Bolts say the load, and what is said of tightening needs its load."""
@@ -143,10 +137,31 @@ class Joint(Part):
         return Interface(surface, self.friction_coefficient, normal_load)
 
 
-class LawJoint(DescribedAlone):
-    """A friction law by its own parameters; it knows no surface and no normal load."""
+class LawJoint(Part):
+    """A friction law from a file, which has neither a surface nor a normal load."""
 
-    law: str
+    law_file: str = key(
+        text("the name of a law file", "law.json"),
+        "JSON file of a friction law, in place of [surface] and the other keys of [joint]; "
+        "relative to the folder of the study. microslip.friction.save_law writes it.",
+    )
+    friction_law: BackboneLaw
+    """The law in the file."""
+
+    def check(self, place: Place) -> None:
+        """Read the law."""
+        reading = place.reading
+        try:
+            law = load_law(reading.path(self.law_file))
+        except InputError as error:
+            message = reading.message(str(error), self.law_file)
+            raise KeyedError(".law_file", message.replace("`", "")) from None
+        self.keep(friction_law=law)
+
+    @property
+    def law(self) -> str:
+        """Name of the friction law."""
+        return key_of(type(self.friction_law))
 
     @property
     def loads(self) -> tuple[float, ...]:
@@ -155,17 +170,12 @@ class LawJoint(DescribedAlone):
 
     def build(self) -> BackboneLaw:
         """The law."""
-        law: BackboneLaw = super().build()
-        return law
+        return self.friction_law
 
 
-LAW_TABLES: dict[str, type[Any]] = {
-    key_of(law): table_of(law, "law", __name__, LawJoint)
-    for law in LAWS
-    if law is not Interface and can_be_described(law)
-}
-"""Tables of the friction laws that are made of numbers only, by their names."""
+def _model_name(raw: Any) -> str:
+    """Return the table that the keys of [joint] belong to."""
+    return "LawJoint" if "law_file" in raw else "Joint"
 
-ANY_JOINT = Table(Joint, *LAW_TABLES.values(), tag="law", usual=INTERFACE)
 
-globals().update({table.__name__: table for table in LAW_TABLES.values()})
+ANY_JOINT = Table(Joint, LawJoint, tell=_model_name)

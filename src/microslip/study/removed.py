@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 
 REMOVED_KEYS: dict[str, str] = {
+    "joint.law": 'leave it out for an interface, or write law_file = "law.json", which '
+    "microslip.friction.save_law writes (docs/study.md)",
     "oscillator": "use ms.Oscillator in Python (docs/oscillator.md)",
     "excitation.load_variation": "use joint.coupled_force in Python (docs/varying-load.md)",
     "excitation.history.normal_load": "use joint.coupled_response in Python (docs/varying-load.md)",

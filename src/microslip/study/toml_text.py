@@ -63,7 +63,7 @@ def apply(
     return _with_comments(text, data, changes), data, changes
 
 
-FILE_KEYS = ("file", "scan", "identification")
+FILE_KEYS = ("file", "law_file", "scan", "identification")
 """Keys whose text names a file or a folder."""
 
 

@@ -278,6 +278,8 @@ def document(outcome: Identified, say: Say = str, files: bool = False) -> Docume
         summary["campaign"] = together.data_of(campaign, (), fit["confidence"])
     if toml is not None:
         tables.append(text_file("joint.toml", lambda: toml))
+        if (law := numbers.law_json(outcome.first)) is not None:
+            tables.append(text_file(numbers.LAW_FILE, lambda: law))
         words = Note("In joint.toml, for: microslip predict joint.toml")
         sections.append(Section("The joint as a study", (words, Listing(toml)), brief=False))
     method = Note(_METHOD.format(level=level))

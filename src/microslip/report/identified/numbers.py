@@ -13,8 +13,10 @@ from microslip._core.verdicts import Verdict, Word
 from microslip._core.wording import joined, shorten
 from microslip._version import __version__
 from microslip.errors import InputError
+from microslip.friction.law_files import law_content, law_text
 from microslip.identification import Identification
 from microslip.identification.caveats import HAS_VALUE, ends_text, label, number_text
+from microslip.identification.result import law_study
 from microslip.identification.verdicts import verdicts
 from microslip.report.document import Number
 from microslip.study.toml_text import dump
@@ -229,6 +231,9 @@ def energy_text(record: Summary) -> str:
     return f"{100.0 * energy:+.3f} ± {100.0 * (error or 0.0):.3f} %".replace("-", "−", 1)
 
 
+LAW_FILE = "law.json"
+
+
 def joint_text(
     result: Identification, source_study: StudyDescription | None, say: Callable[[str], str] = str
 ) -> tuple[str | None, str]:
@@ -237,7 +242,10 @@ def joint_text(
     Its materials are of the study; remarks say what in it is no result, as ``say`` puts it.
     """
     if result.law != "interface":
-        return None, f"no joint.toml: a study describes an interface, and this is {result.law}"
+        text = law_json(result)
+        if text is None:
+            return None, f"no joint.toml: a study describes no joint of this fit of {result.law}"
+        return f"{_remarks(result.summary(), say)}\n{dump(law_study(result.records, LAW_FILE))}", ""
     if source_study is None:
         return None, "no joint.toml: the materials are not known; name a study that has them"
     try:
@@ -260,6 +268,16 @@ def joint_text(
     order = ("schema", "title", "not_identified", "material", "surface", "joint", "excitation")
     study = {key: study[key] for key in (*order, *study) if key in study}
     return f"{_remarks(summary, say)}\n{dump(study)}", ""
+
+
+def law_json(result: Identification) -> str | None:
+    """Return the content of law.json, or None for an interface and for laws that have no file."""
+    if result.law == "interface":
+        return None
+    try:
+        return law_text(law_content(result.joint()))
+    except InputError:
+        return None
 
 
 _KEYS = {
@@ -299,7 +317,9 @@ def _remarks(summary: Summary, say: Callable[[str], str]) -> str:
         lines.append(
             f"NOT identified, one of many values that fit the loops: {', '.join(open_ones)}."
         )
-    if knows_radius(summary):
+    if summary["law"] != "interface":
+        lines.append(f"The law itself is in {LAW_FILE}.")
+    elif knows_radius(summary):
         lines += [
             "radius and density: separated by the contact area, radius or density that was given."
         ]

@@ -9,6 +9,7 @@ import numpy as np
 
 from microslip._core.checks import Floats
 from microslip._core.units import engineering, significant
+from microslip._core.wording import shorten
 from microslip.report.cells import quantity
 from microslip.report.document import (
     Block,
@@ -218,7 +219,7 @@ def study_facts(study: StudyDescription) -> tuple[Facts, ...]:
         load = study.joint.keys["normal_load"].heading
         joint = tuple(row for row in joint if row[0] != load)
     if (surface := study.surface) is None:
-        joint = (("Friction law", study.joint.law), *joint)
+        joint = (("Friction law", shorten(repr(study.joint.build()), 200)), *joint)
     else:
         law, _ = LAWS.get(surface.law, (surface.law, ""))
         bodies = (("Bodies", " on ".join(surface.materials)), ("Normal law", law))

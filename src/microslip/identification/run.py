@@ -34,11 +34,11 @@ from microslip.identification.result import Identification
 from microslip.materials import MaterialPair
 from microslip.normal import GreenwoodWilliamson
 from microslip.numerics.threads import single_threaded
+from microslip.tribometer.cycle_columns import checked_gains
 from microslip.tribometer.cycles import check_direction
 from microslip.tribometer.folding import MOST_BINS, averaged, stated_noise
 from microslip.tribometer.folding import Folded as Folded
 from microslip.tribometer.folding import fold as fold
-from microslip.tribometer.measurement import checked_gains
 from microslip.tribometer.record import Record
 
 _MOST_FORCES = 1 << 15

@@ -10,7 +10,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip._core.checks import Floats
+from microslip._core.checks import Floats, exact, positive, show
+from microslip._core.wording import did_you_mean
+from microslip.errors import InputError
 from microslip.tribometer.blocks import blocks_of
 from microslip.tribometer.cuts import Cuts
 from microslip.tribometer.record import Record
@@ -370,3 +372,31 @@ def friction_log(x: Floats, force: Floats, columns: Mapping[str, Floats]) -> Fri
                 order = np.argsort(middle[chosen], kind="stable")
                 way[at] = np.interp(place, middle[chosen][order], forces[chosen][order])
     return FrictionLog(rows, place, ways[0], ways[1])
+
+
+_SENSORS = ("force", "displacement", "normal_load")
+
+
+def checked_gains(errors: Mapping[str, float] | None) -> dict[str, float]:
+    """Validate the relative standard deviations [-] of the gains, by what their sensors measure."""
+    if errors is not None and not isinstance(errors, Mapping):
+        raise InputError(
+            f"`gain_errors` must be a mapping such as {{'force': 0.01}}, got {show(errors)}"
+        )
+    for role in errors or ():
+        if role not in _SENSORS:
+            raise InputError(
+                f"`gain_errors` must be among {', '.join(_SENSORS)}, got {show(role)}"
+                f"{did_you_mean(role, _SENSORS) if isinstance(role, str) else ''}"
+            )
+    checked = {
+        role: positive(f"error of the gain of {role}", error)
+        for role, error in (errors or {}).items()
+    }
+    for role, error in checked.items():
+        if error >= 1.0:
+            raise InputError(
+                f"`gain_errors`: that of {role} must be a share below 1, such as 0.01 for 1 %, got "
+                f"{exact(error)}"
+            )
+    return checked

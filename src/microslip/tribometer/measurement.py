@@ -15,19 +15,20 @@ from microslip._core.checks import Floats, exact, positive, show
 from microslip._core.frozen import lock
 from microslip._core.quantities import json_value
 from microslip._core.units import engineering, significant
-from microslip._core.wording import did_you_mean, plural
+from microslip._core.wording import plural
 from microslip.errors import InputError
 from microslip.figures.plot import Plot
 from microslip.figures.plottable import Plottable
 from microslip.friction import BackboneLaw
-from microslip.tribometer.blocks import Block, Blocks, Count, Dissipated, dissipated
+from microslip.tribometer.blocks import Blocks, Count, Dissipated, dissipated
 from microslip.tribometer.conditioning import condition
-from microslip.tribometer.cuts import Cuts, noise_of, one_loop
+from microslip.tribometer.cuts import noise_of, one_loop
 from microslip.tribometer.cycle_columns import (
     LABELS,
     STIFFNESSES,
     UNITS,
     FrictionLog,
+    checked_gains,
     columns_of,
     friction_log,
     gain_error,
@@ -36,11 +37,15 @@ from microslip.tribometer.cycles import check_direction, cycles_of
 from microslip.tribometer.estimates import Estimate, mean_of, mean_of_inverses, trend, with_gain
 from microslip.tribometer.options import CONFIDENCE
 from microslip.tribometer.record import Record
+from microslip.tribometer.record_motion import (
+    frequency_of,
+    load_ripple_of,
+    mean_loop_of,
+    third_harmonic_of,
+)
 from microslip.tribometer.regimes import REGIMES, Thresholds, regimes_of, thresholds
 
-_FOLDS = 64
 _NOISE_SAMPLES = 1 << 17
-_SENSORS = ("force", "displacement", "normal_load")
 MOST_OF_LOOP = 1 << 17
 """Samples of a record that may be a single averaged loop, at most."""
 _MOST = {
@@ -371,11 +376,11 @@ def measure(
         gain_errors=MappingProxyType(gains),
         probability=MappingProxyType(record_regimes.probability),
         confidence=level,
-        frequency=_frequency(record, blocks),
-        third_harmonic=_third_harmonic(record.displacement, judged.largest_block),
-        load_ripple=_ripple(record, judged.largest_block),
+        frequency=frequency_of(record, blocks),
+        third_harmonic=third_harmonic_of(record.displacement, judged.largest_block),
+        load_ripple=load_ripple_of(record, judged.largest_block),
         rig_stiffness=rig_stiffness,
-        loop=_mean_loop(x, force, columns, np.flatnonzero(counting.selection)),
+        loop=mean_loop_of(x, force, columns, np.flatnonzero(counting.selection)),
         notes=tuple(notes),
         is_settled=not counting.is_moving,
         count=judged.count,
@@ -424,31 +429,6 @@ def _energy_noise(x: Floats, force: Floats, period: float) -> float:
 
 def _with_units(means: Mapping[str, Estimate]) -> dict[str, Any]:
     return {name: {"unit": UNITS[name], **mean._asdict()} for name, mean in means.items()}
-
-
-def checked_gains(errors: Mapping[str, float] | None) -> dict[str, float]:
-    """Relative standard deviations of the gains of the sensors, by what these measure."""
-    if errors is not None and not isinstance(errors, Mapping):
-        raise InputError(
-            f"`gain_errors` must be a mapping such as {{'force': 0.01}}, got {show(errors)}"
-        )
-    for role in errors or ():
-        if role not in _SENSORS:
-            raise InputError(
-                f"`gain_errors` must be among {', '.join(_SENSORS)}, got {show(role)}"
-                f"{did_you_mean(role, _SENSORS) if isinstance(role, str) else ''}"
-            )
-    checked = {
-        role: positive(f"error of the gain of {role}", error)
-        for role, error in (errors or {}).items()
-    }
-    for role, error in checked.items():
-        if error >= 1.0:
-            raise InputError(
-                f"`gain_errors`: that of {role} must be a share below 1, such as 0.01 for 1 %, got "
-                f"{exact(error)}"
-            )
-    return checked
 
 
 def _turned_to_its_peak(record: Record) -> Record:
@@ -510,66 +490,3 @@ def _refuse_soft(rig_stiffness: float, x: Floats, force_amplitude: Floats, block
         f"{engineering(moved, 'm')}; a number alone is in N/m, so {exact(rig_stiffness)} "
         f"N/um is `rig_stiffness={1e6 * rig_stiffness:g}`"
     )
-
-
-def _frequency(record: Record, blocks: Blocks) -> float | None:
-    """Cycles a second within the blocks; what lies between them does not count."""
-    cuts = [block.first + block.cycles.cuts for block in blocks.having_cycles]
-    cycle_count = sum(block.cycle_count for block in blocks.having_cycles)
-    if record.time is not None:
-        return cycle_count / float(sum(record.time[cut[-1]] - record.time[cut[0]] for cut in cuts))
-    if record.sample_rate is not None:
-        return cycle_count * record.sample_rate / float(sum(cut[-1] - cut[0] for cut in cuts))
-    return None
-
-
-def _angles(cycles: Cuts, sample_limit: int = 1 << 18) -> tuple[slice, Floats]:
-    """Some whole cycles at the begin, and the share of its cycle for each of their samples."""
-    count = max(
-        1, int(np.searchsorted(cycles.cuts, cycles.cuts[0] + sample_limit, side="right")) - 1
-    )
-    cuts = cycles.cuts[: count + 1]
-    place = np.arange(cuts[0], cuts[-1])
-    return slice(int(cuts[0]), int(cuts[-1])), np.interp(place, cuts, np.arange(cuts.size)) % 1.0
-
-
-def _third_harmonic(x: Floats, block: Block) -> float:
-    piece, share = _angles(block.cycles)
-    x = x[block.samples]
-    y = x[piece] - x[piece].mean()
-    first, third = (abs(np.dot(y, np.exp(-2j * math.pi * n * share))) for n in (1, 3))
-    return float(third / first)
-
-
-def _ripple(record: Record, block: Block) -> float | None:
-    if not isinstance(record.normal_load, np.ndarray):
-        return None
-    piece, share = _angles(block.cycles)
-    load = record.normal_load[block.samples][piece]
-    folds = min(_FOLDS, max(4, int(block.cycles.period)))
-    fold = np.minimum((share * folds).astype(np.int64), folds - 1)
-    count = np.bincount(fold, minlength=folds)
-    mean = np.bincount(fold, load, minlength=folds)[count > 0] / count[count > 0]
-    return float(0.5 * np.ptp(mean) / load.mean()) if load.mean() != 0.0 else None
-
-
-def _mean_loop(
-    x: Floats,
-    force: Floats,
-    columns: Mapping[str, Floats],
-    rows: NDArray[np.intp],
-    samples: int = 256,
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Mean of up to a hundred of the counting cycles, spread over the record; closed."""
-    places = rows[np.linspace(0, rows.size - 1, min(100, rows.size)).astype(int)]
-    grid = np.linspace(0.0, 1.0, samples + 1)
-    total = np.zeros((2, grid.size))
-    for i in places:
-        first = int(columns["start"][i])
-        last = first + int(columns["period"][i])
-        share = np.arange(last - first + 1) / (last - first)
-        for row, values in zip(total, (x, force), strict=True):
-            row += np.interp(grid, share, values[first : last + 1])
-    total /= places.size
-    total[:, -1] = total[:, 0]
-    return lock(total[0].copy()), lock(total[1].copy())

@@ -35,10 +35,12 @@ from microslip.normal.measured_face import (
     Task,
     cached,
     check_pressure,
+    contact_numbers,
     face_of,
+    progress_halves,
     ratio_of,
     read_law,
-    stiffness_scatter,
+    resolution_changes,
     write_law,
 )
 from microslip.normal.table import TabulatedNormalLaw
@@ -152,7 +154,7 @@ class MeasuredContact(TabulatedNormalLaw):
             face, pressure / modulus, bound / modulus, pair.stiffness_ratio, piece, loads, lightest,
             bool(own_tightening),
         )  # fmt: skip
-        first_half, second_half = _halves(progress) if coarser else (progress, None)
+        first_half, second_half = progress_halves(progress) if coarser else (progress, None)
         if cache is None:
             solution = task.solved(workers, first_half)
         else:
@@ -163,9 +165,9 @@ class MeasuredContact(TabulatedNormalLaw):
                 f"got {solution.pixels} of {face.heights.size} under {pressure:.4g} Pa: a larger "
                 "scan, a smaller pixel, or a longer short-wave cut-off"
             )
-        changes = _resolution(task, solution, workers, second_half) if coarser else {}
+        changes = resolution_changes(task, solution, workers, second_half) if coarser else {}
         area = face.area if area is None else positive("area", area, "m^2", 1e-4)
-        numbers = dataclasses.replace(_numbers(task, solution, pressure, bound), **changes)
+        numbers = dataclasses.replace(contact_numbers(task, solution, pressure, bound), **changes)
         self._set(solution, numbers, pair, area, direction)
         assign(self, _source=(face, piece, loads, lightest, coarser, workers))
 
@@ -476,70 +478,6 @@ def _table(solution: FaceSolution) -> tuple[Floats, Floats]:
         if values[i] < values[hull[-1]]:
             hull.append(i)
     return fine[hull], values[hull]
-
-
-def _numbers(task: Task, solution: FaceSolution, pressure: float, bound: float) -> ContactNumbers:
-    face = task.face
-    pieces = face.pieces(task.piece)
-    spread = float(np.var([piece.mean() for piece in pieces])) / face.rms**2
-    shares, directions = np.linalg.eigh(solution.sliding)
-    stiffest = directions[:, 1]
-    heaviest, lighter = (ratio_of(t, None) for t in (solution.sliding, solution.lighter_sliding))
-    return ContactNumbers(
-        pressure=pressure,
-        hardness=None if math.isinf(bound) else bound,
-        pixel=face.pixel,
-        rms=face.rms,
-        slope=face.slope,
-        relative_pressure=task.pressure / face.slope,
-        contact_share=float(solution.contact[0]),
-        hard_share=solution.hard,
-        points=solution.pixels,
-        pieces=len(pieces),
-        scatter=stiffness_scatter(solution),
-        between_pieces=spread,
-        stiffness_ratios=(1.0 / float(shares[1]), 1.0 / float(shares[0])),
-        stiffest_direction=math.atan2(stiffest[1], stiffest[0]) % math.pi,
-        ratio_change=lighter / heaviest,
-        coarser=None,
-        own_tightening=task.own_tightening,
-    )
-
-
-def _halves(progress: Progress | None) -> tuple[Progress | None, Progress | None]:
-    """Progress of one half, and of the other."""
-    if progress is None:
-        return None, None
-    return (
-        lambda done, total: progress(done, 2 * total),
-        lambda done, total: progress(total + done, 2 * total),
-    )
-
-
-def _resolution(
-    task: Task, solution: FaceSolution, workers: int, progress: Progress | None
-) -> dict[str, Any]:
-    """Stiffness at the heaviest load from every second point, and without the short waves.
-
-    Each over that of all, None where such a face does not bear the pressure; and where waves end.
-    """
-    smooth, cutoff = task.face.smoother
-    half = None if task.piece is None else max(task.piece // 2, 8)
-    changes: dict[str, Any] = {"cutoff": cutoff}
-    for name, face, piece in (
-        ("coarser", task.face.coarser, half),
-        ("smoother", smooth, task.piece),
-    ):
-        scale = task.face.pixel[0] / face.pixel[0]  # slopes are pressures over E* a pixel
-        try:
-            last = progress if name == "smoother" else None  # the other has a quarter of the points
-            other = task._replace(face=face, piece=piece).solved(workers, last)
-        except InputError:
-            changes[name] = None
-        else:
-            slopes = (float(found.slope[0].mean()) for found in (other, solution))
-            changes[name] = scale * next(slopes) / next(slopes)
-    return changes
 
 
 def _waves() -> Floats:

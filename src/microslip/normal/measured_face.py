@@ -286,6 +286,74 @@ _ARRAYS = {"separation": 1, "pressure": 2, "slope": 2, "contact": 1, "sliding": 
            "lighter_sliding": 2, "map": 2, "reach": 2, "lighter_tightenings": 2}  # fmt: skip
 
 
+def contact_numbers(
+    task: Task, solution: FaceSolution, pressure: float, bound: float
+) -> ContactNumbers:
+    """Return the numbers of a contact [SI] from the solution of its face."""
+    face = task.face
+    pieces = face.pieces(task.piece)
+    spread = float(np.var([piece.mean() for piece in pieces])) / face.rms**2
+    shares, directions = np.linalg.eigh(solution.sliding)
+    stiffest = directions[:, 1]
+    heaviest, lighter = (ratio_of(t, None) for t in (solution.sliding, solution.lighter_sliding))
+    return ContactNumbers(
+        pressure=pressure,
+        hardness=None if math.isinf(bound) else bound,
+        pixel=face.pixel,
+        rms=face.rms,
+        slope=face.slope,
+        relative_pressure=task.pressure / face.slope,
+        contact_share=float(solution.contact[0]),
+        hard_share=solution.hard,
+        points=solution.pixels,
+        pieces=len(pieces),
+        scatter=stiffness_scatter(solution),
+        between_pieces=spread,
+        stiffness_ratios=(1.0 / float(shares[1]), 1.0 / float(shares[0])),
+        stiffest_direction=math.atan2(stiffest[1], stiffest[0]) % math.pi,
+        ratio_change=lighter / heaviest,
+        coarser=None,
+        own_tightening=task.own_tightening,
+    )
+
+
+def progress_halves(progress: Progress | None) -> tuple[Progress | None, Progress | None]:
+    """Split the report of progress into those of the first and the second half of the work."""
+    if progress is None:
+        return None, None
+    return (
+        lambda done, total: progress(done, 2 * total),
+        lambda done, total: progress(total + done, 2 * total),
+    )
+
+
+def resolution_changes(
+    task: Task, solution: FaceSolution, workers: int, progress: Progress | None
+) -> dict[str, Any]:
+    """Return the changes of stiffness at the heaviest load by every second point, and by smoothing.
+
+    Each is over the stiffness of all points, None where such a face does not bear the pressure;
+    ``cutoff`` is the shortest wave of the smooth face [m].
+    """
+    smooth, cutoff = task.face.smoother
+    half = None if task.piece is None else max(task.piece // 2, 8)
+    changes: dict[str, Any] = {"cutoff": cutoff}
+    for name, face, piece in (
+        ("coarser", task.face.coarser, half),
+        ("smoother", smooth, task.piece),
+    ):
+        scale = task.face.pixel[0] / face.pixel[0]  # slopes are pressures over E* a pixel
+        try:
+            last = progress if name == "smoother" else None  # the other has a quarter of the points
+            other = task._replace(face=face, piece=piece).solved(workers, last)
+        except InputError:
+            changes[name] = None
+        else:
+            slopes = (float(found.slope[0].mean()) for found in (other, solution))
+            changes[name] = scale * next(slopes) / next(slopes)
+    return changes
+
+
 def write_law(law: Any, path: str | os.PathLike[str], overwrite: bool) -> None:
     """Write a MeasuredContact."""
     bodies = [

@@ -16,7 +16,7 @@ from microslip.figures.plot import COLORS, DASHES, Axis, Entry, Panel, Plot, sta
 from microslip.report import cells
 from microslip.report.document import Block, Column, Document, Items, Section, Table, Verdicts
 from microslip.report.files import csv_text, header, text_cell, text_file
-from microslip.report.structure.document import MOTIONS
+from microslip.report.structure.fitted import MOTIONS
 from microslip.structures import ModalTest
 
 KIND = "microslip-modal-test"

@@ -15,7 +15,7 @@ from microslip._core.quantities import QUANTITIES, json_value, named
 from microslip._core.units import engineering
 from microslip.figures.picture import Picture
 from microslip.report import cells
-from microslip.report.document import Block, Column, Facts, Note, Number, Section, Table, Verdicts
+from microslip.report.document import Block, Column, Facts, Note, Number, Section, Table
 from microslip.report.structure.bolts import (
     comparison,
     force_numbers,
@@ -29,7 +29,7 @@ from microslip.report.structure.driven import (
     force_section,
     response_numbers,
 )
-from microslip.report.structure.fitted_study import FITTED_STUDY
+from microslip.report.structure.fitted import fitted_numbers, fitted_section
 from microslip.report.structure.pictures import (
     curve_plot,
     loss_plot,
@@ -38,7 +38,7 @@ from microslip.report.structure.pictures import (
     slip_plot,
 )
 from microslip.runs.structure_prediction import Bands, Mode, StructurePrediction
-from microslip.structures import Convergence, ModalCurve, ModalIdentification, ModalTest
+from microslip.structures import Convergence
 from microslip.structures.modal_curve import Resonance
 
 _PATCH = ("x", "y", "area", "gap", "normal_load")
@@ -107,7 +107,7 @@ def sections(prediction: StructurePrediction) -> tuple[Section, ...]:
     if ranking:
         parts.append(Section("Contributions to the scatter", tuple(ranking)))
     if prediction.identified is not None:
-        parts.append(_fitted(prediction, prediction.identified))
+        parts.append(fitted_section(prediction, prediction.identified))
     parts.append(Section("Structure in figures", pictures(prediction), brief=False))
     return tuple(parts)
 
@@ -179,7 +179,7 @@ def numbers(prediction: StructurePrediction) -> dict[str, Any]:
         "bolts": force_numbers(prediction.part.bolt_forces),
         "slack_bolts": list(prediction.part.bolts.slack) or None,
         "all_tight": tight_numbers(prediction.tight) or None,
-        "identified": prediction.identified and _identified(prediction.identified),
+        "identified": prediction.identified and fitted_numbers(prediction.identified),
     }
     return {
         "answer": answer(prediction),
@@ -219,32 +219,6 @@ def _curves(mode: Mode) -> dict[str, Floats]:
         for word, row in zip(("low", "median", "high"), getattr(mode.bands, name), strict=True):
             curves[f"modal_{name}_{word}"] = row
     return curves
-
-
-def _identified(identified: ModalIdentification) -> dict[str, Any]:
-    return {
-        "values": dict(identified.values),
-        "intervals": {name: list(ends) for name, ends in identified.intervals.items()},
-        "scatter": dict(zip(identified.values, identified.scatter.tolist(), strict=True)),
-        "correlation": identified.correlation.tolist(),
-        "misfit": json_value(identified.misfit),
-        "linear_frequencies": [
-            dict(zip(("test", "study", "fitted"), row, strict=True))
-            for row in identified.linear_frequencies.tolist()
-        ],
-        "curves": [
-            {
-                "mode": curve.index + 1,
-                "amplitude": json_value(curve.amplitude),
-                "modal_frequency": json_value(curve.frequency),
-                "modal_damping_ratio": json_value(curve.damping_ratio),
-                "modal_frequency_bands": json_value(band[0]),
-                "modal_damping_ratio_bands": json_value(band[1]),
-            }
-            for curve, band in zip(identified.curves, identified.bands, strict=True)
-        ],
-        "verdicts": [v.word for v in identified.verdicts],
-    }
 
 
 def _mode_numbers(mode: Mode) -> dict[str, Any]:
@@ -375,87 +349,6 @@ def _bands_remark(mode: Mode, meshed: bool) -> str:
         f"{text} Their ends are moved out by {mode.bands.model_error[1]:.1%} of the joint's "
         "damping, the error of patches, mesh and reduction."
     )
-
-
-_FITTED = {
-    "friction_coefficient": "Friction coefficient",
-    "tension": "Bolt tension, of the study's",
-    "form": "Factor on the form",
-    "young_modulus": "Young's modulus, of the study's",
-    "base_damping_ratio": "Base damping ratio",
-}
-
-
-def _fitted(prediction: StructurePrediction, identified: ModalIdentification) -> Section:
-    """Parameters of the joint identified and not identified by the test."""
-    listed = (
-        Column("parameter", "Parameter"),
-        Column("value", "Value", "", write=cells.ratio),
-        Column("low", "5 %", "", write=cells.ratio),
-        Column("high", "95 %", "", write=cells.ratio),
-    )
-    rows = tuple(
-        (_FITTED[name], value, *identified.intervals[name])
-        for name, value in identified.values.items()
-    )
-    table = Table("Fitted to the test", listed, rows, noun="parameters")
-    verdicts = Verdicts(identified.verdicts, caption=_strongest_correlation(identified))
-    listed_curves = zip(prediction.tests, identified.curves, identified.bands, strict=True)
-    compared = (_compared(*fitted) for fitted in listed_curves)
-    saved = Note(f"Saved as a study in {FITTED_STUDY}, for: microslip predict {FITTED_STUDY}")
-    blocks: list[Block] = [table, verdicts, _linear(prediction, identified), *compared, saved]
-    return Section("Fitted to the test", tuple(blocks))
-
-
-def _linear(prediction: StructurePrediction, identified: ModalIdentification) -> Table:
-    """Frequencies of sticking joints beside those of the smallest amplitudes of the tests."""
-    listed = (
-        Column("mode", "Mode"),
-        *(
-            Column(f"{name}_frequency", label, "Hz", write=lambda f: f"{f:.5g}")
-            for name, label in (
-                ("test", "Test, smallest amplitude"),
-                ("study", "Joints stick, as in the study"),
-                ("linear", "Joints stick, fitted"),
-            )
-        ),
-    )
-    numbered = zip(prediction.tests, identified.linear_frequencies.tolist(), strict=True)
-    rows = tuple((test.mode + 1, *row) for test, row in numbered)
-    return Table("Linear frequencies", listed, rows, noun="tests")
-
-
-MOTIONS = {"steady": "steady motion", "decay": "free decay"}
-_COMPARED = (
-    Column("amplitude", "Displacement amplitude at the sensor", "m", 3, short="amplitude"),
-    Column("test_frequency", "Frequency, test", "Hz", write=lambda f: f"{f:.5g}"),
-    Column("fitted_frequency", "fitted", "Hz", write=lambda f: f"{f:.5g}"),
-    Column("test_damping_ratio", "ζ, test", "", write=cells.ratio),
-    Column("fitted_damping_ratio", "ζ, fitted", "", write=cells.ratio),
-    Column("fitted_damping_ratio_low", "ζ, 5 %", "", write=cells.ratio),
-    Column("fitted_damping_ratio_high", "ζ, 95 %", "", write=cells.ratio),
-)
-
-
-def _compared(test: ModalTest, curve: ModalCurve, band: Floats) -> Table:
-    """A test beside the curve that was fitted to it, with the band of the fitted parameters."""
-    columns = (
-        test.amplitude, test.frequency, curve.frequency, test.damping_ratio,
-        test.damping_of(curve), *band[1],
-    )  # fmt: skip
-    rows = tuple(zip(*(json_value(column) for column in columns), strict=True))
-    title = f"Fitted curve of mode {test.mode + 1}, {MOTIONS[test.motion]}"
-    return Table(title, _COMPARED, rows, noun="amplitudes")
-
-
-def _strongest_correlation(identified: ModalIdentification) -> str:
-    """The two parameters that the test tells apart least, in words."""
-    names, matrix = tuple(identified.values), abs(identified.correlation)
-    if len(names) < 2:
-        return ""
-    first, second = divmod(int(np.argmax(np.triu(matrix, 1))), len(names))
-    value = identified.correlation[first, second]
-    return f"{_FITTED[names[first]]} and {_FITTED[names[second]].lower()} correlate by {value:.2f}."
 
 
 def _convergence_section(convergence: Convergence, number: int) -> Section:

@@ -10,7 +10,7 @@ from types import MappingProxyType
 from typing import Any
 
 from microslip._version import __version__
-from microslip.chapter import contact, joint, rig, sketches, surface
+from microslip.chapter import contact, joint, loops, rig, sketches, surface
 from microslip.chapter.plate import Drawing, Plate
 from microslip.errors import InputError
 
@@ -25,7 +25,7 @@ def _place(plate: Plate) -> float:
     return int(number) if number else math.inf
 
 
-_MODULES = (sketches, contact, surface, joint, rig)
+_MODULES = (sketches, contact, loops, surface, joint, rig)
 _ENTRIES = (entry for module in _MODULES for entry in vars(module).values())
 PLATES = tuple(sorted((entry for entry in _ENTRIES if isinstance(entry, Plate)), key=_place))
 """Every figure, in the order of the chapter; last what it has not."""

@@ -10,6 +10,10 @@ import numpy as np
 from microslip.errors import InputError
 from microslip.structures.matrices import check_mass, check_stiffness, symmetric_matrix
 
+KIND: Final = "microslip-reduced-joint"
+NEWER: Final = {"base_inertia": "mass", "sensor_base": "sensor_rows"}
+"""Arrays that earlier files do not have, and the arrays that have as many rows."""
+
 # A letter for each size, the same wherever it stands: degrees of freedom n, patches p, bolts b,
 # sensors s, samples m, points v and facets f of the outside with c corners.
 _SHAPES: Final = {
@@ -24,7 +28,9 @@ _POSITIVE: Final = ("patch_areas", "bolt_stiffness", "samples_weights")
 
 
 def check_arrays(arrays: Mapping[str, Any]) -> None:
-    """Refuse what is missing, of other sizes, no numbers, or no mass and stiffness."""
+    """Refuse arrays that are missing, of other sizes, not finite, or no mass and stiffness."""
+    if str(arrays.get("kind", "")) != KIND:
+        raise InputError("holds no reduced joint; ReducedJoint.save writes such files")
     sizes: dict[str, int] = {str(count): count for count in (2, 3, 4)}
     for name, letters in _SHAPES.items():
         if name not in arrays:
@@ -52,3 +58,10 @@ def check_arrays(arrays: Mapping[str, Any]) -> None:
     mass = symmetric_matrix("mass", arrays["mass"])
     check_mass(mass)
     check_stiffness(symmetric_matrix("stiffness", arrays["stiffness"]), mass)
+    for name, rows in NEWER.items():
+        array = arrays.get(name, np.zeros((0, 3)))
+        shapes = (0, 3), (len(arrays[rows]) + 3 * (rows == "mass"), 3)
+        if array.dtype.kind not in "iuf" or array.shape not in shapes:
+            raise InputError(f"is damaged: {name} has the shape {array.shape}")
+        if not np.isfinite(array).all():
+            raise InputError(f"is damaged: {name} holds what is no number")

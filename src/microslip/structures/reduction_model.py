@@ -25,15 +25,12 @@ from microslip.structures.bolts import each_bolt
 from microslip.structures.geometry import GeometryAttachment
 from microslip.structures.joint_groups import FieldAttachment
 from microslip.structures.matrices import vector
-from microslip.structures.reduction_files import check_arrays
+from microslip.structures.reduction_files import KIND, NEWER, check_arrays
 from microslip.structures.reduction_patches import Samples, gaps_at, mean_over
 from microslip.structures.static import base_damping
 from microslip.structures.structure import Preload, Structure
 
-_KIND = "microslip-reduced-joint"
 _NESTED = ("samples", "surface", "geometry")
-_NEWER = {"base_inertia": "mass", "sensor_base": "sensor_rows"}
-"""Arrays that earlier files do not have, and what they have as many rows as."""
 
 
 class Surface(NamedTuple):
@@ -453,7 +450,7 @@ class ReducedJoint(LockedArrays):
             raise InputError(f"{file.name}: a reduced joint is written to an .npz file")
         if self.geometry is not None:
             raise InputError(f"{file.name}: save the joint before with_geometry, which is not kept")
-        arrays: dict[str, Any] = {"kind": np.array(_KIND)}
+        arrays: dict[str, Any] = {"kind": np.array(KIND)}
         for part in (f for f in fields(self) if f.name != "geometry"):
             value = getattr(self, part.name)
             if isinstance(value, (Samples, Surface)):
@@ -483,22 +480,13 @@ class ReducedJoint(LockedArrays):
         file = Path(path)
         with reading(file, "a reduced joint", limit):
             arrays = archived(file)
-            if str(arrays.get("kind", "")) != _KIND:
-                raise InputError("holds no reduced joint; ReducedJoint.save writes such files")
             check_arrays(arrays)
-            for name, rows in _NEWER.items():
-                array = arrays.get(name, np.zeros((0, 3)))
-                shapes = (0, 3), (len(arrays[rows]) + 3 * (rows == "mass"), 3)
-                if array.dtype.kind not in "iuf" or array.shape not in shapes:
-                    raise InputError(f"is damaged: {name} has the shape {array.shape}")
-                if not np.isfinite(array).all():
-                    raise InputError(f"is damaged: {name} holds what is no number")
         samples = Samples(*(arrays[f"samples_{k}"] for k in Samples._fields))
         surface = Surface(*(arrays[f"surface_{k}"] for k in Surface._fields))
         values: dict[str, Any] = {
             f.name: arrays[f.name]
             for f in fields(cls)
-            if f.name not in _NESTED and (f.name in arrays or f.name not in _NEWER)
+            if f.name not in _NESTED and (f.name in arrays or f.name not in NEWER)
         }
         values["sensor_names"] = tuple(str(name) for name in values["sensor_names"])
         values |= {"full_size": int(values["full_size"]), "left_out": float(values["left_out"])}

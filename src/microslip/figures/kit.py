@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -23,7 +23,6 @@ from microslip.figures.plot import (
     Panel,
     Pixels,
     Plot,
-    Rule,
 )
 
 
@@ -222,28 +221,6 @@ def edge_of(left: float, right: float, bottom: float, top: float, color: str, wi
     return Line(x, np.array([bottom, bottom, top, top, bottom], dtype=float), color, width)
 
 
-def sideways_histogram(edges: Floats, density: Floats, foot: float, color: str) -> Area:
-    """A histogram whose classes go up and whose densities go to the right, from a foot on."""
-    shape = np.maximum(np.repeat(density, 2), foot)
-    x = np.concatenate([[foot], shape, [foot]])
-    return Area(x, np.concatenate([edges[:1], np.repeat(edges, 2)[1:-1], edges[-1:]]), color)
-
-
-def marked_line(
-    panel: Panel,
-    x: Floats,
-    y: Floats,
-    how: Look,
-    places: Sequence[int] | NDArray[np.intp] | slice = slice(None),
-) -> None:
-    """A line with markers at some of its points."""
-    panel.line(x, y, how.color)
-    panel.marks(x[places], y[places], how.color, marker=how.marker)
-
-
-# -- panels ----------------------------------------------------------------------------------------
-
-
 def in_rows(panels: Sequence[Panel], columns: int) -> tuple[float, ...]:
     """Put panels into rows of so many, and give the heights of the rows."""
     for number, panel in enumerate(panels):
@@ -258,40 +235,6 @@ class Family(NamedTuple):
     name: str
     unit: str
     lines: Sequence[tuple[Look, Floats]]
-
-
-def families(
-    contents: Sequence[Family],
-    x: Floats,
-    axis: Callable[[bool], Axis],
-    chosen: float,
-    room: float,
-    rest: float,
-    *,
-    first: int = 0,
-    always_log: bool = False,
-) -> Plot:
-    """A panel for each family of lines, three a row, with a chosen place.
-
-    Each row has so much room [in]; ``axis`` is told whether others stand below. Lines begin at the
-    point ``first``, markers are at all.
-    """
-    panels = []
-    for number, (name, unit, lines) in enumerate(contents):
-        values = np.concatenate([line for _, line in lines])
-        scale, label = in_unit(values, unit)
-        positive = visible_values(values)
-        log = always_log or bool(positive.size and positive.max() > 3.0 * positive.min())
-        panel = Panel(axis(number + 3 < len(contents)), Axis(log=log), note=f"{name} [{label}]")
-        panel.add(Rule(chosen, "x", EDGE, 0.9, SHORT_DASH))
-        for how, line in lines:
-            y = drawable(line / scale, log)
-            panel.line(x[first:], y[first:], how.color, dash=how.dash)
-            panel.marks(x, y, how.color, marker=how.marker)
-        panels.append(panel)
-    heights = in_rows(panels, 3) or (1.0,)
-    widths = (1.0,) * max(1, min(3, len(panels)))
-    return Plot(panels, room * len(heights) + rest, heights=heights, widths=widths)
 
 
 def scale_of_colours(

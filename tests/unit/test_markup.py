@@ -57,7 +57,6 @@ amplitudes = ["0.1 um", "1 um"]
 [excitation.history]
 file = {json.dumps(FORMULA + ".csv")}
 column = "displacement"
-normal_load = {{ column = {json.dumps(CALL)} }}
 """
 
 
@@ -214,15 +213,11 @@ def test_data_hold_names_as_they_are(left: Left) -> None:
 
 
 @pytest.mark.parametrize(
-    ("command", "name"),
-    [("predict", "study.toml"), ("identify", "joint.toml"), ("surface", "surface.toml")],
+    ("command", "name"), [("predict", "study.toml"), ("identify", "joint.toml")]
 )
 def test_studies_hold_names_as_text(left: Left, command: str, name: str) -> None:
     """What is left to go on with is read as it was meant, comments of it included."""
     study = tomllib.loads((left.folders[command] / name).read_text(encoding="utf-8"))
-    if command == "surface":
-        assert study["surface"]["scan"] == f"../{FORMULA}.txt"
-        return
     assert study["title"].startswith(TITLE)
     assert set(study["material"]) == {SCRIPT, CALL}
     assert run("check", str(left.folders[command] / name)).exit_code == 0

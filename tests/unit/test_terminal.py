@@ -121,7 +121,7 @@ def test_signals_leave_no_trace(number: signal.Signals) -> None:
     )  # fmt: skip
     assert child.stdout is not None
     child.stdout.readline()  # from now on files are written
-    assert any(name.startswith(".out.") for name in names())
+    assert any(name.startswith(".microslip-") for name in names())
     child.send_signal(number)
     _, said = child.communicate()
     assert child.returncode == 128 + number

@@ -696,6 +696,7 @@ def test_stated_values_go_before_those_of_the_file(put: Any) -> None:
     ms.Record(X, T, 500.0, sample_rate=10.0).to_csv("a.csv")
     record = ms.Record.read("a.csv", sample_rate=20.0, normal_load=600.0)
     assert (record.sample_rate, record.normal_load) == (20.0, 600.0)
+    assert ms.Record.read("a.csv", normal_load="2 kN").normal_load == 2000.0
     assert ms.Record.read("a.csv", normal_load=False).normal_load is None
     assert 'normal_load: 500 N by "line 2" of the file.' in ms.Record.read("a.csv").notes
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import os
+import pickle
 from pathlib import Path
 from typing import Any
 
@@ -137,6 +138,13 @@ def test_progress() -> None:
 
 
 # -- files -----------------------------------------------------------------------------------------
+
+
+def test_copies_hold_the_same_locked_arrays() -> None:
+    copy = pickle.loads(pickle.dumps(SWEPT))
+    np.testing.assert_array_equal(copy["loss_factor"], SWEPT["loss_factor"])
+    assert not copy["loss_factor"].flags.writeable
+    assert repr(copy) == repr(SWEPT)
 
 
 def test_netcdf_is_read_by_all(tmp_path: Path) -> None:

@@ -300,19 +300,6 @@ def test_a_fit_that_does_not_converge(monkeypatch: pytest.MonkeyPatch) -> None:
     assert "(not converged)" in outcome.stdout.splitlines()[1]
 
 
-def test_messages_are_in_options() -> None:
-    """What the package would write as arguments the command writes as options."""
-    for words, wanted in (
-        (("--fix", "friction_coefficient=50"), 'set others by bounds={"friction_coefficient"'),
-        (("--fix", 'rig_stiffness="2e8 N/m"'.replace('"', "")), "--rig-stiffness"),
-        (("--contact-area", "6 mm^2, 1 mm^2, 2 kN"), "--contact-area needs pair="),
-    ):
-        message = fails("identify", "heavy.csv", *words)
-        assert wanted in message
-        assert "ms." not in message
-        assert "rig_stiffness=" not in message.replace("--fix rig_stiffness=", "")
-
-
 def test_nothing_is_replaced_unasked(folder: Path) -> None:
     (folder / "out").mkdir()
     (folder / "out/mine.txt").write_text("mine", encoding="utf-8")

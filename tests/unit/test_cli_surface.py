@@ -184,21 +184,6 @@ def test_missing_points_are_reported_and_filled(folder: Path) -> None:
         assert filled[group][name] == pytest.approx(whole[group][name], rel=near)
 
 
-def test_without_a_cutoff_the_first_things_said_are_that(folder: Path) -> None:
-    before = sorted(folder.iterdir())
-    outcome = run("surface", "ground.npy", *AS_IS)
-    assert sorted(folder.iterdir()) == before
-    lines = outcome.stdout.splitlines()
-    assert lines[2].startswith(
-        "  watch   No short-wave cut-off was given: the results depend on the pixel."
-    )
-    assert "Heights" not in lines
-    lines = run("surface", "ground.npy", *AS_IS, "--all").stdout.splitlines()
-    table = lines[lines.index("Heights") + 3]
-    assert table.split("  ")[0] == "short-wave cut-off"
-    assert "not given: limited by the pixel" in table
-
-
 def test_no_cutoff_can_be_said(folder: Path) -> None:
     summary = json.loads(run("surface", "ground.npy", *AS_IS, "--cutoff", "none", "--json").stdout)
     assert (summary["cutoff"], summary["cutoff_given"]) == (None, True)
@@ -233,8 +218,6 @@ def test_a_profile(folder: Path, undrawn: None) -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (("--cutoff", "10"), '--cutoff: wanted a length such as "10 um", or "none", got "10"'),
-        (("--long-cutoff", "0"), '--long-cutoff: wanted a length such as "0.8 mm", got "0"'),
         (
             ("--cutoff", "0.5 um"),
             "--cutoff must be between two pixels (2 µm) and the size of the scan "
@@ -245,13 +228,7 @@ def test_a_profile(folder: Path, undrawn: None) -> None:
             "--long-cutoff must be between two pixels (2 µm) and the size of "
             "the scan (96 µm), got 1 m: beyond the size of the scan",
         ),
-        (("--prominence", "-1 nm"), '--prominence: wanted a positive length such as "2 nm", got'),
         (("--valid", "1 mm", "-1 mm"), "--valid: the first must be the lower, got 1 mm and -1 mm"),
-        (("--outliers", "1"), "--outliers: wanted a number of at least 2 such as 6, got 1"),
-        (
-            ("--level", "cubic"),
-            '--level: wanted "plane", "quadratic", "cylinder", "lines", "mean" or "none", got',
-        ),
         (("--pixel", "1 um", "--pixel", "1 um"), "--pixel: wanted once, or twice for x and y, got"),
     ],
 )
@@ -311,13 +288,6 @@ def test_a_number_for_nothing_measured_is_reported(folder: Path) -> None:
     whole = json.loads(run("surface", "ground.npy", *options[2:]).stdout)
     rms = whole["parameters"]["rms"]
     assert mended["parameters"]["rms"] == pytest.approx(rms, rel=0.01)
-
-
-def test_warnings_are_spelt_as_options(folder: Path) -> None:
-    np.save("tilted.npy", np.load("ground.npy") + 1e3 * np.arange(96.0))
-    outcome = run("surface", "tilted.npy", *AS_IS, "--cutoff", "none", "--level", "none")
-    assert 'is it levelled? --level "plane"' in outcome.stdout
-    assert "level=" not in outcome.stdout
 
 
 def test_wrong_files_are_one_line(folder: Path) -> None:

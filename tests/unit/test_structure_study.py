@@ -362,8 +362,6 @@ def test_a_study_tells_how_good_its_model_is(folder: Path) -> None:
     [
         ("low = 0.1, high = 0.6", "low = 0.6, high = 0.1", "joint.friction_coefficient: wanted low below high"),
         ("low = 0.1, high = 0.6", "low = -0.6, high = 1.0", "joint.friction_coefficient: wanted a number above zero"),
-        ("cv = 0.15", "cv = 15", "structure.bolts.tension: wanted cv above 0 and at most 1, such as 0.15, got 15"),
-        ('mean = "5 kN", cv', 'mean = "5 mm", cv', "structure.bolts.tension: wanted a force"),
         ('positions = ["0 mm"]', 'positions = ["40 mm"]', "structure: bolt 1 at (0.04, 0) m lies outside the lap"),
         ('tension = { mean = "5 kN", cv = 0.15 }', 'torque = "8 N m"', "structure: a torque needs the nominal diameter of the thread"),
         ('tension = { mean = "5 kN", cv = 0.15 }', "", "structure: bolts need their tension"),
@@ -473,7 +471,6 @@ def test_a_mesh_of_ones_own_is_predicted_as_its_drawing_is(
         ("strip.inp", "nameless.vtk", "structure.mesh: nameless.vtk: has no names; name its volumes and faces"),
         ('"low face", "high', '"lo face", "high', 'structure.mesh: strip.inp: has no face "lo face"; did you mean "low face"?'),
         ('["left", "right", "bolts"]', '["left", "right"]', "structure.mesh: strip.inp: 256 of 656 cells belong to none of the bodies"),
-        ('unit = "mm"', 'unit = "s"', 'structure.mesh.unit: wanted a unit such as "mm", got "s"'),
         ('unit = "mm"', "", "structure.mesh: strip.inp: reaches over 200 m; if it is in millimetres, write unit = "),
         ('unit = "mm"', 'materials = ["steel"]', "structure.mesh.materials: wanted one a body, 3 of them, got 1"),
         ('unit = "mm"', 'unit = "mm"\nmaterials = ["steel", "steel", "stel"]', "structure.mesh.materials, item 3: wanted a metal of the table"),
@@ -536,8 +533,8 @@ def test_slips_of_units_are_flagged(old: str, new: str, question: str, folder: P
 
 
 def test_a_structure_needs_no_law_of_its_own(folder: Path) -> None:
-    given: dict[str, Any] = {"law": "jenkins", "stiffness": "1e6 N/m", "force_limit": "10 N"}
-    keys = "\n".join(f"{k} = {json.dumps(v)}" for k, v in given.items())
+    ms.friction.save_law(ms.Jenkins(1e6, 10.0), folder / "law.json", overwrite=True)
+    keys = 'law_file = "law.json"'
     text = STUDY.replace("friction_coefficient = { low = 0.1, high = 0.6 }", keys)
     with pytest.raises(ms.StudyError, match="structure: wanted none beside joint"):
         ms.Study.from_toml(text, folder=folder)

@@ -106,6 +106,8 @@ class OneOf(_Choice):
             near = get_close_matches(value, self.choices, n=1)
             hint = f'; did you mean "{near[0]}"?' if near else ""
             name = param.human_readable_name if param else "value"
+            if isinstance(param, click.Option):
+                name = param.opts[-1]  # --for, and not the name of its argument in Python
             raise click.UsageError(
                 f'{name}: wanted {", ".join(self.choices)}, got "{value}"{hint}', ctx
             )

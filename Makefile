@@ -30,7 +30,7 @@ READY := $(VENV)/.ready$(subst $(space),_,$(INSTALL))
 DEV := $(VENV)/.dev
 EXTRA := $(VENV)/.test
 DOCS := $(VENV)/.docs
-KERNEL := $(wildcard src/microslip/kernels/*.[ch])
+KERNEL := $(wildcard src/microslip/_core/kernels/*.[ch])
 # An editable install sees edits of the Python sources by itself, a built one does not.
 SOURCES := $(if $(INSTALL),,$(shell find src/microslip -type f ! -name '*.so' ! -name '*.pyc'))
 
@@ -67,7 +67,7 @@ endif
 
 # What an earlier build left must not stand in for an extension that now fails to build.
 $(READY): $(DEPS) pyproject.toml setup.py tools/kernel_build.py src/microslip/_version.py $(KERNEL) $(SOURCES)
-	@rm -rf build src/microslip/kernels/_compiled*.so "$(VENV)"/.ready*
+	@rm -rf build src/microslip/_core/kernels/_compiled*.so "$(VENV)"/.ready*
 	@if [ -n "$$("$(PY)" tools/kernel_build.py)" ]; then \
 	    echo "Adding a C compiler (ziglang, 100 MB): there is none here"; \
 	    $(call locked,compiler); fi
@@ -77,7 +77,7 @@ ifneq ($(UV),)
 else
 	@"$(PY)" -m pip install --quiet --quiet --no-build-isolation --no-deps --force-reinstall $(INSTALL) .
 endif
-	@"$(PY)" -c "import microslip.kernels"
+	@"$(PY)" -c "import microslip._core.kernels"
 	@touch "$@"
 
 # What work, the tests (with all extras) and the documentation need comes on top; a demo needs none of it.
@@ -171,7 +171,7 @@ lock:  ## write requirements.lock again
 
 clean:  ## remove builds, caches and the demo
 	@rm -rf build demo dist docs/_build docs/api docs/gallery
-	@rm -rf src/*.egg-info src/microslip/kernels/_compiled*.so .venv*/.ready*
+	@rm -rf src/*.egg-info src/microslip/_core/kernels/_compiled*.so .venv*/.ready*
 	@rm -rf .coverage .coverage.* .hypothesis .mypy_cache .pytest_cache .ruff_cache htmlcov
 	@find benchmarks docs examples src tests tools -name __pycache__ -type d -prune -exec rm -rf {} + 2>/dev/null || true
 

@@ -67,9 +67,9 @@ setup(
     cmdclass={"build_ext": BuildKernel},
     ext_modules=[
         Extension(
-            "microslip.kernels._compiled",
-            sources=["src/microslip/kernels/_compiled.c"],
-            depends=[str(header) for header in Path("src/microslip/kernels").glob("*.h")],
+            "microslip._core.kernels._compiled",
+            sources=["src/microslip/_core/kernels/_compiled.c"],
+            depends=[str(header) for header in Path("src/microslip/_core/kernels").glob("*.h")],
             define_macros=[("Py_LIMITED_API", "0x030B0000")] if LIMITED_API else [],
             py_limited_api=LIMITED_API,
         )

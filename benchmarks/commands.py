@@ -34,7 +34,7 @@ joint = ms.Interface(surface, 0.55, normal_load=2000.0)
 noise = {"force": 1.0, "displacement": 1e-9}
 rig = ms.VirtualTribometer(joint, noise=noise, seed=0)
 rig.record(amplitude=1e-6, frequency=10.0, cycles=12).to_csv("record.csv")
-from microslip.scans import random_surface
+from microslip.surfaces import random_surface
 scan = random_surface((256, 256), 1e-6, m0=2.5e-13, m2=1e-3, m4=2e7, seed=0)
 np.save("scan.npy", scan.heights)
 """

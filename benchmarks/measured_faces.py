@@ -22,7 +22,7 @@ import numpy as np
 import microslip as ms
 from microslip.figures.plot import COLORS, Area, Axis, Entry, Line, Panel, beside
 from microslip.figures.svg import svg
-from microslip.scans import random_surface
+from microslip.surfaces import random_surface
 
 STEEL = ms.Material(210e9, 0.3)
 PAIR = ms.MaterialPair(STEEL, STEEL)

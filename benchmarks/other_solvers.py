@@ -23,8 +23,8 @@ from functools import partial
 
 import numpy as np
 
-from microslip.normal.boundary_elements import HalfSpace, press
-from microslip.scans import random_surface
+from microslip.contact.boundary_elements import HalfSpace, press
+from microslip.surfaces import random_surface
 
 RUNS = 3
 RELATIVE = 0.02  # mean pressure over E* h'

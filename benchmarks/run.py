@@ -38,7 +38,7 @@ from numpy.typing import NDArray
 from pages import write_section
 
 import microslip as ms
-from microslip.scans import random_surface
+from microslip.surfaces import random_surface
 
 Floats = NDArray[np.float64]
 

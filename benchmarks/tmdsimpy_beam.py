@@ -47,7 +47,7 @@ def main() -> None:
     sys.path.insert(0, options.folder)
     from tmdsimpy.vibration_system import VibrationSystem
 
-    from microslip.hosts.tmdsimpy import FieldForce
+    from microslip.export.hosts.tmdsimpy import FieldForce
 
     reduced, surface = beam()
     here = reduced.tightened(surface, options.friction)

@@ -120,7 +120,7 @@ def keep_bars(
 def add_explorer(app: Sphinx, error: Exception | None) -> None:
     """The page with sliders lies beside the others."""
     if error is None and app.builder.format == "html":
-        from microslip.explorer.page import page
+        from microslip.app.explorer.page import page
 
         Path(app.outdir, "explorer.html").write_text(page(), encoding="utf-8")
 

@@ -10,7 +10,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import microslip as ms
-from microslip.scans import random_surface
+from microslip.surfaces import random_surface
 
 plt.style.use("microslip.style")
 

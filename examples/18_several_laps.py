@@ -47,8 +47,9 @@ for index in (0, 2):  # the second bends sideways
     curve = state.modes(index, amplitudes, at=joint.sensor("end"), damping_ratio=0.0005)
     on_ground = curve.loss_share[-1, joint.patch_contacts == 0].sum()
     print(
-        f"mode {index + 1}: {curve.frequency[0]:.1f} to {curve.frequency[-1]:.1f} Hz, damping ratio "
-        f"up to {curve.damping_ratio.max():.5f}, {100 * on_ground:.0f}% of the loss on the ground"
+        f"mode {index + 1}: {curve.frequency[0]:.1f} to {curve.frequency[-1]:.1f} Hz, damping "
+        f"ratio up to {curve.damping_ratio.max():.5f}, "
+        f"{100 * on_ground:.0f}% of the loss on the ground"
     )
     change = 100.0 * (curve.frequency / curve.linear_frequency - 1.0)
     above.plot(1e6 * amplitudes, change, label=f"mode {index + 1}")

@@ -88,4 +88,7 @@ with tempfile.TemporaryDirectory() as folder:
 
 loaded = {name.partition(".")[0] for name in sys.modules.keys() - BEFORE} & Hidden.names
 assert not loaded, f"loaded beside NumPy and SciPy: {sorted(loaded)}"
-print("The core stands alone, with the kernel", importlib.import_module("microslip.kernels").NAME)
+print(
+    "The core stands alone, with the kernel",
+    importlib.import_module("microslip._core.kernels").NAME,
+)

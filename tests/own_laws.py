@@ -79,4 +79,4 @@ class Ramp(ms.HeightDistribution):
 
 LAWS = (*ms.friction.LAWS, Hyperbola)
 """What the shared tests run over."""
-HEIGHTS = (*ms.heights.HEIGHTS, Ramp)
+HEIGHTS = (*ms.contact.heights.HEIGHTS, Ramp)

@@ -12,7 +12,7 @@ from typing import Any
 
 from numpy.polynomial import polynomial
 
-from microslip import kernels
+from microslip._core import kernels
 
 Piece = tuple[float, float, float]
 """From eta, to eta, D there."""

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Make microslip/kernels/gaussian_moments.npy: Chebyshev series of scaled Gaussian moments.
+"""Make microslip/_core/kernels/gaussian_moments.npy: Chebyshev series of scaled Gaussian moments.
 
 The moments are F_n(h) = integral over u > h of (u - h)^n exp(-u^2/2)/sqrt(2 pi), n = -1/2 ... 5/2
 (DLMF 12.5.1: Gamma(n+1)/sqrt(2 pi) exp(-h^2/4) D_{-n-1}(h)). Four pieces cover every h; on each a
@@ -24,7 +24,8 @@ import numpy as np
 mp.mp.dps = 40
 TERMS = 30
 TWICE_ORDERS = (-1, 0, 1, 2, 3, 4, 5)
-TARGET = Path(__file__).parents[1] / "src" / "microslip" / "kernels" / "gaussian_moments.npy"
+ROOT = Path(__file__).parents[1]
+TARGET = ROOT / "src/microslip/_core/kernels/gaussian_moments.npy"
 
 
 def moment(n, h):

@@ -10,7 +10,7 @@ library=$(cc -print-file-name=libasan.so)
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 cp -R src tools setup.py pyproject.toml README.md LICENSE "$scratch"
-rm -f "$scratch"/src/microslip/kernels/_compiled*.so
+rm -f "$scratch"/src/microslip/_core/kernels/_compiled*.so
 (
     cd "$scratch"
     CFLAGS="-g -O1 -fno-omit-frame-pointer -fsanitize=address,undefined -fno-sanitize-recover=undefined" \

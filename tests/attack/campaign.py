@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from microslip.errors import InputError
+from microslip._core.errors import InputError
 
 Random = np.random.Generator
 

@@ -22,7 +22,7 @@ from scipy import io as scipy_io
 from scipy import sparse
 
 import microslip as ms
-from microslip.runs.batch import items_of
+from microslip.study.runs.batch import items_of
 
 
 class Seed(NamedTuple):

@@ -9,8 +9,8 @@ import pytest
 from scipy import special
 
 import microslip as ms
-from microslip.normal.boundary_elements import HalfSpace, closing, press, sliding
-from microslip.normal.face_solution import solve_face
+from microslip.contact.boundary_elements import HalfSpace, closing, press, sliding
+from microslip.contact.face_solution import solve_face
 
 EQUAL = (2.0 - 0.33) / (2.0 * (1.0 - 0.33))
 """Normal over tangential stiffness of round contacts, Poisson's ratio 0.33."""

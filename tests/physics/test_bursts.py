@@ -16,8 +16,8 @@ from command import run
 from numpy.typing import NDArray
 
 import microslip as ms
-from microslip.tribometer.blocks import dissipated
-from microslip.tribometer.campaign import Campaign
+from microslip.laboratory.blocks import dissipated
+from microslip.laboratory.campaign import Campaign
 
 Floats = NDArray[np.float64]
 

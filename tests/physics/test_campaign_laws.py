@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from microslip.tribometer.campaign_laws import proportional
-from microslip.tribometer.regimes import borders_of
+from microslip.laboratory.campaign_laws import proportional
+from microslip.laboratory.regimes import borders_of
 
 
 def test_the_wear_coefficient_is_a_line_through_zero() -> None:

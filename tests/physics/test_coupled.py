@@ -26,10 +26,10 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 import microslip as ms
-from microslip import kernels
-from microslip.kernels import slip_runs
-from microslip.normal.exact_curves import LawCurve, _summit_means, scalar_curve
-from microslip.normal.spheres import Spheres
+from microslip._core import kernels
+from microslip._core.kernels import slip_runs
+from microslip.contact.exact_curves import LawCurve, _summit_means, scalar_curve
+from microslip.contact.spheres import Spheres
 
 JOINTS = joint_params()
 every_joint = pytest.mark.parametrize("joint", JOINTS)

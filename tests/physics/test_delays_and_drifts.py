@@ -13,7 +13,7 @@ import pytest
 from numpy.typing import NDArray
 
 import microslip as ms
-from microslip.tribometer import condition, delay_of
+from microslip.laboratory import condition, delay_of
 
 Floats = NDArray[np.float64]
 LIMIT, SLIP, RATE = 50.0, 2e-6, 5000.0

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 import microslip as ms
 from microslip.identification import fold
 from microslip.identification.answers import delayed
-from microslip.tribometer.motion import phase_derivative
+from microslip.laboratory.motion import phase_derivative
 
 Floats = NDArray[np.float64]
 FRICTION, LOAD, SLIP = 0.5, 100.0, 2e-6

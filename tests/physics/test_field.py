@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import microslip as ms
-from microslip.normal import NORMAL_LAWS
+from microslip.contact import NORMAL_LAWS
 
 AL = ms.Material(69e9, 0.33)
 PAIR = ms.MaterialPair(AL, AL)

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import microslip as ms
+from microslip.contact import NORMAL_LAWS
 from microslip.friction.harmonics import harmonic_force
-from microslip.normal import NORMAL_LAWS
 
 AL = ms.Material(69e9, 0.33)
 SURFACE = ms.GreenwoodWilliamson(

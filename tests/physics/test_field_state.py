@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 import microslip as ms
-from microslip.memory import Diagram
-from microslip.normal import NORMAL_LAWS
-from microslip.normal.exact_curves import SlipLosses
+from microslip.contact import NORMAL_LAWS
+from microslip.contact.exact_curves import SlipLosses
+from microslip.friction.memory import Diagram
 
 AL = ms.Material(69e9, 0.33)
 SURFACE = ms.GreenwoodWilliamson(

@@ -14,7 +14,7 @@ jax = pytest.importorskip("jax", reason="JAX is not installed; make hosts runs t
 @pytest.fixture(scope="module")
 def joint():
     jax.config.update("jax_enable_x64", True)
-    from microslip.hosts.jax import DifferentiableJoint
+    from microslip.export.hosts.jax import DifferentiableJoint
 
     return DifferentiableJoint(make)
 

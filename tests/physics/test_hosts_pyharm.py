@@ -28,7 +28,7 @@ def maestro(analysis, nh, connectors, *, adim=None, nti=256, matrices=None, ndof
     """A model of pyHarm: two masses, or those that are given."""
     from pyHarm.Maestro import Maestro
 
-    from microslip.hosts import pyharm
+    from microslip.export.hosts import pyharm
 
     mass, stiffness, damping = matrices or (M, K, C)
     system = {"type": "Base", "nh": nh, "nti": nti}
@@ -150,7 +150,7 @@ def test_a_field_between_two_parts_is_its_pairs_of_nodes(dirs):
     }
     from pyHarm.Maestro import Maestro
 
-    from microslip.hosts import pyharm
+    from microslip.export.hosts import pyharm
 
     connector = {
         "type": "microslip_contact", "connect": {"a": [0, 1, 2], "b": [2, 0, 1]}, "dirs": dirs,

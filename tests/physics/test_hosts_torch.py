@@ -14,7 +14,7 @@ pytestmark = pytest.mark.filterwarnings("ignore")
 
 @pytest.fixture(scope="module")
 def joint():
-    from microslip.hosts.torch import DifferentiableJoint
+    from microslip.export.hosts.torch import DifferentiableJoint
 
     return DifferentiableJoint(make)
 

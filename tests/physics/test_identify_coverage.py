@@ -12,7 +12,7 @@ from scipy.integrate import quad
 
 import microslip as ms
 from microslip.identification import Identification
-from microslip.tribometer.virtual import InSeries
+from microslip.laboratory.virtual import InSeries
 
 Floats = NDArray[np.float64]
 

@@ -11,7 +11,7 @@ import pytest
 from scipy import stats
 
 import microslip as ms
-from microslip.heights import as_heights
+from microslip.contact.heights import as_heights
 from microslip.identification import fit
 
 JOINT = ms.Interface.examples()[0]

@@ -15,10 +15,10 @@ from own_laws import Hyperbola
 
 import microslip as ms
 from microslip._core.checks import Floats
+from microslip.contact.base import aluminium
 from microslip.identification.models import MODELS, Model, model_of
 from microslip.identification.models.base import Materials
 from microslip.identification.models.surface_shape import Template
-from microslip.normal.base import aluminium
 
 PAIR = aluminium()
 LOADS = (300.0, 800.0, 1500.0)  # the examples of the interface hold 800 N as reference

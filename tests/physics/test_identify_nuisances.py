@@ -18,8 +18,8 @@ from microslip.identification.fit import Fit
 from microslip.identification.models import model_of
 from microslip.identification.nuisances import widened_by_loads
 from microslip.identification.problem import Problem
-from microslip.tribometer.cuts import split
-from microslip.tribometer.mean_cycle import places_of, turns_of
+from microslip.laboratory.cuts import split
+from microslip.laboratory.mean_cycle import places_of, turns_of
 
 Floats = NDArray[np.float64]
 

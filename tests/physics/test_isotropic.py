@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import microslip as ms
-from microslip.memory import VectorState
+from microslip.friction.memory import VectorState
 
 JOINT = ms.Interface.examples()[0]
 TWO = ms.IsotropicJoint(JOINT)

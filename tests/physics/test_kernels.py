@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 from reference.make_reference import dominant_extremes
 from scalar_kernels import Curve, coupled, drag, masing, table_at
 
-from microslip import kernels
-from microslip.kernels import compiled
+from microslip._core import kernels
+from microslip._core.kernels import compiled
 
 ROUNDING = 1e-14  # of the force limit
 

@@ -8,7 +8,7 @@ import pytest
 from cases import law_params, missing_share, reach_of
 
 import microslip as ms
-from microslip.normal import NORMAL_LAWS
+from microslip.contact import NORMAL_LAWS
 
 LAWS = law_params()
 INTERFACES = law_params(which=lambda law: isinstance(law, ms.Interface))

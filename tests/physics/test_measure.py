@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import microslip as ms
-from microslip.tribometer.regimes import thresholds
+from microslip.laboratory.regimes import thresholds
 
 JOINT = ms.Interface.examples()[0]  # milled Al 2017 at 2 kN
 RIG = 1e8

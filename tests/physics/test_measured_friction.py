@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import microslip as ms
-from microslip.normal.boundary_elements import HalfSpace, closing, press, sliding
+from microslip.contact.boundary_elements import HalfSpace, closing, press, sliding
 
 RATIO = (2.0 - 0.3) / (2.0 * (1.0 - 0.3))
 FRICTION = 0.4

@@ -12,7 +12,7 @@ import pytest
 from physics.test_measured_friction import FRICTION, Contact, periodic_face, slipped
 
 import microslip as ms
-from microslip.normal.boundary_elements import HalfSpace, press
+from microslip.contact.boundary_elements import HalfSpace, press
 
 PIXEL, AREA, STEPS, CYCLES = 2e-6, 1e-4, 48, 6
 STEEL = ms.Material(210e9, 0.3)

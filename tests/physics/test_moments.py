@@ -12,7 +12,7 @@ from own_laws import HEIGHTS
 from scipy import stats
 
 import microslip as ms
-from microslip.heights.base import TWICE_ORDERS
+from microslip.contact.heights.base import TWICE_ORDERS
 
 ORDERS = tuple(TWICE_ORDERS)
 EXAMPLES = [

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 
 import microslip as ms
 from microslip.identification import fold
-from microslip.tribometer import condition, delay_of
-from microslip.tribometer.settling import settled
+from microslip.laboratory import condition, delay_of
+from microslip.laboratory.settling import settled
 
 Floats = NDArray[np.float64]
 

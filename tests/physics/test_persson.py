@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import microslip as ms
-from microslip.normal.persson import PerssonCurve
+from microslip.contact.persson import PerssonCurve
 
 ALUMINIUM = ms.Material(69e9, 0.33)
 PAIR = ms.MaterialPair(ALUMINIUM, ALUMINIUM)

@@ -11,10 +11,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import microslip as ms
-from microslip.scans import filters
-from microslip.scans.conditioning import filled as fill
-from microslip.scans.filters import smooth, transmission, weights
-from microslip.scans.levelling import level
+from microslip.surfaces import filters
+from microslip.surfaces.conditioning import filled as fill
+from microslip.surfaces.filters import smooth, transmission, weights
+from microslip.surfaces.levelling import level
 
 STEP = 2e-6
 RNG = np.random.default_rng(19)

@@ -11,14 +11,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from made_surfaces import paraboloids
 
-from microslip.scans import (
+from microslip.surfaces import (
     Moments,
     Scan,
     random_surface,
     verdicts,
 )
-from microslip.scans.moments import moments_of
-from microslip.scans.spectrum import spectrum
+from microslip.surfaces.moments import moments_of
+from microslip.surfaces.spectrum import spectrum
 
 SCANS = Path(__file__).parents[3] / "shared/data/scans"
 

@@ -16,8 +16,8 @@ from made_surfaces import paraboloids
 from scipy import io, optimize, special
 
 import microslip as ms
-from microslip.scans import Moments, random_surface, verdicts
-from microslip.scans.peaks import find_peaks
+from microslip.surfaces import Moments, random_surface, verdicts
+from microslip.surfaces.peaks import find_peaks
 
 AL = ms.Material(69e9, 0.33)
 PAIR = ms.MaterialPair(AL, AL)
@@ -229,7 +229,7 @@ def test_prominence_does_not_depend_on_blocks(monkeypatch: pytest.MonkeyPatch) -
         h[rng.random(h.shape) < 0.05] = np.nan
         whole = find_peaks(h)
         with monkeypatch.context() as patched:
-            patched.setattr("microslip.scans.peaks._BLOCK", 100)
+            patched.setattr("microslip.surfaces.peaks._BLOCK", 100)
             parts = find_peaks(h)
         np.testing.assert_array_equal(whole.places, parts.places)
         np.testing.assert_array_equal(whole.prominences, parts.prominences)
@@ -246,8 +246,8 @@ def test_many_hills_at_once(rounds: int, levels: int, monkeypatch: pytest.Monkey
         if seed % 2:
             h[rng.random(h.shape) < 0.1] = np.nan
         with monkeypatch.context() as patched:
-            patched.setattr("microslip.scans.peaks._FEW_MEETINGS", 0)
-            patched.setattr("microslip.scans.peaks._ROUNDS", rounds)
+            patched.setattr("microslip.surfaces.peaks._FEW_MEETINGS", 0)
+            patched.setattr("microslip.surfaces.peaks._ROUNDS", rounds)
             peaks = find_peaks(h)
         found = dict(zip(peaks.places.tolist(), peaks.prominences.tolist(), strict=True))
         assert found == flood(h)

@@ -11,8 +11,8 @@ import pytest
 from scipy import stats
 
 import microslip as ms
-from microslip.normal import NORMAL_LAWS, grids
-from microslip.sweeps.run import DIMENSIONS
+from microslip.contact import NORMAL_LAWS, grids
+from microslip.friction.sweeps.run import DIMENSIONS
 
 AL = ms.Material(69e9, 0.33)
 PAIR = ms.MaterialPair(AL, AL)

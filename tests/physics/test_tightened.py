@@ -11,7 +11,7 @@ from explicit_population import ExplicitPopulation
 from scipy import integrate, stats
 
 import microslip as ms
-from microslip.normal.elastic_plastic import (
+from microslip.contact.elastic_plastic import (
     MODELS,
     flattening,
     indentation_of,

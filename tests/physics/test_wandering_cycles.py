@@ -13,7 +13,7 @@ import pytest
 from numpy.typing import NDArray
 
 import microslip as ms
-from microslip.tribometer.estimates import mean_of
+from microslip.laboratory.estimates import mean_of
 
 Floats = NDArray[np.float64]
 

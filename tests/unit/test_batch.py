@@ -13,7 +13,7 @@ from click.testing import CliRunner
 
 import microslip as ms
 from microslip.cli import main
-from microslip.runs import batch
+from microslip.study.runs import batch
 
 STUDY = """
 schema = 1

@@ -11,7 +11,7 @@ import pytest
 from command import run
 
 import microslip as ms
-from microslip.tribometer import Campaign as Campaign
+from microslip.laboratory import Campaign as Campaign
 
 
 def loops(amplitude: float, seed: int, noise: float = 0.3, limit: float = 100.0) -> ms.Record:

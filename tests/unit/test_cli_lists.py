@@ -16,7 +16,7 @@ from command import STUDY, fails, run
 
 from microslip.cli import main
 from microslip.cli.lists import SHELLS
-from microslip.materials import metals
+from microslip.contact.materials import metals
 
 
 @pytest.fixture(autouse=True)

@@ -15,8 +15,8 @@ from command import fails, run
 
 import microslip as ms
 from microslip.report.scanned.surface_block import block
-from microslip.scans import random_surface
-from microslip.scans.findings import Request, analyse
+from microslip.surfaces import random_surface
+from microslip.surfaces.findings import Request, analyse
 
 SHARED = Path(__file__).parents[3] / "shared" / "data" / "scans"
 AS_IS = ("--unit", "um", "--pixel", "1 um")
@@ -67,7 +67,7 @@ def test_all_files_and_the_cutoff_in_each(folder: Path, undrawn: None) -> None:
     scan = found.scan
     assert summary["parameters"]["rms"] == scan.statistics().rms
     assert summary["areal"]["autocorrelation_length"] == (
-        ms.scans.surface_parameters.areal_parameters(scan).autocorrelation_length
+        ms.surfaces.surface_parameters.areal_parameters(scan).autocorrelation_length
     )
     assert summary["profile"].keys() == {"x", "y"}
     # Never overwritten unasked.
@@ -143,7 +143,7 @@ def test_why_a_scan_is_not_solved_point_by_point(
     few = run("surface", "ground.npy", *joint, "0.1 mN").stdout
     assert "Not solved point by point: " in few
     assert "at least 100 points into contact" in " ".join(few.split())
-    monkeypatch.setattr("microslip.scans.joints.MOST_POINTS", 1000)
+    monkeypatch.setattr("microslip.surfaces.joints.MOST_POINTS", 1000)
     large = run("surface", "ground.npy", *joint, "0.9 N").stdout
     assert "9216 points take their time; ask for it by --point-by-point." in large
     assert "p/E*h'" in run("surface", "ground.npy", *joint, "0.9 N", "--point-by-point").stdout

@@ -17,7 +17,7 @@ PUBLIC |= {item.__name__: item for item in (PeriodicResponse, Sliders, Verdict)}
 COMPUTING = {
     name: item
     for name, item in PUBLIC.items()
-    if not item.__module__.startswith(("microslip.study", "microslip.report", "microslip.runs"))
+    if not item.__module__.startswith(("microslip.study", "microslip.report"))
     and name not in ("InputError", "StudyError")
 }
 SOURCE = re.compile(r"\(19\.\d+\)|\b10\.\d{4,}/|\bDLMF \d")

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import microslip as ms
-from microslip.errors import InputError
+from microslip._core.errors import InputError
 
 AL = ms.Material(69e9, 0.33)
 PAIR = ms.MaterialPair(AL, AL)

@@ -9,9 +9,9 @@ import pytest
 from scipy import stats
 
 import microslip as ms
-from microslip import kernels
-from microslip.normal import NORMAL_LAWS
-from microslip.normal.grids import pairs_of, pointwise_of
+from microslip._core import kernels
+from microslip.contact import NORMAL_LAWS
+from microslip.contact.grids import pairs_of, pointwise_of
 
 RNG = np.random.default_rng(18)
 COUNT = 40
@@ -149,7 +149,7 @@ def test_forces_and_loops() -> None:
 
 def test_shapes_and_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
     """Numbers give numbers; any shape, cut in any blocks, gives the same."""
-    from microslip.sweeps import evaluation
+    from microslip.friction.sweeps import evaluation
 
     number = ms.evaluate(**ONE, amplitude=1e-7)
     assert all(type(value) is float for value in number.values())

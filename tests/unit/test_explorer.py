@@ -14,7 +14,7 @@ import pytest
 from command import run
 
 import microslip as ms
-from microslip.explorer.page import INPUTS, law_script, page
+from microslip.app.explorer.page import INPUTS, law_script, page
 
 NODE = shutil.which("node")
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")

@@ -14,7 +14,7 @@ from cases import folded, reach_of
 from own_laws import HEIGHTS, LAWS
 
 import microslip as ms
-from microslip.normal import NORMAL_LAWS
+from microslip.contact import NORMAL_LAWS
 
 AL = ms.Material(69e9, 0.33)
 PAIR = ms.MaterialPair(AL, AL)

@@ -12,7 +12,7 @@ import pytest
 from scipy import special, stats
 
 import microslip as ms
-from microslip.heights import as_heights
+from microslip.contact.heights import as_heights
 
 ORDERS = (-0.5, 0, 0.5, 1, 1.5, 2, 2.5)
 S = 5e-7

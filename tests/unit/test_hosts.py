@@ -91,7 +91,7 @@ def system_of_tmdsimpy(request):
         with warnings.catch_warnings():  # its docstrings have backslashes
             warnings.simplefilter("ignore")
             host = pytest.importorskip("tmdsimpy.vibration_system", reason=reason)
-            from microslip.hosts.tmdsimpy import JointForce
+            from microslip.export.hosts.tmdsimpy import JointForce
 
         return host.VibrationSystem, JointForce
     return StandIn, request.getfixturevalue("force_of_tmdsimpy")
@@ -180,7 +180,7 @@ def contact_on_a_block(nodes):
 def test_contacts_in_tmdsimpy_balance_steps_in_time(system_of_tmdsimpy, tangential):
     """Pressed without friction as by `Structure`, then driven: slip, and faces that breathe."""
     make, _ = system_of_tmdsimpy
-    from microslip.hosts.tmdsimpy import FieldForce
+    from microslip.export.hosts.tmdsimpy import FieldForce
 
     field, motions, structure = contact_on_a_block(8)
     taken = [0, 2] if tangential == 1 else [0, 1, 2]
@@ -279,7 +279,7 @@ def test_rows_of_tmdsimpy_have_laws_of_their_own(force_of_tmdsimpy):
         np.testing.assert_allclose(T2, T @ there, rtol=1e-9)
     with pytest.raises(ms.InputError, match="Q must have 2 rows for the 2 nodes"):
         force_of_tmdsimpy(Q[:1], T[:, :1], field)
-    from microslip.hosts.tmdsimpy import FieldForce
+    from microslip.export.hosts.tmdsimpy import FieldForce
 
     with pytest.raises(ms.InputError, match="Q must have 4 or 6 rows for the 2 nodes"):
         FieldForce(Q, T, field)
@@ -351,9 +351,9 @@ def force_of_tmdsimpy(monkeypatch):
     for name in ("tmdsimpy", "tmdsimpy.nlforces", "tmdsimpy.nlforces.nonlinear_force"):
         monkeypatch.setitem(sys.modules, name, types.ModuleType(name))
     sys.modules["tmdsimpy.nlforces.nonlinear_force"].HystereticForce = HystereticForce
-    monkeypatch.delitem(sys.modules, "microslip.hosts.tmdsimpy", raising=False)
-    yield importlib.import_module("microslip.hosts.tmdsimpy").JointForce
-    sys.modules.pop("microslip.hosts.tmdsimpy", None)
+    monkeypatch.delitem(sys.modules, "microslip.export.hosts.tmdsimpy", raising=False)
+    yield importlib.import_module("microslip.export.hosts.tmdsimpy").JointForce
+    sys.modules.pop("microslip.export.hosts.tmdsimpy", None)
 
 
 def test_coefficients_and_derivatives_for_tmdsimpy(force_of_tmdsimpy):

@@ -162,10 +162,10 @@ def test_convention_for_the_radius() -> None:
     [
         ms.Gaussian(1e-6, mean=2e-7),
         ms.Exponential(1e-6),
-        ms.heights.Discrete([0.0, 1e-6, 3e-6]),
-        ms.heights.Statistical(stats.weibull_min(2.2, scale=1e-6)),
-        ms.heights.Statistical(stats.norm(1e-7, 5e-7)),
-        ms.heights.Statistical(stats.beta(a=2.0, b=3.0, loc=-1e-6, scale=3e-6)),
+        ms.contact.heights.Discrete([0.0, 1e-6, 3e-6]),
+        ms.contact.heights.Statistical(stats.weibull_min(2.2, scale=1e-6)),
+        ms.contact.heights.Statistical(stats.norm(1e-7, 5e-7)),
+        ms.contact.heights.Statistical(stats.beta(a=2.0, b=3.0, loc=-1e-6, scale=3e-6)),
     ],
     ids=repr,
 )

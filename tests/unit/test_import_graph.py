@@ -126,4 +126,4 @@ def test_there_are_no_circles() -> None:
         graph.setdefault(item.importer, set()).add(item.imported)
     TopologicalSorter(graph).prepare()  # or an error with the modules of a circle
     with pytest.raises(CycleError):
-        TopologicalSorter({**graph, "microslip.errors": {"microslip.cli"}}).prepare()
+        TopologicalSorter({**graph, "microslip._core.errors": {"microslip.cli"}}).prepare()

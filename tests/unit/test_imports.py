@@ -16,12 +16,12 @@ import pytest
 from studies import STUDY
 
 import microslip as ms
+from microslip.contact import NORMAL_LAWS
+from microslip.contact.heights import HEIGHTS
+from microslip.contact.tightened import RecoveredHeights
 from microslip.friction import LAWS
 from microslip.friction.field_backbone import FieldBackbone
-from microslip.heights import HEIGHTS
-from microslip.normal import NORMAL_LAWS
-from microslip.normal.tightened import RecoveredHeights
-from microslip.tribometer.virtual import InSeries
+from microslip.laboratory.virtual import InSeries
 
 PACKAGE = Path(ms.__file__).parent
 LISTS = (
@@ -75,8 +75,8 @@ def test_gaussian_interfaces_need_no_scipy() -> None:
     for heavy in ("scipy", "pydantic", "pint", "matplotlib", "click", "rich"):
         assert heavy not in loaded
     laws = ("persson", "population", "sphere", "table")
-    assert not {f"microslip.normal.{law}" for law in laws} & set(loaded)
-    assert "microslip.normal.measured_face" not in loaded
+    assert not {f"microslip.contact.{law}" for law in laws} & set(loaded)
+    assert "microslip.contact.measured_face" not in loaded
 
 
 @pytest.mark.parametrize(
@@ -84,7 +84,7 @@ def test_gaussian_interfaces_need_no_scipy() -> None:
     [
         (("measure", "record.csv"), "pint scipy.fft microslip.study.description"),
         (("identify", "record.csv"), "pint microslip.study.description"),
-        (("check", "joint.toml"), "pint scipy.fft microslip.scans.filters microslip.app"),
+        (("check", "joint.toml"), "pint scipy.fft microslip.surfaces.filters microslip.app"),
     ],
     ids=("measure", "identify", "check"),
 )

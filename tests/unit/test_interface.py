@@ -11,7 +11,7 @@ import pytest
 from own_laws import LAWS
 
 import microslip as ms
-from microslip.normal import NORMAL_LAWS
+from microslip.contact import NORMAL_LAWS
 
 AL = ms.Material(69e9, 0.33)
 PAIR = ms.MaterialPair(AL, AL)

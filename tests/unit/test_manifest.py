@@ -10,7 +10,7 @@ import pytest
 from command import run
 
 import microslip as ms
-from microslip.tribometer.manifest import Manifest
+from microslip.laboratory.manifest import Manifest
 
 MUS = (0.50, 0.56, 0.53)
 RIG, RATE, FREQUENCY = 3e8, 2000.0, 10.0

@@ -16,18 +16,18 @@ from scipy.special import stdtrit
 from scipy.stats import ttest_1samp
 
 import microslip as ms
-from microslip.report.measured import document
-from microslip.tribometer import (
+from microslip.laboratory import (
     condition,
     delay_of,
     rig_stiffness_of,
 )
-from microslip.tribometer.cuts import split
-from microslip.tribometer.estimates import quantile
-from microslip.tribometer.reading import _range
-from microslip.tribometer.regimes import thresholds as thresholds
-from microslip.tribometer.settling import excess_loss_notes
-from microslip.tribometer.spikes import spikes_of
+from microslip.laboratory.cuts import split
+from microslip.laboratory.estimates import quantile
+from microslip.laboratory.reading import _range
+from microslip.laboratory.regimes import thresholds as thresholds
+from microslip.laboratory.settling import excess_loss_notes
+from microslip.laboratory.spikes import spikes_of
+from microslip.report.measured import document
 
 JOINT = ms.Interface.examples()[0]
 

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 import microslip as ms
+from microslip.contact import measured_face
+from microslip.contact.boundary_elements import HalfSpace, closing, press
+from microslip.contact.figures import face_plot
 from microslip.figures.plot import Line
-from microslip.normal import measured_face
-from microslip.normal.boundary_elements import HalfSpace, closing, press
-from microslip.normal.figures import face_plot
-from microslip.scans.joints import contact_words
+from microslip.surfaces.joints import contact_words
 
 STEEL = ms.Material(210e9, 0.3, hardness=2.5e9)
 PAIR = ms.MaterialPair(STEEL, STEEL)

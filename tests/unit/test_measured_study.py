@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import microslip as ms
-from microslip.normal import measured_face
-from microslip.scans import random_surface
+from microslip.contact import measured_face
 from microslip.study.build import build_surface
+from microslip.surfaces import random_surface
 
 TEXT = """
 schema = 1

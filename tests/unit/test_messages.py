@@ -9,7 +9,7 @@ import pytest
 from studies import GAUSSIAN, LINE, LOADS, MATERIAL, wrong
 
 import microslip as ms
-from microslip.errors import InputError
+from microslip._core.errors import InputError
 
 JOINT = ms.Interface.examples()[0].at(normal_load=2000.0)
 MESSAGES: dict[str, Callable[[], object]] = {

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 import pytest
 
 import microslip as ms
-from microslip.materials import Metal, metals
+from microslip.contact.materials import Metal, metals
 
 PSI = 6894.757
 HB = 9.80665e6

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import microslip as ms
-from microslip.normal import NORMAL_LAWS
+from microslip.contact import NORMAL_LAWS
 
 AL = ms.Material(69e9, 0.33)
 PAIR = ms.MaterialPair(AL, AL)
@@ -209,7 +209,7 @@ def test_summits_are_pressed_by_their_radius_at_most(law) -> None:
 def test_surfaces_that_cannot_be_tightened_are_refused(law) -> None:
     says = "cannot be tightened"
     if type(law).__name__ in (*("GreenwoodWilliamson", "AsperityPopulation", "TightenedSurface"),):
-        if not isinstance(law, ms.normal.TightenedSurface):
+        if not isinstance(law, ms.contact.TightenedSurface):
             law = law.tightened(normal_load=law.load(law._span[0]), yield_stress=2e8)
         says = "yield_stress is that of the first tightening"
     with pytest.raises(ms.InputError, match=says):

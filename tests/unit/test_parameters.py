@@ -17,8 +17,8 @@ from microslip._core.parameters import (
     rescaled,
     values_of,
 )
+from microslip.contact import NORMAL_LAWS
 from microslip.friction.fit_parameters import fit_parameters_of
-from microslip.normal import NORMAL_LAWS
 
 
 @dataclass(frozen=True)

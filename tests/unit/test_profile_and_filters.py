@@ -10,8 +10,8 @@ import pytest
 from scipy.integrate import quad
 
 import microslip as ms
-from microslip.errors import InputError
-from microslip.scans.filters import _Regression, robust_mean, spline_mean
+from microslip._core.errors import InputError
+from microslip.surfaces.filters import _Regression, robust_mean, spline_mean
 
 STEP = 1e-6
 X = STEP * np.arange(8000)

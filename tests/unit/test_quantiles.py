@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import norm, qmc
 
-from microslip.sweeps.quantiles import intervals, quantiles, samples_for
+from microslip.friction.sweeps.quantiles import intervals, quantiles, samples_for
 
 SHARES = (0.05, 0.5, 0.95)
 

@@ -11,7 +11,7 @@ import pytest
 
 import microslip as ms
 from microslip.readers.instruments import _check_sums
-from microslip.scans import random_surface, verdicts
+from microslip.surfaces import random_surface, verdicts
 
 GROUND = random_surface((128, 128), 1e-6, m0=1e-14, m2=1e-4, m4=1e7, seed=1)
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import microslip as ms
-from microslip.scans import Moments, random_surface
+from microslip.surfaces import Moments, random_surface
 
 SHARED = Path(__file__).resolve().parents[3] / "shared" / "data" / "scans" / "plu-1.plu"
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import microslip as ms
-from microslip.scans.checks import spikes
+from microslip.surfaces.checks import spikes
 
 HEIGHTS = np.random.default_rng(0).normal(scale=1e-7, size=(30, 40))
 NAN = np.nan

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import microslip as ms
-from microslip.scans.faults import faults
+from microslip.surfaces.faults import faults
 
 SHAPE = (160, 200)
 RMS = 4e-7

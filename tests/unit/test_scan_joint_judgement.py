@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from command import fails
 
-from microslip.scans import random_surface
+from microslip.surfaces import random_surface
 
 ARGUMENTS = ("surface", "worn.npy", "--unit", "um", "--pixel", "1 um", "--cutoff", "6 um")
 

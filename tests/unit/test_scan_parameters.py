@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from microslip.errors import InputError
-from microslip.scans import (
+from microslip._core.errors import InputError
+from microslip.surfaces import (
     Moments,
     Scan,
     SummitStatistics,
@@ -18,9 +18,9 @@ from microslip.scans import (
     random_surface,
     verdicts,
 )
-from microslip.scans.moments import moments_of
-from microslip.scans.scan_rules import extreme_shares
-from microslip.scans.spectrum import spectrum
+from microslip.surfaces.moments import moments_of
+from microslip.surfaces.scan_rules import extreme_shares
+from microslip.surfaces.spectrum import spectrum
 
 RNG = np.random.default_rng(7)
 NOISE = Scan(RNG.normal(size=(60, 80)) * 1e-7, (1e-6, 2e-6))

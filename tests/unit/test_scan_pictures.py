@@ -14,8 +14,8 @@ from microslip.report.files import listed
 from microslip.report.html import page
 from microslip.report.scanned.document import document
 from microslip.report.scanned.height_pictures import height_plot, spectrum_plot
-from microslip.scans import random_surface
-from microslip.scans.findings import Findings, Request, analyse
+from microslip.surfaces import random_surface
+from microslip.surfaces.findings import Findings, Request, analyse
 
 
 def found(folder: Path, heights: np.ndarray, **wishes: Any) -> Findings:

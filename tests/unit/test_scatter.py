@@ -15,9 +15,9 @@ from scipy.special import ndtr, ndtri
 import microslip as ms
 from microslip._core.netcdf import Variable
 from microslip.cli import main
-from microslip.runs.scatter import scatter
 from microslip.study.build import Design, at_middle, check_draws
 from microslip.study.description import StudyDescription
+from microslip.study.runs.scatter import scatter
 
 SPHERE = """
 schema = 1

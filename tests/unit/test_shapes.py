@@ -12,8 +12,8 @@ from cases import folded, reach_of
 from own_laws import HEIGHTS, LAWS
 
 import microslip as ms
+from microslip.contact import NORMAL_LAWS
 from microslip.friction import Sliders
-from microslip.normal import NORMAL_LAWS
 
 # Vectorised methods with a place in the middle of what each takes.
 JOINT = {

@@ -11,7 +11,7 @@ import pytest
 from studies import AMPLITUDES, CURVE, LOADS, STUDY, SURFACE, SURFACES, edited
 
 import microslip as ms
-from microslip.runs.columns import AmplitudeCurve, blocks
+from microslip.study.runs.columns import AmplitudeCurve, blocks
 
 NO_REPORT = "report = false\n"
 RECORD = [0.0, 0.4, -0.2, 0.3, -0.5, 0.0, 2.0, -3.0]

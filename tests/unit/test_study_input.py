@@ -29,7 +29,7 @@ from microslip._core.units import (
     significant,
     to_si,
 )
-from microslip.materials import metals
+from microslip.contact.materials import metals
 from microslip.study.toml_text import dump
 
 LINE = f"amplitudes = {AMPLITUDES}"

@@ -12,12 +12,12 @@ from studies import LOADS, STUDY, SURFACE, SURFACES, edited
 import microslip as ms
 from microslip._core.netcdf import Variable
 from microslip._core.units import HARDNESS, QuantityError, to_si
+from microslip.contact import NORMAL_LAWS
 from microslip.friction.input_slopes import input_slopes
-from microslip.normal import NORMAL_LAWS
 from microslip.report.predicted.preview import preview
-from microslip.runs.scatter import RANKED, scatter
 from microslip.study.build import at_middle, build_joints
 from microslip.study.description import StudyDescription
+from microslip.study.runs.scatter import RANKED, scatter
 
 
 def study(*edits: tuple[str, str]) -> ms.Study:

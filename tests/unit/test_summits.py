@@ -10,8 +10,8 @@ from made_surfaces import paraboloids
 
 import microslip as ms
 from microslip.friction import Verdict
-from microslip.scans import cut, find_summits, random_surface
-from microslip.scans.height_map import noise_passed, noise_std
+from microslip.surfaces import cut, find_summits, random_surface
+from microslip.surfaces.height_map import noise_passed, noise_std
 
 AL = ms.Material(69e9, 0.33)
 PAIR = ms.MaterialPair(AL, AL)

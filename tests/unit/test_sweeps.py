@@ -242,7 +242,7 @@ def test_a_file_that_fails_leaves_nothing(tmp_path: Path, monkeypatch: pytest.Mo
     def full(*_: Any) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("microslip.sweeps.arrays.write_netcdf", full)
+    monkeypatch.setattr("microslip.friction.sweeps.arrays.write_netcdf", full)
     path = tmp_path / "sweep.nc"
     assert refusal(SWEPT.to_netcdf, path) == f"{path}: cannot be written: no space left on device"
     assert list(tmp_path.iterdir()) == []

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import microslip as ms
-from microslip.heights.base import TWICE_ORDERS
+from microslip.contact.heights.base import TWICE_ORDERS
 
 AL = ms.Material(69e9, 0.33)
 PAIR = ms.MaterialPair(AL, AL)

@@ -11,7 +11,7 @@ from scipy import linalg
 from threadpoolctl import ThreadpoolController
 
 import microslip as ms
-from microslip.numerics.threads import single_threaded
+from microslip._core.threads import single_threaded
 
 del linalg  # imported for its BLAS
 BLAS = ThreadpoolController().select(user_api="blas")

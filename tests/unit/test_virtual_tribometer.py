@@ -9,8 +9,8 @@ import pytest
 from own_laws import LAWS
 
 import microslip as ms
-from microslip.tribometer import virtual
-from microslip.tribometer.virtual import InSeries
+from microslip.laboratory import virtual
+from microslip.laboratory.virtual import InSeries
 
 JOINT = ms.Interface.examples()[0]  # milled Al 2017 at 2 kN
 RIG = 1e8

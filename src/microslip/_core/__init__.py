@@ -1,1 +1,1 @@
-"""Common base of all packages: checks, units, wording, frozen arrays, whole files, verdicts."""
+"""Common base of all packages: errors, units, checks, quadrature and the compiled kernel."""

@@ -16,9 +16,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from microslip._core.errors import InputError
 from microslip._core.units import LARGEST as LARGEST
 from microslip._core.units import SMALLEST as SMALLEST
-from microslip.errors import InputError
 
 Floats = NDArray[np.float64]
 Progress = Callable[[float], None]

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from microslip.errors import InputError
+from microslip._core.errors import InputError
 
 
 def reason(error: Exception) -> str:

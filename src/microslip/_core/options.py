@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from microslip._core.errors import InputError
 from microslip._core.parameters import JsonSchema, Number
 from microslip._core.units import Kind
 from microslip._core.wording import did_you_mean, quoted
-from microslip.errors import InputError
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from microslip.errors import InputError
+from microslip._core.errors import InputError
 
 
 class MissingPackageError(InputError, ImportError):

@@ -14,9 +14,9 @@ from decimal import Decimal, DecimalException
 from functools import lru_cache
 from typing import Any, Literal
 
+from microslip._core.errors import InputError
 from microslip._core.packages import needed_for
 from microslip._core.wording import nearest, shorten, show
-from microslip.errors import InputError
 
 Sign = Literal["positive", "any"]
 

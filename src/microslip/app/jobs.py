@@ -15,8 +15,8 @@ from pathlib import Path
 from secrets import token_hex
 from typing import Any
 
+from microslip._core.errors import InputError
 from microslip._core.wording import show
-from microslip.errors import InputError
 from microslip.study.toml_text import FILE_KEYS, edited_text, tables_of, text_of
 
 LOOK = "look"

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from microslip.errors import InputError
+from microslip._core.errors import InputError
 
 if TYPE_CHECKING:
-    from microslip.scans import Scan
-    from microslip.tribometer import Record
+    from microslip.laboratory import Record
+    from microslip.surfaces import Scan
 
 _POINTS = 1200
 _PAUSE = 10.0
@@ -23,8 +23,8 @@ def scan_view(scan: Scan, level: Any) -> dict[str, Any]:
     """A map of the heights, levelled, and their spectrum."""
     from microslip.figures.kit import coarse, coloured
     from microslip.figures.svg import png_bytes
-    from microslip.scans.figures import SHARE
-    from microslip.scans.spectrum import spectrum
+    from microslip.surfaces.figures import SHARE
+    from microslip.surfaces.spectrum import spectrum
 
     levelled = scan.condition(level=level)
     view: dict[str, Any] = {
@@ -66,7 +66,7 @@ def save_scan(scan: Scan, part: Any, save: str) -> dict[str, Any]:
 
 def record_view(record: Record, say: Any = str) -> dict[str, Any]:
     """Displacement and force over time and over each other, and where cycles begin, or why none."""
-    from microslip.tribometer import measure
+    from microslip.laboratory import measure
 
     time, has_time = _times(record)
     every = max(1, len(record) // 4000)

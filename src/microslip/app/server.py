@@ -21,9 +21,9 @@ from secrets import token_urlsafe
 from typing import Any
 from urllib.parse import parse_qs
 
+from microslip._core.errors import InputError
 from microslip._core.packages import needed_for
 from microslip.app.jobs import Forms, Run, Workspace, check_study
-from microslip.errors import InputError
 
 Scope = MutableMapping[str, Any]
 Send = Callable[[MutableMapping[str, Any]], Awaitable[None]]

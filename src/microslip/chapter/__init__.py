@@ -9,10 +9,10 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+from microslip._core.errors import InputError
 from microslip._version import __version__
 from microslip.chapter import contact, joint, loops, rig, sketches, surface
 from microslip.chapter.plate import Drawing, Plate
-from microslip.errors import InputError
 
 __all__ = ["KIND", "LEFT_OUT", "PLATES", "Drawing", "Plate", "select", "write"]
 

@@ -32,8 +32,8 @@ from microslip.chapter.plate import (
     as_plate,
     words,
 )
+from microslip.contact.materials import Material, MaterialPair
 from microslip.friction import Asperity, AsperityFields, Zone
-from microslip.materials import Material, MaterialPair
 
 
 def summit() -> Asperity:

@@ -33,8 +33,8 @@ from microslip.chapter.plate import (
     words,
 )
 from microslip.chapter.surface import SPREAD, worked_example
+from microslip.contact import GreenwoodWilliamson
 from microslip.friction import CoupledResponse, Interface, Iwan
-from microslip.normal import GreenwoodWilliamson
 
 
 def assumed(addition: str = "") -> str:

@@ -31,7 +31,7 @@ from microslip.chapter.plate import (
 from microslip.chapter.surface import worked_example
 from microslip.friction import Interface
 from microslip.identification import Identification, identify
-from microslip.tribometer import VirtualTribometer
+from microslip.laboratory import VirtualTribometer
 
 RIG = 1e8
 NOISE = 0.005

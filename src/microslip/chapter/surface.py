@@ -25,10 +25,10 @@ from microslip.chapter.plate import (
     as_plate,
     words,
 )
+from microslip.contact import GreenwoodWilliamson
+from microslip.contact.heights import Gaussian
+from microslip.contact.materials import Material, MaterialPair
 from microslip.friction import Interface
-from microslip.heights import Gaussian
-from microslip.materials import Material, MaterialPair
-from microslip.normal import GreenwoodWilliamson
 
 SPREAD = 5e-7
 ROUGHNESS = 4.5e-7

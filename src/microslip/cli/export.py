@@ -178,7 +178,7 @@ def _law(
     study: Study, kind: str, nodes: str | None, element: str, report: Report
 ) -> tuple[Any, Any]:
     """Law of a study to export, and the nodes that it lies between."""
-    from microslip.errors import StudyError
+    from microslip._core.errors import StudyError
     from microslip.friction import Interface, JointField
     from microslip.study.build import build_joints
 

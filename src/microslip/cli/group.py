@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
+from microslip._core.errors import InputError
 from microslip._core.packages import needed_for
 from microslip._core.wording import shorten
-from microslip.errors import InputError
 
 if TYPE_CHECKING:
     _Choice = click.Choice[str]

@@ -37,7 +37,7 @@ from microslip.cli.structures import BAND, has_structure, identify_structure
 from microslip.identification.options import LAWS, LOSSES, NUISANCES
 
 if TYPE_CHECKING:
-    from microslip.tribometer import Measurement, Record
+    from microslip.laboratory import Measurement, Record
 
 
 class FittedLaw(OneOf):
@@ -168,7 +168,7 @@ def identify(
     stepped sine, or a table of amplitude, frequency and damping ratio), and friction, bolt tension
     and a factor on the form are fitted to them.
     """
-    from microslip.errors import InputError
+    from microslip._core.errors import InputError
 
     if study is not None and has_structure(study):
         identify_structure(study, records, output, band)
@@ -243,7 +243,7 @@ def _read(
     files: Listed, reading: Reading, options: dict[str, Any], report: Any
 ) -> tuple[list[Record], list[tuple[str, str]]]:
     """The records, and the files that are none, if there are others."""
-    from microslip.errors import InputError
+    from microslip._core.errors import InputError
 
     paths, loads = files.paths, reading.normal_load
     if len(loads) != 1:  # which stands for all

@@ -19,14 +19,14 @@ from click.shell_completion import (
     split_arg_string,
 )
 
+from microslip._core.errors import InputError
 from microslip._core.quantities import named
 from microslip._core.units import engineering
 from microslip.cli.group import OneOf, echo_json
 from microslip.cli.options import option, output_option, progress, stoppable, switch
-from microslip.errors import InputError
 
 if TYPE_CHECKING:
-    from microslip.materials import Metal
+    from microslip.contact.materials import Metal
 
 
 SHELLS = {
@@ -105,7 +105,7 @@ def complete_metal(
     context: click.Context, parameter: click.Parameter, begun: str
 ) -> list[CompletionItem]:
     """Metals whose names begin so."""
-    from microslip.materials import metals
+    from microslip.contact.materials import metals
 
     return [
         CompletionItem(metal.name, help=metal.description)
@@ -127,7 +127,7 @@ def materials(name: str | None, as_json: bool) -> None:
 
     Each value has its document and year. Values given in a study take precedence.
     """
-    from microslip.materials import metal, metals
+    from microslip.contact.materials import metal, metals
 
     selection = list(metals().values()) if name is None else [metal(name)]
     if as_json:
@@ -264,7 +264,7 @@ def explore(output: Path | None, overwrite: bool) -> None:
     import webbrowser
 
     from microslip._core.files import whole_file
-    from microslip.explorer.page import page
+    from microslip.app.explorer.page import page
 
     if output is not None:
         with stoppable(), whole_file(output, overwrite) as stage:

@@ -31,14 +31,14 @@ from microslip.cli.records import (
     slice_of,
 )
 from microslip.cli.structures import BAND, are_modal, measure_modes
-from microslip.tribometer.options import AREA, CONFIDENCE, DELAY, RIG_STIFFNESS
+from microslip.laboratory.options import AREA, CONFIDENCE, DELAY, RIG_STIFFNESS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from microslip.friction import Interface
-    from microslip.tribometer import Measurement, Record
-    from microslip.tribometer.regimes import RegimeBorders
+    from microslip.laboratory import Measurement, Record
+    from microslip.laboratory.regimes import RegimeBorders
 
 
 @click.command(short_help="Measure the loops in a tribometer's records.")
@@ -98,12 +98,12 @@ def measure(
     if band is not None:
         raise click.UsageError("--band is for ring-downs of modes, and no file is one")
     with stoppable():
-        from microslip.errors import InputError
+        from microslip._core.errors import InputError
+        from microslip.laboratory import measure as measured
+        from microslip.laboratory.campaign import Campaign
+        from microslip.laboratory.record import path_text
         from microslip.report.files import write
         from microslip.report.measured import KIND, document
-        from microslip.tribometer import measure as measured
-        from microslip.tribometer.campaign import Campaign
-        from microslip.tribometer.record import path_text
 
         with output.staged(KIND, "measurement") as stage, progress("Measuring") as report:
             joints = [] if model is None else _joints(model)
@@ -165,7 +165,7 @@ def _joints(study: Path) -> list[Interface]:
 
 def _borders(joints: list[Interface], results: Sequence[Measurement]) -> RegimeBorders | None:
     """Regime borders of a study's joint under the loads of the records."""
-    from microslip.tribometer.regimes import borders_of
+    from microslip.laboratory.regimes import borders_of
 
     loads = [load.value for m in results if (load := m.mean.get("normal_load")) is not None]
     if not joints or not loads:
@@ -176,7 +176,7 @@ def _borders(joints: list[Interface], results: Sequence[Measurement]) -> RegimeB
 
 def _at_the_load_of(record: Record, joints: list[Interface]) -> Interface | None:
     """A study's joint under the load of a record; its own load where the record has none."""
-    from microslip.errors import InputError
+    from microslip._core.errors import InputError
 
     if not joints:
         return None

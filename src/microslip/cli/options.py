@@ -17,10 +17,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
 import click
 
+from microslip._core.errors import InputError
 from microslip._core.options import Option
 from microslip._core.units import Kind, QuantityError, Sign, ends_of, to_si
 from microslip.cli.group import OneOf, echo_json
-from microslip.errors import InputError
 
 if TYPE_CHECKING:
     from types import FrameType

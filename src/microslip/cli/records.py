@@ -23,12 +23,12 @@ from microslip._core.units import (
 )
 from microslip._core.wording import did_you_mean, plural, shorten
 from microslip.cli.options import ANY_PATH, Command, Decorator, ends_in, offers, option, quantity
+from microslip.laboratory import options
 from microslip.readers.files import LIMIT
-from microslip.tribometer import options
 
 if TYPE_CHECKING:
-    from microslip.tribometer import Record
-    from microslip.tribometer.manifest import Manifest
+    from microslip.laboratory import Record
+    from microslip.laboratory.manifest import Manifest
 
 
 _FOLLOWING = {
@@ -206,7 +206,7 @@ class Reading(NamedTuple):
 
     def read(self, path: str, index: int = 0) -> Record:
         """Read one file, the so many-th."""
-        from microslip.tribometer import Record
+        from microslip.laboratory import Record
 
         loads = self.normal_load
         record = Record.read(
@@ -223,7 +223,7 @@ class Reading(NamedTuple):
         )
         if self.cutoff is None and not self.drift:
             return record
-        from microslip.tribometer import condition
+        from microslip.laboratory import condition
 
         return condition(record, cutoff=self.cutoff, drift=self.drift)
 
@@ -316,7 +316,7 @@ def listed(
         paths, labels = records_in(names)
         volumes = volumes_of(worn_volumes, len(paths))
         return Listed(paths, each_of("--run", runs, len(paths)) or labels, volumes, None)
-    from microslip.tribometer.manifest import Manifest
+    from microslip.laboratory.manifest import Manifest
 
     if runs or worn_volumes:
         flag = "--run" if runs else "--worn-volume"

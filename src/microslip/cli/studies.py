@@ -25,8 +25,8 @@ from microslip.cli.options import (
     switch,
     writes,
 )
-from microslip.scans.options import PROCESSES
 from microslip.study.new import LAWS, TEMPLATES, command_line, demo_text, write
+from microslip.surfaces.options import PROCESSES
 
 if TYPE_CHECKING:
     from microslip.report import Study
@@ -168,7 +168,7 @@ def _list_templates(context: click.Context, param: click.Parameter, value: bool)
     if value:
         for name, meaning in TEMPLATES.items():
             click.echo(f"{name:<10} {meaning}")
-        from microslip.scans.finish import PROCESSES as TABLE
+        from microslip.surfaces.finish import PROCESSES as TABLE
 
         click.echo("Faces for --process, by the Ra that they commonly have:")
         for name, process in TABLE.items():
@@ -240,7 +240,7 @@ def batch(
     with stoppable():
         from microslip.report.batched import finish
         from microslip.report.terminal import print_document
-        from microslip.runs.batch import items_of, run
+        from microslip.study.runs.batch import items_of, run
 
         items = items_of(source, study)
         folder = folder or Path(f"{source.stem}-batch")

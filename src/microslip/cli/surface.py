@@ -19,7 +19,7 @@ from microslip.cli.options import (
     switch,
     writes,
 )
-from microslip.scans import options as offered
+from microslip.surfaces import options as offered
 
 _TWICE = {"unit": "coordinates and heights", "pixel": "x and y", "crop": "x and y"}
 
@@ -65,7 +65,7 @@ def surface(
     with stoppable():
         from microslip.report.files import write
         from microslip.report.scanned.document import KIND, document
-        from microslip.scans.findings import Request, analyse
+        from microslip.surfaces.findings import Request, analyse
 
         context = click.get_current_context()
         cutoff_given = (

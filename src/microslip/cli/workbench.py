@@ -12,11 +12,11 @@ from typing import Any
 
 import click
 
+from microslip._core.errors import InputError
 from microslip.app.jobs import LOOK, Field
 from microslip.cli.options import CommandOption, in_options, offers
 from microslip.cli.records import Reading, reads
-from microslip.errors import InputError
-from microslip.scans import options as offered
+from microslip.surfaces import options as offered
 
 
 @click.group()
@@ -41,7 +41,7 @@ def record(path: str, reading: Reading) -> None:
 def scan(path: str, level: str | None, valid: tuple[float, float] | None, **options: Any) -> None:
     """Show the content of a scan."""
     from microslip.app.preview import save_scan, scan_view
-    from microslip.scans import Scan
+    from microslip.surfaces import Scan
 
     single = {
         name: value[0] if isinstance(value, tuple) and len(value) == 1 else value

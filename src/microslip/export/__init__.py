@@ -1,4 +1,4 @@
-"""Export of joints to files of other programs."""
+"""Joints in other programs: exported files, and adapters for other Python solvers."""
 
 from microslip._core.packages import names_of_stub as _names
 

@@ -9,15 +9,15 @@ from typing import Any
 
 import numpy as np
 
-from microslip import kernels
+from microslip._core import kernels
 from microslip._core.checks import Floats
+from microslip._core.errors import InputError
 from microslip._core.frozen import lock
-from microslip.errors import InputError
+from microslip._core.kernels.profile import Profile
+from microslip._core.kernels.table import NODES, TO_POWERS, TO_SERIES, Table
+from microslip._core.quadrature import gauss_legendre
+from microslip.contact.load_curve import LoadCurve
 from microslip.friction import BackboneLaw, Interface, IsotropicField
-from microslip.kernels.profile import Profile
-from microslip.kernels.table import NODES, TO_POWERS, TO_SERIES, Table
-from microslip.normal.load_curve import LoadCurve
-from microslip.numerics.quadrature import gauss_legendre
 
 _PANEL_LIMIT = 20_000  # panels
 _ROUNDING = 1e-15  # of the force at the end of a panel, for the terms left out

@@ -85,7 +85,7 @@ def definitions(order: Order) -> str:
         memory,
         order,
         CURVE=_curve(order),
-        KERNEL=(files("microslip.kernels") / kernel).read_text(encoding="utf-8"),
+        KERNEL=(files("microslip._core.kernels") / kernel).read_text(encoding="utf-8"),
         COMMON=_filled("common.c", order),
     )
     text = text.replace("Py_ssize_t", "int").replace(

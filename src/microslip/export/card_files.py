@@ -7,10 +7,10 @@ from pathlib import Path
 from textwrap import wrap
 from typing import Any
 
+from microslip._core.errors import InputError
 from microslip._core.files import whole_file
 from microslip._core.wording import one_line
 from microslip._version import __version__
-from microslip.errors import InputError
 from microslip.export.c_source import filled
 from microslip.export.contact_card import ContactCard
 from microslip.export.request import check_name, check_word, described

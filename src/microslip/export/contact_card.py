@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from microslip._core.checks import Floats, positive, show
+from microslip._core.errors import InputError
 from microslip._core.frozen import lock
-from microslip.errors import InputError
 from microslip.friction import Interface, Jenkins
 
 _POINTS = 38  # of the table: CalculiX 2.20 takes 40 pairs of numbers and breaks off at more

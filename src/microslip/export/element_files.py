@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from microslip.errors import InputError
+from microslip._core.errors import InputError
 from microslip.export.request import Accuracy, Order
 
 Deck = tuple[dict[str, str | bytes], Accuracy]

@@ -16,8 +16,8 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any
 
+from microslip._core.errors import InputError
 from microslip._version import __version__
-from microslip.errors import InputError
 from microslip.export.c_source import (
     comment,
     components_of,

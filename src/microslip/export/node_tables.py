@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from microslip._core.checks import Floats
-from microslip.errors import InputError
+from microslip._core.errors import InputError
 from microslip.readers.files import usable
 
 _LINE_FORMAT = "lines of two numbers of nodes, or of these with an area [m^2] and a load [N]"

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, exact, show
+from microslip._core.errors import InputError
 from microslip._core.wording import did_you_mean
 from microslip._version import __version__
-from microslip.errors import InputError
 from microslip.export.backbone_panels import BackbonePanels, LoadPanels
 from microslip.friction import (
     BackboneLaw,
@@ -27,7 +27,7 @@ from microslip.friction import (
 )
 from microslip.friction.base import CellModel
 from microslip.friction.conversions import check_not_rigid
-from microslip.memory import SliderBank
+from microslip.friction.memory import SliderBank
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,30}")
 _AMPLITUDES = 400  # at which errors are looked for
@@ -269,8 +269,8 @@ def _laws(kind: str, law: Any) -> list[Any]:
     if type(law).__name__ in ("IsotropicJoint", "IsotropicField"):
         raise InputError(
             f"{kind} holds one direction, and {type(law).__name__} has two; {', '.join(CODE)}, "
-            "microslip.hosts.pyharm and callbacks of its harmonics and start().try_ hold it, and "
-            "its line is a law of one direction"
+            "microslip.export.hosts.pyharm and callbacks of its harmonics and start().try_ hold "
+            "it, and its line is a law of one direction"
         )
     raise InputError(
         "`law` must be a backbone law, which one curve and Masing's rules make, such as "

@@ -11,9 +11,9 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import show, whole_number
+from microslip._core.errors import InputError
 from microslip._core.files import whole_file
 from microslip._core.wording import one_line
-from microslip.errors import InputError
 from microslip.export import c_source, fmu, tables
 from microslip.export import element_files as elements
 from microslip.export.request import (

@@ -19,7 +19,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from microslip._core.checks import show
-from microslip.errors import InputError
+from microslip._core.errors import InputError
 from microslip.figures import plot as shapes
 from microslip.figures.kit import log_label
 from microslip.figures.layout import PAGE, SMALL, TITLE, Frame, entry_width, lay_out, wrapped

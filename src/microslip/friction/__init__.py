@@ -1,4 +1,4 @@
-"""Tangential laws, each fully given by its backbone, and one that is not."""
+"""Friction laws, each given by its backbone; joints, fields, their states, loops and sweeps."""
 
 from microslip._core.packages import names_of_stub as _names
 

@@ -20,15 +20,15 @@ from microslip._core.checks import (
     positive,
     record,
 )
+from microslip._core.errors import InputError
 from microslip._core.frozen import lock
-from microslip.errors import InputError
+from microslip.contact import SphereOnFlat
+from microslip.contact.base import aluminium, check_pair
+from microslip.contact.materials import Material, MaterialPair
 from microslip.friction.fields import AsperityFields, Body, bodies, distances, potentials
 from microslip.friction.guesses import all_features, draw, loads_of
 from microslip.friction.interface import Interface
-from microslip.materials import Material, MaterialPair
-from microslip.memory import Memory
-from microslip.normal import SphereOnFlat
-from microslip.normal.base import aluminium, check_pair
+from microslip.friction.memory import Memory
 
 
 @dataclass(frozen=True, eq=False, init=False, repr=False)

@@ -13,21 +13,21 @@ from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, floats, plain, record
 from microslip._core.frozen import lock
+from microslip._core.inversion import adaptive, invert
+from microslip._core.kernels.table import Table
 from microslip._core.parameters import Parametric, parameters_of
+from microslip._core.quadrature import gauss_legendre
+from microslip.contact.load_curve import LoadCurve
 from microslip.friction.cycle_measures import CycleMeasures
 from microslip.friction.cycles import PeriodicResponse, Rest, settled_cycle
 from microslip.friction.guesses import guessed_law
 from microslip.friction.harmonics import HarmonicForce, harmonic_force
+from microslip.friction.memory import Memory, State
 from microslip.friction.parameter_derivatives import (
     DerivativeBackbone,
     derivatives_by_parameters,
 )
 from microslip.friction.sliders import Sliders
-from microslip.kernels.table import Table
-from microslip.memory import Memory, State
-from microslip.normal.load_curve import LoadCurve
-from microslip.numerics.inversion import adaptive, invert
-from microslip.numerics.quadrature import gauss_legendre
 
 _NODES, _WEIGHTS = gauss_legendre(16)
 

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from microslip._core.checks import Floats, exact, positive, whole_number
+from microslip._core.errors import InputError
 from microslip._core.frozen import assign
-from microslip.errors import InputError
 from microslip.friction.base import BackboneLaw, CellModel, SegalmanFit
 from microslip.friction.iwan import Iwan, IwanFit
 

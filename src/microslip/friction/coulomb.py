@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from microslip._core.checks import Floats
+from microslip._core.errors import InputError
 from microslip._core.frozen import lock
 from microslip._core.parameters import parameter
-from microslip.errors import InputError
 from microslip.friction.base import BackboneLaw
 from microslip.friction.guesses import all_features
 from microslip.friction.sliders import Sliders

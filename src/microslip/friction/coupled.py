@@ -10,8 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, check_one_of, exact, floats, is_whole, record, show
+from microslip._core.errors import InputError
 from microslip._core.frozen import Locked, lock
-from microslip.errors import InputError
+from microslip.contact.base import NormalLaw
+from microslip.contact.load_curve import LoadCurve
 from microslip.friction.base import BackboneLaw
 from microslip.friction.coupled_cycles import (
     CoupledCycle,
@@ -21,10 +23,8 @@ from microslip.friction.coupled_cycles import (
 )
 from microslip.friction.cycles import PeriodicResponse, Rest
 from microslip.friction.harmonics import HarmonicForce
+from microslip.friction.memory import Diagram, Nodes, steps_along
 from microslip.friction.straight_step import FirstLoading, loaded
-from microslip.memory import Diagram, Nodes, steps_along
-from microslip.normal.base import NormalLaw
-from microslip.normal.load_curve import LoadCurve
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, record
+from microslip._core.errors import InputError
 from microslip._core.frozen import Locked, lock
-from microslip.errors import InputError
 from microslip.friction.cycles import Rest, rest_of, rows_of
 from microslip.friction.field_cycles import NodeCycles, from_root
 from microslip.friction.harmonics import Basis, coefficients_of
-from microslip.memory import Diagram, Nodes, steps_along
+from microslip.friction.memory import Diagram, Nodes, steps_along
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, check_one_of, floats, plain, sized
-from microslip.errors import InputError
-from microslip.loops import Loop, checked_cycle, halves_of
+from microslip._core.errors import InputError
+from microslip.friction.loops import Loop, checked_cycle, halves_of
 
 
 class CycleMeasures(ABC):

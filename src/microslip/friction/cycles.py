@@ -7,10 +7,10 @@ from typing import Any, Literal, NamedTuple, Protocol, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from microslip import kernels
+from microslip._core import kernels
 from microslip._core.checks import Floats, floats, number, record, show
-from microslip.errors import InputError
-from microslip.memory import Memory, Nodes
+from microslip._core.errors import InputError
+from microslip.friction.memory import Memory, Nodes
 
 Rest: TypeAlias = float | Literal["mean"]
 """Displacement at which a joint began, without force: a number [m], or the mean of its cycle."""

@@ -12,11 +12,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from microslip import kernels
+from microslip._core import kernels
 from microslip._core.checks import Floats
+from microslip._core.kernels import Integers
 from microslip.friction.base import BackboneLaw
-from microslip.kernels import Integers
-from microslip.memory import Memory
+from microslip.friction.memory import Memory
 
 
 def energies_along(

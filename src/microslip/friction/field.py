@@ -21,17 +21,17 @@ from microslip._core.checks import (
     positive,
     sized,
 )
+from microslip._core.errors import InputError
 from microslip._core.frozen import Locked, assign, lock
-from microslip.errors import InputError
+from microslip.contact.base import NormalLaw
+from microslip.contact.load_curve import LoadCurve, check_surface, shared_curve
 from microslip.friction.base import BackboneLaw
 from microslip.friction.field_backbone import FieldBackbone
 from microslip.friction.field_cycles import SettledField
+from microslip.friction.memory import FieldResponse, FieldState, Nodes
+from microslip.friction.memory.nodes import checked_separations
 from microslip.friction.straight_step import straight_step
 from microslip.friction.two_directions import IsotropicField, two_directions
-from microslip.memory import FieldResponse, FieldState, Nodes
-from microslip.memory.nodes import checked_separations
-from microslip.normal.base import NormalLaw
-from microslip.normal.load_curve import LoadCurve, check_surface, shared_curve
 
 _UNITS = {
     "friction_coefficient": "", "areas": "m^2", "loads": "N", "pressures": "Pa",

@@ -9,11 +9,11 @@ import numpy as np
 
 from microslip._core.checks import Floats
 from microslip._core.frozen import Locked, lock
+from microslip._core.kernels.table import Table
+from microslip._core.quadrature import gauss_legendre
+from microslip.contact.load_curve import LoadCurve
 from microslip.friction.base import BackboneLaw
 from microslip.friction.sliders import Sliders
-from microslip.kernels.table import Table
-from microslip.normal.load_curve import LoadCurve
-from microslip.numerics.quadrature import gauss_legendre
 
 _NODES, _WEIGHTS = gauss_legendre(8)  # exact on a panel of a table of u^2 times degree 11
 

@@ -8,10 +8,12 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip import kernels
+from microslip._core import kernels
 from microslip._core.checks import Floats, floats
+from microslip._core.errors import InputError
 from microslip._core.frozen import Locked, lock
-from microslip.errors import InputError
+from microslip._core.kernels import Integers
+from microslip._core.threads import in_parts
 from microslip.friction.cycles import rest_of
 from microslip.friction.harmonics import (
     Basis,
@@ -20,9 +22,7 @@ from microslip.friction.harmonics import (
     harmonic_force,
     tolerance_error,
 )
-from microslip.kernels import Integers
-from microslip.memory import Nodes
-from microslip.numerics.threads import in_parts
+from microslip.friction.memory import Nodes
 
 _NOTHING = np.zeros(0)
 

@@ -30,10 +30,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from microslip._core.checks import Floats, floats, plain, show
+from microslip._core.errors import InputError
 from microslip._core.frozen import Locked
-from microslip.errors import InputError
-from microslip.materials import Material, MaterialPair
-from microslip.numerics.quadrature import gauss_legendre
+from microslip._core.quadrature import gauss_legendre
+from microslip.contact.materials import Material, MaterialPair
 
 # g is a polynomial of sines: on any part of a quarter turn this is exact to rounding.
 _NODES, _WEIGHTS = gauss_legendre(16)

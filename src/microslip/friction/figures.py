@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from microslip._core.checks import Floats, show
+from microslip._core.errors import InputError
 from microslip._core.units import prefix
-from microslip.errors import InputError
 from microslip.figures.kit import length_prefix
 from microslip.figures.plot import DASHED, THIN, Axis, Panel, Plot, Rule
 

@@ -10,8 +10,8 @@ import numpy as np
 
 from microslip._core.checks import Floats, positive, show, without_unit
 from microslip._core.checks import record as series
+from microslip._core.errors import InputError
 from microslip._core.parameters import rescaled, says_all, values_of
-from microslip.errors import InputError
 from microslip.friction.fit_parameters import FitParameter, fit_parameters_of
 
 Share = Callable[[Floats], Floats]

@@ -18,13 +18,13 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip import kernels
+from microslip._core import kernels
 from microslip._core.checks import Floats, floats, is_whole, number, rising_orders, show
+from microslip._core.errors import InputError
 from microslip._core.frozen import lock
-from microslip.errors import InputError
+from microslip._core.kernels.table import Table
+from microslip._core.quadrature import gauss_legendre
 from microslip.friction.cycles import Backbone, Rest, rest_of
-from microslip.kernels.table import Table
-from microslip.numerics.quadrature import gauss_legendre
 
 _NODES, _WEIGHTS = gauss_legendre(16)
 # Towards both ends of a piece the places lie as of a cosine: roots there are smooth then.

@@ -10,12 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from microslip.errors import InputError
+from microslip._core.errors import InputError
+from microslip.contact import NormalLaw
+from microslip.contact.heights import Discrete, HeightDistribution
+from microslip.contact.materials import Material, MaterialPair
+from microslip.contact.rough import RoughSurface
 from microslip.friction.interface import Interface
-from microslip.heights import Discrete, HeightDistribution
-from microslip.materials import Material, MaterialPair
-from microslip.normal import NormalLaw
-from microslip.normal.rough import RoughSurface
 
 _STEP = 0.02
 """Half of the logarithm over which a slope is taken: its error is of the order of its square."""

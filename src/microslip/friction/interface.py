@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip import normal
+from microslip import contact as normal
 from microslip._core.checks import (
     LARGEST,
     Floats,
@@ -22,18 +22,18 @@ from microslip._core.checks import (
     plain,
     positive,
 )
+from microslip._core.errors import InputError
 from microslip._core.frozen import assign, made_once
+from microslip._core.kernels.table import Table
 from microslip._core.parameters import parameter
-from microslip.errors import InputError
+from microslip.contact.base import FAINTEST, NormalLaw
+from microslip.contact.load_curve import check_surface
+from microslip.contact.materials import MaterialPair
 from microslip.friction.coupled import CoupledLaw
 from microslip.friction.fit_parameters import fit_range
 from microslip.friction.parameter_derivatives import DerivativeBackbone, of_interface
 from microslip.friction.sliders import Sliders
 from microslip.friction.validity import Verdict, validity
-from microslip.kernels.table import Table
-from microslip.materials import MaterialPair
-from microslip.normal.base import FAINTEST, NormalLaw
-from microslip.normal.load_curve import check_surface
 
 
 @dataclass(frozen=True, eq=False)

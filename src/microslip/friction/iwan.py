@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, whole_number
+from microslip._core.errors import InputError
 from microslip._core.frozen import Locked, lock
 from microslip._core.parameters import parameter
-from microslip.errors import InputError
 from microslip.friction.base import CellModel
 from microslip.friction.guesses import cell_stiffnesses, yield_grid
 from microslip.friction.sliders import Sliders

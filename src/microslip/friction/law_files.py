@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from microslip._core.checks import show
+from microslip._core.errors import InputError
 from microslip._core.files import whole_file
 from microslip._core.parameters import key_of, parameters_of, says_all, values_of
-from microslip.errors import InputError
 from microslip.friction import laws
 from microslip.friction.base import BackboneLaw
 

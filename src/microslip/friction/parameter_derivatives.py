@@ -15,13 +15,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, floats, plain, record, show
-from microslip.errors import InputError
+from microslip._core.errors import InputError
 from microslip.friction.cycles import Rest, settled_cycle
 from microslip.friction.harmonics import harmonic_force
-from microslip.memory import Memory
+from microslip.friction.memory import Memory
 
 if TYPE_CHECKING:
-    from microslip.materials import Material
+    from microslip.contact.materials import Material
 
 QUANTITIES = (
     "backbone", "force", "periodic", "harmonics",

@@ -13,15 +13,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, exact, floats, number, plain, positive, show
+from microslip._core.errors import InputError
 from microslip._core.frozen import assign, lock, made_once
-from microslip.errors import InputError
+from microslip.contact import NormalLaw
+from microslip.contact.materials import MaterialPair
 from microslip.friction.base import BackboneLaw
 from microslip.friction.interface import Interface
 from microslip.friction.parallel import Parallel
 from microslip.friction.pressure import Pressure
 from microslip.friction.validity import Verdict, validity
-from microslip.materials import MaterialPair
-from microslip.normal import NormalLaw
 
 
 def _checked_pressure(pressure: Any) -> Pressure:

@@ -23,10 +23,10 @@ from microslip._core.checks import (
     show,
     whole_number,
 )
+from microslip._core.errors import InputError
 from microslip._core.frozen import Locked, assign, lock
+from microslip._core.quadrature import gauss_legendre
 from microslip._core.wording import did_you_mean, quoted
-from microslip.errors import InputError
-from microslip.numerics.quadrature import gauss_legendre
 
 RINGS = 32
 """Rings of a smooth distribution: Gauss nodes over the area."""

@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 
 from microslip._core.checks import Floats
+from microslip._core.errors import InputError
 from microslip._core.frozen import lock
+from microslip._core.inversion import invert
 from microslip._core.parameters import parameter
-from microslip.errors import InputError
 from microslip.friction.base import BackboneLaw, PowerModel, SegalmanFit
 from microslip.friction.fit_parameters import fit_range
 from microslip.friction.guesses import all_features, draw, points_of
 from microslip.friction.sliders import Sliders
-from microslip.numerics.inversion import invert
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, floats, plain
+from microslip._core.errors import InputError
 from microslip._core.frozen import Locked
-from microslip.errors import InputError
 
 
 @dataclass(frozen=True, eq=False)

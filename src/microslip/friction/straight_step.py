@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, beyond, floats, plain, positive
-from microslip.errors import InputError
-from microslip.normal import NormalLaw
-from microslip.normal.load_curve import LoadCurve, check_surface
+from microslip._core.errors import InputError
+from microslip.contact import NormalLaw
+from microslip.contact.load_curve import LoadCurve, check_surface
 
 
 class FirstLoading(NamedTuple):

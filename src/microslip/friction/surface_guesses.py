@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 
 from microslip._core.checks import Floats, positive, show
-from microslip.errors import InputError
+from microslip._core.errors import InputError
+from microslip.contact import GreenwoodWilliamson, NormalLaw
+from microslip.contact.base import check_pair
+from microslip.contact.heights import Gaussian, HeightDistribution, as_heights
+from microslip.contact.materials import MaterialPair
 from microslip.friction.guesses import Features, Scaled, all_features, best_of, loads_of
-from microslip.heights import Gaussian, HeightDistribution, as_heights
-from microslip.materials import MaterialPair
-from microslip.normal import GreenwoodWilliamson, NormalLaw
-from microslip.normal.base import check_pair
 
 CONVENTIONAL_AREA = 1e-4
 """Apparent area [m^2] where none is known: no loop depends on it."""

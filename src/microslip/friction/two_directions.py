@@ -22,13 +22,13 @@ from microslip._core.checks import (
     sized,
     whole_number,
 )
+from microslip._core.errors import InputError
 from microslip._core.frozen import Locked, lock
-from microslip.errors import InputError
+from microslip.contact.base import NormalLaw
 from microslip.friction.base import BackboneLaw, CellModel
 from microslip.friction.field_cycles import FieldOfNodes
+from microslip.friction.memory import SliderBank, VectorState
 from microslip.friction.vector_cycles import SETTLED, VectorCycle, settled_cycle, settled_harmonics
-from microslip.memory import SliderBank, VectorState
-from microslip.normal.base import NormalLaw
 
 _MOST_SLIDERS = 100_000
 _MOST_IN_STATE = 100_000_000  # sliders of all joints of a state

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Protocol
 
 from microslip._core.verdicts import Rule, Verdict, Word
-from microslip.normal.base import (
+from microslip.contact.base import (
     BETWEEN,
     FEWEST_POINTS,
     LARGEST_PRESSURE,

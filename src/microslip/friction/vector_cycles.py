@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip import kernels
+from microslip._core import kernels
 from microslip._core.checks import Floats, exact, floats, positive
+from microslip._core.errors import InputError
 from microslip._core.frozen import Locked
-from microslip.errors import InputError
+from microslip._core.kernels import Integers
+from microslip._core.threads import in_parts
 from microslip.friction.harmonics import Basis, coefficients_of
-from microslip.kernels import Integers
-from microslip.memory import SliderBank
-from microslip.numerics.threads import in_parts
+from microslip.friction.memory import SliderBank
 
 _PASSES = 100_000
 SETTLED = 1e-6

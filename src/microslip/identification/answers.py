@@ -12,8 +12,9 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip import kernels
+from microslip._core import kernels
 from microslip._core.checks import Floats
+from microslip.friction.memory import Memory
 from microslip.identification.caveats import Caveat
 from microslip.identification.coordinates import (
     GAIN,
@@ -24,9 +25,8 @@ from microslip.identification.coordinates import (
     stiffness_after_reversal,
 )
 from microslip.identification.models.base import UNKNOWN, Materials, Model
-from microslip.memory import Memory
-from microslip.tribometer.folding import Folded
-from microslip.tribometer.motion import later
+from microslip.laboratory.folding import Folded
+from microslip.laboratory.motion import later
 
 Rise = Callable[[Floats, dict[str, float], float | None], Floats]
 """Change of the backbone (rows) at displacements, values of the law and a load."""

@@ -10,16 +10,16 @@ from types import MappingProxyType
 from typing import Any
 
 from microslip._core.checks import Progress, show
+from microslip._core.errors import InputError
 from microslip._core.frozen import Locked
 from microslip._core.units import significant
-from microslip.errors import InputError
 from microslip.identification.caveats import FIXED
 from microslip.identification.coordinates import RIG
 from microslip.identification.models import MODELS, model_of
 from microslip.identification.result import Identification
 from microslip.identification.run import fold_all, identify
 from microslip.identification.verdicts import Fitted, interval_text
-from microslip.tribometer.record import Record
+from microslip.laboratory.record import Record
 
 LAWS = tuple(model.name for model in MODELS)
 

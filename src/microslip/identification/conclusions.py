@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
+from microslip._core.errors import InputError
 from microslip._core.frozen import lock
-from microslip.errors import InputError
 from microslip.identification import fit_quality, nuisances
 from microslip.identification.caveats import (
     ABOVE,

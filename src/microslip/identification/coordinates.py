@@ -10,12 +10,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from microslip._core.checks import Floats, number, positive, show
+from microslip._core.errors import InputError
 from microslip._core.wording import did_you_mean, plural
-from microslip.errors import InputError
 from microslip.friction.fit_parameters import FitParameter
+from microslip.friction.loops import Loop
 from microslip.identification.models.base import Model
-from microslip.loops import Loop
-from microslip.tribometer.folding import Folded
+from microslip.laboratory.folding import Folded
 
 RIG = "rig_stiffness"
 GAIN = "displacement_gain"

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from microslip._core.frozen import Locked, lock
 from microslip.identification.caveats import Caveat
 from microslip.identification.fit import Fit
-from microslip.tribometer.folding import Folded
+from microslip.laboratory.folding import Folded
 
 _CERTAIN = 1e-4
 _LARGE = 0.1

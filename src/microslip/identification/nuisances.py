@@ -14,7 +14,7 @@ from microslip.identification.fit import Fit, covariance_of
 from microslip.identification.intervals import Profiled
 from microslip.identification.problem import EFFECTS, Problem, columns_of
 from microslip.identification.verdicts import CAUSES_FROM, WRONG_FROM, Fitted
-from microslip.tribometer.folding import CLIPPED
+from microslip.laboratory.folding import CLIPPED
 
 _EXPLAINED, _SIGNIFICANT = 0.5, 1e-3
 """Share of the sum of squares that an effect or a delay has to explain, and not by chance."""

@@ -7,8 +7,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from types import MappingProxyType
 
-from microslip.errors import InputError
-from microslip.heights import Exponential
+from microslip._core.errors import InputError
+from microslip.contact.heights import Exponential
 from microslip.identification.caveats import BEYOND, Caveat, number_text
 from microslip.identification.result import Identification
 from microslip.identification.verdicts import Fitted, mark

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from microslip._core.checks import Floats, exact, members, number, positive, show
+from microslip._core.errors import InputError
 from microslip._core.wording import did_you_mean
-from microslip.errors import InputError
+from microslip.friction.loops import Loop
 from microslip.identification.coordinates import (
     RIG,
     Coordinate,
@@ -22,9 +23,8 @@ from microslip.identification.coordinates import (
 )
 from microslip.identification.models.base import Model
 from microslip.identification.problem import Problem
-from microslip.loops import Loop
-from microslip.tribometer.folding import Folded
-from microslip.tribometer.record import Record
+from microslip.laboratory.folding import Folded
+from microslip.laboratory.record import Record
 
 _SHARES = (0.9, 0.5, 0.97, 0.1)  # of the compliance after a reversal that may be the rig's
 

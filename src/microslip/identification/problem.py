@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from microslip._core.checks import Floats, show
-from microslip.errors import InputError
+from microslip._core.errors import InputError
 from microslip.identification.answers import Answers, delayed
 from microslip.identification.coordinates import Datum, Quantity
 from microslip.identification.options import NUISANCES
-from microslip.tribometer.folding import Folded
-from microslip.tribometer.motion import phase_derivative
+from microslip.laboratory.folding import Folded
+from microslip.laboratory.motion import phase_derivative
 
 _LOAD_STEP = 1e-4  # of the load, for differences
 

@@ -14,7 +14,7 @@ from microslip._core.checks import Floats
 from microslip.identification.coordinates import Function
 from microslip.identification.fit import Fit, covariance_of
 from microslip.identification.problem import Problem
-from microslip.tribometer.estimates import dependence_of, quantile
+from microslip.laboratory.estimates import dependence_of, quantile
 
 _CLOSE = 0.01  # of the threshold, within which an end of an interval is found
 _TRIES, _CREEPS = 14, 2

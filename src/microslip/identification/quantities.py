@@ -10,8 +10,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from microslip._core.checks import Floats, exact, number, positive, show
+from microslip._core.errors import InputError
 from microslip._core.wording import did_you_mean
-from microslip.errors import InputError
+from microslip.contact import GreenwoodWilliamson
 from microslip.identification.caveats import Caveat, number_text
 from microslip.identification.coordinates import (
     AREA,
@@ -30,7 +31,6 @@ from microslip.identification.fit import Fit, covariance_of
 from microslip.identification.models.base import Derived, Materials, Model
 from microslip.identification.problem import Problem
 from microslip.identification.profiles import cycle_ratio
-from microslip.normal import GreenwoodWilliamson
 
 _STEP = 1e-5
 _NEED_MORE = ("std", "density_root_radius", "radius", "density", "summit_count", "contact_area")

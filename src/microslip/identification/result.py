@@ -12,15 +12,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from microslip._core.checks import positive, show
+from microslip._core.errors import InputError
 from microslip._core.frozen import Locked
 from microslip._core.quantities import json_value
 from microslip._core.units import engineering, interval_digits
 from microslip._core.wording import plural
-from microslip.errors import InputError
+from microslip.contact import GreenwoodWilliamson
+from microslip.contact.heights import Discrete, Exponential, Gaussian
+from microslip.contact.materials import Material
 from microslip.figures.plot import Plot
 from microslip.figures.plottable import Plottable
 from microslip.friction import Interface
-from microslip.heights import Discrete, Exponential, Gaussian
 from microslip.identification.caveats import (
     AT_A_LOAD,
     FIXED,
@@ -35,8 +37,6 @@ from microslip.identification.fit_quality import RecordFit
 from microslip.identification.models.base import Materials, Model
 from microslip.identification.quantities import GivenDatum
 from microslip.identification.verdicts import Direction, Fitted, interval_text
-from microslip.materials import Material
-from microslip.normal import GreenwoodWilliamson
 
 CONVERGED = "converged"
 NOT_CONVERGED = "not converged"

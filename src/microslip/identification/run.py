@@ -10,7 +10,10 @@ from typing import Any
 import numpy as np
 
 from microslip._core.checks import Progress, exact, number, positive, show
-from microslip.errors import InputError
+from microslip._core.errors import InputError
+from microslip._core.threads import single_threaded
+from microslip.contact import GreenwoodWilliamson
+from microslip.contact.materials import MaterialPair
 from microslip.identification import parameter_choice
 from microslip.identification.caveats import Caveat
 from microslip.identification.conclusions import Conclusions
@@ -31,15 +34,12 @@ from microslip.identification.other_laws import spread_over_laws
 from microslip.identification.problem import Problem, checked_effects
 from microslip.identification.quantities import known_data, quantities_of, summit_prior, summits_of
 from microslip.identification.result import Identification
-from microslip.materials import MaterialPair
-from microslip.normal import GreenwoodWilliamson
-from microslip.numerics.threads import single_threaded
-from microslip.tribometer.cycle_columns import checked_gains
-from microslip.tribometer.cycles import check_direction
-from microslip.tribometer.folding import MOST_BINS, averaged, stated_noise
-from microslip.tribometer.folding import Folded as Folded
-from microslip.tribometer.folding import fold as fold
-from microslip.tribometer.record import Record
+from microslip.laboratory.cycle_columns import checked_gains
+from microslip.laboratory.cycles import check_direction
+from microslip.laboratory.folding import MOST_BINS, averaged, stated_noise
+from microslip.laboratory.folding import Folded as Folded
+from microslip.laboratory.folding import fold as fold
+from microslip.laboratory.record import Record
 
 _MOST_FORCES = 1 << 15
 _LEAST_CONFIDENCE = 1e-3

@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from microslip._core.checks import Floats
+from microslip._core.errors import InputError
 from microslip._core.wording import shorten
-from microslip.errors import InputError
 from microslip.readers.files import first_line
 from microslip.readers.tables import Column, Stated, Table, refuse_long
 

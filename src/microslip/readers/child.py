@@ -24,7 +24,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from microslip.errors import InputError
+from microslip._core.errors import InputError
 from microslip.readers.files import POINTS, Unusable, allowed_points, decoded, first_line, limited
 
 _BYTES_A_POINT: Final = 24  # as unpacked, as read, and as written for the parent

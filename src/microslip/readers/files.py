@@ -15,10 +15,10 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from pathlib import Path
 
+from microslip._core.errors import InputError
 from microslip._core.files import reason
 from microslip._core.options import option
 from microslip._core.wording import did_you_mean, shorten, show
-from microslip.errors import InputError
 
 _HEAD = 1024
 POINTS = 50_000_000

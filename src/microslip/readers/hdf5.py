@@ -12,9 +12,9 @@ from typing import Any, Final
 
 import numpy as np
 
+from microslip._core.errors import InputError
 from microslip._core.packages import needed_for
 from microslip._core.wording import shorten
-from microslip.errors import InputError
 from microslip.readers.arrays import Arrays, Leaf, is_number, rate_by
 from microslip.readers.child import parsed
 from microslip.readers.files import refuse_beyond

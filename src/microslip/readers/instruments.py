@@ -15,10 +15,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from microslip._core.checks import Floats
+from microslip._core.errors import InputError
 from microslip._core.units import LENGTH, QuantityError, engineering, to_si
 from microslip._core.verdicts import Remark
 from microslip._core.wording import did_you_mean, shorten, show
-from microslip.errors import InputError
 from microslip.readers import hdf5
 from microslip.readers.child import parsed
 from microslip.readers.files import (

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from microslip.errors import InputError
+from microslip._core.errors import InputError
 from microslip.readers.arrays import Arrays, Leaf, arrays_in
 from microslip.readers.child import parsed
 from microslip.readers.files import allowed_points, refuse_beyond

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from microslip._core.checks import Floats
+from microslip._core.errors import InputError
 from microslip._core.units import (
     FORCE,
     LENGTH,
@@ -22,7 +23,6 @@ from microslip._core.units import (
     to_si,
 )
 from microslip._core.wording import quoted, shorten, show
-from microslip.errors import InputError
 from microslip.readers.tables import Named, fits, headings, unmistakable
 
 TIME = Kind("time", "s", ("us", "ms", "s", "min", "h"))

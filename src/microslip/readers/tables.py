@@ -9,9 +9,9 @@ from decimal import Decimal
 from typing import NamedTuple
 
 from microslip._core.checks import Floats
+from microslip._core.errors import InputError
 from microslip._core.units import Kind, QuantityError, factor_of, is_unit
 from microslip._core.wording import did_you_mean, quoted, shorten, show
-from microslip.errors import InputError
 from microslip.readers.files import refuse_beyond
 
 # Text that units are made of, and that is none here.

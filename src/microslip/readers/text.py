@@ -14,8 +14,8 @@ from typing import IO, NamedTuple
 import numpy as np
 
 from microslip._core.checks import Floats
+from microslip._core.errors import InputError
 from microslip._core.wording import shorten, show
-from microslip.errors import InputError
 from microslip.readers.dialect import (
     NUMBER,
     SEPARATORS,

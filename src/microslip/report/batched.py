@@ -25,7 +25,7 @@ from microslip.report.document import (
     Table,
 )
 from microslip.report.files import csv_text, header, listed, standard_files, text_cell, text_file
-from microslip.runs.batch import Batch, Outcome
+from microslip.study.runs.batch import Batch, Outcome
 
 KIND = "microslip-batch"
 SUMMARY_SCHEMA = 1

@@ -12,8 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip import kernels
-from microslip._core import netcdf
+from microslip._core import kernels, netcdf
 from microslip._core.checks import Progress
 from microslip._core.netcdf import Contents
 from microslip._core.wording import ESCAPED, one_line

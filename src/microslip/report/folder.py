@@ -17,9 +17,9 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from microslip._core.errors import StudyError
 from microslip._core.files import reason
 from microslip._core.wording import shorten
-from microslip.errors import StudyError
 
 # Files left by file managers.
 _LITTER = frozenset({".DS_Store", "Thumbs.db", "desktop.ini"})

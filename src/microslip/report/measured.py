@@ -12,16 +12,16 @@ import numpy as np
 from microslip._core.units import engineering, interval_digits, significant
 from microslip._core.wording import plural, shorten
 from microslip.figures.picture import Picture
+from microslip.laboratory import Measurement
+from microslip.laboratory.campaign import Campaign
+from microslip.laboratory.cycle_columns import LABELS, UNITS
+from microslip.laboratory.figures import measured_loops
+from microslip.laboratory.reading import ChannelNote
+from microslip.laboratory.settling import CERTAIN
 from microslip.report import cells
 from microslip.report import measured_campaign as together
 from microslip.report.document import Block, Column, Document, Items, Note, Number, Section, Table
 from microslip.report.files import csv_text, header, text_cell, text_file
-from microslip.tribometer import Measurement
-from microslip.tribometer.campaign import Campaign
-from microslip.tribometer.cycle_columns import LABELS, UNITS
-from microslip.tribometer.figures import measured_loops
-from microslip.tribometer.reading import ChannelNote
-from microslip.tribometer.settling import CERTAIN
 
 KIND = "microslip-measurement"
 """Kind of a folder of measured records in summary.json."""

@@ -11,13 +11,13 @@ from microslip._core.quantities import json_value, named
 from microslip._core.units import significant
 from microslip._core.wording import shorten
 from microslip.figures.picture import Picture
+from microslip.laboratory import figures
+from microslip.laboratory.campaign import Campaign
+from microslip.laboratory.campaign_laws import Wear
+from microslip.laboratory.cycle_columns import LABELS, UNITS
+from microslip.laboratory.manifest import text_of
 from microslip.report.document import Column, Items, Note, Section, Table
 from microslip.report.files import csv_text, text_cell
-from microslip.tribometer import figures
-from microslip.tribometer.campaign import Campaign
-from microslip.tribometer.campaign_laws import Wear
-from microslip.tribometer.cycle_columns import LABELS, UNITS
-from microslip.tribometer.manifest import text_of
 
 _COLUMNS_SHOWN = (
     "amplitude",

@@ -15,7 +15,7 @@ from typing import Any, Final
 import numpy as np
 
 from microslip._core.checks import Floats
-from microslip.errors import InputError
+from microslip._core.errors import InputError
 from microslip.readers.child import parsed
 from microslip.readers.files import refuse_beyond
 

@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from microslip._core.checks import Floats, floats, positive, show
+from microslip._core.errors import InputError
 from microslip._core.wording import quoted
-from microslip.errors import InputError
 from microslip.structures.balance import Balance
 from microslip.structures.forced import (
     ForcedResponse,

@@ -11,10 +11,10 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 
 from microslip._core.checks import Floats, show
+from microslip._core.errors import InputError
 from microslip._core.frozen import assign
 from microslip._core.parameters import parameter, parameters_of
-from microslip.errors import InputError
-from microslip.materials import Material
+from microslip.contact.materials import Material
 from microslip.structures.bolts import Bolts
 from microslip.structures.mesh import (
     Body,

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 from microslip._core.checks import exact, positive, show
+from microslip._core.errors import InputError
 from microslip._core.wording import did_you_mean, quoted
-from microslip.errors import InputError
 from microslip.friction.pressure import BOLTS, BoltSize
 
 GRADES = MappingProxyType(

@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, exact, members, positive, record, show
+from microslip._core.errors import InputError
 from microslip._core.frozen import assign
 from microslip._core.parameters import parameter, parameters_of
 from microslip._core.wording import quoted
-from microslip.errors import InputError
-from microslip.materials import Material
-from microslip.normal import NormalLaw
+from microslip.contact import NormalLaw
+from microslip.contact.materials import Material
 from microslip.structures.beam_mesh import Lap, Stretch, Style, beam_mesh, declared_length
 from microslip.structures.geometry import Bending, Sizes, strip_cases, strip_sensors
 from microslip.structures.mesh import (

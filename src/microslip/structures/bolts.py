@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, exact, floats, number, positive
+from microslip._core.errors import InputError
 from microslip._core.frozen import Locked, assign, lock
 from microslip._core.parameters import parameter, parameters_of
-from microslip.errors import InputError
-from microslip.materials import Material
+from microslip.contact.materials import Material
 from microslip.structures.bolt_tightening import (
     TIGHTENING_FACTOR,
     Thread,

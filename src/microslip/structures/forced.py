@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from microslip._core.checks import Floats, floats, positive, show
+from microslip._core.errors import InputError
 from microslip._core.files import whole_file
 from microslip._core.frozen import LockedArrays
 from microslip._core.packages import needed_for
-from microslip.errors import InputError
 from microslip.figures.plot import Plot
 from microslip.figures.plottable import PlottableAtSensor
 from microslip.structures.balance import Balance

@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, floats
-from microslip.errors import InputError
-from microslip.materials import Material
+from microslip._core.errors import InputError
+from microslip.contact.materials import Material
 from microslip.structures.periodic_motion import HarmonicBasis, HarmonicForces
 
 HARMONICS = (0, 1, 2, 3, 4, 5)

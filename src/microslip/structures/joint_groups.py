@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from microslip._core.checks import Floats
-from microslip.errors import InputError
+from microslip._core.errors import InputError
 from microslip.friction import BackboneLaw, JointField
 from microslip.structures.geometry import GeometryAttachment, GeometryGroup
 from microslip.structures.periodic_motion import HarmonicBasis, HarmonicForces

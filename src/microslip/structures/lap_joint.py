@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from microslip._core.checks import exact, show
-from microslip.errors import InputError
+from microslip._core.errors import InputError
 from microslip.structures.beam_mesh import Lap, Style, declared_length
 from microslip.structures.bolted_beam import Drawing
 from microslip.structures.bolts import Bolts

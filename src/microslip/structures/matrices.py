@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, floats, show
+from microslip._core.errors import InputError
 from microslip._core.files import whole_file
 from microslip._core.frozen import lock
 from microslip._core.packages import needed_for
 from microslip._core.wording import did_you_mean, shorten
-from microslip.errors import InputError
 from microslip.readers.array_files import archived
 from microslip.readers.child import parsed
 from microslip.readers.files import decoded, reading, refuse_beyond

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from microslip._core.checks import Floats, exact, floats, show, whole_number
-from microslip.errors import InputError
-from microslip.materials import Material
+from microslip._core.errors import InputError
+from microslip.contact.materials import Material
 from microslip.structures.bolts import Bolts
 
 Indices = NDArray[np.int64]

@@ -15,11 +15,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, floats, positive, show
+from microslip._core.errors import InputError
 from microslip._core.frozen import Locked
 from microslip._core.packages import needed_for
 from microslip._core.wording import did_you_mean, quoted, shorten
-from microslip.errors import InputError
-from microslip.materials import Material
+from microslip.contact.materials import Material
 from microslip.readers.child import parsed
 from microslip.readers.files import POINTS, reading, refuse_beyond
 from microslip.structures.mesh import (

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from microslip._core.checks import Floats, floats, whole_number
+from microslip._core.errors import InputError
 from microslip._core.verdicts import Rule, Verdict
-from microslip.errors import InputError
 from microslip.figures.plot import Plot
 from microslip.figures.plottable import Plottable
 from microslip.structures.modal_model import Answer

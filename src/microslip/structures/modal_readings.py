@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, floats, record, show, whole_number
+from microslip._core.errors import InputError
 from microslip._core.frozen import LockedArrays
-from microslip.errors import InputError
 from microslip.structures.periodic_motion import power_of
 
 _LEAST_FALL, _STEADY = 1e-3, 0.05

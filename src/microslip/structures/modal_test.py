@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, positive, record, show, whole_number
+from microslip._core.errors import InputError
 from microslip._core.frozen import Locked, assign, lock
 from microslip._core.units import (
     ACCELERATION,
@@ -28,7 +29,6 @@ from microslip._core.units import (
 )
 from microslip._core.verdicts import Verdict
 from microslip._core.wording import did_you_mean, quoted, shorten
-from microslip.errors import InputError
 from microslip.readers.files import reading
 from microslip.readers.roles import is_of_loop
 from microslip.readers.table_files import read_table

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, exact, floats, number, record
-from microslip.errors import InputError
+from microslip._core.errors import InputError
 from microslip.figures.plot import Plot
 from microslip.figures.plottable import PlottableAtSensor
 from microslip.structures.matrices import vector

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, show, whole_number
+from microslip._core.errors import InputError
 from microslip._core.wording import quoted
-from microslip.errors import InputError
 from microslip.structures.balance import Balance, ModePoint, ModeResidual, ModeStep
 from microslip.structures.modal_curve import ModalCurve, Resonance
 from microslip.structures.modal_model import ModalJoints, ModalModel

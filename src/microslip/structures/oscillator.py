@@ -19,10 +19,10 @@ from microslip._core.checks import (
     show,
     whole_number,
 )
+from microslip._core.errors import InputError
 from microslip._core.frozen import LockedArrays, assign
 from microslip._core.parameters import parameter, parameters_of
 from microslip._core.wording import quoted
-from microslip.errors import InputError
 from microslip.friction import LAWS, BackboneLaw
 from microslip.structures.periodic_motion import (
     HARMONICS,

@@ -24,11 +24,11 @@ from microslip._core.checks import (
     sized,
     whole_number,
 )
+from microslip._core.errors import InputError
 from microslip._core.frozen import lock
-from microslip.errors import InputError
+from microslip._core.inversion import adaptive
+from microslip._core.kernels import Integers
 from microslip.friction import BackboneLaw
-from microslip.kernels import Integers
-from microslip.numerics.inversion import adaptive
 from microslip.structures.matrices import direction_matrix
 
 HARMONICS = (0, 1, 2, 3)

@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from microslip._core.checks import Floats, positive, record, show, whole_number
+from microslip._core.errors import InputError
 from microslip._core.verdicts import Rule, Verdict
 from microslip._core.wording import quoted
-from microslip.errors import InputError
 from microslip.structures.base_motion import BaseMotion, Frame, base_motion
 from microslip.structures.joint_groups import FieldAttachment, LawGroup
 from microslip.structures.modal_curve import ModalCurve

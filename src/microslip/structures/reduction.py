@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from microslip._core.checks import Floats, floats, positive, show, whole_number
-from microslip.errors import InputError
-from microslip.numerics.threads import single_threaded
+from microslip._core.errors import InputError
+from microslip._core.threads import single_threaded
 from microslip.structures.matrices import factorised
 from microslip.structures.mesh import JointMesh, check_count, facets_of, outer
 from microslip.structures.reduction_elements import Elements

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats
+from microslip._core.errors import InputError
 from microslip._core.frozen import Locked
-from microslip.errors import InputError
-from microslip.normal import NormalLaw
+from microslip.contact import NormalLaw
 from microslip.structures.mesh import JointMesh
 from microslip.structures.modal_curve import ModalCurve
 from microslip.structures.reduction import Reducer

@@ -7,7 +7,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from microslip.errors import InputError
+from microslip._core.errors import InputError
 from microslip.structures.matrices import check_mass, check_stiffness, symmetric_matrix
 
 KIND: Final = "microslip-reduced-joint"

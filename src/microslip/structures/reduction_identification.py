@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, number, positive, show
+from microslip._core.errors import InputError
 from microslip._core.frozen import LockedArrays
 from microslip._core.verdicts import Rule, Verdict
 from microslip._core.wording import did_you_mean, quoted
-from microslip.errors import InputError
-from microslip.normal import NormalLaw
+from microslip.contact import NormalLaw
 from microslip.structures.modal_curve import ModalCurve, judge_shift
 from microslip.structures.modal_test import ModalTest
 from microslip.structures.reduction_model import ReducedJoint

@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from microslip._core.checks import Floats, floats, number, positive, show
+from microslip._core.errors import InputError
 from microslip._core.files import whole_file
 from microslip._core.frozen import LockedArrays, lock
 from microslip._core.wording import quoted
-from microslip.errors import InputError
+from microslip.contact import NormalLaw
 from microslip.friction import JointField
-from microslip.normal import NormalLaw
 from microslip.readers.array_files import archived
 from microslip.readers.files import POINTS, reading
 from microslip.structures.bolts import each_bolt

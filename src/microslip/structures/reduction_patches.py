@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from microslip._core.checks import Floats, exact, floats, show
-from microslip.errors import InputError
+from microslip._core.errors import InputError
 from microslip.structures.mesh import FACETS, ContactFaces, Indices, JointMesh
 from microslip.structures.reduction_elements import Elements, Points
 

@@ -11,13 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from microslip._core.checks import Floats
+from microslip._core.errors import InputError
 from microslip._core.frozen import LockedArrays, lock
-from microslip.errors import InputError
 from microslip.figures.plot import Plot
 from microslip.figures.plottable import Plottable
 from microslip.friction import BackboneLaw
 from microslip.friction.energies import energies_along
-from microslip.memory import State
+from microslip.friction.memory import State
 
 MOST_SAMPLES = 20_000_000
 _PATIENCE = 20.0  # longest half cycle, over the longest that swings

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, floats, positive
+from microslip._core.errors import InputError
 from microslip._core.frozen import assign, lock
-from microslip.errors import InputError
 from microslip.structures.base_motion import Frame, base_motion
 from microslip.structures.modal_model import ModalAnswer
 from microslip.structures.motion import march

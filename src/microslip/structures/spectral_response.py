@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from microslip._core.checks import Floats, floats
-from microslip.errors import InputError
+from microslip._core.errors import InputError
 from microslip.structures.base_motion import BaseMotion
 
 _BEYOND = 4.0  # times the highest frequency of the spectrum: modes above answer statically

@@ -11,9 +11,9 @@ from typing import Any, Concatenate, NamedTuple, ParamSpec, TypeVar
 import numpy as np
 
 from microslip._core.checks import Floats, exact, number, show, whole_number
+from microslip._core.errors import InputError
 from microslip._core.frozen import lock
-from microslip.errors import InputError
-from microslip.numerics.threads import single_threaded
+from microslip._core.threads import single_threaded
 from microslip.structures.geometry import HARMONICS as GEOMETRY_HARMONICS
 from microslip.structures.geometry import GeometryAttachment
 from microslip.structures.joint_groups import Attachment, FieldAttachment, all_columns

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, record, whole_number
+from microslip._core.errors import InputError
 from microslip._core.verdicts import Rule, Verdict
-from microslip.errors import InputError
 from microslip.structures.modal_readings import Values
 from microslip.structures.periodic_motion import POWERS, power_of
 

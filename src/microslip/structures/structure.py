@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, floats, show
+from microslip._core.errors import InputError
 from microslip._core.frozen import assign
+from microslip._core.threads import single_threaded
 from microslip._core.verdicts import Rule, Verdict
-from microslip.errors import InputError
 from microslip.friction import BackboneLaw, JointField
-from microslip.numerics.threads import single_threaded
 from microslip.readers.files import POINTS
 from microslip.structures.base_motion import base_response
 from microslip.structures.forced import forced_response

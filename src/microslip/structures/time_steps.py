@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from microslip._core.checks import Floats
-from microslip.errors import InputError
+from microslip._core.errors import InputError
 from microslip.structures.joint_groups import JointState, LawGroup
 from microslip.structures.modal_model import ModalJoints, ModalModel
 

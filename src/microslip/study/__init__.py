@@ -1,1 +1,1 @@
-"""A validated description of a calculation."""
+"""A validated description of a calculation, and its run."""

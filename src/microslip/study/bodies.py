@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from microslip._core import units
+from microslip._core.errors import InputError
 from microslip._core.wording import show
-from microslip.errors import InputError
+from microslip.contact.materials import Material
 from microslip.friction.pressure import BOLTS
-from microslip.materials import Material
 from microslip.structures.bolts import SIZED, Bolts, by_size
 from microslip.structures.mesh import check_elastic, slack_bolts
 from microslip.study.fields import (

@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from microslip._core.checks import Floats, Progress
-from microslip.errors import InputError, StudyError
+from microslip._core.errors import InputError, StudyError
+from microslip.contact import GreenwoodWilliamson, MeasuredContact, NormalLaw
+from microslip.contact.materials import MaterialPair
 from microslip.friction import Interface
-from microslip.materials import MaterialPair
-from microslip.normal import GreenwoodWilliamson, MeasuredContact, NormalLaw
 from microslip.study.consistency import check
 from microslip.study.description import StudyDescription
 from microslip.study.joints import Joint

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Self
 
+from microslip._core.errors import StudyError
 from microslip._core.wording import shorten
-from microslip.errors import StudyError
-from microslip.normal import NormalLaw
+from microslip.contact import NormalLaw
 from microslip.study.consistency import check, mean_load
 from microslip.study.joints import Joint
 from microslip.study.part import one_line

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from microslip._core.errors import InputError
 from microslip._core.parameters import key_of
 from microslip._core.wording import did_you_mean, quoted, shorten, show
-from microslip.errors import InputError
-from microslip.heights import HEIGHTS, Statistical
+from microslip.contact.heights import HEIGHTS, Statistical
 from microslip.study.fields import (
     COLUMN,
     COLUMN_UNIT,

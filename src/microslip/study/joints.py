@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from typing import Any
 
+from microslip._core.errors import InputError
 from microslip._core.parameters import key_of, parameter_of
-from microslip.errors import InputError
-from microslip.friction import BackboneLaw, Interface, PressedJoint
-from microslip.friction.law_files import load_law
-from microslip.normal import (
+from microslip.contact import (
     AsperityPopulation,
     GreenwoodWilliamson,
     MeasuredContact,
     NormalLaw,
     RoughSurface,
 )
-from microslip.normal.elastic_plastic import MODELS
+from microslip.contact.elastic_plastic import MODELS
+from microslip.friction import BackboneLaw, Interface, PressedJoint
+from microslip.friction.law_files import load_law
 from microslip.study.fields import (
     LOAD,
     YIELD_STRESS,

@@ -11,7 +11,7 @@ from collections import Counter
 from collections.abc import Callable
 
 from microslip._core.parameters import JsonSchema
-from microslip.materials import Metal, metals
+from microslip.contact.materials import Metal, metals
 from microslip.study.schema import StudyTables
 from microslip.study.surfaces import Elastic
 

@@ -10,22 +10,22 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from microslip._core.checks import Progress
+from microslip._core.errors import InputError
 from microslip._core.options import option
 from microslip._core.parameters import JsonSchema
 from microslip._core.quantities import named
 from microslip._core.units import PRESSURE, engineering
 from microslip._core.wording import shorten, show
-from microslip.errors import InputError
-from microslip.normal import MeasuredContact, NormalLaw
-from microslip.scans import options
+from microslip.contact import MeasuredContact, NormalLaw
 from microslip.study.fields import MATERIALS, text
 from microslip.study.part import SurfaceTable, tag
 from microslip.study.part import key as key_of
 from microslip.study.readers import KeyedError, Place, Reader
+from microslip.surfaces import options
 
 if TYPE_CHECKING:
-    from microslip.materials import MaterialPair
-    from microslip.scans import Scan
+    from microslip.contact.materials import MaterialPair
+    from microslip.surfaces import Scan
 
 HARDNESS = option(
     "hardness",
@@ -137,7 +137,7 @@ class MeasuredFace(SurfaceTable):
 
     def _read(self, place: Place) -> None:
         """Read the scan, or report at its key what is wrong."""
-        from microslip.scans import Scan
+        from microslip.surfaces import Scan
 
         reading, name = place.reading, shorten(self.scan, 100)
         here = reading.path(self.scan)
@@ -221,7 +221,7 @@ class MeasuredFace(SurfaceTable):
         start = f"surface.scan: {name}{cutoff}, solved point by point"
         if self._law is None:
             return [start + "."]
-        from microslip.scans.joints import contact_words  # loads SciPy
+        from microslip.surfaces.joints import contact_words  # loads SciPy
 
         return [f"{start}: {contact_words(self._law.numbers)}.", *self._split()]
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from microslip._core.units import engineering
 from microslip._core.wording import did_you_mean, quoted, shorten, show
-from microslip.materials import Metal, metal_called, metals
+from microslip.contact.materials import Metal, metal_called, metals
 from microslip.study.readers import KeyedError, Reading
 
 _KEYS = ("young_modulus", "poisson_ratio", "hardness")

@@ -10,10 +10,10 @@ from importlib.resources import files
 from pathlib import Path
 from string import Template
 
+from microslip._core.errors import StudyError
 from microslip._core.files import reason
 from microslip._core.units import engineering
 from microslip._core.wording import did_you_mean, quoted, shorten, show
-from microslip.errors import StudyError
 
 SCHEMA_FILE = "study.schema.json"
 """File in which editors find the JSON Schema of studies, if it lies beside them."""
@@ -48,7 +48,7 @@ def template(
 
     ``name`` is that of its file, for the title and the commands in its comments. A joint has a
     surface of one of :data:`LAWS`, or faces as a ``process`` of
-    :data:`microslip.scans.finish.PROCESSES` leaves them.
+    :data:`microslip.surfaces.finish.PROCESSES` leaves them.
     """
     if law not in LAWS:
         near = did_you_mean(law, LAWS) if isinstance(law, str) else ""
@@ -62,7 +62,7 @@ def template(
         "table": command_line(file.with_suffix(".csv")),
     }
     if process is not None:
-        from microslip.scans.finish import PROCESSES, sampling_length
+        from microslip.surfaces.finish import PROCESSES, sampling_length
 
         leaves = PROCESSES[process]
         words |= {"process": process, "source": leaves.source}
@@ -83,7 +83,7 @@ def write(
 ) -> list[str]:
     """Write a commented study into a new file, whose name ends in `.toml`.
 
-    A ``process`` of :data:`microslip.scans.finish.PROCESSES` makes it one of bolted plates with
+    A ``process`` of :data:`microslip.surfaces.finish.PROCESSES` makes it one of bolted plates with
     faces as that process leaves them. Returns the commands that come next. A batch has its table of
     changes beside it.
     """

@@ -12,10 +12,10 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
+from microslip._core.errors import StudyError
 from microslip._core.options import Option
 from microslip._core.parameters import REQUIRED, JsonSchema, Number
 from microslip._core.wording import did_you_mean, nearest, quoted, show
-from microslip.errors import StudyError
 from microslip.study.readers import (
     FAILED,
     Constant,

@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
+from microslip._core.errors import InputError
 from microslip._core.parameters import REQUIRED, JsonSchema, Number
 from microslip._core.wording import shorten, show
-from microslip.errors import InputError
 
 FAILED: Any = type("Failed", (), {"__repr__": lambda self: "FAILED"})()
 """Stands for a value that could not be read; why is noted."""

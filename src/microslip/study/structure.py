@@ -44,8 +44,8 @@ from microslip.study.vibration import (
 
 if TYPE_CHECKING:
     from microslip._core.checks import Progress
-    from microslip.materials import Material
-    from microslip.normal import NormalLaw
+    from microslip.contact import NormalLaw
+    from microslip.contact.materials import Material
     from microslip.structures import Convergence
     from microslip.structures.reduction import Reducer
 

@@ -16,17 +16,15 @@ from microslip._core.units import (
     significant,
 )
 from microslip._core.wording import nearest
-from microslip.materials import Material, MaterialPair, metals
-from microslip.normal import (
+from microslip.contact import (
     NORMAL_LAWS,
     AsperityPopulation,
     NormalLaw,
     RoughSurface,
     TabulatedNormalLaw,
 )
-from microslip.normal.rough import ERROR as ROUGH_ERROR
-from microslip.scans.finish import GAUSSIAN_RQ
-from microslip.scans.options import RA, RQ
+from microslip.contact.materials import Material, MaterialPair, metals
+from microslip.contact.rough import ERROR as ROUGH_ERROR
 from microslip.study.fields import (
     AREA,
     HEIGHT,
@@ -47,6 +45,8 @@ from microslip.study.measured_face import MeasuredFace
 from microslip.study.part import Key, Part, SurfaceTable, Table, key, optional_key, tag
 from microslip.study.readers import KeyedError, Place
 from microslip.study.uncertain import Spread, Unsure
+from microslip.surfaces.finish import GAUSSIAN_RQ
+from microslip.surfaces.options import RA, RQ
 
 __all__ = [
     "SURFACE_TABLES",

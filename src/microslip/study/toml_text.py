@@ -11,9 +11,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from microslip._core.errors import StudyError
 from microslip._core.files import seen_from
 from microslip._core.wording import shorten, show
-from microslip.errors import StudyError
 from microslip.readers.files import usable
 
 _EXAMPLE = """joint.normal_load="3 kN\""""

@@ -8,8 +8,9 @@ import re
 from typing import Any
 
 from microslip._core.checks import show
+from microslip._core.errors import InputError
 from microslip._core.parameters import parameters_of, says_all
-from microslip.errors import InputError
+from microslip.contact import NormalLaw, SphereOnFlat
 from microslip.friction.base import BackboneLaw
 from microslip.friction.interface import Interface
 from microslip.friction.iwan import Iwan
@@ -19,7 +20,6 @@ from microslip.identification.models.interface import InterfaceModel
 from microslip.identification.models.law import IwanModel, LawModel
 from microslip.identification.models.sphere import GivenSurfaceModel, SphereModel
 from microslip.identification.models.surface_shape import template_of
-from microslip.normal import NormalLaw, SphereOnFlat
 
 __all__ = [
     "MODELS",

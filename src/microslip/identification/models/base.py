@@ -9,8 +9,8 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from microslip._core.checks import Floats
+from microslip.contact.materials import MaterialPair
 from microslip.friction.fit_parameters import FitParameter
-from microslip.materials import MaterialPair
 
 Values = Mapping[str, float]
 """Values of the parameters of a law, by their names."""

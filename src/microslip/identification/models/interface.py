@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from microslip._core.checks import Floats, positive
-from microslip.errors import InputError
+from microslip._core.errors import InputError
+from microslip.contact import GreenwoodWilliamson, MeasuredContact
 from microslip.friction.fit_parameters import FitParameter
 from microslip.friction.guesses import loads_of
 from microslip.friction.interface import Interface
@@ -27,7 +28,6 @@ from microslip.identification.models.base import (
 )
 from microslip.identification.models.sphere import FRICTION, mean_load
 from microslip.identification.models.surface_shape import Template, template_of
-from microslip.normal import GreenwoodWilliamson, MeasuredContact
 
 _HEIGHTS, _TALLEST = 192, 8.0
 """Heights of which the numbers of summits scatter, and up to how far above the lowest contact."""

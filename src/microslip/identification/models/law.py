@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from microslip._core.checks import Floats, show
+from microslip._core.errors import InputError
 from microslip._core.frozen import Locked, lock
 from microslip._core.parameters import key_of, values_of
-from microslip.errors import InputError
 from microslip.friction.base import BackboneLaw
 from microslip.friction.fit_parameters import FitParameter, fit_parameters_of
 from microslip.friction.guesses import cell_stiffnesses, yield_grid

@@ -10,7 +10,10 @@ from typing import Any
 import numpy as np
 
 from microslip._core.checks import Floats
-from microslip.errors import InputError
+from microslip._core.errors import InputError
+from microslip.contact import SphereOnFlat
+from microslip.contact.base import aluminium
+from microslip.contact.materials import MaterialPair
 from microslip.friction.fit_parameters import FitParameter, fit_parameters_of
 from microslip.friction.guesses import loads_of
 from microslip.friction.interface import Interface
@@ -23,9 +26,6 @@ from microslip.identification.models.base import (
     Model,
     Values,
 )
-from microslip.materials import MaterialPair
-from microslip.normal import SphereOnFlat
-from microslip.normal.base import aluminium
 
 (FRICTION,) = (p for p in fit_parameters_of(Interface) if p.name == "friction_coefficient")
 

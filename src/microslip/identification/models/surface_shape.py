@@ -9,14 +9,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from microslip._core import quadrature
 from microslip._core.checks import Floats, show
-from microslip.errors import InputError
-from microslip.friction.surface_guesses import conventional_radius
-from microslip.heights import Exponential, Gaussian, as_heights
-from microslip.kernels import TERMS
-from microslip.kernels.table import NODES, TO_SERIES, Table
-from microslip.materials import MaterialPair
-from microslip.normal import (
+from microslip._core.errors import InputError
+from microslip._core.kernels import TERMS
+from microslip._core.kernels.table import NODES, TO_SERIES, Table
+from microslip.contact import (
     AsperityPopulation,
     GreenwoodWilliamson,
     MeasuredContact,
@@ -24,8 +22,10 @@ from microslip.normal import (
     SphereOnFlat,
     TabulatedNormalLaw,
 )
-from microslip.normal.base import aluminium
-from microslip.numerics import quadrature
+from microslip.contact.base import aluminium
+from microslip.contact.heights import Exponential, Gaussian, as_heights
+from microslip.contact.materials import MaterialPair
+from microslip.friction.surface_guesses import conventional_radius
 
 _PANELS = (24, 32, 48, 64)
 _LEFT_OUT = 1e-14  # of the largest value, for the terms that a panel leaves out

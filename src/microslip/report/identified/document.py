@@ -8,14 +8,17 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
+from microslip._core.errors import InputError
 from microslip._core.quantities import json_value
 from microslip._core.units import significant
 from microslip._core.wording import capital
 from microslip._version import __version__
-from microslip.errors import InputError
 from microslip.identification import Comparison, Identification, figures, identify
 from microslip.identification.caveats import HAS_VALUE, label
 from microslip.identification.models import model_of
+from microslip.laboratory import Measurement, Record, measure
+from microslip.laboratory.campaign import Campaign
+from microslip.laboratory.regimes import RegimeBorders, borders_of
 from microslip.report import measured_campaign as together
 from microslip.report.document import (
     Block,
@@ -32,9 +35,6 @@ from microslip.report.document import (
 from microslip.report.files import csv_text, header, text_cell, text_file
 from microslip.report.identified import numbers
 from microslip.report.identified.numbers import Summary, joint_text
-from microslip.tribometer import Measurement, Record, measure
-from microslip.tribometer.campaign import Campaign
-from microslip.tribometer.regimes import RegimeBorders, borders_of
 
 if TYPE_CHECKING:
     from microslip.study.description import StudyDescription

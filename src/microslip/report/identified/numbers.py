@@ -8,11 +8,11 @@ from collections.abc import Callable, Mapping
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
+from microslip._core.errors import InputError
 from microslip._core.units import engineering, interval_digits, prefix, significant
 from microslip._core.verdicts import Verdict, Word
 from microslip._core.wording import joined, shorten
 from microslip._version import __version__
-from microslip.errors import InputError
 from microslip.friction.law_files import law_content, law_text
 from microslip.identification import Identification
 from microslip.identification.caveats import HAS_VALUE, ends_text, label, number_text

@@ -34,8 +34,8 @@ from microslip.figures.plot import (
     Words,
     stacked,
 )
-from microslip.runs.columns import AmplitudeCurve
-from microslip.runs.prediction import Prediction
+from microslip.study.runs.columns import AmplitudeCurve
+from microslip.study.runs.prediction import Prediction
 
 MOST_LOADS = 6
 MOST_MARKS = 12

@@ -34,11 +34,11 @@ from microslip.report.predicted.tables import (
 from microslip.report.structure.document import answer as structure_answer
 from microslip.report.structure.document import number as structure_number
 from microslip.report.structure.document import sections as structure_sections
-from microslip.runs.prediction import Prediction
 from microslip.study.consistency import questions
 from microslip.study.description import StudyDescription
 from microslip.study.measured_face import NO_CUTOFF
 from microslip.study.part import Part
+from microslip.study.runs.prediction import Prediction
 
 REMARK = (
     "η (loss factor) and ζ = η/2 (damping ratio) are the interface’s own, not a mode’s: in a "

@@ -6,8 +6,8 @@ from collections.abc import Callable
 
 import numpy as np
 
+from microslip._core.errors import InputError
 from microslip._core.units import engineering, prefix
-from microslip.errors import InputError
 from microslip.figures.kit import (
     common_prefix,
     evenly,
@@ -38,8 +38,8 @@ from microslip.report.predicted.curves import (
 )
 from microslip.report.predicted.history_figure import history, pressure
 from microslip.report.predicted.numbers import figure_names
-from microslip.runs.columns import AmplitudeCurve
-from microslip.runs.prediction import Prediction
+from microslip.study.runs.columns import AmplitudeCurve
+from microslip.study.runs.prediction import Prediction
 
 MOST_PANELS = 6
 _AREAS = ((1.0, "m²"), (1e-6, "mm²"), (1e-12, "µm²"), (1e-18, "nm²"))
@@ -308,7 +308,7 @@ def _stems(result: Prediction, axis: AmplitudeAxis) -> Panel | None:
 
 def face(result: Prediction) -> Plot:
     """A measured face: its pressures, what touches, its loads."""
-    from microslip.normal.figures import face_plot
+    from microslip.contact.figures import face_plot
     from microslip.study.build import build_surface
 
     return face_plot(build_surface(result.study))

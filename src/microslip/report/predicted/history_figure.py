@@ -11,7 +11,7 @@ from microslip.figures.kit import common_prefix, evenly, far_apart, length_prefi
 from microslip.figures.plot import GREY, THIN, WIDTH, Axis, Entry, Floats, Panel, Plot
 from microslip.friction import PressedJoint
 from microslip.report.predicted.curves import add_legend, drawn_loads
-from microslip.runs.prediction import Prediction
+from microslip.study.runs.prediction import Prediction
 
 MOST_SAMPLES = 20_000
 """Samples of a load up to which each of them is drawn."""

@@ -11,8 +11,8 @@ import numpy as np
 
 from microslip._core.quantities import UNITS, json_value, named
 from microslip._core.units import engineering, significant
+from microslip.contact import SphereOnFlat, TightenedSurface
 from microslip.friction import Interface, PressedJoint, Verdict
-from microslip.normal import SphereOnFlat, TightenedSurface
 from microslip.report.files import header
 from microslip.report.predicted.scatter_document import FIGURES as SCATTER_FIGURES
 from microslip.report.predicted.scatter_document import numbers as scatter_numbers
@@ -21,15 +21,15 @@ from microslip.report.structure.document import FIGURES as STRUCTURE_FIGURES
 from microslip.report.structure.document import numbers as structure_numbers
 from microslip.report.structure.driven import FORCED_FIGURE, FORCED_TABLES, RESPONSES
 from microslip.report.structure.fitted_study import FITTED_STUDY
-from microslip.runs.columns import (
-    Columns,
-    HistoryResponse,
-)
-from microslip.runs.prediction import Defaults, Prediction, leading_inputs, scalars
 from microslip.structures.bolt_tightening import BoltForces
 from microslip.study import surfaces as u
 from microslip.study.build import is_uncertain
 from microslip.study.description import StudyDescription
+from microslip.study.runs.columns import (
+    Columns,
+    HistoryResponse,
+)
+from microslip.study.runs.prediction import Defaults, Prediction, leading_inputs, scalars
 
 KIND = "microslip-result"
 SUMMARY_SCHEMA = 1

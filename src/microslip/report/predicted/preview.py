@@ -20,12 +20,12 @@ from microslip.report.predicted.numbers import (
     load_notes,
 )
 from microslip.report.predicted.tables import rest_section, validity
-from microslip.runs.prediction import DEFAULT_AMPLITUDES, DEFAULT_POINTS, Defaults
-from microslip.runs.structure_cost import Cost, cost_of
 from microslip.study.build import build_joints
 from microslip.study.consistency import questions
 from microslip.study.description import StudyDescription
 from microslip.study.part import Part
+from microslip.study.runs.prediction import DEFAULT_AMPLITUDES, DEFAULT_POINTS, Defaults
+from microslip.study.runs.structure_cost import Cost, cost_of
 from microslip.study.uncertain import Spread
 
 KIND = "microslip-check"

@@ -14,12 +14,12 @@ from typing import Any
 
 import numpy as np
 
-from microslip import kernels
+from microslip._core import kernels
 from microslip._core.checks import Floats, Progress, show
+from microslip._core.errors import InputError
 from microslip._core.netcdf import Contents, Variable, dataset
 from microslip._core.quantities import UNITS
 from microslip._version import __version__
-from microslip.errors import InputError
 from microslip.report.document import File
 from microslip.report.files import Blocks, csv_file, netcdf_file, save, standard_files, text_file
 from microslip.report.predicted.document import document
@@ -28,14 +28,14 @@ from microslip.report.structure.document import columns as structure_columns
 from microslip.report.structure.document import labelled as structure_arrays
 from microslip.report.structure.driven import RESPONSES, forced_columns
 from microslip.report.structure.fitted_study import FITTED_STUDY, fitted_text
-from microslip.runs.columns import AmplitudeCurve as AmplitudeCurve
-from microslip.runs.columns import Columns, blocks
-from microslip.runs.columns import HistoryResponse as HistoryResponse
-from microslip.runs.columns import Limits as Limits
-from microslip.runs.prediction import Prediction, labelled, run, variables
-from microslip.runs.scatter import Scatter
 from microslip.structures.forced import write_universal
 from microslip.study.description import StudyDescription
+from microslip.study.runs.columns import AmplitudeCurve as AmplitudeCurve
+from microslip.study.runs.columns import Columns, blocks
+from microslip.study.runs.columns import HistoryResponse as HistoryResponse
+from microslip.study.runs.columns import Limits as Limits
+from microslip.study.runs.prediction import Prediction, labelled, run, variables
+from microslip.study.runs.scatter import Scatter
 
 
 def files(result: Prediction, destination: Path) -> tuple[File, ...]:

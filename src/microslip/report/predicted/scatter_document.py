@@ -14,11 +14,11 @@ from microslip._core.units import engineering
 from microslip.figures.kit import box
 from microslip.figures.picture import Picture
 from microslip.figures.plot import Axis, Panel, Plot
+from microslip.friction.sweeps.quantiles import samples_for
 from microslip.report import cells
 from microslip.report.document import Block, Column, Facts, Note, Section, Table
-from microslip.runs.prediction import Prediction
-from microslip.runs.scatter import RANKED, Decision, Scatter
-from microslip.sweeps.quantiles import samples_for
+from microslip.study.runs.prediction import Prediction
+from microslip.study.runs.scatter import RANKED, Decision, Scatter
 
 _BANDS = {
     "loss_factor": Column("loss_factor", "Loss factor η", "", 3, write=cells.ratio),

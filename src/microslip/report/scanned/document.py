@@ -10,13 +10,13 @@ from typing import Any, Literal
 
 import numpy as np
 
+from microslip._core.errors import InputError
 from microslip._core.parameters import parameters_of
 from microslip._core.quantities import json_value, named
 from microslip._core.units import SMALLEST, engineering, significant
 from microslip._core.verdicts import Remark
 from microslip._core.wording import capital
 from microslip._version import __version__
-from microslip.errors import InputError
 from microslip.figures.picture import Picture
 from microslip.report.document import (
     Block,
@@ -34,10 +34,10 @@ from microslip.report.files import csv_text, header, text_file
 from microslip.report.scanned import joint_section
 from microslip.report.scanned.height_pictures import height_plot, spectrum_plot
 from microslip.report.scanned.surface_block import block
-from microslip.scans.file_reading import SUSPECT
-from microslip.scans.findings import Findings
-from microslip.scans.summits import Summits
-from microslip.scans.surface_parameters import (
+from microslip.surfaces.file_reading import SUSPECT
+from microslip.surfaces.findings import Findings
+from microslip.surfaces.summits import Summits
+from microslip.surfaces.surface_parameters import (
     ArealParameters,
     ProfileParameters,
     areal_parameters,

@@ -9,8 +9,8 @@ from contextlib import suppress
 import numpy as np
 
 from microslip._core.checks import Floats
+from microslip._core.errors import InputError
 from microslip._core.units import engineering, prefix
-from microslip.errors import InputError
 from microslip.figures.kit import (
     EDGE,
     Look,
@@ -36,10 +36,10 @@ from microslip.figures.plot import (
     Rule,
     beside,
 )
-from microslip.scans.figures import SHARE, trace_figure
-from microslip.scans.findings import Findings
-from microslip.scans.height_map import HeightMap
-from microslip.scans.summits import Summits
+from microslip.surfaces.figures import SHARE, trace_figure
+from microslip.surfaces.findings import Findings
+from microslip.surfaces.height_map import HeightMap
+from microslip.surfaces.summits import Summits
 
 MOST_MARKED = 150
 IN_DETAIL = 80

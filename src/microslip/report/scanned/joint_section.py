@@ -8,11 +8,11 @@ from typing import Any
 
 from microslip._core.quantities import json_value, named
 from microslip._core.units import engineering
+from microslip.contact.figures import face_plot
 from microslip.figures.picture import Picture
 from microslip.friction import Interface
-from microslip.normal.figures import face_plot
 from microslip.report.document import Column, Note, Section, Table
-from microslip.scans.findings import Findings
+from microslip.surfaces.findings import Findings
 
 _COLUMNS = (
     Column("separation", "separation", "m", 3),

@@ -10,8 +10,8 @@ from typing import Any
 
 from microslip._core.files import seen_from
 from microslip._core.units import engineering
-from microslip.scans.findings import Findings, Request
-from microslip.scans.joints import PointByPoint
+from microslip.surfaces.findings import Findings, Request
+from microslip.surfaces.joints import PointByPoint
 
 _HEAD = """\
 # The surface of a study, from a scan: put it in place of [surface] in one that

@@ -8,8 +8,8 @@ from microslip._core.quantities import json_value
 from microslip._core.units import engineering
 from microslip.report import cells
 from microslip.report.document import Column, Section, Table
-from microslip.runs.structure_prediction import StructurePrediction, TightMode
 from microslip.structures.bolt_tightening import BoltForces, tension_band
+from microslip.study.runs.structure_prediction import StructurePrediction, TightMode
 
 
 def names(prediction: StructurePrediction) -> str:

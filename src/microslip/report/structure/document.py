@@ -37,9 +37,9 @@ from microslip.report.structure.pictures import (
     shape_plot,
     slip_plot,
 )
-from microslip.runs.structure_prediction import Bands, Mode, StructurePrediction
 from microslip.structures import Convergence
 from microslip.structures.modal_curve import Resonance
+from microslip.study.runs.structure_prediction import Bands, Mode, StructurePrediction
 
 _PATCH = ("x", "y", "area", "gap", "normal_load")
 FIGURES = ("modal_curves", "pressure_map", "slip_map", "loss_map", "mode_shapes")

@@ -14,11 +14,11 @@ from microslip.figures.kit import between, look_of
 from microslip.figures.plot import Axis, Entry, Panel, Plot, stacked
 from microslip.report.document import Column, Note, Section, Table
 from microslip.report.structure.pictures import PALE
-from microslip.runs.structure_prediction import (
+from microslip.structures.forced import response_columns
+from microslip.study.runs.structure_prediction import (
     ForcedMode,
     StructurePrediction,
 )
-from microslip.structures.forced import response_columns
 
 FORCED_FIGURE = "forced_response"
 """Name of the figure."""

@@ -11,8 +11,8 @@ from microslip._core.quantities import json_value
 from microslip.report import cells
 from microslip.report.document import Block, Column, Note, Section, Table, Verdicts
 from microslip.report.structure.fitted_study import FITTED_STUDY
-from microslip.runs.structure_prediction import StructurePrediction
 from microslip.structures import ModalCurve, ModalIdentification, ModalTest
+from microslip.study.runs.structure_prediction import StructurePrediction
 
 
 def fitted_numbers(identified: ModalIdentification) -> dict[str, Any]:

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from microslip._version import __version__
-from microslip.runs.structure_prediction import StructurePrediction
 from microslip.study.build import at_middle
 from microslip.study.description import StudyDescription
+from microslip.study.runs.structure_prediction import StructurePrediction
 from microslip.study.toml_text import edited_text
 
 FITTED_STUDY = "fitted.toml"

@@ -18,9 +18,9 @@ from microslip.figures.plot import (
     Plot,
     stacked,
 )
-from microslip.runs.structure_prediction import Mode, StructurePrediction
 from microslip.structures import ModalCurve, ModalTest
 from microslip.structures.periodic_motion import POWERS
+from microslip.study.runs.structure_prediction import Mode, StructurePrediction
 
 _LIGHT, _DARK = np.array([240.0, 244.0, 248.0]), np.array([0.0, 76.0, 130.0])
 _POSTERIOR = ("#b8b8b8", "#9dc6e2", "#eebd98", "#9cd3bd", "#e0b9cf", "#f0d689")  # of fitted curves

@@ -1,0 +1,124 @@
+"""The inner loops, compiled from C, and the polynomials that they evaluate.
+
+What each kernel takes and gives back is its own docstring: ``help(kernels.compiled.coupled)``. They
+write into arrays that they are given, C-contiguous float64 (codes and parents: int64).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from importlib import import_module
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+TERMS = 12
+"""Coefficients of a panel of a table."""
+PROFILE_TERMS = 14
+"""Coefficients of a panel of a load curve."""
+RULES = ((0.05, 4), (1.0, 8), (16.0, 16))
+"""Rules for what slip loses: for pieces of so many panels at most, so many nodes each."""
+
+try:
+    compiled: Any = import_module("microslip._core.kernels._compiled")
+except ImportError as error:
+    raise ImportError(
+        f"microslip's compiled kernel does not load ({error}): install microslip again; "
+        "no C compiler is needed, pip brings one where there is none"
+    ) from error
+if (compiled.TERMS, compiled.PROFILE_TERMS) != (TERMS, PROFILE_TERMS):
+    raise ImportError("the compiled kernel is older than the package: install microslip again")
+
+__all__ = [
+    "NAME",
+    "PROFILE_TERMS",
+    "RULES",
+    "TERMS",
+    "Curve",
+    "Floats",
+    "Integers",
+    "compiled",
+    "curve_arguments",
+    "gaussian_moment",
+    "gaussian_moment_at",
+    "slip_runs",
+]
+
+NAME = "compiled"
+"""Name of the kernel in results."""
+
+
+class Curve(Protocol):
+    """A load curve that no profile gives, asked at many separations at once."""
+
+    def drop(self, base: Floats, width: Floats) -> Floats:
+        """N(b) - N(b + w)."""
+
+    def load(self, separation: Floats) -> tuple[Floats, Floats]:
+        """N and -N'."""
+
+
+def curve_arguments(curve: Curve) -> tuple[Callable[[memoryview, memoryview], None]]:
+    """A curve as kernels take it in the place of ``Profile.arguments``, after all other arguments.
+
+    The kernel asks all that it has to know of the curve in one go.
+    """
+
+    def answer(drops: memoryview, loads: memoryview) -> None:
+        rows = np.frombuffer(drops).reshape(-1, 3)
+        if len(rows):
+            rows[:, 2] = curve.drop(rows[:, 0].copy(), rows[:, 1].copy())
+        rows = np.frombuffer(loads).reshape(-1, 3)
+        if len(rows):
+            rows[:, 1], rows[:, 2] = curve.load(rows[:, 0].copy())
+
+    return (answer,)
+
+
+def slip_runs(
+    separation: Floats,
+    place: Floats,
+    stack: Floats,
+    depth: int,
+    last_separation: float,
+    last_place: float,
+) -> Floats:
+    """Runs of the slip front along a record from a diagram, one a column of eight numbers."""
+    count = room = 4 * separation.size + depth
+    while count >= room:  # a step has few as a rule; where there are more, their number is told
+        room = count + 1
+        runs, rows = np.empty((room, 8)), np.empty((depth + separation.size, 3))
+        rows[:depth] = stack[:depth]
+        count = compiled.slips(
+            np.ascontiguousarray(separation), np.ascontiguousarray(place), runs, rows, depth,
+            last_separation, last_place,
+        )  # fmt: skip
+    return runs[:count].T.copy()
+
+
+@cache
+def _moment_coefficients(twice_order: int) -> Floats:
+    """Series by (piece, term); made, and explained, by tools/make_gaussian_tables.py."""
+    # By its path: importlib.resources would take longer to import than all of this.
+    tables = np.load(Path(__file__).with_name("gaussian_moments.npy"), allow_pickle=False)
+    return np.ascontiguousarray(tables[twice_order + 1].ravel())
+
+
+def gaussian_moment(h: Floats, twice_order: int) -> Floats:
+    """F_n(h), n = twice_order/2 in -1/2 ... 5/2, of the standard Gaussian; any shape."""
+    flat = np.ascontiguousarray(h, dtype=float).reshape(-1)
+    out = np.empty_like(flat)
+    compiled.gaussian_moment(flat, out, _moment_coefficients(twice_order), twice_order)
+    return out.reshape(np.shape(h))
+
+
+def gaussian_moment_at(h: float, twice_order: int) -> float:
+    """F_n(h) at one h."""
+    value: float = compiled.gaussian_moment_at(h, _moment_coefficients(twice_order), twice_order)
+    return value

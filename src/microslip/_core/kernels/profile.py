@@ -1,0 +1,193 @@
+"""Load curves N(d) as piecewise polynomials, with their slopes, differences and inverse."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from microslip._core import kernels
+from microslip._core.checks import Floats
+from microslip._core.frozen import Locked, lock
+from microslip._core.kernels import RULES
+from microslip._core.kernels.table import NODES, TO_POWERS, TO_SERIES
+from microslip._core.quadrature import gauss_legendre
+
+Derivative = Callable[[Floats, int], Floats]
+"""Derivatives of N by the separation, of order 0, 1 and 2."""
+
+_ROUNDING = 2e-15  # of N'' on a panel, for the terms left out
+_TOLERANCE = 1e-13  # the same where they no longer fall: the rounding of the law itself
+_WIDTHS = (2.0, 1.4, 1.0, 0.7, 0.5, 0.35, 0.25, 0.18)  # of panels, in decay lengths
+_MAX_PANELS = 4096  # panels
+_KINKED_PANELS = (512, 1024, 2048, 4096)  # panels of a law with many small kinks
+_KINKED_TOLERANCE = 3e-12  # of N, beside that at rest
+_INVERSE_TOLERANCE = 1e-9  # decay lengths, for the inverse before a step of Newton's method
+_LOSS_RULES = np.concatenate([np.concatenate(gauss_legendre(count)) for _, count in RULES])
+
+
+class _Grid(NamedTuple):
+    """Panels of one width, of which number ``first`` begins at ``anchor``."""
+
+    anchor: float
+    width: float
+    first: int
+    middles: Floats
+
+    @classmethod
+    def of(
+        cls, low: float, end: float, width: float, edge: float, panels: int | None = None
+    ) -> _Grid:
+        """Panels from low on, to the end or so many."""
+        # A panel begins at 0, or at the edge, so that places near it keep their digits.
+        anchor = 0.0 if low - width >= edge else edge
+        first = -math.floor((low - anchor) / width)
+        count = panels or first + math.ceil((end - anchor) / width)
+        middles = np.asarray(anchor + width * (np.arange(count) - first + 0.5), dtype=np.float64)
+        return cls(anchor, width, first, middles)
+
+    def series(self, derivative: Derivative, bend: float) -> tuple[Floats, float]:
+        """Chebyshev series of N'' in each panel, and the largest share of what they leave out."""
+        x = self.middles[:, None] + 0.5 * self.width * NODES
+        series = np.asarray(
+            derivative(x.reshape(-1), 2).reshape(x.shape) @ TO_SERIES, dtype=np.float64
+        )
+        left_out = np.abs(series[:, kernels.TERMS - 1 :]).max(axis=1)
+        return series, float((left_out / np.maximum(np.abs(series[:, 0]), bend)).max())
+
+
+@dataclass(frozen=True, eq=False)
+class Profile(Locked):
+    """A decreasing convex N(d) on [low, high]; past it N only fades away and is known roughly.
+
+    N'' is what is sampled: it keeps its relative accuracy then, and so do N' and N with it.
+    """
+
+    coefficients: Floats  # (panels, PROFILE_TERMS)
+    anchor: float
+    inverse_width: float
+    first: int
+    low: float
+    high: float
+
+    @classmethod
+    def sample(
+        cls, derivative: Derivative, low: float, high: float, end: float, edge: float
+    ) -> Profile | None:
+        """A profile on [low, high]; None where panels do not resolve N'' there.
+
+        At ``end`` no load is left; below ``edge`` <= low the function is not smooth.
+        """
+        load, slope, bend = (float(derivative(np.array([high]), k)[0]) for k in range(3))
+        if not (load > 0.0 and slope < 0.0 and bend > 0.0):
+            return None
+        length = load / -slope
+        before = math.inf
+        for share in _WIDTHS:
+            width = share * length
+            count = (end - low) / width
+            if not count < _MAX_PANELS:
+                return None
+            grid = _Grid.of(low, end, width, edge)
+            with np.errstate(all="ignore"):
+                series, worst = grid.series(derivative, bend)
+            if worst <= _ROUNDING or (worst <= _TOLERANCE and worst > 0.3 * before):
+                return cls._integrated(derivative, series, grid, low, high)
+            before = worst
+        return None
+
+    @classmethod
+    def sample_kinked(
+        cls, derivative: Derivative, low: float, end: float, edge: float
+    ) -> Profile | None:
+        """A profile of a law with many small kinks in N'', as of a density given by a table.
+
+        Panels as narrow as the kinks are dense keep N to 3e-12 of that at 0, and N' to about 1e-10:
+        what N'' misses in a panel counts in N by the square of its width over the decay length.
+        """
+        load, slope, bend = (float(derivative(np.zeros(1), k)[0]) for k in range(3))
+        if not (load > 0.0 and slope < 0.0 and bend > 0.0):
+            return None
+        length = load / -slope
+        for panels in _KINKED_PANELS:
+            width = (end - low) / (panels - 2)
+            grid = _Grid.of(low, end, width, edge, panels)
+            series, worst = grid.series(derivative, bend)
+            if worst * (width / length) ** 2 <= _KINKED_TOLERANCE:
+                return cls._integrated(derivative, series, grid, low, end)
+        return None
+
+    @classmethod
+    def _integrated(
+        cls, derivative: Derivative, series: Floats, grid: _Grid, low: float, high: float
+    ) -> Profile:
+        half, middle = 0.5 * grid.width, grid.middles
+        powers = series[:, : kernels.TERMS] @ TO_POWERS
+        k = np.arange(kernels.TERMS)
+        coefficients = np.empty((len(middle), kernels.PROFILE_TERMS))
+        coefficients[:, 0] = derivative(middle, 0)
+        coefficients[:, 1] = half * derivative(middle, 1)
+        coefficients[:, 2:] = half * half * powers / ((k + 1) * (k + 2))
+        return cls(lock(coefficients), grid.anchor, 1.0 / grid.width, grid.first, low, high)
+
+    @cached_property
+    def arguments(self) -> tuple[Any, ...]:
+        """The profile as every kernel takes it, after its other arguments."""
+        return self.coefficients, self.anchor, self.inverse_width, self.first
+
+    @cached_property
+    def loss_rules(self) -> Floats:
+        """Nodes and weights for what slip loses, then the integrals of N past panels' middles."""
+        odd = self.coefficients * (-1.0) ** np.arange(kernels.PROFILE_TERMS)
+        left, right = (
+            0.5 / self.inverse_width * (c / np.arange(1.0, kernels.PROFILE_TERMS + 1.0)).sum(axis=1)
+            for c in (odd, self.coefficients)
+        )
+        after = np.cumsum((left + right)[::-1])[::-1] - left
+        return lock(np.concatenate((_LOSS_RULES, after)))
+
+    def load(self, separation: Floats) -> Floats:
+        """N at separations (one-dimensional)."""
+        value = np.empty(separation.size)
+        kernels.compiled.loads(separation, value, None, *self.arguments)
+        return value
+
+    @cached_property
+    def span(self) -> tuple[float, float]:
+        """The least and the largest load whose separations :meth:`separations` gives."""
+        lightest, heaviest = self.load(np.array([self.high, self.low])).tolist()
+        return (lightest, heaviest) if self._inverse is not None else (math.inf, 0.0)
+
+    @cached_property
+    def _inverse(self) -> tuple[Any, ...] | None:
+        """Separations over log N, roughly."""
+        grid = np.linspace(self.low, self.high, 8 * len(self.coefficients) + 1)
+        heights = np.log(self.load(grid))
+        start, reach = heights[-1], float(heights[0] - heights[-1])
+        if not reach > 0.0 or not np.all(np.diff(heights) < 0.0):
+            return None
+        for panels in (16, 32, 64, 128, 256, 512):
+            x = reach / panels * (np.arange(panels)[:, None] + 0.5 * (1.0 + NODES))
+            flat = x.reshape(-1)
+            d = np.interp(flat, heights[::-1] - start, grid[::-1])
+            value, fall = np.empty(d.size), np.empty(d.size)
+            for _ in range(4):
+                kernels.compiled.loads(d, value, fall, *self.arguments)
+                d = np.clip(d + (np.log(value) - start - flat) * value / fall, self.low, self.high)
+            series = d.reshape(x.shape) @ TO_SERIES
+            length = (value / fall).reshape(x.shape).min(axis=1)
+            left_out = np.abs(series[:, kernels.TERMS - 1 :]).max(axis=1)
+            if np.all(left_out <= _INVERSE_TOLERANCE * length):
+                powers = np.ascontiguousarray(series[:, : kernels.TERMS] @ TO_POWERS)
+                return lock(powers), panels / reach, float(start)
+        return None
+
+    def separations(self, load: Floats) -> Floats:
+        """Separations of loads (one-dimensional) within :attr:`span`."""
+        result = np.empty(load.size)
+        kernels.compiled.separations(load, result, *self.arguments, *(self._inverse or ()))
+        return result

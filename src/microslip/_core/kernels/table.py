@@ -1,0 +1,109 @@
+"""Smooth backbones as piecewise polynomials, exact to rounding and quick to evaluate."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.polynomial import chebyshev
+
+from microslip._core import kernels
+from microslip._core.checks import Floats
+from microslip._core.frozen import Locked, lock
+
+_POINTS = kernels.TERMS + 2
+_ANGLES = math.pi * (np.arange(_POINTS) + 0.5) / _POINTS
+NODES = np.cos(_ANGLES)
+"""Places in [-1, 1] at which a panel is sampled."""
+TO_SERIES = 2.0 / _POINTS * np.cos(np.outer(_ANGLES, np.arange(_POINTS)))
+TO_SERIES[:, 0] *= 0.5
+"""Takes samples on a panel, in rows, to its Chebyshev series."""
+# Series to powers of s in a step of its own: high coefficients are at rounding level by then, so
+# that the large numbers in here do not matter.
+TO_POWERS = np.array(
+    [
+        np.pad(chebyshev.cheb2poly(row), (0, kernels.TERMS))[: kernels.TERMS]
+        for row in np.eye(kernels.TERMS)
+    ]
+)
+_ROUNDING = 2e-15  # of the value on a panel, for the terms left out
+_PANELS = (16, 24, 32, 48, 64, 96, 128, 192, 256)
+
+
+@dataclass(frozen=True, eq=False)
+class Table(Locked):
+    """A function u^power S(u) of u >= 0, S in panels of equal width, linear past the last one."""
+
+    coefficients: Floats  # (panels, TERMS)
+    inverse_width: float
+    power: int
+    limit: float
+    rate: float
+
+    @classmethod
+    def sample(
+        cls,
+        shape: Callable[[Floats], Floats],
+        end: float,
+        power: int,
+        limit: float,
+        rate: float = 0.0,
+        tolerance: float = 1e-13,
+    ) -> Table | None:
+        """A table of ``shape`` on (0, end]; None where panels do not resolve it to a tolerance.
+
+        Storing the shape S instead of the function keeps the relative accuracy for u towards 0.
+        Panels are halved until what they leave out is rounding, or no longer falls: then it is the
+        rounding of the function itself.
+        """
+        before = math.inf
+        for panels in _PANELS:
+            width = end / panels
+            u = width * (np.arange(panels)[:, None] + 0.5 * (1.0 + NODES))
+            series = shape(u.reshape(-1)).reshape(u.shape) @ TO_SERIES
+            left_out = np.abs(series[:, kernels.TERMS - 1 :]).max(axis=1)
+            size = np.abs(series[:, 0])
+            if not size.min() > 0.0:  # fainter than the smallest number: no table
+                return None
+            worst = float((left_out / size).max())
+            if worst <= _ROUNDING or (worst <= tolerance and worst > 0.3 * before):
+                return cls.from_series(series, end, power, limit, rate)
+            before = worst
+        return None
+
+    @classmethod
+    def from_series(
+        cls, series: Floats, end: float, power: int, limit: float, rate: float = 0.0
+    ) -> Table:
+        """A table of Chebyshev series, one a panel, in rows of at least TERMS terms."""
+        powers = np.ascontiguousarray(series[:, : kernels.TERMS] @ TO_POWERS)
+        return cls(lock(powers), len(series) / end, power, limit, rate)
+
+    @cached_property
+    def arguments(self) -> tuple[Any, ...]:
+        """The table as every kernel takes it, after its other arguments."""
+        return self.coefficients, self.inverse_width, self.power, self.limit, self.rate
+
+    def value(self, u: Floats) -> Floats:
+        """The function at ``u``, of any shape."""
+        flat = np.ascontiguousarray(u, dtype=float).reshape(-1)
+        out = np.empty_like(flat)
+        with np.errstate(over="ignore"):  # what lies beyond all numbers lies past the end
+            kernels.compiled.evaluate(flat, out, None, *self.arguments)
+        return out.reshape(np.shape(u))
+
+    def value_and_slope(self, u: Floats) -> tuple[Floats, Floats]:
+        """The function and its derivative at ``u``, of any shape."""
+        flat = np.ascontiguousarray(u, dtype=float).reshape(-1)
+        out, slope = np.empty_like(flat), np.empty_like(flat)
+        kernels.compiled.evaluate(flat, out, slope, *self.arguments)
+        return out.reshape(np.shape(u)), slope.reshape(np.shape(u))
+
+    def at(self, u: float) -> tuple[float, float]:
+        """The function and its derivative at one place."""
+        pair: tuple[float, float] = kernels.compiled.evaluate_one(u, *self.arguments)
+        return pair

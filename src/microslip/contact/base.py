@@ -1,0 +1,466 @@
+"""The normal load law: the only part that depends on the surface."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from abc import ABC, abstractmethod
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from microslip._core import quadrature
+from microslip._core.checks import LARGEST, Floats, exact, floats, plain, show
+from microslip._core.errors import InputError
+from microslip._core.parameters import Parametric
+from microslip.contact.materials import Material, MaterialPair
+from microslip.contact.spheres import DROP, EXCESS, EXCESS_SLOPE, FALL, Spheres
+from microslip.contact.spline import Spline
+
+PRESSURE = "mean contact pressure over hardness"
+"""Name of what is judged of a law that knows contacts but no summits."""
+TOO_STIFF = "stiffness too large by its peaks, as a factor"
+TOO_SOFT = "stiffness too small by worn peaks, as a factor"
+"""Names of what is judged of a theory of Gaussian heights on a face with others."""
+YIELD = "Hertz pressure over that of first yield"
+"""Name of what is judged of one sphere."""
+OVER_HARDNESS = "tightening pressure over hardness"
+POINTS = "points in contact"
+SCATTER = "scatter of the pieces"
+BETWEEN = "height variance between pieces"
+RESOLUTION = "change of stiffness by pixel and cut-off"
+"""Names of what is judged of a measured face."""
+
+LARGEST_PRESSURE = 0.7
+"""Mean pressure over hardness above which nearly all of a face has yielded."""
+FEWEST_POINTS = 100
+"""Points in contact below which a grid does not draw the contacts."""
+
+
+def plasticity_index(pair: MaterialPair, spread: float, radius: float) -> dict[str, float | None]:
+    """Greenwood and Williamson's (E*/H) sqrt(sigma/rho); none for summits of one height.
+
+    Unknown without a hardness.
+    """
+    if not spread > 0.0:
+        return {}
+    if pair.hardness is None:
+        return {"plasticity index": None}
+    return {"plasticity index": pair.composite_modulus / pair.hardness * math.sqrt(spread / radius)}
+
+
+def sparse_contacts(
+    surface: Any, area: float, spread: float, radius: float, separation: float | None
+) -> dict[str, float | None]:
+    """Rules for summits on an apparent area [m^2]: far apart, small and many.
+
+    Of a law with a count of summits, contacts and a contact area; None is no contact at all.
+    """
+    real, count = 0.0, 0.0
+    if separation is not None:
+        real = float(surface.contact_area(separation))
+        count = float(surface.contact_count(separation))
+    density = surface.summit_count / area
+    mean_square = real / (math.pi * count) if count > 0.0 else 0.0
+    return {
+        "density * radius * std": density * radius * spread,
+        "real over apparent area": real / area,
+        "contact radius over summit spacing": math.sqrt(mean_square * density),
+        "contacts": count,
+    }
+
+
+def check_pair(pair: Any) -> None:
+    """Every law stands on a pair of materials."""
+    if not isinstance(pair, MaterialPair):
+        raise InputError(
+            f"`pair` must be a MaterialPair, got {show(pair)}; write "
+            "MaterialPair(Material(69e9, 0.33), Material(69e9, 0.33))"
+        )
+
+
+FAINTEST = 1e-290
+"""Load [N] below which products with it are no normal numbers any more."""
+
+
+class Tightenings(NamedTuple):
+    """Places whose laws are one but for a factor on the load and one on the separation."""
+
+    share: Floats
+    """Load that each was tightened by, over that of the law [-]."""
+    lengths: Floats
+    """Factor on its separations [-]."""
+    separations: Floats
+    """Separation [m] under that load, as of the law itself."""
+    closest: float
+    """Separation [m] of the law under its own tightening."""
+
+
+class NormalLaw(Parametric, ABC):
+    """Normal load N of an interface against the separation d: decreasing, convex, zero in the end.
+
+    A subclass is a frozen dataclass with a ``pair`` that gives :meth:`_derivative` and
+    :attr:`_span`; where the law is not smooth as contact ends or begins, :attr:`_edge`; and, where
+    it knows them, :meth:`contact_count` and :meth:`contact_area`.
+    Everything tangential follows from the law by T0 = mu [N(d) - N(d + delta/kappa)]
+    (Jaeger 1998, DOI 10.1115/1.2833765; Ciavarella 1998, J. Appl. Mech. 65, 998), see
+    :class:`microslip.Interface`.
+    """
+
+    pair: MaterialPair
+
+    def __post_init__(self) -> None:
+        check_pair(self.pair)
+        self._check_parameters()
+
+    @abstractmethod
+    def _derivative(self, separation: Floats, order: int) -> Floats:
+        """Derivative of the load: order 0 the load, 1, 2, and -1 its integral to infinity."""
+
+    def _assumptions(self, separation: float | None) -> dict[str, float | None]:
+        """Values for rules of validity by their names, None for what is not known.
+
+        At a separation; None is one at which nothing touches. A law without statistics has none.
+        """
+        return {}
+
+    def _slip_measure(self) -> tuple[float, str] | None:
+        """Indentation [m] over which contacts begin to slip one after the other, and its name.
+
+        None where nothing but the stiffness says so.
+        """
+        return None
+
+    def _standardised(self, separation: float) -> float | None:
+        """A separation over the spread of the heights [-]; None where there is no such number."""
+        return None
+
+    def _derivative_at(self, separation: float, order: int) -> float:
+        """The same at one separation."""
+        return float(self._derivative(np.array([separation]), order)[0])
+
+    @property
+    @abstractmethod
+    def _span(self) -> tuple[float, float]:
+        """Separations of many and of hardly any contacts [m]."""
+
+    @property
+    def _edge(self) -> float:
+        """Separation [m] at and above which the law is smooth where it carries any load."""
+        return -math.inf
+
+    @property
+    def _breaks(self) -> Floats:
+        """Separations [m], rising, at which the law is not smooth, besides the edge."""
+        return np.zeros(0)
+
+    @property
+    def _small_kinks(self) -> Floats:
+        """The same where they are many and each is small."""
+        return np.zeros(0)
+
+    @property
+    def _top(self) -> float:
+        """Separation [m] from which on nothing touches; infinite where there is no such end."""
+        return math.inf if self._spheres is None else float(self._spheres.heights[0])
+
+    @cached_property
+    def _deepest(self) -> float:
+        """Separation [m] at which summits are pressed by their whole radius: no law goes beyond."""
+        radius = getattr(self, "radius", getattr(self, "radii", None))
+        return -LARGEST if radius is None else self._span[0] - float(np.max(radius))
+
+    @property
+    def _heaviest(self) -> float:
+        """Load [N] above which the law does not hold; infinite where it always does."""
+        return math.inf
+
+    @property
+    def _kinks(self) -> Floats:
+        """Separations [m], rising, at which N'' is not smooth, but for given summits."""
+        edge = [self._edge] if math.isfinite(self._edge) else []
+        return np.union1d(self._breaks, edge)
+
+    @property
+    def _spheres(self) -> Spheres | None:
+        """The summits themselves, for a law that sums over given ones."""
+        return None
+
+    @property
+    def _spline(self) -> Spline | None:
+        """The spline itself, for a law that is one."""
+        return None
+
+    @property
+    def stiffness_ratio(self) -> float:
+        """Normal over tangential stiffness of the contacts [-]; E*/4G* of round ones."""
+        return self.pair.stiffness_ratio
+
+    @property
+    def _lay(self) -> Floats | None:
+        """Tangential stiffness in the plane over that in the direction of motion, (2, 2).
+
+        The first axis is that direction. None where all are alike.
+        """
+        return None
+
+    def along(self, direction: float | None) -> NormalLaw:
+        """The surface moved in a direction [rad], of a law that knows its lay in the plane."""
+        if direction is None:
+            return self
+        raise InputError(
+            f"`direction` must be left out: a {type(self).__name__} has no lay in the plane, as a "
+            "MeasuredContact has"
+        )
+
+    def _check_rest(self, loads: Floats) -> None:
+        """Refuse loads at rest [N] beyond the law, through which static solutions may pass."""
+
+    def _tightened_by(self, pressures: Floats) -> Tightenings | None:
+        """The laws of places that were tightened by less than all of it [Pa]."""
+        return None
+
+    def _under(self, load: float) -> NormalLaw:
+        """The surface as it is under a load [N]: tightened anew where that makes it yield."""
+        return self
+
+    @property
+    def _scales(self) -> dict[str, tuple[float, float, float]] | None:
+        """Values of the numbers p with N = C F(d/L), d ln C/d ln p and d ln L/d ln p."""
+        return None
+
+    def _patch(self, area: float, share: float) -> NormalLaw:
+        """The same surface on another area [m^2], which bears a share of the load."""
+        if not any(item.name == "area" for item in dataclasses.fields(self)):  # type: ignore[arg-type]
+            raise InputError(
+                "`surface` must have an apparent area over which a pressure is spread, as a "
+                f"GreenwoodWilliamson surface has, got {type(self).__name__}"
+            )
+        return dataclasses.replace(self, area=area)  # type: ignore[type-var]
+
+    # -- the law itself ---------------------------------------------------------------------
+
+    def load(self, separation: ArrayLike) -> Any:
+        """Normal load N(d) (19.8).
+
+        Parameters
+        ----------
+        separation : array_like
+            Separations d [m] of the rigid plane from the zero of the heights, any shape.
+
+        Returns
+        -------
+        float or ndarray
+            Loads [N], shape of ``separation``.
+        """
+        return plain(self._derivative(self._separations(separation), 0))
+
+    def stiffness(self, separation: ArrayLike) -> Any:
+        """Normal stiffness -N'(d) [N/m] at separations [m] of any shape; errors as :meth:`load`."""
+        return plain(-self._derivative(self._separations(separation), 1))
+
+    def separation(self, load: ArrayLike) -> Any:
+        """Separation d at which the interface carries a load: the inverse of :meth:`load`.
+
+        Parameters
+        ----------
+        load : array_like
+            Loads [N], above zero, any shape.
+
+        Returns
+        -------
+        float or ndarray
+            Separations [m], shape of ``load``, to rounding.
+        """
+        loads = floats("load", load, "N")
+        lightest, heaviest = float(loads.min()), float(loads.max())
+        if lightest <= 0.0:
+            raise InputError(f"`load` must be above zero [N], got {exact(lightest)}")
+        if not (lightest >= FAINTEST and heaviest <= LARGEST):
+            worst = heaviest if heaviest > LARGEST else lightest
+            raise InputError(
+                f"`load` must be between {FAINTEST:g} and {LARGEST:g} [N], got {exact(worst)}"
+            )
+        places = self._solve(loads.reshape(-1))
+        if places.min() < self._deepest:
+            raise InputError(
+                f"`load` must be one that the surface can carry, got {exact(heaviest)} N, which "
+                "would press its summits by more than their radius"
+            )
+        return plain(places.reshape(loads.shape))
+
+    def tightened(self, *load: Any, **how: Any) -> NormalLaw:
+        """The surface after summits yielded under a load [N], of a law that knows its summits."""
+        raise InputError(
+            f"a {type(self).__name__} cannot be tightened: it takes an elastic surface of known "
+            "summits, such as a GreenwoodWilliamson surface or an AsperityPopulation"
+        )
+
+    # -- contacts ---------------------------------------------------------------------------
+
+    def contact_probability(self, separation: ArrayLike) -> Any:
+        """Probability that a summit is in contact (19.5), for separations [m] of any shape.
+
+        Errors as :meth:`load`; a table of loads does not know it.
+        """
+        raise self._unknown("contact_probability")
+
+    def contact_count(self, separation: ArrayLike) -> Any:
+        """Number of summits in contact (19.6), for separations [m] of any shape.
+
+        Errors as :meth:`load`; a table of loads does not know it.
+        """
+        raise self._unknown("contact_count")
+
+    def contact_area(self, separation: ArrayLike) -> Any:
+        """Real contact area [m^2] (19.7), for separations [m] of any shape.
+
+        Errors as :meth:`load`; a table of loads does not know it.
+        """
+        raise self._unknown("contact_area")
+
+    def _unknown(self, name: str) -> InputError:
+        return InputError(
+            f"{type(self).__name__} has no {name}: it holds loads only; "
+            "take a GreenwoodWilliamson surface or an AsperityPopulation"
+        )
+
+    # -- for the interface -------------------------------------------------------------------
+
+    # Their steps are one-dimensional; d is one separation for all of them or one for each.
+
+    @property
+    def _by_pieces(self) -> quadrature.Pieces | None:
+        kinks = self._small_kinks
+        return quadrature.Pieces(self, kinks) if kinks.size else None
+
+    def _drop(self, d: Floats | float, u: Floats) -> Floats:
+        """N(d) - N(d + u) for steps u >= 0, without cancellation."""
+        if self._spheres is not None:
+            return self._spheres.sum(DROP, d, u)
+        return quadrature.drop(self, d, u, self._by_pieces)
+
+    def _fall(self, d: Floats | float, u: Floats) -> Floats:
+        """-N'(d + u) for steps u >= 0."""
+        if self._spheres is not None:
+            return self._spheres.sum(FALL, d, u)
+        return -self._derivative(d + u, 1)
+
+    def _excess(self, d: Floats | float, u: Floats) -> Floats:
+        """Half the integral of v (u - v) N''(d + v) over 0 <= v <= u, without cancellation."""
+        if self._spheres is not None:
+            return self._spheres.sum(EXCESS, d, u)
+        return quadrature.excess(self, d, u, self._by_pieces)
+
+    def _excess_slope(self, d: Floats | float, u: Floats) -> Floats:
+        """Half the integral of v N''(d + v) over 0 <= v <= u, without cancellation."""
+        if self._spheres is not None:
+            return self._spheres.sum(EXCESS_SLOPE, d, u)
+        return quadrature.excess_slope(self, d, u, self._by_pieces)
+
+    def _corners(self, d: float) -> tuple[Floats, Floats]:
+        """Steps from d at which N' jumps, and by how much [N/m]; for most laws none."""
+        return np.zeros(0), np.zeros(0)
+
+    def _table_reach(self, d: float) -> float | None:
+        """Step from d after which no load is left in double precision.
+
+        None where the law is not smooth on the way, or fades too slowly for a table to pay.
+        """
+        if self._spheres is not None or d < self._edge:
+            return None
+        _, length = quadrature._decay(self, d)
+        steps = length * _REACHES
+        gone = self._derivative(d + steps, 0) <= 3e-17 * self._derivative(np.array([d]), 0)
+        return float(steps[np.argmax(gone)]) if gone.any() else None
+
+    # -- checks and the inverse ---------------------------------------------------------------
+
+    def _separations(self, value: ArrayLike) -> Floats:
+        d = floats("separation", value, "m")
+        if d.min() < self._deepest:
+            raise InputError(
+                f"`separation` must be at least {self._deepest:g} [m], where summits are pressed "
+                f"by their radius, got {d.min():g}"
+            )
+        return np.minimum(d, LARGEST)  # where nothing has touched for long
+
+    def _solve(self, loads: Floats) -> Floats:
+        """Separations of given loads by Newton's method on log N, kept in brackets.
+
+        N is log-concave for every law but odd tables, and the brackets keep those safe.
+        """
+        low, high = self._span
+        scale = max(high - low, 1e-12)
+        top = float(loads.max())
+        for _ in range(200):
+            if self._derivative_at(low, 0) >= top:
+                break
+            low -= scale
+            scale *= 2.0
+        else:
+            raise InputError(f"`load` must be one that the surface can carry, got {top:g} N")
+        lightest = self._derivative_at(high, 0)
+        if loads.min() < lightest:
+            raise InputError(
+                f"`load` must be at least {lightest:.3g} N, the lightest that this surface "
+                f"resolves, got {exact(loads.min())} N"
+            )
+        grid = np.linspace(low, high, 65)
+        with np.errstate(divide="ignore"):
+            heights = np.log(self._derivative(grid, 0))
+        target = np.log(loads)
+        right = np.clip(np.searchsorted(-heights, -target, side="left"), 1, 64)
+        below, above = grid[right - 1], grid[right]
+        # Within a bracket log N is nearly straight; at its empty end it is not.
+        first, last = heights[right - 1], np.maximum(heights[right], heights[right - 1] - 40.0)
+        share = np.clip((first - target) / np.where(first > last, first - last, 1.0), 0.0, 1.0)
+        d = below + share * (above - below)
+        active = np.arange(loads.size)
+        for _ in range(500):
+            here = d[active]
+            with np.errstate(divide="ignore", invalid="ignore"):
+                load = self._derivative(here, 0)
+                miss = np.log(load / loads[active])
+                length = load / -self._derivative(here, 1)
+                step = miss * length
+            heavy = miss > 0.0
+            below[active] = np.where(heavy, here, below[active])
+            above[active] = np.where(heavy, above[active], here)
+            new = here + step
+            inside = (new >= below[active]) & (new <= above[active])
+            new = np.where(inside, new, 0.5 * (below[active] + above[active]))
+            d[active] = new
+            # Once a step is that small the next would be its square: below rounding.
+            width = np.fmax(np.where(inside, 1e-9 * length, 0.0), 4e-16 * np.abs(new))
+            going = (np.abs(new - here) > width) & (miss != 0.0)
+            active = active[going]
+            if active.size == 0:
+                break
+        self._check_fine(d, loads)
+        return d
+
+    def _check_fine(self, d: Floats, loads: Floats) -> None:
+        """Next to the highest of given summits a separation is too coarse a number."""
+        off = np.abs(self._derivative(d, 0) - loads) > 1e-9 * loads
+        if off.any():
+            raise InputError(
+                "`load` must be one that a separation in double precision can tell from its "
+                f"neighbours on this surface, not one as light as {exact(loads[off][0])} N"
+            )
+
+    @classmethod
+    def examples(cls) -> tuple[NormalLaw, ...]:
+        """Instances that stand for the class in the shared tests; none for an abstract one."""
+        return ()
+
+
+_REACHES = 1.25 ** np.arange(-4.0, 48.0)
+
+
+def aluminium() -> MaterialPair:
+    """The pair of the chapter's samples, Al 2017 on itself, for the laws' examples."""
+    metal = Material(young_modulus=69e9, poisson_ratio=0.33)
+    return MaterialPair(metal, metal)

@@ -1,0 +1,255 @@
+"""Rough faces pressed together, point by point: an elastic half space on a grid, with a hardness.
+
+All is without units: lengths in pixels along x, pressures in units of E*. Two bodies are one: the
+gap of both faces, pressed on a half space of their common modulus. The kernel of the normal
+displacement by waves of a wavenumber q is 2/|q|, and nothing for the mean, so a separation is the
+distance of the mean planes (Johnson 1985, DOI 10.1017/CBO9781139171731; Stanley and Kato 1997,
+DOI 10.1115/1.2833523). Waves are cosines: a face goes on past its edges as in a mirror, which adds
+no step there, and one real transform of the face itself does it.
+
+At a separation d the pressures minimise 1/2 P.KP - P.(z - d) with 0 <= P <= H/E* (Almqvist et al.
+2007, DOI 10.1016/j.triboint.2006.09.001, on the hardness as the bound).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from microslip._core.checks import Floats
+from microslip._core.errors import InputError
+
+Mask = NDArray[np.bool_]
+
+_ROUNDS = 300
+"""Rounds after which a set of contacts has not been found; usual are four to twelve."""
+_CAUTIOUS = 40
+_STEPS = 3000  # of conjugate gradients for one set
+
+
+class HalfSpace:
+    """The surface of an elastic half space on a grid.
+
+    Parameters
+    ----------
+    shape : tuple of int
+        Rows (along y) and columns (along x).
+    aspect : float
+        Pixel along y over the pixel along x.
+    mirrored : bool
+        Whether the face goes on as in a mirror at its edges; else it repeats.
+    workers : int
+        Threads of a transform.
+    """
+
+    def __init__(
+        self,
+        shape: tuple[int, int],
+        aspect: float = 1.0,
+        *,
+        mirrored: bool = True,
+        workers: int = 1,
+    ) -> None:
+        self.shape, self.mirrored, self.workers = shape, mirrored, workers
+        rows, columns = shape
+        if mirrored:
+            qx: Floats = np.pi * np.arange(columns) / columns
+            qy: Floats = np.pi * np.arange(rows) / rows / aspect
+        else:
+            qx = 2.0 * np.pi * np.fft.rfftfreq(columns).astype(float)
+            qy = 2.0 * np.pi * np.fft.fftfreq(rows).astype(float) / aspect
+        q = np.hypot(qy[:, None], qx)
+        q[0, 0] = np.inf
+        self._kernel = 2.0 / q
+        self._directions = qx / q, qy[:, None] / q  # of the waves, by axis
+        self.convolutions = 0
+
+    def displacement(self, pressure: Floats) -> Floats:
+        """Normal displacement under pressures, without its mean."""
+        from scipy import fft
+
+        self.convolutions += 1
+        if self.mirrored:
+            waves = fft.dctn(pressure, workers=self.workers)
+            waves *= self._kernel
+            return np.asarray(fft.idctn(waves, overwrite_x=True, workers=self.workers))
+        return self._back(self._kernel * self._waves(pressure))
+
+    def sheared(self, tractions: Floats, stiffness_ratio: float) -> Floats:
+        """Tangential displacements under tangential tractions, (2, rows, columns), by Cerruti.
+
+        The kernel is 2/|q| (a I - (a - 1) n n^T), n the direction of the wave, and a = 2 lambda - 1
+        with the stiffness ratio lambda of a round contact; 1/(1 - nu) of equal bodies. On a grid
+        that repeats: a mirror image would turn the direction of what crosses the axes.
+        """
+        self.convolutions += 1
+        across = 2.0 * stiffness_ratio - 1.0
+        x, y = (self._kernel * self._waves(part) for part in tractions)
+        along = (across - 1.0) * (self._directions[0] * x + self._directions[1] * y)
+        return np.stack([
+            self._back(across * part - along * direction)
+            for part, direction in zip((x, y), self._directions, strict=True)
+        ])  # fmt: skip
+
+    def _waves(self, values: Floats) -> NDArray[np.complex128]:
+        from scipy import fft
+
+        return np.asarray(fft.rfft2(values, workers=self.workers))
+
+    def _back(self, waves: NDArray[np.complex128]) -> Floats:
+        from scipy import fft
+
+        return np.asarray(fft.irfft2(waves, s=self.shape, overwrite_x=True, workers=self.workers))
+
+
+def press(
+    space: HalfSpace,
+    heights: Floats,
+    separation: float,
+    start: Floats | None = None,
+    *,
+    hardness: float = np.inf,
+    tolerance: float,
+) -> Floats:
+    """Pressures at a separation: zero or the hardness, or between them where the faces meet.
+
+    Parameters
+    ----------
+    space : HalfSpace
+        The grid.
+    heights : ndarray
+        Heights z of the gap, summits upwards.
+    separation : float
+        Distance of the mean plane of zero height from the other face.
+    start : ndarray, optional
+        Pressures to begin with, such as those of another separation.
+    hardness : float
+        Bound of the pressure.
+    tolerance : float
+        Largest residual: gap where there is pressure, overlap where there is none.
+
+    Notes
+    -----
+    The set of free points is guessed, the pressures on it are found by conjugate gradients to a
+    share of what is wrong, points with a wrong sign change sides, and again (a primal-dual active
+    set; Hintermueller, Ito and Kunisch 2002, DOI 10.1137/S1052623401383558): four to twelve sets
+    in place of a clipped step each time.
+    """
+    target = heights - separation
+    pressure = np.zeros_like(heights) if start is None else np.clip(start, 0.0, hardness)
+    low, high = pressure <= 0.0, pressure >= hardness
+    if low.all():
+        low = target <= 0.0
+    residual = target - space.displacement(pressure)
+    for turn in range(_ROUNDS):
+        free = ~(low | high)
+        wrong = max(float(residual[low].max(initial=0.0)), -float(residual[high].min(initial=0.0)))
+        error = float(np.abs(residual[free]).max(initial=0.0))
+        goal = max(0.3 * max(error, wrong), 0.3 * tolerance)
+        pressure, residual = _relax(space, free, pressure, residual, goal)
+        below, above = free & (pressure < 0.0), free & (pressure > hardness)
+        outside = bool(below.any() or above.any())
+        if outside:
+            np.clip(pressure, 0.0, hardness, out=pressure)
+            residual = target - space.displacement(pressure)
+        # What shall touch again; where sets take turns only the worst of it.
+        least = tolerance
+        if turn > _CAUTIOUS:
+            least = max(least, 0.5 * max(
+                float(residual[low].max(initial=0.0)), -float(residual[high].min(initial=0.0))
+            ))  # fmt: skip
+        up, down = low & (residual > least), high & (residual < -least)
+        left = float(np.abs(residual[free]).max(initial=0.0))
+        if left <= tolerance and not (outside or up.any() or down.any()):
+            return pressure
+        low, high = (low & ~up) | below, (high & ~down) | above
+    raise InputError(
+        f"the pressures at a separation of {separation:g} pixels were not found in {_ROUNDS} "
+        "rounds; a separation next to zero, or heights in a wrong unit"
+    )
+
+
+def _relax(
+    space: HalfSpace, free: Mask, pressure: Floats, residual: Floats, goal: float
+) -> tuple[Floats, Floats]:
+    """Pressures that leave next to no residual on the free points, of whatever sign."""
+    here = residual * free
+    direction, square = here, float(np.vdot(here, here))
+    for _ in range(_STEPS):
+        if float(np.abs(here).max(initial=0.0)) <= goal:
+            break
+        moved = space.displacement(direction)
+        curvature = float(np.vdot(direction, moved))
+        if not curvature > 0.0:  # a uniform pressure moves nothing
+            break
+        step = square / curvature
+        pressure = pressure + step * direction
+        residual = residual - step * moved
+        here = residual * free
+        new = float(np.vdot(here, here))
+        direction, square = here + (new / square) * direction, new
+    return pressure, residual
+
+
+def closing(
+    space: HalfSpace, contact: Mask, start: Floats | None = None, tolerance: float = 1e-5
+) -> Floats:
+    """Growth s of the pressures as the faces come closer, K_FF s = 1 on the points in contact.
+
+    Its mean is -dp/dd exactly, since the points in contact and the gap elsewhere change at a
+    second order only; and the square of the tolerance is what is wrong with the mean.
+    """
+    touching = contact.astype(float)
+    first = np.zeros(contact.shape) if start is None else start * touching
+    return _solve(lambda s: space.displacement(s) * touching, touching, first, tolerance)
+
+
+def sliding(
+    space: HalfSpace, contact: Mask, stiffness_ratio: float, tolerance: float = 1e-3
+) -> Floats:
+    """Mean tractions as all contacts move along x and along y, (2, 2), over those of closing.
+
+    The inverse of e.(this)e is the ratio of normal and tangential stiffness for a motion along e.
+    """
+    touching = contact.astype(float)
+    normal = float(closing(space, contact, tolerance=tolerance).mean())
+    if normal <= 0.0:
+        return np.zeros((2, 2))
+    tensor = np.zeros((2, 2))
+    for axis in (0, 1):
+        unit = np.zeros((2, *contact.shape))
+        unit[axis] = touching
+        tractions = _solve(
+            lambda t: space.sheared(t, stiffness_ratio) * touching,
+            unit,
+            np.zeros_like(unit),
+            tolerance,
+        )
+        tensor[axis] = tractions.mean(axis=(1, 2)) / normal
+    return 0.5 * (tensor + tensor.T)
+
+
+def _solve(operator: Any, right: Floats, start: Floats, tolerance: float) -> Floats:
+    """Conjugate gradients, to a residual of a share of the right-hand side."""
+    solution = start
+    here = right - operator(solution) if solution.any() else right.copy()
+    direction, square = here, float(np.vdot(here, here))
+    least = tolerance**2 * float(np.vdot(right, right))
+    for _ in range(_STEPS):
+        if square <= least:
+            break
+        moved = operator(direction)
+        curvature = float(np.vdot(direction, moved))
+        if not curvature > 0.0:
+            raise InputError(
+                "all points are in contact: lower the `tightening_pressure`, or check that heights "
+                "and pixel are in metres"
+            )
+        step = square / curvature
+        solution = solution + step * direction
+        here = here - step * moved
+        new = float(np.vdot(here, here))
+        direction, square = here + (new / square) * direction, new
+    return solution

@@ -1,0 +1,269 @@
+"""The loads of a measured face against its separation: tightened once, then relieved.
+
+The face is solved as one or in pieces, all on the mean plane of the whole, at the same separations;
+what the pieces bear is averaged at these. Without units, as :mod:`.boundary_elements`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from microslip._core.checks import Floats
+from microslip._core.errors import InputError
+from microslip._core.frozen import LockedArrays
+from microslip._core.threads import single_threaded
+from microslip.contact.boundary_elements import HalfSpace, closing, press, sliding
+
+Progress = Callable[[int, int], None]
+
+TOLERANCE = 1e-5
+"""Largest residual of the gap, over the rms height."""
+_TIGHTENED = 1e-6  # how near the tightening pressure is met
+_ATTEMPTS = 60
+_FEWEST = 12  # points in contact below which no lighter load is solved
+NEAR_REST = (0.985, 0.95, 0.87, 0.72)
+"""Loads besides, over the heaviest: on N'' there hangs what small cycles lose."""
+
+
+@dataclass(frozen=True, eq=False)
+class FaceSolution(LockedArrays):
+    """Solution of a face, heaviest load first; pressures over E*, lengths in pixels along x."""
+
+    separation: Floats
+    """Separations, rising."""
+    pressure: Floats
+    """Mean pressures there, of each piece: (separations, pieces)."""
+    slope: Floats
+    """-dp/dd there, of each piece: (separations, pieces)."""
+    contact: Floats
+    """Share of the points in contact there."""
+    sliding: Floats
+    """Tangential over normal stiffness in the plane, at the heaviest load: (2, 2)."""
+    lighter_sliding: Floats
+    """The same at about a tenth of it."""
+    hard: float
+    """Share of the contact at the hardness when tightened."""
+    pixels: int
+    """Points in contact when tightened."""
+    map: Floats
+    """Pressures of the first piece when tightened."""
+    reach: Floats
+    """Number of loads, the heaviest first, under which each of its points touches."""
+    lighter_tightenings: Floats
+    """Mean pressures of lighter tightenings, heaviest first, and the slopes then: (2, loads)."""
+
+
+class _Piece:
+    """One piece of the face, and the pressures on it at the separation asked for last."""
+
+    def __init__(self, heights: Floats, aspect: float, workers: int) -> None:
+        self.heights = heights
+        self.space = HalfSpace(
+            (heights.shape[0], heights.shape[1]), aspect, mirrored=True, workers=workers
+        )
+        self.pressure: Floats | None = None
+        self.growth: Floats | None = None
+        self.separation = math.inf
+
+    def press(self, separation: float, hardness: float, tolerance: float) -> tuple[float, float]:
+        """Mean pressure and its growth as the faces come closer."""
+        start = self.pressure
+        if start is not None and self.growth is not None:
+            start = start + (self.separation - separation) * self.growth
+        self.pressure = press(
+            self.space, self.heights, separation, start, hardness=hardness, tolerance=tolerance
+        )
+        touching = (self.pressure > 0.0) & (self.pressure < hardness)
+        self.growth = closing(self.space, touching, self.growth)
+        self.separation = separation
+        return float(self.pressure.mean()), float(self.growth.mean())
+
+    def yielded(self, hardness: float) -> None:
+        """Lower the heights to where the faces meet, at points that bear the hardness."""
+        assert self.pressure is not None
+        gap = self.space.displacement(self.pressure) - self.heights + self.separation
+        hard = self.pressure >= hardness
+        self.heights = self.heights + np.where(hard, np.minimum(gap, 0.0), 0.0)
+
+    def relieved(self) -> float:
+        """Growth of the mean pressure once the points at the hardness have yielded."""
+        assert self.pressure is not None
+        return float(closing(self.space, self.pressure > 0.0, self.growth).mean())
+
+    @property
+    def touching(self) -> int:
+        """Points in contact."""
+        return 0 if self.pressure is None else int(np.count_nonzero(self.pressure > 0.0))
+
+    def bearing(self, hardness: float) -> int:
+        """Points that bear the hardness."""
+        return 0 if self.pressure is None else int(np.count_nonzero(self.pressure >= hardness))
+
+
+@dataclass
+class _Face:
+    pieces: list[_Piece]
+    weights: Floats
+    tolerance: float
+    rms: float
+    done: int = 0
+    progress: Progress | None = None
+    total: int = 1
+
+    def press(self, separation: float, hardness: float) -> tuple[Floats, Floats]:
+        """Pressures and growths of the pieces."""
+        values = np.array([p.press(separation, hardness, self.tolerance) for p in self.pieces])
+        self.done += 1
+        if self.progress is not None:
+            self.progress(min(self.done, self.total), self.total)
+        return values[:, 0], values[:, 1]
+
+    def tighten(self, pressure: float, hardness: float, floor: float) -> float:
+        """Separation at a mean pressure, from far out by Newton's method on its logarithm."""
+        d = max(float(np.median([p.heights.max() for p in self.pieces])) - 0.5 * self.rms, floor)
+        d += 0.1 * self.rms if d <= floor else 0.0
+        low, high = floor, math.inf  # of the separation
+        for _ in range(_ATTEMPTS):
+            p, s = (float(values @ self.weights) for values in self.press(d, hardness))
+            if p > 0.0 and abs(p / pressure - 1.0) < _TIGHTENED:
+                return d
+            low, high = (d, high) if p > pressure else (low, d)
+            step = math.log(p / pressure) * p / s if p > 0.0 and s > 0.0 else -0.5 * self.rms
+            new = d + min(max(step, -0.6 * self.rms), 0.6 * self.rms)
+            if not low < new < high:
+                new = 0.5 * (low + min(high, d + self.rms))
+            if abs(new - d) < 1e-9 * self.rms:
+                break
+            d = new
+        raise InputError(
+            "the face comes into full contact, or all of it to the hardness, before it bears the "
+            f"tightening pressure (it bears {p / pressure:.3g} of it); lower the "
+            "`tightening_pressure`"
+        )
+
+    def first_loading(self, d: float, hardness: float, loads: int, ratio: float) -> Floats:
+        """Pressures up to the one at a separation, and the slopes of the face yielded under each.
+
+        The pieces are left as they were.
+        """
+        states = [(p.pressure, p.growth, p.separation) for p in self.pieces]
+        found = []
+        for _ in range(loads):
+            pressures, slopes = self.press(d, hardness)
+            if sum(p.touching for p in self.pieces) < _FEWEST:
+                break
+            mean, slope = float(pressures @ self.weights), float(slopes @ self.weights)
+            relieved = np.array([p.relieved() for p in self.pieces])
+            found.append((mean, float(relieved @ self.weights)))
+            # Where all that touches yields there is no slope: the relieved one is a longer step.
+            d -= math.log(ratio) * mean / max(slope, 0.2 * found[-1][1])
+        for piece, state in zip(self.pieces, states, strict=True):
+            piece.pressure, piece.growth, piece.separation = state
+        return np.array(found).T
+
+
+@single_threaded
+def solve_face(
+    pieces: list[Floats],
+    *,
+    pressure: float,
+    hardness: float,
+    stiffness_ratio: float,
+    aspect: float = 1.0,
+    loads: int = 12,
+    lightest: float = 1e-3,
+    workers: int = 1,
+    progress: Progress | None = None,
+    own_tightening: bool = False,
+) -> FaceSolution:
+    """Tighten a face to a mean pressure, let it yield, and relieve it through geometric loads.
+
+    Parameters
+    ----------
+    pieces : list of ndarray
+        Heights of the pieces about the mean plane of the whole [pixels].
+    pressure, hardness : float
+        Mean pressure of tightening, and the most that a point bears [E*].
+    stiffness_ratio : float
+        Normal over tangential stiffness of a round contact, lambda [-].
+    aspect : float
+        Pixel along y over that along x.
+    loads : int
+        Number of loads; between the heaviest two are up to four more.
+    lightest : float
+        The lightest of them over the heaviest.
+    workers : int
+        Threads of a transform.
+    progress : callable, optional
+        Called with the solutions done and about those to do.
+    own_tightening : bool
+        Whether to find as well what lighter tightenings would have left.
+    """
+    ratio = lightest ** (1.0 / (loads - 1))
+    near = [share for share in NEAR_REST if share > 1.1 * ratio]
+    shares = np.array([1.0, *near, *ratio ** np.arange(1, loads)])
+    sizes = np.array([piece.size for piece in pieces], dtype=float)
+    rms = math.sqrt(sum(float(np.vdot(z, z)) for z in pieces) / sizes.sum())
+    face = _Face(
+        [_Piece(z, aspect, workers) for z in pieces], sizes / sizes.sum(), TOLERANCE * rms, rms,
+        progress=progress, total=shares.size + 8,
+    )  # fmt: skip
+    # Without a hardness no piece comes closer than its own mean plane.
+    floor = max(float(z.mean()) for z in pieces) if math.isinf(hardness) else -math.inf
+    d = face.tighten(pressure, hardness, floor)
+    face.done, face.total = 8, shares.size + 8
+    points = sum(p.touching for p in face.pieces)
+    bearing = sum(piece.bearing(hardness) for piece in face.pieces)
+    lighter_tightenings = np.zeros((0, 0))
+    if own_tightening:
+        lighter_tightenings = face.first_loading(d, hardness, loads, ratio)
+    if bearing:
+        for piece in face.pieces:
+            piece.yielded(hardness)
+            piece.growth = None
+    rows: list[tuple[float, Floats, Floats, float]] = []
+    tensors: list[Floats] = []
+    last, last_rate = d, 0.0
+    for k, share in enumerate(shares):
+        pressures, slopes = face.press(d, math.inf)
+        mean, slope = float(pressures @ face.weights), float(slopes @ face.weights)
+        touching = sum(p.touching for p in face.pieces)
+        if k and touching < _FEWEST:
+            break
+        first = np.asarray(face.pieces[0].pressure)
+        if k == 0:
+            picture, reach = first.copy(), np.zeros(first.shape)
+        reach[(first > 0.0) & (reach == k)] += 1.0
+        rows.append((d, pressures, slopes, touching / sizes.sum()))
+        if not tensors or (len(tensors) == 1 and mean < 0.15 * pressure):
+            tensors.append(_sliding(face, stiffness_ratio, aspect, workers))
+        # ln p is concave: its slope here, and how it changed since the load before.
+        rate = slope / mean
+        change = (rate - last_rate) / (d - last) if k else 0.0
+        last, last_rate = d, rate
+        fall = math.log(share / shares[min(k + 1, shares.size - 1)])
+        d += fall / (rate + 0.5 * max(change, 0.0) * fall / rate)
+    separation, p, s, contact = (np.array(column) for column in zip(*rows, strict=True))
+    return FaceSolution(
+        separation, p, s, contact, tensors[0], tensors[-1], bearing / max(points, 1), points,
+        picture, reach, lighter_tightenings,
+    )  # fmt: skip
+
+
+def _sliding(face: _Face, stiffness_ratio: float, aspect: float, workers: int) -> Floats:
+    """Tangential over normal stiffness on the points in contact, of all pieces."""
+    total, weight = np.zeros((2, 2)), 0.0
+    for piece, share in zip(face.pieces, face.weights, strict=True):
+        assert piece.pressure is not None
+        assert piece.growth is not None
+        contact = piece.pressure > 0.0
+        if contact.any():
+            space = HalfSpace(piece.space.shape, aspect, mirrored=False, workers=workers)
+            part = float(share) * float(piece.growth.mean())
+            total += part * sliding(space, contact, stiffness_ratio)
+            weight += part
+    return total / weight

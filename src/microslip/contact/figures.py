@@ -1,0 +1,112 @@
+"""A measured face drawn: its pressures, its contacts under three loads, and its load curve."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from microslip._core.checks import Floats
+from microslip._core.errors import InputError
+from microslip._core.units import engineering
+from microslip.contact.base import NormalLaw
+from microslip.figures.kit import coloured, length_prefix
+from microslip.figures.plot import COLORS, Area, Axis, Entry, Line, Panel, Pixels, Plot
+
+_CONTACTS = ("#c9dcec", "#5b9bd0", "#08306b")  # under heavy, middle and light loads
+_SHARES = (1.0, 0.15, 0.023)
+_PIECES = "#dddddd"
+_RANGE = 3e-3  # of the heaviest load, to which loads are drawn
+_POINTS = 60
+
+
+def face_plot(law: Any, other_laws: Mapping[str, NormalLaw] | None = None) -> Plot:
+    """Pressures of the first piece, its contact under three loads, and loads of the whole.
+
+    Parameters
+    ----------
+    law : MeasuredContact
+        The face.
+    other_laws : mapping, optional
+        Other laws of it by name, each drawn from where it bears the heaviest load.
+    """
+    solution, numbers = law.solution, law.numbers
+    stiff = law.pair.composite_modulus
+    rows, columns = solution.map.shape
+    size = max(columns * numbers.pixel[0], rows * numbers.pixel[1])
+    unit, letter = length_prefix(size)
+    ends = 0.0, columns * numbers.pixel[0] / unit, 0.0, rows * numbers.pixel[1] / unit
+    maps = [
+        Panel(
+            Axis(f"x [{letter}m]", ends[0], ends[1], unit=unit),
+            Axis(f"y [{letter}m]", ends[2], ends[3], unit=unit),
+            equal=True, grid=False, cell=(0, 0, place, place),
+        )
+        for place in (0, 1)
+    ]  # fmt: skip
+    highest = float(solution.map.max())
+    pressures = np.where(solution.map > 0.0, solution.map, np.nan)
+    maps[0].add(Pixels(coloured(pressures[::-1], 0.0, highest), *ends))
+    maps[0].note = f"Pressure, dark to light: 0 to {engineering(stiff * highest, 'Pa')}"
+    means = stiff * solution.pressure.mean(axis=1)
+    levels = [int(np.argmin(np.abs(np.log(means / means[0] / share)))) for share in _SHARES]
+    image = np.full((rows, columns, 3), 255, dtype=np.uint8)
+    for level, color in zip(levels, _CONTACTS, strict=True):
+        image[solution.reach > level] = [int(color[i : i + 2], 16) for i in (1, 3, 5)]
+    maps[1].add(Pixels(image[::-1], *ends))
+    texts = ", ".join(engineering(float(means[level]), "Pa", 2) for level in levels)
+    maps[1].note = f"Contact under {texts}"
+    curves, entries = load_panel(law, other_laws or {})
+    curves.cell = (1, 1, 0, 1)
+    height = 3.4 * (ends[3] - ends[2]) / (ends[1] - ends[0])
+    height = min(max(height, 1.5), 6.0)
+    return Plot(
+        [*maps, curves], height + 3.9, heights=(height, 3.0), widths=(1.0, 1.0),
+        legend=tuple(entries),
+    )  # fmt: skip
+
+
+def load_panel(law: Any, other_laws: Mapping[str, NormalLaw]) -> tuple[Panel, Sequence[Entry]]:
+    """Pressures over the separation from the heaviest load on, with the band of the pieces."""
+    top = law.numbers.pressure * law.area
+    loads = np.geomspace(1.0, _RANGE, _POINTS) * top * (1.0 - 1e-9)
+    pressures = loads / law.area
+    unit = 1e6 if pressures[0] >= 1e6 else 1e3
+    steps = {
+        name: _opened(other, loads) for name, other in {"point by point": law, **other_laws}.items()
+    }
+    reach = max(float(step[-1]) for step in steps.values() if step is not None)
+    length, letter = length_prefix(reach)
+    panel = Panel(
+        Axis(f"Separation beyond that at {engineering(float(pressures[0]), 'Pa')} [{letter}m]",
+             unit=length),
+        Axis(f"Pressure [{'M' if unit == 1e6 else 'k'}Pa]", log=True, unit=unit),
+    )  # fmt: skip
+    entries = []
+    bearing = np.flatnonzero((law.solution.pressure > 0.0).sum(axis=0) > 1)
+    pieces = [_opened(law.of_pieces([i]), loads) for i in bearing]
+    steps_of_pieces = [piece for piece in pieces if piece is not None]
+    if len(steps_of_pieces) > 1:
+        low, high = (
+            np.min(steps_of_pieces, axis=0) / length,
+            np.max(steps_of_pieces, axis=0) / length,
+        )
+        levels = pressures / unit
+        panel.add(Area(np.append(low, high[::-1]), np.append(levels, levels[::-1]), _PIECES))
+        entries.append(Entry("its pieces", _PIECES))
+    for color, (name, step) in zip(COLORS, steps.items(), strict=False):
+        if step is not None:
+            width = 2.2 if name == "point by point" else 1.2
+            panel.add(Line(step / length, pressures / unit, color, width))
+            entries.append(Entry(name, color))
+    return panel, entries
+
+
+def _opened(law: NormalLaw, loads: Floats) -> Floats | None:
+    """Opening of the faces under loads, from where they bear the first; None beyond."""
+    try:
+        d = np.asarray(law.separation(loads), dtype=float)
+    except InputError:
+        return None
+    return np.asarray(d - d[0])

@@ -1,0 +1,221 @@
+"""Summits given one by one: a sphere on a flat, and a set of them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from microslip._core.checks import Floats, floats, number, plain, positive, record
+from microslip._core.errors import InputError
+from microslip._core.frozen import Locked, assign, lock
+from microslip._core.parameters import parameter
+from microslip.contact.base import (
+    YIELD,
+    NormalLaw,
+    aluminium,
+    check_pair,
+    plasticity_index,
+    sparse_contacts,
+)
+from microslip.contact.elastic_plastic import HARDNESS_RATIO, JacksonGreen
+from microslip.contact.heights import Discrete
+from microslip.contact.materials import MaterialPair
+from microslip.contact.spheres import Spheres
+from microslip.contact.tightened import ElasticSummits
+
+
+@dataclass(frozen=True)
+class SphereOnFlat(NormalLaw):
+    """Hertz's sphere, its summit at height zero: N = (4/3) E* sqrt(rho) (-d)^(3/2) (19.1)-(19.3).
+
+    Parameters
+    ----------
+    pair : MaterialPair
+        The two materials.
+    radius : float
+        Radius rho [m].
+    """
+
+    key = "sphere"
+
+    pair: MaterialPair
+    radius: float = field(
+        metadata=parameter("rho", "m", "radius of the sphere", above=0.0, example=5e-3)
+    )
+
+    def _assumptions(self, separation: float | None) -> dict[str, float | None]:
+        """The yield check of Jackson and Green (2005), DOI 10.1115/1.1866166: p0 over C S_y."""
+        hardness = self.pair.hardness
+        if hardness is None:
+            return {YIELD: None}
+        if separation is None:
+            return {YIELD: 0.0}
+        summit = JacksonGreen(self.pair, hardness / HARDNESS_RATIO)
+        # Pressures go with the root of the indentation.
+        depth = max(-separation, 0.0) / (self.radius * summit.yield_indentation)
+        return {YIELD: math.sqrt(depth)}
+
+    def hertz_pressure(self, separation: float) -> float:
+        """Largest pressure p0 = (2 E*/pi) sqrt(s/rho) [Pa] at a separation -s [m] (19.2), (19.3).
+
+        Zero where nothing touches.
+        """
+        depth = max(-number("separation", separation, "m", -1e-6), 0.0)
+        return 2.0 / math.pi * self.pair.composite_modulus * math.sqrt(depth / self.radius)
+
+    @cached_property
+    def _constant(self) -> float:
+        return 4.0 / 3.0 * self.pair.composite_modulus * math.sqrt(self.radius)
+
+    @cached_property
+    def _spheres(self) -> Spheres:
+        return Spheres(np.zeros(1), np.array([self._constant]))
+
+    @property
+    def _span(self) -> tuple[float, float]:
+        return -self.radius, 0.0
+
+    def _derivative(self, separation: Floats, order: int) -> Floats:
+        return self._spheres.derivative(separation, order)
+
+    def _solve(self, loads: Floats) -> Floats:
+        return np.asarray(-(np.cbrt(loads / self._constant) ** 2))
+
+    def contact_probability(self, separation: ArrayLike) -> Any:
+        """1 in contact, else 0, for separations [m] of any shape."""
+        return self.contact_count(separation)
+
+    def contact_count(self, separation: ArrayLike) -> Any:
+        """1 in contact, else 0, for separations [m] of any shape."""
+        return plain(np.where(self._separations(separation) < 0.0, 1.0, 0.0))
+
+    def contact_area(self, separation: ArrayLike) -> Any:
+        """Contact area pi rho (-d) [m^2] (19.2), for separations [m] of any shape."""
+        depth = np.maximum(-self._separations(separation), 0.0)
+        return plain(math.pi * self.radius * depth)
+
+    @classmethod
+    def examples(cls) -> tuple[NormalLaw, ...]:
+        """A ball of 5 mm."""
+        return (cls(aluminium(), radius=5e-3),)
+
+
+@dataclass(frozen=True, eq=False)
+class AsperityPopulation(Locked, ElasticSummits):
+    """Given summits against a rigid plane: N = (4/3) E* sum of sqrt(rho_i) (y_i - d)^(3/2).
+
+    Parameters
+    ----------
+    pair : MaterialPair
+        The two materials.
+    heights : array_like
+        Summit heights y_i [m], one-dimensional.
+    radii : array_like
+        Summit radii rho_i [m]: one for each height, or one number for all.
+    copies : float, optional
+        Number of copies of each [-], above zero: the apparent area over the scanned one
+        where the summits are those of a scan.
+    area : float, optional
+        Apparent area [m^2] that they stand on; it enters no load, only verdicts.
+
+    Notes
+    -----
+    Each summit follows (19.1)-(19.3). The last contact is lost exactly at the highest summit, and
+    the tangential law has a kink of its curvature at the slip limit of every summit.
+    """
+
+    key = "population"
+
+    pair: MaterialPair
+    heights: ArrayLike = field(metadata=parameter("y_i", "m", "heights of the summits", many=True))
+    radii: ArrayLike = field(
+        metadata=parameter("rho_i", "m", "radii of the summits", above=0.0, many=True)
+    )
+    copies: float = 1.0
+    area: float | None = None
+
+    def __post_init__(self) -> None:
+        check_pair(self.pair)
+        heights = record("heights", self.heights, "m").reshape(-1)
+        radii = floats("radii", self.radii, "m")
+        if radii.ndim > 1 or radii.size not in (1, heights.size):
+            raise InputError(
+                f"`radii` must be one number or one for each of the {heights.size} heights, got "
+                f"shape {radii.shape}"
+            )
+        if radii.min() <= 0.0:
+            raise InputError(f"`radii` must be above zero [m], got {radii.min():g}")
+        radii = np.broadcast_to(radii.reshape(-1), heights.shape)
+        assign(self, copies=positive("copies", self.copies, "", 1.0))
+        if self.area is not None:
+            assign(self, area=positive("area", self.area, "m^2", 2e-4))
+        assign(self, heights=lock(heights.copy()), radii=lock(radii.copy()))
+
+    def _assumptions(self, separation: float | None) -> dict[str, float | None]:
+        spread = float(np.std(np.asarray(self.heights)))
+        radius = float(np.mean(np.asarray(self.radii)))
+        plasticity = plasticity_index(self.pair, spread, radius)
+        if self.area is None:
+            return plasticity
+        return {**sparse_contacts(self, self.area, spread, radius, separation), **plasticity}
+
+    def __repr__(self) -> str:
+        low, high = self._span
+        return f"AsperityPopulation({self.summit_count:.10g} summits from {low:g} to {high:g})"
+
+    @property
+    def summit_count(self) -> float:
+        """Number of all summits, copies included."""
+        return np.asarray(self.heights).size * self.copies
+
+    @cached_property
+    def _spheres(self) -> Spheres:
+        stiff = self.copies * (4.0 / 3.0) * self.pair.composite_modulus
+        return Spheres(np.asarray(self.heights), stiff * np.sqrt(np.asarray(self.radii)))
+
+    @property
+    def _span(self) -> tuple[float, float]:
+        heights = self._spheres.heights
+        return float(heights[-1]), float(heights[0])
+
+    def _derivative(self, separation: Floats, order: int) -> Floats:
+        return self._spheres.derivative(separation, order)
+
+    def contact_probability(self, separation: ArrayLike) -> Any:
+        """Share of the summits that is in contact (19.5), for separations [m] of any shape."""
+        return plain(self._counts(separation) / np.asarray(self.heights).size)
+
+    def contact_count(self, separation: ArrayLike) -> Any:
+        """Number of summits in contact (19.6), for separations [m] of any shape."""
+        return plain(self.copies * self._counts(separation))
+
+    def contact_area(self, separation: ArrayLike) -> Any:
+        """Real contact area [m^2], pi rho_i (y_i - d) for each contact (19.2), any shape."""
+        d = self._separations(separation)
+        heights, radii = np.asarray(self.heights), np.asarray(self.radii)
+        areas = [float(np.maximum(heights - v, 0.0) @ radii) for v in d.reshape(-1)]
+        return plain(math.pi * self.copies * np.array(areas).reshape(d.shape))
+
+    def _counts(self, separation: ArrayLike) -> Any:
+        d = self._separations(separation)
+        return np.searchsorted(-self._spheres.heights, -d, side="left")
+
+    def _as_spheres(self) -> dict[str, Any]:
+        order = np.argsort(np.asarray(self.heights), kind="stable")  # that of Discrete
+        return {
+            "heights": Discrete(self.heights),
+            "radius": np.asarray(self.radii)[order],
+            "summit_count": self.summit_count,
+            "area": self.area,
+        }
+
+    @classmethod
+    def examples(cls) -> tuple[NormalLaw, ...]:
+        """Five unlike summits."""
+        heights = [0.0, 2e-7, -3e-7, 5e-7, 1e-7]
+        return (cls(aluminium(), heights=heights, radii=[1e-3, 2e-3, 5e-4, 1e-3, 4e-3]),)

@@ -1,0 +1,229 @@
+"""Sums of a normal law for many interfaces: many separations and many steps at once.
+
+The sums are those of :class:`NormalLaw`: the drop N(d) - N(d + u), the fall -N'(d + u), the excess
+(half the integral of v (u - v) N''(d + v) over 0 <= v <= u) and its derivative by u. An interface
+asks for them at one d; here every step has its own. Where the law is smooth its whole load curve
+becomes a profile; elsewhere rows (one separation, many steps) become tables, if that is quicker.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cached_property, lru_cache
+from typing import Literal
+
+import numpy as np
+
+from microslip._core import kernels
+from microslip._core.checks import Floats
+from microslip._core.frozen import lock
+from microslip._core.kernels.profile import Profile
+from microslip._core.kernels.table import Table
+from microslip._core.quadrature import gauss_legendre
+from microslip.contact.base import NormalLaw
+from microslip.contact.spline import over_pairs
+
+Kind = Literal["drop", "fall", "excess", "excess_slope"]
+
+_POWERS = {"drop": 1, "excess": 3, "excess_slope": 2}
+_BLOCK = 1 << 14  # points a pass, as many as a cache holds
+
+# What things cost [s], to choose the quickest way; a factor of two either way does not matter.
+_POINT = 2e-6
+_ROW = 4e-4
+_TERM = 8e-9
+_PIECE = 6e-9
+
+_RULE = lock(np.concatenate(gauss_legendre(12)))
+"""For v (u - v) N'' over two decay lengths of an exponential, or one of a power: 1e-16."""
+_FAINT_LOAD = 1e-30  # of the largest load; fainter ones are rare, and cost wide panels their width
+_ALL_TOUCH = 0.345  # N N'' / N'^2, which is 1 for an exponential and 1/3 where all summits touch
+
+
+def _by_rows(law: NormalLaw, points: int, rows: int) -> bool:
+    """Whether rows of equal separations are quicker than pairs, by what each costs, roughly."""
+    if law._spheres is not None:
+        count = law._spheres.heights.size
+        build = 4e-5 + (5e-6 * count if count > 24 else 0.0)
+        return points * count * _TERM > rows * build + points * min(count * 1e-8, 8e-7)
+    if law._spline is not None:
+        return points * law._spline.knots.size * _PIECE > rows * 9e-5 + points * 1e-7
+    return points * _POINT > rows * _ROW + points * 3e-8
+
+
+def pairs_of(law: NormalLaw) -> Callable[[NormalLaw, Kind, Floats, Floats], Floats] | None:
+    """The function that sums over pairs of separations and steps; None for a law of its own."""
+    if law._spline is not None:
+        return _spline_pairs
+    general = all(
+        getattr(type(law), name) is getattr(NormalLaw, name)
+        for name in ("_drop", "_fall", "_excess", "_excess_slope")
+    )
+    return _own_pairs if general or law._spheres is not None else None
+
+
+def sum_over_pairs(law: NormalLaw, kind: Kind, d: Floats, u: Floats) -> Floats:
+    """A sum with a separation for each step, by whichever function the law has for that."""
+    return (pairs_of(law) or _own_pairs)(law, kind, d, u)
+
+
+def _sum_of(law: NormalLaw, kind: Kind) -> Callable[[Floats | float, Floats], Floats]:
+    sums = {
+        "drop": law._drop,
+        "fall": law._fall,
+        "excess": law._excess,
+        "excess_slope": law._excess_slope,
+    }
+    return sums[kind]
+
+
+def _row(law: NormalLaw, kind: Kind, d: float, u: Floats) -> Floats:
+    """One separation, as an interface there has it."""
+    exact = _sum_of(law, kind)
+    reach = law._table_reach(d) if kind != "fall" and u.size * _POINT > _ROW else None
+    if reach is None:
+        return exact(d, u)
+    power = _POWERS[kind]
+    last = float(exact(d, np.array([reach]))[0])
+    load = law._derivative_at(d, 0)
+    table = Table.sample(
+        lambda v: exact(d, v) / v**power,
+        reach,
+        power,
+        {"drop": load, "excess": last, "excess_slope": 0.5 * load}[kind],
+        0.5 * load if kind == "excess" else 0.0,
+        tolerance=1e-13 if kind == "drop" else 1e-12,
+    )
+    return exact(d, u) if table is None else table.value(u)
+
+
+# -- sums over pairs -------------------------------------------------------------------------------
+
+
+def _own_pairs(law: NormalLaw, kind: Kind, d: Floats, u: Floats) -> Floats:
+    """Pairs by the law itself, with a separation for each step."""
+    return _sum_of(law, kind)(d, u)
+
+
+def _spline_pairs(law: NormalLaw, kind: Kind, d: Floats, u: Floats) -> Floats:
+    """Piece by piece of the spline."""
+    if kind == "fall" or law._spline is None:
+        return -law._derivative(d + u, 1)
+    return over_pairs(law._spline, kind, d, u)
+
+
+# -- pairs by a profile ----------------------------------------------------------------------------
+
+
+class Pointwise:
+    """The sums of a law at pairs of separations and steps, one-dimensional arrays of one size.
+
+    Where the law is smooth and fades fast its whole load curve becomes a profile, once; then a
+    difference costs tens of nanoseconds. What lies outside it, and laws that none gives, are summed
+    pair by pair.
+    """
+
+    def __init__(self, law: NormalLaw) -> None:
+        self.law = law
+
+    @cached_property
+    def _profile(self) -> tuple[Profile, tuple[Floats, Floats]] | None:
+        """The load curve; P'' of its panels, and the integrals of N beyond their middles."""
+        law = self.law
+        if law._spheres is not None or law._breaks[1:].size or pairs_of(law) is not _own_pairs:
+            return None
+        low, high = law._span
+        places = np.linspace(max(low, law._edge), high, 513)
+        load, slope, bend = (law._derivative(places, k) for k in range(3))
+        # Where nearly all summits touch, N tends to (-d)^(3/2) and no rule is short.
+        smooth = places[(load > _FAINT_LOAD * load[0]) & (load * bend > _ALL_TOUCH * slope * slope)]
+        if smooth.size < 2:
+            return None
+        low, high = float(smooth[0]), float(smooth[-1])
+        reach = law._table_reach(high)
+        if reach is None:
+            return None
+        profile = Profile.sample(law._derivative, low, high, high + reach, law._edge)
+        if profile is None:
+            return None
+        count = len(profile.coefficients)
+        shares = np.arange(float(count)) - (profile.first - 0.5)
+        middles: Floats = np.asarray(profile.anchor + shares / profile.inverse_width, dtype=float)
+        k = np.arange(2, kernels.PROFILE_TERMS)
+        bends = profile.coefficients[:, 2:] * (k * (k - 1))
+        return profile, (lock(np.ascontiguousarray(bends)), lock(law._derivative(middles, -1)))
+
+    def separations(self, load: Floats) -> Floats:
+        """Separations of loads."""
+        if self._profile is None:
+            return np.asarray(self.law.separation(load))
+        profile, _ = self._profile
+        low_load, high_load = profile.span
+        inside = (load >= low_load) & (load <= high_load)
+        if inside.all():
+            return profile.separations(load)
+        result = np.empty(load.size)
+        result[inside] = profile.separations(load[inside])
+        result[~inside] = self.law.separation(load[~inside])
+        return result
+
+    def load_and_fall(self, d: Floats) -> tuple[Floats, Floats]:
+        """N(d) and -N'(d)."""
+        if self._profile is None:
+            return self.law._derivative(d, 0), -self.law._derivative(d, 1)
+        profile, _ = self._profile
+        value, fall = np.empty(d.size), np.empty(d.size)
+        outside = np.flatnonzero(~((d >= profile.low) & (d <= profile.high)))
+        kernels.compiled.loads(np.maximum(d, profile.low), value, fall, *profile.arguments)
+        if outside.size:
+            value[outside] = self.law._derivative(d[outside], 0)
+            fall[outside] = -self.law._derivative(d[outside], 1)
+        return value, fall
+
+    def sum(self, kind: Kind, d: Floats, u: Floats) -> Floats:
+        """A sum of :class:`NormalLaw` at separations d and steps u >= 0 from each."""
+        if self._profile is None or kind not in ("drop", "excess"):
+            return self._exact(kind, d, u)
+        profile, extra = self._profile
+        result = np.empty(d.size)
+        outside = np.flatnonzero(~((d >= profile.low) & (d <= profile.high)))
+        place, step = d, np.minimum(u, 1e200)
+        if outside.size:
+            place = d.copy()
+            place[outside] = profile.low
+        if kind == "drop":
+            kernels.compiled.drops(place, step, result, *profile.arguments)
+        else:
+            kernels.compiled.cycle_energies(place, step, result, *extra, _RULE, *profile.arguments)
+        if outside.size:
+            result[outside] = self._exact(kind, d[outside], u[outside])
+        return result
+
+    def _exact(self, kind: Kind, d: Floats, u: Floats) -> Floats:
+        pairs = pairs_of(self.law)
+        # Neighbours of one separation are a row.
+        ends = np.append(np.flatnonzero(np.diff(d)) + 1, d.size)
+        result = np.empty(d.size)
+        if pairs is None or _by_rows(self.law, d.size, ends.size):
+            begin = 0
+            for end in ends.tolist():
+                result[begin:end] = _row(self.law, kind, float(d[begin]), u[begin:end])
+                begin = end
+            return result
+        for begin in range(0, d.size, _BLOCK):
+            part = slice(begin, begin + _BLOCK)
+            result[part] = pairs(self.law, kind, d[part], u[part])
+        return result
+
+
+@lru_cache(maxsize=8)
+def _cached(law: NormalLaw) -> Pointwise:
+    return Pointwise(law)
+
+
+def pointwise_of(law: NormalLaw) -> Pointwise:
+    """The law at pairs of separations and steps; its profile is made once."""
+    try:
+        return _cached(law)
+    except TypeError:  # one without a hash
+        return Pointwise(law)

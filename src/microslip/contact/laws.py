@@ -1,0 +1,20 @@
+"""The list of all normal load laws."""
+
+from microslip.contact.base import NormalLaw
+from microslip.contact.given_summits import AsperityPopulation, SphereOnFlat
+from microslip.contact.greenwood_williamson import GreenwoodWilliamson
+from microslip.contact.measured import MeasuredContact
+from microslip.contact.rough import RoughSurface
+from microslip.contact.table import TabulatedNormalLaw
+from microslip.contact.tightened import TightenedSurface
+
+NORMAL_LAWS: tuple[type[NormalLaw], ...] = (
+    GreenwoodWilliamson,
+    AsperityPopulation,
+    SphereOnFlat,
+    TabulatedNormalLaw,
+    TightenedSurface,
+    MeasuredContact,
+    RoughSurface,
+)
+"""Every normal load law; the shared tests run over it."""

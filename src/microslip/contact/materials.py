@@ -1,0 +1,301 @@
+"""Elastic materials, a table of metals, and the pair of two (19.4), (19.11)."""
+
+from __future__ import annotations
+
+import math
+import sys
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from types import MappingProxyType
+
+from microslip._core.checks import exact, show
+from microslip._core.errors import InputError
+from microslip._core.frozen import assign
+from microslip._core.parameters import parameter, parameters_of
+from microslip._core.units import HARDNESS
+
+
+@dataclass(frozen=True)
+class Material:
+    """A linear elastic, isotropic material: E and nu of (19.4), G of (19.11).
+
+    Parameters
+    ----------
+    young_modulus : float
+        Young's modulus E [Pa], above zero and finite; for a rigid body see :meth:`rigid`.
+    poisson_ratio : float
+        Poisson's ratio [-], in (-1, 0.5].
+    hardness : float, optional
+        Indentation hardness H [Pa], for the plasticity index among the validity verdicts and for
+        surfaces that yield (tightened summits, rough and measured faces).
+
+    Warns
+    -----
+    UserWarning
+        A modulus between 1.5 Pa and 1200 Pa, or with a Poisson's ratio below 0.45 between 10 kPa
+        and 1.3 MPa, is flagged as a likely unit error (GPa or MPa meant). It is
+        taken as it is.
+    """
+
+    young_modulus: float = field(
+        metadata=parameter("E", "Pa", "Young's modulus E", above=0.0, example=69e9)
+    )
+    poisson_ratio: float = field(
+        metadata=parameter("nu", "", "Poisson's ratio", above=-1.0, most=0.5, example=0.33)
+    )
+    hardness: float | None = field(
+        default=None,
+        metadata=parameter(
+            "H", meaning="indentation hardness", kind=HARDNESS, above=0.0, example=1.2e9
+        ),
+    )
+
+    def __post_init__(self) -> None:
+        if isinstance(self.young_modulus, float) and self.young_modulus == math.inf:
+            raise InputError(
+                "`young_modulus` must be finite, got inf; a rigid body is Material.rigid()"
+            )
+        assign(self, **{p.name: p.checked(getattr(self, p.name)) for p in parameters_of(Material)})
+        self._ask_back()
+
+    def _ask_back(self) -> None:
+        """Warn of a number that reads like that of a solid in another unit; soft gels are real."""
+        modulus = self.young_modulus
+        if 1.5 <= modulus <= 1200.0:
+            unit, factor = "GPa", 1e9
+        elif 1e4 <= modulus <= 1.3e6 and self.poisson_ratio < 0.45:
+            unit, factor = "MPa", 1e6
+        else:
+            return
+        # A study asks back itself, and derivatives make bodies of their own.
+        if str(sys._getframe(3).f_globals.get("__name__")).startswith("microslip."):
+            return
+        came = exact(modulus)
+        warnings.warn(
+            f"young_modulus is {came} Pa, as soft as a gel; if {came} {unit} is meant, "
+            f'write {exact(modulus * factor)} or units("{came} {unit}")',
+            stacklevel=4,
+        )
+
+    @classmethod
+    def rigid(cls) -> Material:
+        """A body that does not deform: infinite modulus, so its compliance terms vanish."""
+        body = object.__new__(cls)
+        assign(body, young_modulus=math.inf, poisson_ratio=0.0, hardness=None)
+        return body
+
+    @classmethod
+    def named(cls, name: str) -> Material:
+        """A metal of the table that :func:`metals` gives; its sources are there, too.
+
+        Parameters
+        ----------
+        name : str
+            Name in the table, such as "steel" or "al2017", or an alias such as "S355", "316L" or
+            "EN AW-6082"; capitals, spaces, hyphens and underscores do not count.
+        """
+        return metal(name).material
+
+    def __repr__(self) -> str:
+        if self.is_rigid:
+            return "Material.rigid()"
+        hardness = "" if self.hardness is None else f", hardness={exact(self.hardness)}"
+        return f"Material({exact(self.young_modulus)}, {exact(self.poisson_ratio)}{hardness})"
+
+    @property
+    def is_rigid(self) -> bool:
+        """Whether this is :meth:`rigid`."""
+        return math.isinf(self.young_modulus)
+
+    @property
+    def shear_modulus(self) -> float:
+        """Shear modulus G = E / 2(1 + nu) [Pa]."""
+        return self.young_modulus / (2.0 * (1.0 + self.poisson_ratio))
+
+
+@dataclass(frozen=True)
+class Metal:
+    """One metal of the table: its elastic constants and where each of them is printed.
+
+    Parameters
+    ----------
+    name : str
+        Name in studies and for :meth:`Material.named`.
+    description : str
+        Designations and temper.
+    young_modulus : float
+        Young's modulus E [Pa].
+    poisson_ratio : float
+        Poisson's ratio [-].
+    hardness : float or None
+        Indentation hardness H [Pa] of the temper; None where the documents give none.
+    sources : mapping of str to str
+        Document and year of each value, by the names above.
+    aliases : tuple of str
+        Other names, such as "s355", "EN AW-6082" and numbers of standards.
+
+    Notes
+    -----
+    The values enter (19.4) and (19.11). They are those of design codes and handbooks: a measured
+    modulus differs from them by a few percent.
+    """
+
+    name: str
+    description: str
+    young_modulus: float
+    poisson_ratio: float
+    hardness: float | None
+    sources: Mapping[str, str]
+    aliases: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        _ = self.material
+        assign(self, aliases=tuple(self.aliases), sources=MappingProxyType(dict(self.sources)))
+
+    def __hash__(self) -> int:
+        return hash((self.name, self.material))
+
+    def __reduce__(self) -> tuple[type[Metal], tuple[object, ...]]:
+        # A read-only mapping neither pickles nor copies by itself.
+        constants = (self.young_modulus, self.poisson_ratio, self.hardness)
+        return Metal, (self.name, self.description, *constants, dict(self.sources), self.aliases)
+
+    @property
+    def material(self) -> Material:
+        """The material that it is."""
+        return Material(self.young_modulus, self.poisson_ratio, self.hardness)
+
+
+@lru_cache(maxsize=1)
+def metals() -> Mapping[str, Metal]:
+    """The table of engineering metals: by name, each value with its document and year.
+
+    A small table for first studies. A value of one's own is better, and always wins: make a
+    :class:`Material` of it, or give the key in the study.
+    """
+    import tomllib
+    from importlib.resources import files
+
+    text = files("microslip").joinpath("metals.toml").read_text(encoding="utf-8")
+    table = {}
+    for name, entry in tomllib.loads(text).items():
+        table[name] = Metal(name=name, **{"hardness": None, **entry})
+    return MappingProxyType(table)
+
+
+def metal(name: str) -> Metal:
+    """One metal of the table, as :meth:`Material.named` finds it."""
+    if not isinstance(name, str):
+        raise InputError(f"`name` must be a text such as 'steel', got {show(name)}")
+    entry = metal_called(name)
+    if entry is None:
+        raise InputError(f"no metal is named {show(name)}; {_near(_plain(name), metals())}")
+    return entry
+
+
+def metal_called(name: str) -> Metal | None:
+    """The metal of the table that has this name or alias; None where none has."""
+    return _by_name().get(_plain(name).replace("-", ""))
+
+
+@lru_cache(maxsize=1)
+def _by_name() -> Mapping[str, Metal]:
+    """Metals by their names and aliases in small letters, without spaces and hyphens."""
+    return {
+        _plain(name).replace("-", ""): metal
+        for metal in metals().values()
+        for name in (metal.name, *metal.aliases)
+    }
+
+
+def _plain(name: str) -> str:
+    return "-".join(name.casefold().replace("_", " ").split())
+
+
+def _near(name: str, table: Mapping[str, Metal]) -> str:
+    """Names of the table close to an unknown one, or all names."""
+    from difflib import get_close_matches
+
+    # A part of a name, such as "4340" or "iron", may be too short to be close to the whole.
+    near = [key for key in table if len(name) >= 3 and name in key]
+    near = near or get_close_matches(name, table, n=1, cutoff=0.6)
+    if near:
+        return f"did you mean {' or '.join(map(repr, near))}?"
+    return f"there are {', '.join(table)}"
+
+
+@dataclass(frozen=True)
+class MaterialPair:
+    """Two bodies in contact, seen as one elastic body on a rigid one.
+
+    Parameters
+    ----------
+    first, second : Material
+        The two materials; at most one of them rigid.
+    """
+
+    first: Material
+    second: Material
+
+    def __post_init__(self) -> None:
+        for name in ("first", "second"):
+            if not isinstance(getattr(self, name), Material):
+                raise InputError(
+                    f"`{name}` must be a Material, got {show(getattr(self, name))}; write "
+                    "MaterialPair(Material(69e9, 0.33), Material(210e9, 0.3))"
+                )
+        if self.first.is_rigid and self.second.is_rigid:
+            raise InputError("a pair needs one body that deforms, got two rigid ones")
+
+    @property
+    def composite_modulus(self) -> float:
+        """E* [Pa]: 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2 (19.4)."""
+        return 1.0 / sum(
+            (1.0 - m.poisson_ratio**2) / m.young_modulus for m in (self.first, self.second)
+        )
+
+    @property
+    def composite_shear_modulus(self) -> float:
+        """G* [Pa]: 1/G* = (2 - nu1)/G1 + (2 - nu2)/G2 (19.11)."""
+        return 1.0 / sum(
+            (2.0 - m.poisson_ratio) / m.shear_modulus for m in (self.first, self.second)
+        )
+
+    @property
+    def stiffness_ratio(self) -> float:
+        """Normal over tangential stiffness of a contact, E*/4G* [-].
+
+        Mindlin (1949), DOI 10.1115/1.4009973.
+        """
+        return self.composite_modulus / (4.0 * self.composite_shear_modulus)
+
+    @property
+    def dundurs_beta(self) -> float:
+        """Dundurs's second constant [-]: zero for equal bodies, up to 0.5 in size.
+
+        Half of (1 - 2 nu)/G of the first less that of the second, over the sum of their
+        (1 - nu)/G (Dundurs 1969, DOI 10.1115/1.3564739). Normal and tangential contact hang
+        together by it.
+        """
+        bodies = [(m.poisson_ratio, m.shear_modulus) for m in (self.first, self.second)]
+        (first, second), total = (
+            [(1.0 - 2.0 * nu) / g for nu, g in bodies],
+            sum((1.0 - nu) / g for nu, g in bodies),
+        )
+        return 0.5 * (first - second) / total
+
+    @property
+    def hardness(self) -> float | None:
+        """Hardness of the softer body [Pa]; None where neither is known."""
+        hardnesses = [m.hardness for m in (self.first, self.second) if m.hardness is not None]
+        return min(hardnesses) if hardnesses else None
+
+    def with_hardness(self, hardness: float) -> MaterialPair:
+        """The same pair with another hardness [Pa] of what deforms."""
+        first, second = (
+            body if body.is_rigid else replace(body, hardness=hardness)
+            for body in (self.first, self.second)
+        )
+        return MaterialPair(first, second)

@@ -1,0 +1,494 @@
+"""The normal load law of a measured face, by boundary elements and yielding."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import os
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from microslip._core.checks import Floats, exact, number, plain, positive, whole_number
+from microslip._core.errors import InputError
+from microslip._core.frozen import assign, made_once
+from microslip.contact.base import (
+    BETWEEN,
+    FEWEST_POINTS,
+    OVER_HARDNESS,
+    POINTS,
+    PRESSURE,
+    RESOLUTION,
+    SCATTER,
+    NormalLaw,
+    Tightenings,
+    aluminium,
+    check_pair,
+)
+from microslip.contact.elastic_plastic import HARDNESS_RATIO
+from microslip.contact.face_solution import FaceSolution, Progress
+from microslip.contact.materials import MaterialPair
+from microslip.contact.measured_face import (
+    ContactNumbers,
+    Task,
+    cached,
+    check_pressure,
+    contact_numbers,
+    face_of,
+    progress_halves,
+    ratio_of,
+    read_law,
+    resolution_changes,
+    write_law,
+)
+from microslip.contact.table import TabulatedNormalLaw
+from microslip.contact.tightened import yield_stress_of
+
+_SAMPLES = 24  # points of the table between two solutions
+_BEYOND = 1e6  # times the heaviest load, to which steps of static solutions go
+
+
+@dataclass(frozen=True, eq=False, repr=False, init=False)
+class MeasuredContact(TabulatedNormalLaw):
+    """A measured face, point by point: interacting contacts that yield.
+
+    Parameters
+    ----------
+    heights : Scan or array_like
+        The gap of both faces, summits upwards: a scan, or heights [m], rows along y. Without holes.
+        Its least-squares plane is taken off.
+    pair : MaterialPair
+        The two materials.
+    hardness : float, optional
+        Most that a point bears [Pa]; by default that of the pair. ``math.inf``: nothing yields.
+    tightening_pressure : float, optional
+        Mean pressure [Pa] that the face has been tightened to. Without it the face is elastic up to
+        0.05 E* h', and its hardness only judges it.
+    pixel : float or pair of float, optional
+        Distance of neighbours [m] of heights that are no scan; along x, along y.
+    area : float, optional
+        Apparent area [m^2] of the joint; by default that of the scan.
+    piece : int or None
+        Points along a side of a piece, about; None solves the face as one.
+    direction : float, optional
+        Direction of the motion from x of the scan [rad]; None is the mean over all directions. In
+        two directions it is that of the first displacement, and the second is across.
+    loads : int
+        Loads that are solved, each the same share of the one before; up to four more lie between
+        the heaviest two, for the damping of small cycles.
+    lightest : float
+        The lightest of them over the heaviest [-].
+    own_tightening : bool
+        Whether patches of a :class:`ReducedJoint` are each tightened by their own pressure, up to
+        the tightening pressure: it is solved as well what lighter ones would have left.
+    coarser : bool
+        Whether to solve every second point as well, and all points without the shortest waves, of
+        half of the squared slope, and say what either changes.
+    workers : int
+        Threads of a transform.
+    progress : callable, optional
+        Called with the solutions done and those to do, about.
+    cache : str or path, optional
+        Folder of solutions by content: what is there is not solved again.
+
+    Notes
+    -----
+    Boundary elements at given separations of the mean planes; the slope N' comes with each load
+    exactly. What bears the hardness at tightening stays flattened to where it is then, and what
+    follows is the elastic law of that face (Almqvist et al. 2007,
+    DOI 10.1016/j.triboint.2006.09.001), at most as heavily loaded as it was tightened. Between the
+    loads ln N is a cubic by Hermite, N made convex where that is not; below the lightest load N
+    goes on as an exponential. The half space of the faces is in the law, as long as its waves: do
+    not add that of a body which has these waves too.
+
+    The contact slips as Cattaneo's, by the same N; the ratio of normal and tangential stiffness is
+    solved on the points in contact (Cerruti's kernel), which a lay makes another one along and
+    across.
+    """
+
+    key = "measured"
+
+    solution: FaceSolution = field(init=False)
+    numbers: ContactNumbers = field(init=False)
+    area: float = field(init=False)
+    direction: float | None = field(init=False)
+
+    def __init__(
+        self,
+        heights: Any,
+        pair: MaterialPair,
+        hardness: float | None = None,
+        tightening_pressure: float | None = None,
+        *,
+        pixel: Any = None,
+        area: float | None = None,
+        piece: int | None = 256,
+        direction: float | None = None,
+        loads: int = 12,
+        lightest: float = 1e-3,
+        own_tightening: bool = False,
+        coarser: bool = False,
+        workers: int = 1,
+        progress: Progress | None = None,
+        cache: str | os.PathLike[str] | None = None,
+    ) -> None:
+        check_pair(pair)
+        face = face_of(heights, pixel)
+        loads = whole_number("loads", loads, 4, 200)
+        lightest = number("lightest", lightest)
+        if not 0.0 < lightest <= 0.5:
+            raise InputError(f"`lightest` must be in (0, 0.5], got {exact(lightest)}")
+        if piece is not None:
+            piece = whole_number("piece", piece, 16, 2**16)
+        bound = _hardness(hardness, pair, tightening_pressure)
+        if own_tightening and (tightening_pressure is None or math.isinf(bound)):
+            raise InputError(
+                "`own_tightening` wanted only beside a hardness and a `tightening_pressure`, up to "
+                "which the law goes"
+            )
+        modulus = pair.composite_modulus
+        pressure = check_pressure(tightening_pressure, bound, modulus, face)
+        task = Task(
+            face, pressure / modulus, bound / modulus, pair.stiffness_ratio, piece, loads, lightest,
+            bool(own_tightening),
+        )  # fmt: skip
+        first_half, second_half = progress_halves(progress) if coarser else (progress, None)
+        if cache is None:
+            solution = task.solved(workers, first_half)
+        else:
+            solution = cached(task, cache, workers, first_half)
+        if solution.pixels < FEWEST_POINTS:
+            raise InputError(
+                f"`tightening_pressure` must bring at least {FEWEST_POINTS} points into contact, "
+                f"got {solution.pixels} of {face.heights.size} under {pressure:.4g} Pa: a larger "
+                "scan, a smaller pixel, or a longer short-wave cut-off"
+            )
+        changes = resolution_changes(task, solution, workers, second_half) if coarser else {}
+        area = face.area if area is None else positive("area", area, "m^2", 1e-4)
+        numbers = dataclasses.replace(contact_numbers(task, solution, pressure, bound), **changes)
+        self._set(solution, numbers, pair, area, direction)
+        assign(self, _source=(face, piece, loads, lightest, coarser, workers))
+
+    def _set(
+        self,
+        solution: FaceSolution,
+        numbers: ContactNumbers,
+        pair: MaterialPair,
+        area: float,
+        direction: float | None,
+    ) -> None:
+        if direction is not None:
+            direction = number("direction", direction, "rad")
+        d, p = _table(solution)
+        # The pressure was met to a millionth; from here on it is met. Beyond its end the law goes
+        # on, for the steps of static solutions.
+        slope = float(solution.slope[0].mean())
+        rate = max(slope, (p[0] - p[1]) / (d[1] - d[0])) / p[0]
+        beyond = np.log(_BEYOND) * (np.arange(_SAMPLES, 0, -1) / _SAMPLES) ** 2
+        d = np.concatenate([d[0] - beyond / rate, d])
+        loads = np.concatenate([np.exp(beyond), p / p[0]]) * (numbers.pressure * area)
+        super().__init__(pair, d * numbers.pixel[0], loads, tail="exponential")
+        assign(self, solution=solution, numbers=numbers, area=area, direction=direction)
+
+    def _changed(self, **changes: Any) -> MeasuredContact:
+        """The same, solved once, with another area or direction."""
+        values = {name: getattr(self, name) for name in ("area", "direction")} | changes
+        law = self._made_of(self.solution, self.numbers, self.pair, **values)
+        if "_source" in self.__dict__:
+            assign(law, _source=self.__dict__["_source"])
+        return law
+
+    @classmethod
+    def _made_of(
+        cls,
+        solution: FaceSolution,
+        numbers: ContactNumbers,
+        pair: MaterialPair,
+        area: float,
+        direction: float | None = None,
+    ) -> MeasuredContact:
+        """A law of what was solved before."""
+        law = object.__new__(cls)
+        law._set(solution, numbers, pair, area, direction)
+        return law
+
+    # -- the same face in another way -------------------------------------------------------------
+
+    def along(self, direction: float | None) -> MeasuredContact:
+        """The same face, moved in another direction [rad] from x of the scan; None is the mean."""
+        return self._changed(direction=direction)
+
+    def of_pieces(self, pieces: ArrayLike) -> MeasuredContact:
+        """The law of some of the pieces, by their numbers [-], one-dimensional.
+
+        Numbers count from 0, and one may come twice: pieces drawn anew say how far the scan stands
+        for the joint.
+        """
+        old, columns = self.solution, np.asarray(pieces)
+        p, s = old.pressure[:, columns], old.slope[:, columns]
+        count = int(np.count_nonzero(p.mean(axis=1) > 0.0))  # further out none of these touches
+        solution = dataclasses.replace(
+            old,
+            separation=old.separation[:count],
+            pressure=p[:count],
+            slope=s[:count],
+            contact=old.contact[:count],
+        )
+        return self._made_of(solution, self.numbers, self.pair, self.area, self.direction)
+
+    def _patch(self, area: float, share: float) -> NormalLaw:
+        return self._changed(area=area)
+
+    def _tightened_by(self, pressures: Floats) -> Tightenings | None:
+        """Curves after lighter tightenings have the shape of this law, with their own length p/K.
+
+        Against the law of each tightening, at 3 to 50 MPa in place of 100, the force is within 9 %
+        and the energy of a cycle at mu N/k_t 0.8 to 1.35 times; by one tightening of all 2 to 20.
+        """
+        if not self.numbers.own_tightening:
+            return None
+        p, slopes = self.solution.lighter_tightenings[:, ::-1]
+        lengths = np.log(p / slopes)
+        share = np.clip(pressures / self.numbers.pressure, p[0] / p[-1], 1.0)
+        lengths = np.interp(np.log(share * p[-1]), np.log(p), lengths) - lengths[-1]
+        places = np.asarray(self.separation(share * self._heaviest))
+        return Tightenings(share, np.exp(lengths), places, self.closest)
+
+    def tightened(
+        self,
+        normal_load: float,
+        *,
+        hardness: float | None = None,
+        yield_stress: float | None = None,
+    ) -> MeasuredContact:
+        """The face tightened to a load [N], solved from its heights as they were measured.
+
+        A load that it has borne already changes nothing: what yielded stays as it is. Several
+        tightenings are the heaviest of them.
+
+        Parameters
+        ----------
+        normal_load : float
+            Load [N] of tightening, over the apparent area of this law.
+        hardness : float, optional
+            Most that a point bears [Pa]; by default that of before, else that of the pair.
+        yield_stress : float, optional
+            Uniaxial yield stress [Pa] in its place; the hardness is 2.84 times that.
+        """
+        if yield_stress is not None:
+            hardness = HARDNESS_RATIO * yield_stress_of(yield_stress, hardness)
+        pressure = positive("normal_load", normal_load, "N", 1e4) / self.area
+        before = self.numbers.hardness
+        if hardness is None:
+            hardness = self.pair.hardness if before is None else before
+        if hardness is None:
+            raise InputError(
+                "`hardness` [Pa] must be given, the pair has none; write `hardness=1200000000.0`"
+            )
+        if hardness == before and pressure <= self.numbers.pressure:
+            return self
+        source = self.__dict__.get("_source")
+        if source is None:
+            raise InputError(
+                "a law from a file has no heights to be tightened again; make it of the scan"
+            )
+        face, piece, loads, lightest, coarser, workers = source
+        return MeasuredContact(
+            face.heights, self.pair, hardness, pressure, pixel=face.pixel, area=self.area,
+            piece=piece, direction=self.direction, loads=loads, lightest=lightest,
+            own_tightening=self.numbers.own_tightening, coarser=coarser, workers=workers,
+        )  # fmt: skip
+
+    def save(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+        """Write what was solved to a file (``.npz``), without the heights."""
+        write_law(self, path, overwrite)
+
+    @classmethod
+    def open(cls, path: str | os.PathLike[str]) -> MeasuredContact:
+        """A law that :meth:`save` has written."""
+        return cls._made_of(*read_law(path))
+
+    def plot(self, ax: Any = None) -> Any:
+        """Draw the pressures of its first piece, what touches under three loads, and the loads.
+
+        Parameters
+        ----------
+        ax : sequence of matplotlib.axes.Axes, optional
+            Three axes to draw on; without them a new figure.
+
+        Returns
+        -------
+        numpy.ndarray of matplotlib.axes.Axes
+            What was drawn on.
+        """
+        from microslip.contact.figures import face_plot
+        from microslip.figures import draw
+
+        return draw(face_plot(self), ax)
+
+    # -- the law ----------------------------------------------------------------------------------
+
+    @property
+    def stiffness_ratio(self) -> float:
+        """Normal over tangential stiffness of the contacts in the direction of motion [-]."""
+        return ratio_of(self.solution.sliding, self.direction)
+
+    @property
+    def _lay(self) -> Floats | None:
+        if self.direction is None:
+            return None
+        c, s = math.cos(self.direction), math.sin(self.direction)
+        turn = np.array([[c, -s], [s, c]])
+        tensor = turn.T @ self.solution.sliding @ turn
+        return np.asarray(tensor / tensor[0, 0])
+
+    @property
+    def _heaviest(self) -> float:
+        return self.numbers.pressure * self.area
+
+    @property
+    def closest(self) -> float:
+        """Separation [m] under the heaviest load, that of tightening."""
+        return float(np.asarray(self.separations)[_SAMPLES])
+
+    @property
+    def _span(self) -> tuple[float, float]:
+        return self.closest, super()._span[1]
+
+    def _separations(self, value: ArrayLike) -> Floats:
+        return NormalLaw._separations(self, value)  # also closer, for steps of static solutions
+
+    def _check_rest(self, loads: Floats) -> None:
+        share = float(np.max(loads, initial=0.0)) / self._heaviest
+        if share > 1.0 + 1e-6:
+            raise InputError(
+                f"`tightening_pressure` must be at least {share * self.numbers.pressure:.4g} "
+                f"Pa, which is what the most loaded place bears, got "
+                f"{exact(self.numbers.pressure)} Pa: solve the face with a higher one"
+            )
+
+    def _standardised(self, separation: float) -> float | None:
+        return separation / self.numbers.rms
+
+    def _solve(self, loads: Floats) -> Floats:
+        heaviest = self._heaviest
+        if loads.max() > heaviest * (1.0 + 1e-9):
+            tightened = self.numbers.hardness is not None
+            what = "the tightening load" if tightened else "the heaviest load that was solved"
+            why = ", above which the face yields again" if tightened else ""
+            raise InputError(
+                f"`load` must be at most {what}, {heaviest:.8g} N{why}, got {exact(loads.max())} "
+                "N; solve the face again with a higher `tightening_pressure`"
+            )
+        return super()._solve(np.minimum(loads, heaviest))
+
+    def contact_area(self, separation: ArrayLike) -> Any:
+        """Real contact area [m^2], for separations [m] of any shape: points in contact."""
+        loads = np.asarray(self.load(separation), dtype=float)
+        p = np.log(self.solution.pressure.mean(axis=1))[::-1]
+        share = np.log(self.solution.contact)[::-1]
+        with np.errstate(divide="ignore"):
+            at = np.log(loads / (self.area * self.pair.composite_modulus))
+        # Below the lightest load the area falls with it.
+        inside = np.interp(at, p, share) + np.minimum(at - p[0], 0.0)
+        return plain(np.asarray(self.area * np.exp(inside)))
+
+    def _assumptions(self, separation: float | None) -> dict[str, Any]:
+        numbers, area = self.numbers, 0.0
+        if separation is not None:
+            area = float(self.contact_area(max(separation, self.closest)))
+        values: dict[str, float | None] = {
+            POINTS: numbers.points * area / (self.area * numbers.contact_share),
+            SCATTER: numbers.scatter,
+            BETWEEN: numbers.between_pieces,
+        }
+        changes = [abs(x - 1.0) for x in (numbers.coarser, numbers.smoother) if x is not None]
+        if changes:
+            values[RESOLUTION] = max(changes)
+        hardness = self.pair.hardness
+        if numbers.hardness is not None:
+            values[OVER_HARDNESS] = numbers.pressure / numbers.hardness
+        elif separation is not None and area > 0.0 and hardness is not None:
+            d = max(separation, self.closest)
+            values[PRESSURE] = float(self.load(d)) / area / hardness
+        else:
+            values[PRESSURE] = None if hardness is None else 0.0
+        return values
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {key: value for key, value in super().__getstate__().items() if key != "_source"}
+
+    def __repr__(self) -> str:
+        numbers = self.numbers
+        hardness = "elastic" if numbers.hardness is None else f"hardness={numbers.hardness:g}"
+        return (
+            f"MeasuredContact({hardness}, pressure={numbers.pressure:g}, area={self.area:g}, "
+            f"direction={self.direction}, pieces={numbers.pieces})"
+        )
+
+    @classmethod
+    @made_once
+    def examples(cls) -> tuple[NormalLaw, ...]:
+        """A small rough face of aluminium that has yielded, in pieces, moved across its lay."""
+        how: dict[str, Any] = {"pixel": 2e-6, "area": 1e-4, "piece": 32, "direction": math.pi / 2}
+        return (cls(_waves(), aluminium(), 1.2e9, 5e7, **how),)
+
+
+def _hardness(hardness: float | None, pair: MaterialPair, pressure: float | None) -> float:
+    """Bound of the pressure [Pa]; infinite where nothing yields."""
+    if hardness is None:
+        return math.inf if pressure is None or pair.hardness is None else pair.hardness
+    if isinstance(hardness, float) and hardness == math.inf:
+        return hardness
+    hardness = positive("hardness", hardness, "Pa", 1.2e9)
+    if pressure is None:
+        raise InputError(
+            "`tightening_pressure` [Pa] must be given beside a hardness: what has yielded hangs on "
+            "it; write `tightening_pressure=100000000.0`"
+        )
+    return hardness
+
+
+def _table(solution: FaceSolution) -> tuple[Floats, Floats]:
+    """Separations and mean pressures between the solutions: cubics of ln p, made convex."""
+    from scipy.interpolate import CubicHermiteSpline
+
+    d = solution.separation
+    p, s = solution.pressure.mean(axis=1), solution.slope.mean(axis=1)
+    if d.size < 2:
+        raise InputError(
+            f"`loads` must leave two in contact, got {d.size}: write more loads, or a larger "
+            "`lightest`"
+        )
+    curve = CubicHermiteSpline(d, np.log(p), -s / p)
+    share = np.arange(_SAMPLES) / _SAMPLES
+    fine = np.append((d[:-1, None] + np.diff(d)[:, None] * share).ravel(), d[-1])
+    values = np.exp(np.minimum(curve(fine), np.log(p[0])))
+    # The lower convex hull; where a cubic bends the wrong way its points are left out.
+    hull = [0]
+    for i in range(1, fine.size):
+        while len(hull) > 1:
+            a, b = hull[-2:]
+            before = (values[b] - values[a]) / (fine[b] - fine[a])
+            if (values[i] - values[b]) / (fine[i] - fine[b]) > before * (1.0 - 1e-12):
+                break
+            hull.pop()
+        if values[i] < values[hull[-1]]:
+            hull.append(i)
+    return fine[hull], values[hull]
+
+
+def _waves() -> Floats:
+    """A face of 64 x 64 points with a lay along y, of waves like a milled one's [m]."""
+    from scipy import fft
+
+    n = 64
+    kx, ky = np.meshgrid(np.arange(n), 2.0 * np.arange(n))
+    k = np.hypot(kx, ky)
+    band = (k >= 3.0) & (k <= 24.0)
+    size = np.where(band, np.maximum(k, 6.0) ** -1.8, 0.0)
+    signs = np.random.default_rng(1).normal(size=(n, n))
+    z = np.asarray(fft.idctn(size * signs), dtype=float)
+    return np.asarray(z * (3e-7 / z.std()))

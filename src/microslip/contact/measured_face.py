@@ -1,0 +1,468 @@
+"""A measured face: judged and cut before its solution, the results, and their small files."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+import os
+import zipfile
+from collections import OrderedDict
+from dataclasses import dataclass
+from hashlib import sha256
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from microslip._core.checks import Floats, floats, positive, show
+from microslip._core.errors import InputError
+from microslip._core.files import reason, whole_file
+from microslip._core.frozen import lock
+from microslip._core.wording import shorten
+from microslip.contact.base import LARGEST_PRESSURE
+from microslip.contact.face_solution import NEAR_REST, FaceSolution, Progress, solve_face
+from microslip.contact.materials import Material, MaterialPair
+
+_USUAL = 0.05  # of E* h': the heaviest pressure of an elastic face where none is given
+_SLOPES = (1e-6, 3.0)  # rms slopes that faces have
+_REMEMBERED = 16  # solutions of this process
+_remembered: OrderedDict[str, FaceSolution] = OrderedDict()
+
+
+class Face(NamedTuple):
+    """Heights of a face about its mean plane, and their pixel."""
+
+    heights: Floats
+    pixel: tuple[float, float]
+    """Along x and along y [m]."""
+    name: str
+
+    @property
+    def area(self) -> float:
+        """Area [m^2] that the points stand for."""
+        return self.heights.size * self.pixel[0] * self.pixel[1]
+
+    @property
+    def rms(self) -> float:
+        """Rms height [m]."""
+        return float(self.heights.std())
+
+    @property
+    def slope(self) -> float:
+        """Rms slope h' between neighbours [-], that of the gradient."""
+        squares = (
+            float(np.mean(np.diff(self.heights, axis=axis) ** 2)) / step**2
+            for axis, step in ((1, self.pixel[0]), (0, self.pixel[1]))
+        )
+        return math.sqrt(math.fsum(squares))
+
+    @property
+    def coarser(self) -> Face:
+        """Every second point."""
+        dx, dy = self.pixel
+        heights = self.heights[::2, ::2]
+        return Face(lock(heights - heights.mean()), (2.0 * dx, 2.0 * dy), self.name)
+
+    @property
+    def smoother(self) -> tuple[Face, float]:
+        """Without the shortest waves that carry half of the squared slope, and where they end [m].
+
+        Waves as the solution has them, with a mirror at the edges.
+        """
+        from scipy import fft
+
+        waves = np.asarray(fft.dctn(self.heights, norm="ortho"))
+        qy, qx = (
+            np.pi * np.arange(n) / (n * step)
+            for n, step in zip(self.heights.shape, self.pixel[::-1], strict=True)
+        )
+        q = np.hypot(qy[:, None], qx)
+        order = np.argsort(q, axis=None)
+        squares = np.cumsum(((q * waves) ** 2).ravel()[order])
+        edge = float(q.ravel()[order][int(np.searchsorted(squares, 0.5 * squares[-1]))])
+        heights = np.asarray(fft.idctn(np.where(q <= edge, waves, 0.0), norm="ortho"))
+        return Face(lock(heights), self.pixel, self.name), 2.0 * math.pi / edge
+
+    def pieces(self, points: int | None) -> list[Floats]:
+        """The face in equal parts of about so many points a side, on one mean plane."""
+        parts = [1 if points is None else max(round(n / points), 1) for n in self.heights.shape]
+        rows, columns = (n // k for n, k in zip(self.heights.shape, parts, strict=True))
+        return [
+            self.heights[i * rows : (i + 1) * rows, j * columns : (j + 1) * columns]
+            for i in range(parts[0])
+            for j in range(parts[1])
+        ]
+
+
+def face_of(heights: Any, pixel: Any) -> Face:
+    """The face of a scan, or of heights on a grid, about its least-squares plane.
+
+    A scan is whatever has heights and a pixel.
+    """
+    name = "heights"
+    if hasattr(heights, "heights") and hasattr(heights, "pixel"):
+        if pixel is not None:
+            raise InputError("`pixel` must be left out beside a scan, which has its own")
+        pixel, name = heights.pixel, str(getattr(heights, "name", "scan"))[:60]
+        heights = heights.heights
+    z = floats("heights", heights, "m", missing=True)
+    if z.ndim != 2:
+        raise InputError(
+            f"`heights` must be an area, two-dimensional, got shape {z.shape}; a profile does not "
+            "show how contacts interact"
+        )
+    if min(z.shape) < 16:
+        raise InputError(f"`heights` must have at least 16 points a side, got shape {z.shape}")
+    holes = int(np.count_nonzero(np.isnan(z)))
+    if holes:
+        raise InputError(
+            f"`heights` must have no holes, got {holes} missing of {z.size} points; fill them "
+            'before: scan.condition(fill="interpolate"), in a study fill = true'
+        )
+    if pixel is None:
+        raise InputError("`pixel` [m] must be given beside heights; write `pixel=2e-06`")
+    steps = pixel if isinstance(pixel, (tuple, list)) else (pixel, pixel)
+    if len(steps) != 2:
+        raise InputError(f"`pixel` must be one length or two, along x and y, got {show(pixel)}")
+    dx, dy = (positive("pixel", step, "m", 2e-6) for step in steps)
+    face = Face(_levelled(z), (dx, dy), name)
+    low, high = _SLOPES
+    if not low <= face.slope <= high:
+        raise InputError(
+            f"`heights` and `pixel` must be in metres: the rms slope would be {face.slope:.3g}, "
+            f"wanted {low:g} to {high:g}"
+        )
+    return face
+
+
+def _levelled(z: Floats) -> Floats:
+    y, x = (np.arange(n) - 0.5 * (n - 1) for n in z.shape)
+    tilt_x = float(z.mean(axis=0) @ x) / float(x @ x)
+    tilt_y = float(z.mean(axis=1) @ y) / float(y @ y)
+    return lock(z - z.mean() - tilt_x * x - tilt_y * y[:, None])
+
+
+def check_pressure(pressure: float | None, hardness: float, modulus: float, face: Face) -> float:
+    """The tightening pressure [Pa], or the heaviest of an elastic face."""
+    if pressure is None:
+        return _USUAL * modulus * face.slope
+    pressure = positive("tightening_pressure", pressure, "Pa", 1e8)
+    if pressure > LARGEST_PRESSURE * hardness:
+        raise InputError(
+            f"`tightening_pressure` must be at most {LARGEST_PRESSURE:g} of the hardness "
+            f"{hardness:.4g} Pa, beyond which the whole face yields, got {pressure:.4g} Pa"
+        )
+    return pressure
+
+
+@dataclass(frozen=True)
+class ContactNumbers:
+    """Numbers reported with the law of a measured face, at its heaviest load."""
+
+    pressure: float
+    """Mean pressure of tightening, or the heaviest of an elastic face [Pa]."""
+    hardness: float | None
+    """Hardness that bounded the pressure [Pa]; None where nothing could yield."""
+    pixel: tuple[float, float]
+    """Distance of neighbours, along x and along y [m]."""
+    rms: float
+    """Rms height of the face about its plane [m]."""
+    slope: float
+    """Rms slope h' of the face from point to point [-]: it hangs on the pixel."""
+    relative_pressure: float
+    """Pressure over E* h' [-]."""
+    contact_share: float
+    """Share of the points in contact [-]."""
+    hard_share: float
+    """Share of the contact at the hardness when tightened [-]."""
+    points: int
+    """Points in contact."""
+    pieces: int
+    """Pieces that were solved."""
+    scatter: float | None
+    """Standard deviation of the logarithm of the pieces' stiffness [-]; None of one piece."""
+    between_pieces: float
+    """Share of the variance of heights that lies between the pieces [-]."""
+    stiffness_ratios: tuple[float, float]
+    """Normal over tangential stiffness: the least and the largest of all directions [-]."""
+    stiffest_direction: float
+    """Direction of the least of them, of the stiffest motion, from x of the scan [rad]."""
+    ratio_change: float
+    """Mean of both at a tenth of the load over that at the heaviest [-]."""
+    coarser: float | None
+    """Stiffness with twice the pixel over that with the pixel [-]; None where not solved."""
+    smoother: float | None = None
+    """Stiffness without the short waves over that with them [-]; None where not solved."""
+    cutoff: float | None = None
+    """Wavelength [m] below which those waves are: they carry half of the squared slope."""
+    own_tightening: bool = False
+    """Whether each load up to the pressure counts as the largest so far."""
+
+
+class Task(NamedTuple):
+    """Inputs of a solution."""
+
+    face: Face
+    pressure: float  # over E*
+    hardness: float  # over E*
+    stiffness_ratio: float
+    piece: int | None
+    loads: int
+    lightest: float
+    own_tightening: bool = False
+
+    @property
+    def key(self) -> str:
+        """A name by content."""
+        z = np.ascontiguousarray(self.face.heights)
+        words = repr((z.shape, self.face.pixel, *self[1 : 7 + self.own_tightening], NEAR_REST))
+        return sha256(z.tobytes() + words.encode()).hexdigest()[:32]
+
+    def solved(self, workers: int, progress: Progress | None) -> FaceSolution:
+        """The solution; of the last few faces it is kept."""
+        key = self.key
+        known = _remembered.get(key)
+        if known is not None:
+            _remembered.move_to_end(key)
+            return known
+        dx, dy = self.face.pixel
+        solution = solve_face(
+            [np.asarray(piece / dx) for piece in self.face.pieces(self.piece)],
+            pressure=self.pressure,
+            hardness=self.hardness,
+            stiffness_ratio=self.stiffness_ratio,
+            aspect=dy / dx,
+            loads=self.loads,
+            lightest=self.lightest,
+            workers=workers,
+            progress=progress,
+            own_tightening=self.own_tightening,
+        )
+        remember(key, solution)
+        return solution
+
+
+def remember(key: str, solution: FaceSolution) -> None:
+    """Remember a solution by its name, and forget the oldest."""
+    _remembered[key] = solution
+    while len(_remembered) > _REMEMBERED:
+        _remembered.popitem(last=False)
+
+
+def stiffness_scatter(solution: FaceSolution) -> float | None:
+    """Standard deviation of ln K of pieces at equal pressure, half the heaviest.
+
+    Each piece as if it were the face: its own stiffness where it bears that pressure itself.
+    """
+    count = solution.pressure.shape[1]
+    if count < 2:
+        return None
+    level = math.log(0.5 * float(solution.pressure[0].mean()))
+    values = []
+    for p, s in zip(solution.pressure.T, solution.slope.T, strict=True):
+        # Lighter pieces are extrapolated: not from two loads next to each other.
+        loaded = (p > 0.0) & (s > 0.0) & ((p < 0.7 * p[0]) | (p == p[0]))
+        x, y = np.log(p[loaded])[::-1], np.log(s[loaded])[::-1]
+        if x.size < 2:
+            continue
+        i = int(np.clip(np.searchsorted(x, level), 1, x.size - 1))
+        values.append(y[i] + (y[i] - y[i - 1]) / (x[i] - x[i - 1]) * (level - x[i]))
+    return float(np.std(values, ddof=1)) if len(values) > 1 else None
+
+
+def ratio_of(tensor: Floats, direction: float | None) -> float:
+    """Normal over tangential stiffness along a direction [rad]; None is the mean over all."""
+    if direction is None:
+        return 2.0 / float(np.trace(tensor))
+    e = np.array([math.cos(direction), math.sin(direction)])
+    return 1.0 / float(e @ tensor @ e)
+
+
+_KIND = "microslip-measured-contact"
+_FORMAT = 1
+_LARGEST = 1 << 28  # bytes that a file may unpack to
+_ARRAYS = {"separation": 1, "pressure": 2, "slope": 2, "contact": 1, "sliding": 2,
+           "lighter_sliding": 2, "map": 2, "reach": 2, "lighter_tightenings": 2}  # fmt: skip
+
+
+def contact_numbers(
+    task: Task, solution: FaceSolution, pressure: float, bound: float
+) -> ContactNumbers:
+    """Return the numbers of a contact [SI] from the solution of its face."""
+    face = task.face
+    pieces = face.pieces(task.piece)
+    spread = float(np.var([piece.mean() for piece in pieces])) / face.rms**2
+    shares, directions = np.linalg.eigh(solution.sliding)
+    stiffest = directions[:, 1]
+    heaviest, lighter = (ratio_of(t, None) for t in (solution.sliding, solution.lighter_sliding))
+    return ContactNumbers(
+        pressure=pressure,
+        hardness=None if math.isinf(bound) else bound,
+        pixel=face.pixel,
+        rms=face.rms,
+        slope=face.slope,
+        relative_pressure=task.pressure / face.slope,
+        contact_share=float(solution.contact[0]),
+        hard_share=solution.hard,
+        points=solution.pixels,
+        pieces=len(pieces),
+        scatter=stiffness_scatter(solution),
+        between_pieces=spread,
+        stiffness_ratios=(1.0 / float(shares[1]), 1.0 / float(shares[0])),
+        stiffest_direction=math.atan2(stiffest[1], stiffest[0]) % math.pi,
+        ratio_change=lighter / heaviest,
+        coarser=None,
+        own_tightening=task.own_tightening,
+    )
+
+
+def progress_halves(progress: Progress | None) -> tuple[Progress | None, Progress | None]:
+    """Split the report of progress into those of the first and the second half of the work."""
+    if progress is None:
+        return None, None
+    return (
+        lambda done, total: progress(done, 2 * total),
+        lambda done, total: progress(total + done, 2 * total),
+    )
+
+
+def resolution_changes(
+    task: Task, solution: FaceSolution, workers: int, progress: Progress | None
+) -> dict[str, Any]:
+    """Return the changes of stiffness at the heaviest load by every second point, and by smoothing.
+
+    Each is over the stiffness of all points, None where such a face does not bear the pressure;
+    ``cutoff`` is the shortest wave of the smooth face [m].
+    """
+    smooth, cutoff = task.face.smoother
+    half = None if task.piece is None else max(task.piece // 2, 8)
+    changes: dict[str, Any] = {"cutoff": cutoff}
+    for name, face, piece in (
+        ("coarser", task.face.coarser, half),
+        ("smoother", smooth, task.piece),
+    ):
+        scale = task.face.pixel[0] / face.pixel[0]  # slopes are pressures over E* a pixel
+        try:
+            last = progress if name == "smoother" else None  # the other has a quarter of the points
+            other = task._replace(face=face, piece=piece).solved(workers, last)
+        except InputError:
+            changes[name] = None
+        else:
+            slopes = (float(found.slope[0].mean()) for found in (other, solution))
+            changes[name] = scale * next(slopes) / next(slopes)
+    return changes
+
+
+def write_law(law: Any, path: str | os.PathLike[str], overwrite: bool) -> None:
+    """Write a MeasuredContact."""
+    bodies = [
+        None if body.is_rigid else [body.young_modulus, body.poisson_ratio, body.hardness]
+        for body in (law.pair.first, law.pair.second)
+    ]
+    about = {
+        "numbers": dataclasses.asdict(law.numbers),
+        "bodies": bodies,
+        "area": law.area,
+        "direction": law.direction,
+    }
+    _write(Path(path), law.solution, about, overwrite)
+
+
+def read_law(
+    path: str | os.PathLike[str],
+) -> tuple[FaceSolution, ContactNumbers, MaterialPair, float, float | None]:
+    """Read what one holds: solution, numbers, pair, area and direction."""
+    solution, about = _read(Path(path))
+    try:
+        bodies = [Material.rigid() if body is None else Material(*body) for body in about["bodies"]]
+        raw = about["numbers"]
+        pairs = {name: tuple(raw[name]) for name in ("pixel", "stiffness_ratios")}
+        numbers = ContactNumbers(**{**raw, **pairs})
+        positive("area", about["area"], "m^2")
+        for name in ("pressure", "rms", "slope"):
+            positive(name, raw[name])
+        positive("pixel", numbers.pixel[0], "m")
+        pair = MaterialPair(*bodies)
+        return solution, numbers, pair, float(about["area"]), about["direction"]
+    except Exception as error:  # as above
+        raise _damaged(path, error) from None
+
+
+def cached(
+    task: Task, folder: str | os.PathLike[str], workers: int, progress: Progress | None
+) -> FaceSolution:
+    """The solution of a task, from the folder if it is there, else solved and put there."""
+    path = Path(folder) / f"{task.key}.npz"
+    if path.is_file():
+        solution, _ = _read(path)
+        remember(task.key, solution)
+        return solution
+    solution = task.solved(workers, progress)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{path.parent}: cannot be made: {reason(error)}") from None
+    _write(path, solution, {}, True)
+    return solution
+
+
+def _write(path: Path, solution: FaceSolution, about: dict[str, Any], overwrite: bool) -> None:
+    head = {"kind": _KIND, "format": _FORMAT, "hard": solution.hard, "pixels": solution.pixels}
+    arrays = {name: getattr(solution, name) for name in _ARRAYS}
+    arrays["map"] = arrays["map"].astype(np.float32)
+    arrays["reach"] = arrays["reach"].astype(np.uint8)
+    text = json.dumps({**head, **about}).encode()
+    with whole_file(path, overwrite) as stage, stage.open("wb") as file:
+        np.savez_compressed(file, about=np.frombuffer(text, dtype=np.uint8), **arrays)
+
+
+def _read(path: Path) -> tuple[FaceSolution, dict[str, Any]]:
+    try:
+        with zipfile.ZipFile(path) as parts:
+            if sum(part.file_size for part in parts.infolist()) > _LARGEST:
+                raise ValueError("too large")
+        with np.load(path, allow_pickle=False) as file:
+            about = json.loads(bytes(file["about"]))
+            arrays = {name: np.asarray(file[name], dtype=float) for name in _ARRAYS if name in file}
+        arrays.setdefault("reach", (arrays["map"] > 0.0).astype(float))  # files made before it
+        arrays.setdefault("lighter_tightenings", np.zeros((0, 0)))
+        if about["kind"] != _KIND or about["format"] != _FORMAT:
+            raise ValueError(f"it says {about['kind']!s:.40}, {about['format']!s:.10}")
+        solution = FaceSolution(**arrays, hard=float(about["hard"]), pixels=int(about["pixels"]))
+        _check(arrays)
+    except Exception as error:  # damaged archives break in many ways
+        raise _damaged(path, error) from None
+    return solution, about
+
+
+def _check(arrays: dict[str, Any]) -> None:
+    """Check the conditions that later steps need."""
+    count = arrays["separation"].size
+    for name, dimensions in _ARRAYS.items():
+        array = arrays[name]
+        if array.ndim != dimensions or not np.isfinite(array).all():
+            raise ValueError(f"no {name}")
+    if arrays["reach"].shape != arrays["map"].shape:
+        raise ValueError("maps of two sizes")
+    shapes = {arrays[name].shape[0] for name in ("pressure", "slope", "contact")}
+    tensors = {arrays[name].shape for name in ("sliding", "lighter_sliding")}
+    mean = arrays["pressure"].mean(axis=1)
+    if not (
+        shapes == {count}
+        and count >= 2
+        and arrays["pressure"].shape == arrays["slope"].shape
+        and tensors == {(2, 2)}
+        and np.all(np.diff(arrays["separation"]) > 0.0)
+        and np.all(np.diff(mean) < 0.0)
+        and mean[-1] > 0.0
+        and np.all(arrays["slope"].mean(axis=1) > 0.0)
+        and np.all(arrays["contact"] > 0.0)
+        and math.isfinite(float(np.linalg.det(arrays["sliding"])))
+        and np.all(np.linalg.eigvalsh(arrays["sliding"]) > 0.0)
+    ):
+        raise ValueError("values that no face has")
+
+
+def _damaged(path: str | os.PathLike[str], error: Exception) -> InputError:
+    return InputError(f"{path}: holds no measured contact: {shorten(reason(error), 160)}")

@@ -1,0 +1,250 @@
+"""Sums over given summits, each a sphere: N = sum of k (y - d)^(3/2) over those with y > d."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from microslip._core.checks import Floats
+from microslip._core.kernels import Integers
+from microslip._core.kernels.table import NODES, TO_SERIES, Table
+
+_BLOCK = 1 << 18  # products held at a time
+CACHED = 1 << 14  # the same where there are many passes over them: as many as a cache holds
+_FEW_SUMMITS = 24  # summits that are summed one by one
+_NEAR_PANELS = 3  # panels in which a summit is summed by itself: its own and those next to it
+_OCCUPANTS = 8  # summits a panel, on average
+DERIVATIVES = {-1: 0.4, 0: 1.0, 1: -1.5, 2: 0.75}
+"""Factors of s^(3/2 - order) in the derivatives of s^(3/2) by the separation."""
+
+
+def blocks(rows: int, columns: int, size: int = _BLOCK) -> list[slice]:
+    """Slices of the rows of a matrix, each of ``size`` elements at most, or of one row."""
+    step = max(1, size // max(1, columns))
+    return [slice(i, i + step) for i in range(0, rows, step)]
+
+
+class Kind(NamedTuple):
+    """A sum over the contacts of k s^power share(x), with x = v/s."""
+
+    power: float
+    order: int
+    """Leading power of v, 0 to 3."""
+    share: Callable[[Floats, Floats, Floats], Floats]
+    """Share as a function of x, q = sqrt(1 - x) and 1 - q; past x = 1 q is 0."""
+    slipped: Callable[[Floats, Floats, Floats], Floats]
+    """The sum over wholly slipped contacts, of v, their sums of k s^(3/2) and of k s^(5/2)."""
+
+
+# Closed forms of Cattaneo and Mindlin's sphere that do not cancel for small x.
+DROP = Kind(1.5, 1, lambda x, q, p: p * (1.0 + q * (1.0 + q)), lambda v, n, m: n)
+"""N(d) - N(d + v)."""
+FALL = Kind(0.5, 0, lambda x, q, p: 1.5 * q, lambda v, n, m: 0.0 * n)
+"""-N'(d + v)."""
+EXCESS = Kind(
+    2.5,
+    3,
+    lambda x, q, p: 0.1 * p * p * p * (1.0 + q * (3.0 + q)) + 0.5 * np.maximum(x - 1.0, 0.0),
+    lambda v, n, m: 0.5 * v * n - 0.4 * m,
+)
+"""Half the integral of w (v - w) N''(d + w) over [0, v]: the energy."""
+EXCESS_SLOPE = Kind(1.5, 2, lambda x, q, p: 0.25 * p * p * (2.0 + q), lambda v, n, m: 0.5 * n)
+"""Half the integral of w N''(d + w) over [0, v]."""
+
+
+class Contacts:
+    """The contacts of given summits at one separation, with indentations s and load constants k.
+
+    Few are summed one by one. Of many, only the summits whose slip limit is near v are; those that
+    have slipped wholly are running sums, and the rest, smooth in v, is a polynomial on each panel
+    of v. The polynomials are gathered from coarse panels to fine ones (as in a fast multipole
+    method), so that n contacts cost O(n log n) once and O(1) a value then.
+
+    Panels reach to a few medians of s; what stands out further has panels of its own.
+    """
+
+    def __init__(self, indentations: Floats, constants: Floats) -> None:
+        # Summits of one height are one.
+        self._s, groups = np.unique(indentations, return_inverse=True)
+        self._k: Floats = np.bincount(groups, constants).astype(float)
+        self._tables: dict[float, Table] = {}
+        self._panels = 0
+        self._outer: Contacts | None = None
+        if self._s.size <= _FEW_SUMMITS:
+            return
+        end = min(float(self._s[-1]), 8.0 * float(self._s[self._s.size // 2]))
+        inside = int(np.searchsorted(self._s, end, side="right"))
+        levels = max(3, int(np.ceil(np.log2(inside / _OCCUPANTS))))
+        self._panels, self._width = 1 << levels, end / (1 << levels)
+        self._panel = (self._s / self._width).astype(np.int64)
+        self._panel[:inside] = np.minimum(self._panel[:inside], self._panels - 1)
+        self._first = np.searchsorted(self._panel, np.arange(self._panels + _NEAR_PANELS + 1))
+        self._loads = np.append(0.0, np.cumsum(self._k * _power(self._s, 1.5)))
+        self._moments = np.append(0.0, np.cumsum(self._k * _power(self._s, 2.5)))
+        if inside < self._s.size:
+            self._outer = Contacts(self._s[inside:], self._k[inside:])
+        self._inside = inside
+
+    def sum(self, kind: Kind, v: Floats) -> Floats:
+        """The sum at steps ``v`` >= 0, one-dimensional."""
+        result = np.empty(v.size)
+        if not self._panels:
+            everyone = np.arange(self._s.size)
+            for part in blocks(v.size, self._s.size):
+                result[part] = self._terms(kind, v[part, None], everyone).sum(axis=1)
+            return result
+        within = v < self._panels * self._width
+        result[within] = self._within(kind, v[within])
+        if not within.all():
+            beyond = v[~within]
+            count = np.full(beyond.size, self._inside)
+            result[~within] = kind.slipped(beyond, self._loads[count], self._moments[count])
+            if self._outer is not None:
+                result[~within] += self._outer.sum(kind, beyond)
+        return result
+
+    def _within(self, kind: Kind, v: Floats) -> Floats:
+        table = self._tables.get(kind.power + 10 * kind.order)
+        if table is None:
+            table = self._tables[kind.power + 10 * kind.order] = self._far(kind)
+        result = np.empty(v.size)
+        for part in blocks(v.size, 4 * _NEAR_PANELS * _OCCUPANTS):  # a panel may hold more
+            step = v[part]
+            panel = np.minimum(step / self._width, self._panels - 1).astype(np.int64)
+            first, end = self._first[panel], self._first[panel + _NEAR_PANELS]
+            total = table.value(step)
+            total += kind.slipped(step, self._loads[first], self._moments[first])
+            if step.size <= 4:  # a solver's trial: one short sum
+                for i, (low, high) in enumerate(zip(first, end, strict=True)):
+                    total[i] += self._terms(kind, step[i], np.arange(low, high)).sum()
+            else:
+                for k in range(int((end - first).max())):
+                    at = np.flatnonzero(first + k < end)
+                    total[at] += self._terms(kind, step[at], first[at] + k)
+            result[part] = total
+        return result
+
+    def _terms(self, kind: Kind, v: Any, summits: Integers) -> Floats:
+        return _terms(kind, v, self._s[summits], self._k[summits])
+
+    def _far(self, kind: Kind) -> Table:
+        """Sum over the summits beyond the near panels, over v to the power of its order."""
+        points = 0.5 * (1.0 + NODES)
+        halves = [_resample(side) for side in (0, 1)]
+        weight = self._k * _power(self._s, kind.power)
+        levels = self._panels.bit_length() - 1
+        values = np.zeros((1, NODES.size))
+        for level in range(levels + 1):
+            shift = levels - level
+            panel = self._panel >> shift
+            width = self._width * (1 << shift)
+            if level:
+                # A panel inherits what its parent has; then come the summits that are far from it
+                # but were near to its parent.
+                values = np.stack([values @ half for half in halves], axis=1)
+                values = values.reshape(-1, NODES.size)
+            for distance in range(_NEAR_PANELS, 2 * _NEAR_PANELS):
+                target = panel - distance
+                new = (target >= 0) & (target < len(values))
+                if level:
+                    new &= (panel >> 1) - (target >> 1) < _NEAR_PANELS
+                elif distance == _NEAR_PANELS:  # the root takes all that is far from everything
+                    new, target = panel >= _NEAR_PANELS, np.zeros_like(panel)
+                else:
+                    continue
+                if not new.any():
+                    continue
+                at, s = target[new], self._s[new]
+                sums = np.empty((NODES.size, len(values)))
+                for row, point in enumerate(points):
+                    v = (at + point) * width
+                    x = v / s
+                    q = np.sqrt(1.0 - x)
+                    terms = weight[new] * kind.share(x, q, x / (1.0 + q)) / v**kind.order
+                    sums[row] = np.bincount(at, terms, minlength=len(values))
+                values += sums.T
+        end = self._width * self._panels
+        return Table.from_series(values @ TO_SERIES, end, kind.order, 0.0)
+
+
+def _terms(kind: Kind, v: Any, s: Floats, k: Floats) -> Floats:
+    """Terms of each contact; an indentation of 0 gives nothing."""
+    with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
+        x = v / s
+    x = np.where(s > 0.0, x, 0.0)
+    q = np.sqrt(np.maximum(1.0 - x, 0.0))
+    p = np.minimum(x, 1.0) / (1.0 + q)  # 1 - q without cancellation
+    return np.asarray(k * _power(s, kind.power) * kind.share(x, q, p))
+
+
+def _power(s: Floats, power: float) -> Floats:
+    """Indentations to the power of 1/2, 3/2 or 5/2."""
+    result = np.sqrt(s)
+    for _ in range(int(power)):
+        result = s * result
+    return result
+
+
+@lru_cache(maxsize=2)
+def _resample(side: int) -> Floats:
+    """Takes values at a panel's nodes to those at its left (0) or right (1) half's nodes."""
+    inner = 0.5 * NODES + (side - 0.5)
+    series = np.polynomial.chebyshev.chebvander(inner, NODES.size - 1)
+    return np.ascontiguousarray(TO_SERIES @ series.T)
+
+
+class Spheres:
+    """Hertzian spheres at heights [m], of load constants k = (4/3) E* sqrt(radius) (19.3)."""
+
+    def __init__(self, heights: Floats, constants: Floats) -> None:
+        order = np.argsort(heights)[::-1]
+        self.heights = heights[order]
+        self.constants = constants[order]
+        self._contacts: dict[float, Contacts] = {}
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {"heights": self.heights, "constants": self.constants, "_contacts": {}}
+
+    def derivative(self, separation: Floats, order: int) -> Floats:
+        """Derivative of the load, orders -1 (integral to infinity) to 2; any shape."""
+        flat = separation.reshape(-1)
+        result = np.zeros(flat.size)
+        for part in blocks(flat.size, self.count(float(flat.min())), CACHED):
+            count = self.count(float(flat[part].min()))
+            s = np.maximum(self.heights[:count] - flat[part, None], 0.0)
+            terms = np.sqrt(s)
+            if order == 2:
+                terms = np.divide(1.0, terms, out=terms, where=terms > 0.0)
+            for _ in range(1 - order):
+                terms *= s
+            result[part] = DERIVATIVES[order] * (terms @ self.constants[:count])
+        return result.reshape(separation.shape)
+
+    def sum(self, kind: Kind, d: Floats | float, v: Floats) -> Floats:
+        """A sum over the contacts at the separation ``d`` for steps ``v`` from it.
+
+        Where each step has a separation of its own, each summit is visited for each of them.
+        """
+        if isinstance(d, np.ndarray):
+            result = np.zeros(v.size)
+            for part in blocks(v.size, self.count(float(d.min())), CACHED):
+                count = self.count(float(d[part].min()))
+                s = np.maximum(self.heights[:count] - d[part, None], 0.0)
+                result[part] = _terms(kind, v[part, None], s, self.constants[:count]).sum(axis=1)
+            return result
+        contacts = self._contacts.get(d)
+        if contacts is None:
+            count = self.count(d)
+            contacts = Contacts(self.heights[:count] - d, self.constants[:count])
+            # A handful of loads at a time, in a new dictionary: other threads may read the old.
+            cached = dict(list(self._contacts.items())[-7:])
+            cached[d] = contacts
+            self._contacts = cached
+        return contacts.sum(kind, v)
+
+    def count(self, separation: float) -> int:
+        """Number of summits above a separation."""
+        return int(np.searchsorted(-self.heights, -separation, side="left"))

@@ -1,0 +1,218 @@
+"""Elements for pyHarm: a joint in one direction, in two, and contacts with their normal.
+
+pyHarm finds them by its entry points; ``pyHarm.extension.load("microslip")`` registers them, or
+``Maestro({"plugin": microslip.export.hosts.pyharm.elements(), ...})``. A connector reads::
+
+    {"type": "microslip_joint", "connect": {"beam": [3], "GROUND": [3]}, "dirs": [0], "law": joint}
+
+Displacements are those of the first node less those of the second. The extra ``pyharm`` installs
+pyHarm, whose import takes seconds.
+"""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+import numpy as np
+from pyHarm.DynamicOperator import get_array_nh
+from pyHarm.Elements.NodeToNodeElements.NodeToNodeElement import NodeToNodeElement
+
+from microslip._core.checks import Floats, show
+from microslip._core.errors import InputError
+from microslip.export.hosts.contact_nodes import ContactNodes, contact_field
+from microslip.friction import BackboneLaw, Interface, IsotropicJoint, JointField
+
+
+def elements() -> list[type[Any]]:
+    """All elements, as pyHarm's loader of extensions asks for them."""
+    return [JointElement, PlanarJointElement, ContactElement]
+
+
+class _Element(NodeToNodeElement):  # type: ignore[misc]
+    """Common base of the elements: coefficients of motion and force, and their Jacobian.
+
+    Attributes
+    ----------
+    length : float
+        Length [m] that pyHarm's displacements count in.
+    """
+
+    directions: ClassVar[tuple[int, ...]]
+    law_kind: ClassVar[type | tuple[type, ...]]
+    law_text: ClassVar[str]
+    data: Any
+    indices: Any
+
+    def __post_init__(self) -> None:
+        numbers = get_array_nh(self.nh)[0]
+        self.harmonics = [int(number) for number in numbers]
+        self.length = 1.0
+        self._count = 1
+        dirs = self.data["dirs"]
+        if len(dirs) not in self.directions:
+            counts = " or ".join(map(str, self.directions))
+            raise InputError(
+                f"`dirs` must be {counts} direction(s) for {self.factory_keyword}, got {dirs}"
+            )
+        law = self.data.get("law")
+        if not isinstance(law, self.law_kind):
+            raise InputError(f"`law` must be {self.law_text}, got {show(law)}")
+        self.read_law(law)
+        self._known: tuple[bytes, Floats, Floats] | None = None
+
+    def __flag_update__(self) -> None:
+        self.flag_nonlinear = True
+        self.flag_AFT = True
+
+    def read_law(self, law: Any) -> None:
+        """Keep the law of the connector's data."""
+        self.law: Any = law
+
+    def response(self, motion: Floats) -> tuple[Floats, Floats]:
+        """Forces [N] (directions, coefficients) of a motion [m] of that shape, and their Jacobian.
+
+        Directions are those of one node after the other. The Jacobian [N/m] is of the shape
+        (nodes, directions of a node twice, coefficients, coefficients); one node needs no axis.
+        """
+        raise NotImplementedError
+
+    def generateIndices(self, expl_dofs: Any) -> None:
+        """Find the degrees of freedom, as pyHarm does pair by pair, and what takes them there."""
+        data, pairs = self.data, self._pairs()
+        parts = []
+        for pair in pairs:
+            self.data = {**data, "connect": pair}
+            super().generateIndices(expl_dofs)
+            across = self.Pslave - self.Pmaster
+            turned = np.concatenate([turn @ across for turn in self.Pdir])
+            parts.append((np.asarray(self.indices), turned))
+        self.data = data
+        self.indices = np.unique(np.concatenate([indices for indices, _ in parts]))
+        width = len(parts[0][1])
+        self._across = np.zeros((width * len(parts), self.indices.size))
+        for i, (indices, turned) in enumerate(parts):
+            columns = np.searchsorted(self.indices, indices)
+            self._across[width * i : width * (i + 1), columns] = turned
+
+    def _pairs(self) -> list[Any]:
+        """Connection of each pair of nodes, as in pyHarm's own elements."""
+        connect = self.data["connect"]
+        sides = list(connect.items()) if isinstance(connect, dict) else list(connect)
+        lengths = {len(nodes) for sub, nodes in sides if sub != "GROUND"}
+        if lengths != {self._count}:
+            raise InputError(
+                f"connect must list {self._count} node(s) a side for {self.factory_keyword}, got "
+                f"{connect}"
+            )
+        pairs = [
+            [(sub, [nodes[i if sub != "GROUND" else 0]]) for sub, nodes in sides]
+            for i in range(self._count)
+        ]
+        return [dict(pair) for pair in pairs] if isinstance(connect, dict) else pairs
+
+    def adim(self, lc: float, wc: float) -> None:
+        """Count displacements in a characteristic length; forces stay forces."""
+        self.length *= lc
+        self.flag_adim = True
+        self._known = None
+
+    def _solved(self, xg: Floats) -> tuple[Floats, Floats]:
+        """Residual and Jacobian; pyHarm asks for both at one place, one after the other."""
+        x = np.ascontiguousarray(xg[self.indices], dtype=float)
+        key = x.tobytes()
+        if self._known is None or self._known[0] != key:
+            motion = self.length * (self._across @ x)
+            size = len(self.data["dirs"])
+            force, jacobian = self.response(motion.reshape(self._count * size, -1))
+            blocks = jacobian.reshape(self._count, size, size, *jacobian.shape[-2:])
+            wide = motion.size // self._count
+            blocks = blocks.transpose(0, 1, 3, 2, 4).reshape(self._count, wide, wide)
+            turned = (blocks @ self._across.reshape(self._count, wide, -1)).reshape(motion.size, -1)
+            turned = self._across.T @ turned
+            self._known = key, self._across.T @ force.reshape(-1), self.length * turned
+        return self._known[1], self._known[2]
+
+    def evalResidual(self, xg: Floats, om: float) -> Floats:
+        """Forces [N] on the degrees of freedom of both nodes."""
+        self.R = self._solved(xg)[0].copy()
+        return self.R
+
+    def evalJacobian(self, xg: Floats, om: float) -> tuple[Floats, Floats]:
+        """Their derivatives by the displacements, and by the frequency, on which none depends."""
+        self.J = self._solved(xg)[1].copy()
+        self.dJdom = np.zeros(len(self.indices))
+        return self.J, self.dJdom
+
+
+class JointElement(_Element):
+    """A backbone law in one direction.
+
+    Data: ``law``, a backbone law; ``rest``, where the joint began, 0.0 [m] or "mean". There are no
+    samples.
+    """
+
+    factory_keyword = "microslip_joint"
+    directions = (1,)
+    law_kind, law_text = BackboneLaw, "a backbone law"
+
+    def read_law(self, law: Any) -> None:
+        """Any backbone law."""
+        self.law = law
+        self.rest = self.data.get("rest", 0.0)
+
+    def response(self, motion: Floats) -> tuple[Floats, Floats]:
+        """Harmonics of the settled cycle."""
+        harmonics = self.law.harmonics(motion[0], self.harmonics, self.rest)
+        return harmonics.force[None], harmonics.jacobian[None, None]
+
+
+class PlanarJointElement(_Element):
+    """A joint in two directions at a constant load: sliders of vectors.
+
+    Data: ``law``, an :class:`microslip.IsotropicJoint`; samples are pyHarm's ``nti``.
+    """
+
+    factory_keyword = "microslip_planar_joint"
+    directions = (2,)
+    law_kind, law_text = IsotropicJoint, "an IsotropicJoint, such as IsotropicJoint(joint)"
+
+    def response(self, motion: Floats) -> tuple[Floats, Floats]:
+        """Harmonics of the settled cycle of both directions."""
+        force, jacobian = self.law.harmonics(motion, self.harmonics, samples=self.nti)
+        return force, jacobian
+
+
+class ContactElement(_Element):
+    """Contacts that open, close and slip: nodes of a field, all in one compiled call.
+
+    ``dirs`` names the normal first, then one tangential direction or two; ``connect`` lists as many
+    nodes on both sides as the law has. Data: ``law``, a :class:`microslip.JointField`, or an
+    :class:`microslip.Interface` for one pair of nodes, whose separations are those of no motion
+    (of a field its gaps, if it has any); ``sliders``, 128, and ``nearest`` as of
+    :meth:`microslip.JointField.two_directions`; ``balanced``, whether the load where nothing moves
+    is taken off, True, since the forces that press a joint are rarely in the model. The normal
+    displacement opens a contact. One tangential direction takes neither sliders nor samples.
+    """
+
+    factory_keyword = "microslip_contact"
+    directions = 2, 3
+    law_kind, law_text = (
+        (Interface, JointField),
+        "an Interface, which has a surface, or a JointField",
+    )
+
+    def read_law(self, law: Any) -> None:
+        """The nodes."""
+        if 0 not in self.harmonics:
+            raise InputError("a contact needs the mean: nh must be a number, or begin with 0")
+        options = (self.data.get("sliders", 128), self.data.get("nearest"))
+        balanced = bool(self.data.get("balanced", True))
+        self.law = ContactNodes(contact_field(law), len(self.data["dirs"]), *options, balanced)
+        self._count = self.law.field.size
+
+    def response(self, motion: Floats) -> tuple[Floats, Floats]:
+        """Harmonics of the normal and the tangential forces of all nodes."""
+        turned = motion.reshape(self._count, -1, motion.shape[-1])
+        order = np.roll(np.arange(turned.shape[1]), 1)
+        force, jacobian = self.law.harmonics(np.roll(turned, -1, axis=1), self.harmonics, self.nti)
+        return force[:, order].reshape(motion.shape), jacobian[:, order][:, :, order]

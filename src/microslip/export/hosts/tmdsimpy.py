@@ -1,0 +1,252 @@
+"""Forces for TMDSimPy: laws on local displacements, and fields of contact nodes.
+
+TMDSimPy is not on PyPI; it is fetched by its users. Calls follow its published system; the tests
+make them by a stand-in, and with TMDSimPy where it is installed. Hysteretic forces of theirs begin
+at the mean of a cycle, and so does :class:`JointForce` unless ``rest`` says otherwise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+from tmdsimpy.nlforces.nonlinear_force import HystereticForce
+
+from microslip._core.checks import Floats, floats, show
+from microslip._core.errors import InputError
+from microslip.export.hosts.contact_nodes import ContactNodes
+from microslip.friction import BackboneLaw, JointField
+
+_SPARSE = 0.1  # share of entries below which a matrix is held without its zeros
+
+
+class _Force(HystereticForce):  # type: ignore[misc]
+    """Common base: what takes displacements to nodes, and forces and Jacobians back."""
+
+    def __init__(self, Q: ArrayLike, T: ArrayLike, nodes: int | None, widths: tuple[int, ...]):
+        to_local, to_system = floats("Q", Q), floats("T", T)
+        if to_local.ndim != 2 or to_system.shape != to_local.shape[::-1]:
+            raise InputError(
+                "Q and T must have the shapes (local, n) and (n, local), "
+                f"got {to_local.shape} and {to_system.shape}"
+            )
+        super().__init__(to_local, to_system)
+        size = nodes or len(to_local)
+        if len(to_local) not in [size * width for width in widths]:
+            rows = " or ".join(str(size * width) for width in widths)
+            raise InputError(
+                f"Q must have {rows} rows for the {size} nodes of the field, got {len(to_local)}"
+            )
+        self._width = len(to_local) // size
+        self._rows, self._columns = (np.flatnonzero(m.any(axis=1)) for m in (to_system, to_local.T))
+        self._back: Any = to_system[self._rows]
+        if np.count_nonzero(self._back) < _SPARSE * self._back.size:
+            from scipy.sparse import csr_array
+
+            self._back = csr_array(self._back)
+        self._to_nodes = to_local[:, self._columns].reshape(size, self._width, -1)
+        self.slides_freely = False
+
+    def set_prestress_mu(self) -> None:
+        """Leave out friction, as a system asks while it is preloaded."""
+        self.slides_freely = True
+
+    def reset_real_mu(self) -> None:
+        """Friction again, after the preload."""
+        self.slides_freely = False
+
+    def _moved(self, X: ArrayLike) -> Floats:
+        """Motion of each node [m] at displacements of the system: (nodes, directions, ...)."""
+        local = self.Q @ np.asarray(X, dtype=float)
+        return np.asarray(local.reshape(-1, self._width, *local.shape[1:]))
+
+    def _turned(self, tangent: Floats) -> Floats:
+        """A tangent of the nodes in those displacements that are touched."""
+        return np.asarray(self._back @ (tangent @ self._to_nodes).reshape(len(self.Q), -1))
+
+    def _settled(self, motion: Floats, numbers: list[int], samples: int) -> tuple[Floats, Floats]:
+        raise NotImplementedError
+
+    def _stepped(self, motion: Floats, commit: bool) -> tuple[Floats, Floats]:
+        raise NotImplementedError
+
+    def force(self, X: ArrayLike, update_hist: bool = False) -> tuple[Floats, Floats]:
+        """Forces [N] at displacements X [m], shape (n,), and their derivatives [N/m], (n, n).
+
+        Each call starts from the last one that was told to become part of the history.
+        """
+        force, tangent = self._stepped(self._moved(X), update_hist)
+        matrix = np.zeros(self.T.shape[:1] * 2)
+        matrix[np.ix_(self._rows, self._columns)] = self._turned(tangent)
+        return np.asarray(self.T @ force.ravel()), matrix
+
+    def aft(
+        self, U: ArrayLike, w: float, h: ArrayLike, Nt: int = 128, tol: float = 1e-7,
+        calc_grad: bool = True, **_: Any,
+    ) -> tuple[Floats, ...]:  # fmt: skip
+        """Coefficients of the settled forces from those of the displacements.
+
+        Parameters
+        ----------
+        U : array_like
+            Coefficients [m], those of all n displacements for the mean, then for cos 1, sin 1, ...
+        w : float
+            Frequency [rad/s], on which nothing depends.
+        h : array_like of int
+            Harmonics, rising.
+        Nt : int, optional
+            Samples of a period, which only contacts in three directions take.
+        tol, ... : optional
+            Arguments of their interface, without a meaning here.
+        calc_grad : bool, optional
+            Whether derivatives come, too.
+
+        Returns
+        -------
+        force, jacobian, by_frequency : ndarray
+            Coefficients [N], their derivatives [N/m], and zeros; the first alone without gradients.
+        """
+        coefficients, n = np.asarray(U, dtype=float), self.Q.shape[1]
+        numbers = [int(number) for number in np.asarray(h).tolist()]
+        motion = self._moved(coefficients.reshape((n, -1), order="F"))
+        force, jacobian = self._settled(motion, numbers, int(Nt))
+        count = force.shape[-1]
+        out = (self.T @ force.reshape(-1, count)).ravel(order="F")
+        if not calc_grad:
+            return (out,)
+        matrix = np.zeros((count, n, count, n))
+        for i in range(count):
+            for k in range(count):
+                block = self._turned(np.ascontiguousarray(jacobian[..., i, k]))
+                matrix[i, :, k][np.ix_(self._rows, self._columns)] = block
+        return out, matrix.reshape(out.size, -1), np.zeros_like(out)
+
+
+class JointForce(_Force):
+    """Laws of one direction at held loads, one on each local displacement Q x.
+
+    Parameters
+    ----------
+    Q : array_like
+        Takes displacements of the system to local ones [-], shape (local, n).
+    T : array_like
+        Takes local forces to those of the system [-], shape (n, local).
+    law : BackboneLaw, sequence of BackboneLaw, or JointField
+        The law of all of them, one for each, or a field of as many nodes, which is one compiled
+        call.
+    rest : float or "mean", optional
+        Displacement [m] at which the joint began, or the mean of the cycle.
+    """
+
+    def __init__(self, Q: ArrayLike, T: ArrayLike, law: Any, rest: Any = "mean") -> None:
+        laws = list(law) if isinstance(law, Sequence) else [law]
+        is_field = isinstance(law, JointField)
+        if not is_field and not all(isinstance(part, BackboneLaw) for part in laws):
+            raise InputError(
+                f"`law` must be a backbone law, one for each row of Q, or a JointField, got "
+                f"{show(law)}"
+            )
+        several = isinstance(law, Sequence)
+        super().__init__(Q, T, law.size if is_field else len(laws) if several else None, (1,))
+        self.law, self.rest = law, [rest] * len(self.Q)
+        self._laws = laws if several else laws * len(self.Q)
+        self.init_history()
+
+    def set_aft_initialize(self, X: ArrayLike) -> None:
+        """Let the joints begin at displacements X [m], shape (n,), in place of ``rest``.
+
+        A system calls it with what it was preloaded to.
+        """
+        self.rest = self._moved(X)[:, 0].tolist()
+
+    def init_history(self, unlth0: Any = None, h: Any = None) -> None:
+        """Put every joint at rest, for :meth:`force`."""
+        field = isinstance(self.law, JointField)
+        self.states: list[Any] = [law.start() for law in ([self.law] if field else self._laws)]
+
+    def _stepped(self, motion: Floats, commit: bool) -> tuple[Floats, Floats]:
+        x = motion[:, 0]
+        if self.slides_freely:
+            return np.zeros(x.size), np.zeros((x.size, 1, 1))
+        places = [x] if isinstance(self.law, JointField) else x.tolist()
+        trials = [state.try_(place) for state, place in zip(self.states, places, strict=True)]
+        if commit:
+            for state in self.states:
+                state.commit()
+        force, stiffness = (np.ravel([trial[k] for trial in trials]) for k in (0, 1))
+        return force, stiffness[:, None, None]
+
+    def _settled(self, motion: Floats, numbers: list[int], samples: int) -> tuple[Floats, Floats]:
+        x = motion[:, 0]
+        if isinstance(self.law, JointField):
+            rest = "mean" if "mean" in self.rest else self.rest
+            force, jacobian = self.law.harmonics(x, numbers, rest=rest)
+            return force[:, None], jacobian[:, None, None]
+        rows = zip(self._laws, x, self.rest, strict=True)
+        found = [law.harmonics(row, numbers, rest) for law, row, rest in rows]
+        jacobians = np.array([response.jacobian for response in found])
+        return np.array([[response.force] for response in found]), jacobians[:, None, None]
+
+
+class FieldForce(_Force):
+    """A field of contact nodes that slip, open and close: in place of rough-contact elements.
+
+    Parameters
+    ----------
+    Q : array_like
+        Takes displacements of the system to local ones [-], shape (local, n): of each node one
+        tangential displacement, or two, then the approach of both faces.
+    T : array_like
+        Takes local forces to those of the system [-], shape (n, local). Where it holds areas
+        [m^2], as a quadrature of tractions has it, ``areas`` of the field are 1.
+    field : JointField
+        The nodes, of which ``gaps`` are the separations where nothing is displaced.
+    sliders, nearest : optional
+        As of :meth:`microslip.JointField.two_directions`, for two tangential directions: cycles
+        smaller than ``resolution`` [m] of each node lose next to nothing, and need more sliders.
+        With one tangential direction there are neither sliders nor samples.
+    balanced : bool, optional
+        Whether the load where nothing is displaced is taken off.
+    """
+
+    def __init__(
+        self, Q: ArrayLike, T: ArrayLike, field: JointField, *, sliders: int = 512,
+        nearest: float | None = None, balanced: bool = False,
+    ) -> None:  # fmt: skip
+        if not isinstance(field, JointField):
+            raise InputError(f"`field` must be a JointField, got {show(field)}")
+        super().__init__(Q, T, field.size, (2, 3))
+        self.nodes = ContactNodes(field, self._width, sliders, nearest, balanced)
+        self._signs = np.append(np.ones(self._width - 1), -1.0)  # an approach closes
+
+    @property
+    def resolution(self) -> Floats:
+        """Tangential amplitudes [m], one a node, below which sliders dissipate next to nothing."""
+        return self.nodes.resolution
+
+    def _opened(self, motion: Floats) -> Floats:
+        return np.asarray(motion * self._signs.reshape(-1, *[1] * (motion.ndim - 2)))
+
+    def set_aft_initialize(self, X: ArrayLike) -> None:
+        """Let the nodes rest at displacements X [m], shape (n,), which a preload has led to."""
+        self.nodes.rest_at(self._opened(self._moved(X)))
+
+    def init_history(self, unlth0: Any = None, h: Any = None) -> None:
+        """Put all nodes at rest where nothing is displaced."""
+        self.nodes.rest_at(np.zeros((self.nodes.field.size, self._width)))
+
+    def _stepped(self, motion: Floats, commit: bool) -> tuple[Floats, Floats]:
+        motion = self._opened(motion)
+        force, tangent = self.nodes.step(motion, self.slides_freely)
+        if commit and self.slides_freely:
+            self.nodes.rest_at(motion)
+        elif commit:
+            self.nodes.commit()
+        return self._opened(force), tangent * np.outer(self._signs, self._signs)
+
+    def _settled(self, motion: Floats, numbers: list[int], samples: int) -> tuple[Floats, Floats]:
+        force, jacobian = self.nodes.harmonics(self._opened(motion), numbers, samples)
+        signs = np.outer(self._signs, self._signs)[:, :, None, None]
+        return self._opened(force), jacobian * signs

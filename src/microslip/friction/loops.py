@@ -1,0 +1,190 @@
+"""Closed hysteresis loops and what is read from them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from microslip._core.checks import Floats, record, show, sized, whole_number
+from microslip._core.errors import InputError
+from microslip._core.frozen import Locked, assign, lock
+
+MOST_SAMPLES = 10_000_000
+
+
+@dataclass(frozen=True, eq=False)
+class Loop(Locked):
+    """One closed cycle of displacement and force, sampled, the first sample repeated at the end.
+
+    Parameters
+    ----------
+    displacement : array_like
+        Displacements [m], one-dimensional, at least four, in the order of time.
+    force : array_like
+        Forces [N], one for each displacement.
+
+    Notes
+    -----
+    Amplitudes are half ranges, so that a loop about any mean is read alike. What a loop says of its
+    energy carries the error of its sampling (second order in the step); the closed forms are on the
+    joint: ``joint.dissipated_energy(amplitude)`` and its kin.
+    """
+
+    displacement: NDArray[np.float64]
+    force: NDArray[np.float64]
+
+    def __init__(self, displacement: ArrayLike, force: ArrayLike) -> None:
+        x, t = record("displacement", displacement, "m"), record("force", force, "N")
+        if x.ndim != 1 or x.shape != t.shape or x.size < 4:
+            raise InputError(
+                "displacement and force must be of one length, at least four samples, "
+                f"got {x.size} and {t.size}"
+            )
+        if x.min() == x.max():
+            raise InputError(f"`displacement` must move, got {x[0]:g} m throughout")
+        assign(self, displacement=lock(x.copy()), force=lock(t.copy()))
+
+    @cached_property
+    def displacement_amplitude(self) -> float:
+        """Half the range of the displacement [m]."""
+        return 0.5 * float(np.ptp(self.displacement))
+
+    @cached_property
+    def force_amplitude(self) -> float:
+        """Half the range of the force [N]."""
+        return 0.5 * float(np.ptp(self.force))
+
+    @cached_property
+    def energy_ratio(self) -> float:
+        """E_d over 4 delta_m T_m [-]: 1 for a rigid-plastic loop; 0 if the force is constant."""
+        if self.force_amplitude == 0.0:
+            return 0.0
+        x = (self.displacement - self.displacement[0]) / self.displacement_amplitude
+        t = (self.force - self.force[0]) / self.force_amplitude
+        # Of an open cycle the chord from its last to its first sample closes the polygon.
+        area = 0.5 * (np.dot(t[1:] + t[:-1], np.diff(x)) - (t[-1] + t[0]) * (x[-1] - x[0]))
+        return 0.25 * float(area)
+
+    @property
+    def dissipated_energy(self) -> float:
+        """Area of the loop E_d [J] (19.29): positive where force leads displacement."""
+        return 4.0 * self.energy_ratio * self.displacement_amplitude * self.force_amplitude
+
+    @property
+    def loss_factor(self) -> float:
+        """Loss factor eta = E_d/(pi delta_m T_m) [-]; what (19.30) calls damping ratio."""
+        return 4.0 / math.pi * self.energy_ratio
+
+    @property
+    def damping_ratio(self) -> float:
+        """Equivalent viscous damping ratio zeta = eta/2 [-]."""
+        return 0.5 * self.loss_factor
+
+    @property
+    def secant_stiffness(self) -> float:
+        """Force amplitude over displacement amplitude [N/m]."""
+        return self.force_amplitude / self.displacement_amplitude
+
+    @cached_property
+    def sliding_ratio(self) -> float:
+        """Width of the loop at its middle force over its range of displacement, D [-].
+
+        The sliding ratio of Fouvry, Kapsa and Vincent (Wear 185, 35, 1995): 0 without loss, 1 for a
+        rigid-plastic loop.
+        """
+        middle = 0.5 * (float(self.force.max()) + float(self.force.min()))
+        t = np.append(self.force, self.force[0]) - middle
+        x = np.append(self.displacement, self.displacement[0])
+        crossing = np.flatnonzero((t[:-1] < 0.0) != (t[1:] < 0.0))
+        if crossing.size < 2:
+            return 0.0
+        share = t[crossing] / (t[crossing] - t[crossing + 1])
+        places = x[crossing] + share * (x[crossing + 1] - x[crossing])
+        return float(np.ptp(places)) / float(np.ptp(self.displacement))
+
+    @property
+    def force_minus_secant(self) -> NDArray[np.float64]:
+        """Force less secant stiffness times displacement, about the middle of the loop [N].
+
+        The remainder of a thin loop is its width: its area is that of the loop.
+        """
+        middle = 0.5 * (float(self.displacement.max()) + float(self.displacement.min()))
+        level = 0.5 * (float(self.force.max()) + float(self.force.min()))
+        return lock(self.force - level - self.secant_stiffness * (self.displacement - middle))
+
+    @cached_property
+    def closure_error(self) -> float:
+        """Distance between the forces of the first and the last sample, of the range of force."""
+        gap, span = abs(float(self.force[-1] - self.force[0])), float(np.ptp(self.force))
+        return gap / span if span > 0.0 else 0.0
+
+    def plot(
+        self,
+        ax: Any = None,
+        *,
+        minus_secant: bool = False,
+        color: str | None = None,
+        label: str = "",
+    ) -> Any:
+        """Draw force over displacement, or with ``minus_secant`` the force less that on the secant.
+
+        That shows the width of a thin loop. Loops laid over each other share their units. Axes,
+        colour and label are as of :meth:`microslip.BackboneLaw.plot`.
+        """
+        from microslip.figures import draw
+        from microslip.figures.kit import force_prefix, length_prefix
+        from microslip.figures.plot import Axis, Panel, Plot
+
+        force = self.force_minus_secant if minus_secant else self.force
+        x_unit, x_letter = length_prefix(float(np.abs(self.displacement).max()))
+        y_unit, y_letter = force_prefix(force)
+        name = "Force minus secant" if minus_secant else "Force"
+        panel = Panel(
+            Axis(f"Displacement [{x_letter}m]", unit=x_unit),
+            Axis(f"{name} [{y_letter}N]", unit=y_unit),
+        )
+        panel.line(self.displacement / x_unit, force / y_unit)
+        panel.cross()
+        return draw(Plot([panel], 4.2), ax, color=color, label=label)
+
+    def __repr__(self) -> str:
+        return (
+            f"Loop({self.displacement.size} samples, "
+            f"displacement_amplitude={self.displacement_amplitude:g}, "
+            f"force_amplitude={self.force_amplitude:g})"
+        )
+
+
+@lru_cache(maxsize=32)
+def unit_cycle(samples: int) -> tuple[Floats, int]:
+    """Displacements of one cycle of amplitude one, and the index of -1.
+
+    From +1 down to -1 and up again, denser at the turning points.
+    """
+    turn = (samples - 1) // 2
+    down = np.cos(math.pi * np.arange(turn + 1) / turn)
+    back = samples - 1 - turn
+    up = -np.cos(math.pi * np.arange(1, back + 1) / back)
+    down[turn], up[-1] = -1.0, 1.0
+    return lock(np.concatenate((down, up))), turn
+
+
+@lru_cache(maxsize=32)
+def halves_of(samples: int) -> Floats:
+    """Half the distance of each sample of the unit cycle from the turning point before it."""
+    shape, turn = unit_cycle(samples)
+    return lock(0.5 * np.concatenate((1.0 - shape[: turn + 1], 1.0 + shape[turn + 1 :])))
+
+
+def checked_cycle(amplitude: float, samples: int) -> tuple[float, Floats, int]:
+    """An amplitude, the samples of a cycle of amplitude one, and the index of -1 among them."""
+    count = whole_number("samples", samples, 5, MOST_SAMPLES)
+    a = sized("amplitude", amplitude)
+    if a.ndim > 0 or a <= 0.0:
+        raise InputError(f"`amplitude` must be one number above zero [m], got {show(amplitude)}")
+    return (float(a), *unit_cycle(count))

@@ -1,0 +1,308 @@
+"""Memory diagrams: the exact memory of a contact whose normal load varies too.
+
+Under any history of separation d and displacement the shear of an interface is held by a function
+D(eta) of the separations eta >= d, piecewise constant, |D| <= 1. With place = displacement/kappa
+
+    T/mu = integral of D(eta) (-N'(eta)) over eta >= d,    place = integral of D(eta).
+
+New contact that sticks takes D = move/fall; contact that is lost takes its D along; where these
+do not lead to the place, slip spreads from d outwards, D = 1 or -1, until it does. This is the
+superposition of Jaeger (1998), DOI 10.1115/1.2833765, and Ciavarella (1998, J. Appl. Mech. 65,
+998) carried along a history, known as the method of memory diagrams (Aleshin and others 2020,
+DOI 10.3389/fmech.2020.00030). Which D there is where is geometry: the surface enters once,
+vectorised, with the falls of N over the rows of all diagrams, or as a profile of N(d), with which
+the kernel does it all in one pass.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from microslip._core import kernels
+from microslip._core.checks import Floats, whole_number
+from microslip._core.errors import InputError
+from microslip._core.kernels.profile import Profile
+from microslip.friction.memory.saved import check_whole
+
+if TYPE_CHECKING:
+    from microslip.contact.load_curve import LoadCurve
+
+_BLOCK = 1 << 12  # samples of a record at a time
+_MAX_PENDING = 1024  # steps, before their losses are worked out together
+
+
+DOUBTS = 5
+"""Numbers of the error of lumped rows: bound over mu [N], the separations between which it counts,
+whether a move came there, and the largest bound that counted so far [N]."""
+
+
+def bounded(depth: Any) -> int | None:
+    """A limit of rows, checked."""
+    return None if depth is None else whole_number("depth", depth, 4, 1_000_000)
+
+
+def bounding_profile(curve: LoadCurve, reach: float) -> Profile:
+    """The profile by which rows are lumped, which not every curve has."""
+    profile = curve.profile(min(0.0, reach), max(0.0, reach))
+    if profile is None:
+        raise InputError(
+            "`depth` must be left out for a surface whose load curve has kinks: "
+            "its states remember all"
+        )
+    return profile
+
+
+class Step(NamedTuple):
+    """A trial step: the rows that stay, where the last begins, and what fills the rest."""
+
+    separation: float
+    place: float
+    depth: int
+    front: float
+    density: float
+    kind: int
+    value: float
+    outer: float  # share of the value that the rows which stay hold
+    fall: float  # -N' where the front goes on
+
+
+class Diagram:
+    """Rows of the diagram, outermost first, with the last separation, place and value T/mu.
+
+    Separations are counted from the one at the start, so that no digits are lost where the load
+    does not vary. What is stored grows with the rows only: those of open loops, and one for each
+    step of new contact that has not slipped since.
+    """
+
+    __slots__ = ("depth", "doubt", "limit", "place", "separation", "stack", "value", "values")
+
+    def __init__(self, limit: int | None = None) -> None:
+        self.limit, self.doubt = limit, np.zeros(DOUBTS)  # rows at most, what they have wrong
+        self.stack = np.empty((8, 3))  # end, density, integral of D beyond the end
+        self.values = np.empty(8)  # integral of D (-N') from where the row begins
+        self.depth = 0
+        self.separation = 0.0
+        self.place = 0.0
+        self.value = 0.0
+
+    def copy(self) -> Diagram:
+        """An independent diagram with the same content."""
+        diagram = Diagram(self.limit)
+        diagram.doubt = self.doubt.copy()
+        diagram.stack, diagram.values = self.stack.copy(), self.values.copy()
+        diagram.depth, diagram.separation = self.depth, self.separation
+        diagram.place, diagram.value = self.place, self.value
+        return diagram
+
+    __copy__ = copy
+
+    @property
+    def _last(self) -> tuple[int, float, float]:
+        """Depth, separation and place, as kernels take them."""
+        return self.depth, self.separation, self.place
+
+    def _reach(self, separation: Floats) -> tuple[float, float]:
+        """Least and largest separation of a record that goes on from here."""
+        low, high = float(separation.min()), float(separation.max())
+        return min(low, self.separation), max(high, self.separation)
+
+    def respond(self, separation: Floats, place: Floats, curve: LoadCurve) -> Floats:
+        """Values T/mu at the samples (one-dimensional), after which the diagram is updated."""
+        arguments, result = curve.arguments(*self._reach(separation)), np.empty(separation.size)
+        # A curve that no profile gives answers all questions of a call at once, which take room.
+        step = _BLOCK if len(arguments) == 1 else separation.size
+        d, x = np.ascontiguousarray(separation), np.ascontiguousarray(place)
+        for start in range(0, separation.size, step):
+            part = slice(start, start + step)
+            stack, values = self._reserve(d[part].size)
+            depth, self.separation, self.place = kernels.compiled.coupled(
+                d[part], x[part], result[part], stack, values, *self._last, *arguments
+            )
+            self._store(stack, values, self._bound(stack, values, depth, curve))
+        self.value = float(result[-1])
+        return result
+
+    def _bound(self, stack: Floats, values: Floats, depth: int, curve: LoadCurve) -> int:
+        """Rows that are left of ``depth`` where there is a limit to them."""
+        if self.limit is None:
+            return depth
+        profile = bounding_profile(curve, float(stack[:depth, 0].max(initial=self.separation)))
+        rows: int = kernels.compiled.bound_rows(
+            stack, values, depth, self.separation, self.limit, self.doubt, *profile.arguments
+        )
+        return rows
+
+    def hold(self, separation: Floats, value: Floats, curve: LoadCurve) -> Floats:
+        """Places at which the values T/mu are given ones, after which the diagram is updated."""
+        result = np.empty(value.size)
+        stack, values = self._reserve(value.size)
+        profile = curve.profile(*self._reach(separation))
+        depth, self.separation, self.place, self.value = kernels.compiled.hold(
+            np.ascontiguousarray(separation), np.ascontiguousarray(value), result, stack, values,
+            *self._last, self.value, *(profile.arguments if profile else (curve.scalar,)),
+        )  # fmt: skip
+        self._store(stack, values, depth)
+        return result
+
+    def _reserve(self, extra: int) -> tuple[Floats, Floats]:
+        """A stack and its values with room for ``extra`` more rows."""
+        if len(self.values) >= self.depth + extra:
+            return self.stack, self.values
+        # Doubling keeps one-sample chunks at amortised constant cost.
+        room = max(self.depth + extra, 2 * self.depth)
+        stack, values = np.empty((room, 3)), np.empty(room)
+        stack[: self.depth] = self.stack[: self.depth]
+        values[: self.depth] = self.values[: self.depth]
+        return stack, values
+
+    def _store(self, stack: Floats, values: Floats, depth: int) -> None:
+        if len(values) > 4 * depth + 64 or len(values) < 8:
+            rows, copies = np.empty((2 * depth + 8, 3)), np.empty(2 * depth + 8)
+            rows[:depth], copies[:depth] = stack[:depth], values[:depth]
+            stack, values = rows, copies
+        self.stack, self.values, self.depth = stack, values, depth
+
+    # -- one step at a time -------------------------------------------------------------------
+
+    def probe(self, separation: float, place: float, curve: LoadCurve) -> Step:
+        """Diagram after a step; the diagram itself stays as it is."""
+        last = self.separation
+        outcome = kernels.compiled.coupled_step(
+            separation, place, self.stack, self.values, self.depth, last, self.place,
+            *curve.arguments(min(separation, last), max(separation, last)),
+        )  # fmt: skip
+        return Step(separation, place, *outcome)
+
+    @property
+    def slip(self) -> float:
+        """D of the newest row where it slipped, 1 or -1; else 0."""
+        density = float(self.stack[self.depth - 1, 1]) if self.depth else 0.0
+        return density if abs(density) == 1.0 else 0.0
+
+    def move(self, step: Step, curve: LoadCurve) -> None:
+        """Go along a probed step."""
+        stack, values = self._reserve(1)
+        depth = _push(
+            stack, values, step.depth, step.separation, step.front, step.density, step.kind,
+            step.value, step.outer, self.place,
+        )  # fmt: skip
+        self.separation, self.place, self.value = step.separation, step.place, step.value
+        self._store(stack, values, self._bound(stack, values, depth, curve))
+
+    def restore(
+        self, rows: Floats, separation: float, place: float, value: float, curve: LoadCurve
+    ) -> None:
+        """Take the rows of a saved diagram with their values, (rows, 4), if they are whole."""
+        end, density, beyond, _ = rows.T
+        begin = np.append(end, separation)[1:]
+        if np.any(np.abs(density) > 1.0) or np.any(begin > end) or np.any(np.diff(end) >= 0.0):
+            raise InputError("arrays must be those of a state: its rows are no memory diagram")
+        ahead = np.append(0.0, np.cumsum(density * (end - begin)))
+        length = float(np.abs(np.append(end - separation, place)).max())
+        check_whole(ahead, np.append(beyond, place), length, "rows do not lead to its displacement")
+        load = float(curve.derivative_at(min(separation, float(end.min(initial=separation))), 0))
+        values = np.cumsum(density * curve.drop(begin, end - begin)) if len(rows) else np.zeros(0)
+        last = values[-1:] if len(rows) else np.zeros(1)
+        check_whole(
+            np.append(values, last),
+            np.append(rows[:, 3], value),
+            load,
+            "forces are not of its rows",
+        )
+        self.stack, self.depth = np.vstack((rows[:, :3], np.empty((8, 3)))), len(rows)
+        self.values = np.append(rows[:, 3], np.empty(8))
+        self.separation, self.place, self.value = separation, place, value
+
+    # -- slip -----------------------------------------------------------------------------------
+
+    def runs(self, separation: Floats, places: Floats) -> Floats:
+        """Runs of the slip front in a record, one a column, as :meth:`SlipLosses.of` wants them."""
+        return kernels.slip_runs(separation, places, self.stack, *self._last)
+
+    def losses(self, separation: Floats, displacement: Floats, curve: LoadCurve) -> Floats:
+        """Energy dissipated in each step of a record [J]; the diagram stays as it is."""
+        places = displacement / curve.slip
+        profile = curve.profile(*self._reach(separation))
+        with np.errstate(over="ignore", invalid="ignore"):  # fronts may be beyond all numbers
+            if profile is None:
+                lost = curve.slip_losses.of(self.runs(separation, places), separation.size)
+            else:
+                stack, lost = np.empty((self.depth + separation.size, 3)), np.empty(places.size)
+                stack[: self.depth] = self.stack[: self.depth]
+                kernels.compiled.losses(
+                    np.ascontiguousarray(separation), np.ascontiguousarray(places), lost, stack,
+                    *self._last, profile.loss_rules, *profile.arguments,
+                )  # fmt: skip
+            return curve.friction * curve.slip * lost
+
+
+class Ledger:
+    """Energy dissipated up to a diagram [J], and the steps since: bounded, however long they are.
+
+    The losses of many steps at once cost far less than one by one.
+    """
+
+    __slots__ = ("_begin", "_displacements", "_pending", "_separations", "total")
+
+    def __init__(self, diagram: Diagram, total: float) -> None:
+        self.total = total
+        self._begin = diagram.copy()
+        self._separations: list[Floats] = []
+        self._displacements: list[Floats] = []
+        self._pending = 0
+
+    def copy(self) -> Ledger:
+        """An independent ledger with the same content."""
+        ledger = Ledger(self._begin, self.total)
+        ledger._separations, ledger._displacements = self._separations[:], self._displacements[:]
+        ledger._pending = self._pending
+        return ledger
+
+    __copy__ = copy
+
+    def note(
+        self, separation: Floats, displacement: Floats, diagram: Diagram, curve: LoadCurve
+    ) -> None:
+        """Add steps, the last of which led to ``diagram``."""
+        self._separations.append(separation)
+        self._displacements.append(displacement)
+        self._pending += separation.size
+        # Rows that are gone are not to be kept for long.
+        if self._pending >= _MAX_PENDING or self._begin.depth > 64 + 8 * diagram.depth:
+            self.settle(diagram, curve)
+
+    def settle(self, diagram: Diagram, curve: LoadCurve) -> float:
+        """Energy dissipated up to now, at ``diagram``."""
+        if self._pending:
+            d, x = np.concatenate(self._separations), np.concatenate(self._displacements)
+            self.total += float(self._begin.losses(d, x, curve).sum())
+            self._begin = diagram.copy()
+            self._separations, self._displacements, self._pending = [], [], 0
+        return self.total
+
+
+def _push(
+    stack: Floats,
+    values: Floats,
+    depth: int,
+    separation: float,
+    front: float,
+    density: float,
+    kind: int,
+    value: float,
+    outer: float,
+    last_place: float,
+) -> int:
+    """Make a step the diagram; returns how many rows it has then."""
+    beyond = 0.0
+    if depth:
+        end, old, outer_integral = stack[depth - 1].tolist()
+        beyond = old * (end - front) + outer_integral
+        values[depth - 1] = outer
+    if front > separation:
+        stack[depth] = front, density, last_place if kind == 0 else beyond
+        values[depth] = value
+        depth += 1
+    return depth

@@ -1,0 +1,362 @@
+"""A resumable state of many nodes at once."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from microslip._core import kernels
+from microslip._core.checks import Floats, beyond
+from microslip._core.errors import InputError
+from microslip._core.kernels import Integers
+from microslip.friction.memory.diagram import DOUBTS, Diagram, bounded, bounding_profile
+from microslip.friction.memory.nodes import Nodes
+from microslip.friction.memory.resumable import Resumable, counted, one_at_a_time
+from microslip.friction.memory.saved import (
+    check_joint,
+    check_whole,
+    joint_array,
+    newer_array,
+    saved_array,
+)
+
+_ROWS = 2  # rows of a node at the start; a move to and fro needs no more
+
+
+class FieldResponse(tuple[Floats, ...]):
+    """Response of the nodes of a field to displacements and separations.
+
+    It unpacks as ``force, stiffness`` where separations were not given, else as ``force, load,
+    tangent``, and has all of them by name. Within Cattaneo and Mindlin's theory, after Jaeger
+    (1998), DOI 10.1115/1.2833765.
+    """
+
+    force: Floats
+    """Tangential forces T [N], one a node."""
+    load: Floats
+    """Normal loads N [N], one a node."""
+    tangent: Floats
+    """Derivatives of (T, N) by (displacement, separation) [N/m], shape (nodes, 2, 2)."""
+
+    def __new__(
+        cls, force: Floats, load: Floats, tangent: Floats, stiffness: Floats | None = None
+    ) -> Self:
+        """With the ``stiffness`` it unpacks as a step at held separations."""
+        parts = (force, load, tangent) if stiffness is None else (force, stiffness)
+        response = super().__new__(cls, parts)
+        response.force, response.load, response.tangent = force, load, tangent
+        return response
+
+    @property
+    def stiffness(self) -> Floats:
+        """Tangent stiffnesses dT/d(displacement) [N/m]."""
+        return self.tangent[..., 0, 0]
+
+
+def _with_spare(rows: Integers) -> Integers:
+    """Room for rows: what is deep grows by more, so that rough noise seldom asks for more."""
+    return rows + rows // 2 + np.clip(2 * rows - 5, 0, 6)
+
+
+class FieldState(Resumable):
+    """The place of all nodes of a field on their hysteresis, made by :meth:`JointField.start`.
+
+    A trial moves nothing until it is committed, as in :class:`microslip.State`::
+
+        forces, stiffnesses = state.try_(displacements)
+        forces, loads, tangents = state.try_(displacements, separations=d)
+        state.commit()  # or state.rollback()
+
+    The method of memory diagrams (DOI 10.3389/fmech.2020.00030) node by node: exact within Cattaneo
+    and Mindlin's theory. It holds 128 bytes a node, 48 more while there is a trial, and some 60 for
+    each row of a node's diagram beyond two: a reversal that is open, or a step of new contact that
+    sticks; with a ``depth`` there are no more rows than that.
+    """
+
+    __slots__ = (
+        "_begin", "_depth", "_doubt", "_limit", "_loss", "_marks", "_nodes", "_place", "_room",
+        "_rows", "_step", "_used", "_value",
+    )  # fmt: skip
+
+    _changing = (
+        "_begin", "_depth", "_doubt", "_loss", "_marks", "_place", "_room", "_rows", "_step",
+        "_value",
+    )  # fmt: skip
+    # Places, steps if they vary, how far the curve is asked for, and what the kernel makes of them.
+    _trial: tuple[Floats, Floats | None, tuple[float, float], tuple[Any, ...]] | None
+    _doubt: Floats | None
+
+    def __init__(self, nodes: Nodes, energies: bool, depth: int | None = None) -> None:
+        super().__init__()
+        size = nodes.size
+        self._limit, self._doubt = bounded(depth), None
+        if self._limit is not None:
+            bounding_profile(nodes.curve, 0.0)
+            self._doubt = np.zeros((size, DOUBTS))
+        self._nodes = nodes
+        self._rows, self._marks = np.zeros((_ROWS * size, 3)), np.zeros((_ROWS * size, 2))
+        self._begin, self._room = _ROWS * np.arange(size), np.full(size, _ROWS)
+        self._used = _ROWS * size
+        self._depth = np.zeros(size, dtype=np.int64)
+        self._place, self._step, self._value = np.zeros(size), np.zeros(size), np.zeros(size)
+        self._loss = np.zeros(size) if energies else None
+
+    @property
+    def displacement(self) -> Floats:
+        """Committed displacements [m]."""
+        return self._place * self._nodes.slips
+
+    @property
+    def separation(self) -> Floats:
+        """Committed separations [m]."""
+        return self._nodes.curve.origin + (self._nodes.rests + self._step)
+
+    @property
+    def force(self) -> Floats:
+        """Committed forces [N]."""
+        return self._value * self._nodes.weights
+
+    @property
+    def normal_load(self) -> Floats:
+        """Committed normal loads [N]."""
+        return self._nodes.scales * self._nodes.curve.load(self._nodes.rests + self._step)[0]
+
+    @property
+    def open_reversals(self) -> Integers:
+        """Rows of each node's memory diagram; what the state stores grows with them."""
+        return self._depth.copy()
+
+    @property
+    def dissipated_energy(self) -> Floats:
+        """Energies dissipated so far [J], one a node; refused where they are not counted."""
+        return counted(self._loss) * self._nodes.weights * self._nodes.slips
+
+    @property
+    def error_bound(self) -> Floats:
+        """Bounds of the force errors [N] that a limited depth has made so far, one a node."""
+        if self._doubt is None:
+            return np.zeros(self._nodes.size)
+        return self._doubt[:, -1] * self._nodes.weights
+
+    @one_at_a_time
+    def try_(self, displacement: ArrayLike, separations: ArrayLike | None = None) -> FieldResponse:
+        """Forces and tangents at trial displacements and, if they vary, separations.
+
+        Parameters
+        ----------
+        displacement : array_like
+            Trial displacements [m], one-dimensional, one a node, or one number.
+        separations : array_like, optional
+            Trial separations [m], likewise; without them they stay what they are. The step from
+            the committed state is a straight line of separation and displacement.
+
+        Returns
+        -------
+        FieldResponse
+            ``force``, ``load`` [N], ``stiffness`` and ``tangent`` [N/m], shape (nodes, 2, 2),
+            consistent with the step. It unpacks as ``force, stiffness`` without separations, as
+            ``force, load, tangent`` with them.
+        """
+        self._trial = None  # should this one fail, no earlier one is left to commit
+        nodes = self._nodes
+        place = beyond(nodes.per_node("displacement", displacement, "m"), nodes.slips)
+        step = None
+        if separations is not None:
+            step = nodes.steps_at("separations", separations) - nodes.rests
+        size = place.size
+        front, density, value, by_place = (np.empty(size) for _ in range(4))
+        code = np.empty(size, dtype=np.int64)
+        load, fall, by_step = (np.empty(size) for _ in range(3))
+        current = self._step if step is None else step
+        reach = nodes.reach(self._step, step)
+        kernels.compiled.field_try(
+            place, current, nodes.rests, self._place, self._step, self._value, self._rows,
+            self._marks, self._begin, self._depth, front, density, value, code, by_place,
+            load, fall, by_step, *nodes.curve.arguments(*reach),
+        )  # fmt: skip
+        self._trial = place, step, reach, (front, density, value, code)
+        stiffness = by_place * (nodes.weights / nodes.slips)
+        force = value * nodes.weights
+        tangent = np.zeros((size, 2, 2))
+        tangent[:, 0, 0] = stiffness
+        tangent[:, 0, 1] = nodes.weights * by_step
+        tangent[:, 1, 1] = -nodes.scales * fall
+        pair = stiffness if step is None else None
+        return FieldResponse(force, nodes.scales * load, tangent, pair)
+
+    def _take(self, trial: Any) -> None:
+        place, step, reach, (front, density, value, code) = trial
+        current = self._step if step is None else step
+        if self._loss is not None:
+            self._loss += self._losses(place, current, code, reach)
+        if self._doubt is not None:
+            nodes, code = self._nodes, code.copy()
+            farthest = max(float((nodes.rests + current).max()), 0.0)
+            kernels.compiled.field_bound(
+                current, nodes.rests, front, code, self._begin, self._depth, self._limit,
+                self._doubt, self._rows, self._marks,
+                *bounding_profile(nodes.curve, farthest).arguments,
+            )  # fmt: skip
+        kept = code >> 2
+        self._make_room(kept, kept + (front > current))
+        kernels.compiled.field_commit(
+            place, step, front, density, value, code, self._begin, self._room, self._place,
+            self._step, self._value, self._rows, self._marks, self._depth,
+        )  # fmt: skip
+
+    # -- plain arrays -----------------------------------------------------------------------------
+
+    @one_at_a_time
+    def to_arrays(self) -> dict[str, Floats]:
+        """The whole state as plain arrays, as ``numpy.savez`` takes them.
+
+        Returns
+        -------
+        dict of str to ndarray
+            ``now``: displacement [m], separation from that at rest [m] and force over mu of the
+            whole surface [N], a row a node. ``rows``: those of all memory diagrams, node by node,
+            outermost first: node, its end [m from rest], D [-], integral of D beyond the end [m];
+            force over mu of the step that made it [N] and that step [m]. ``dissipated``: energies
+            [J], empty where they are not counted. ``depth``: the most rows of each node, and what
+            they may have wrong as of :meth:`microslip.State.to_arrays`, empty where all is
+            remembered. ``joint``: the format, 1, and of all nodes force
+            limit [N], stiffness [N/m] and kappa [-], by which a field is known again. An open trial
+            is not among them. ``field.start(arrays)`` goes on from them.
+        """
+        places = [
+            np.arange(begin, begin + depth)
+            for begin, depth in zip(self._begin.tolist(), self._depth.tolist(), strict=True)
+        ]
+        index = np.concatenate(places)
+        owner = np.repeat(np.arange(self._depth.size), self._depth)
+        lost = np.zeros(0) if self._loss is None else self.dissipated_energy
+        return {
+            "now": np.column_stack((self.displacement, self._step, self._value)),
+            "rows": np.column_stack((owner, self._rows[index], self._marks[index])),
+            "dissipated": lost,
+            "depth": np.zeros((0, DOUBTS + 1))
+            if self._doubt is None
+            else np.column_stack((np.full(self._nodes.size, self._limit), self._doubt)),
+            "joint": self._identity(),
+        }
+
+    def _identity(self) -> Floats:
+        nodes = self._nodes
+        load, fall = nodes.curve.load(nodes.rests)
+        return joint_array(nodes.weights * load, nodes.weights / nodes.slips * fall, nodes.slips)
+
+    @classmethod
+    def _from_arrays(cls, nodes: Nodes, arrays: Mapping[str, ArrayLike]) -> FieldState:
+        """The state of nodes that goes on as the saved one would; ``field.start(arrays)``."""
+        lost = saved_array(arrays, "dissipated", -1)
+        deep = newer_array(arrays, "depth", -1, DOUBTS + 1)
+        state = cls(nodes, bool(lost.size), int(deep[0, 0]) if deep.size else None)
+        if deep.size:
+            state._doubt = saved_array(arrays, "depth", nodes.size, DOUBTS + 1)[:, 1:].copy()
+            if (state._doubt[:, [0, 3, 4]] < 0.0).any() or (deep[:, 0] != deep[0, 0]).any():
+                raise InputError("arrays must be those of a state: its depth is none")
+        check_joint(arrays, state._identity())
+        last, rows = saved_array(arrays, "now", nodes.size, 3), saved_array(arrays, "rows", -1, 6)
+        displacement, state._step, state._value = (column.copy() for column in last.T)
+        state._place = displacement / nodes.slips
+        if lost.size:
+            lost = saved_array(arrays, "dissipated", nodes.size)
+            state._loss = lost / (nodes.weights * nodes.slips)
+        owner, (end, density, beyond, value, base) = rows[:, 0].astype(np.int64), rows[:, 1:].T
+        inner = np.diff(owner) == 0  # of one node
+        wrong = (rows[:, 0] != owner).any() or (np.diff(owner) < 0).any()
+        if wrong or (len(owner) and not 0 <= owner[0] <= owner[-1] < nodes.size):
+            raise InputError("arrays must be those of a state: its rows belong to no node")
+        begin = state._step[owner]
+        begin[:-1][inner] = end[1:][inner]
+        if (np.abs(density) > 1.0).any() or (begin > end).any() or (lost < 0.0).any():
+            raise InputError("arrays must be those of a state: its rows are no memory diagram")
+        # Where the row of a node ends the next begins; after its last one the place is reached.
+        ahead = beyond + density * (end - begin)
+        reached = state._place[owner]
+        reached[:-1][inner] = beyond[1:][inner]
+        length = float(np.abs(np.concatenate((end - state._step[owner], state._place))).max())
+        check_whole(ahead, reached, length, "rows do not lead to its displacement")
+        newest = np.append(~inner, True)[: len(owner)]
+        value_now = np.zeros(nodes.size)
+        at = owner[newest]
+        width = state._step[at] - base[newest]
+        cut = nodes.curve.drop(nodes.rests[at] + base[newest], np.maximum(width, 0.0))
+        value_now[at] = value[newest] - density[newest] * cut
+        load = nodes.curve.load(nodes.rests + state._step)[0]
+        check_whole(value_now, state._value, float(load.max()), "forces are not those of its rows")
+        if len(owner):
+            load_there = nodes.curve.load(nodes.rests[owner] + base)[0]
+            if (np.abs(value) > (1.0 + 1e-9) * load_there).any():
+                raise InputError("arrays must be those of a state: its rows bear more than mu N")
+        depth = np.bincount(owner, minlength=nodes.size)
+        state._repack(state._depth, depth)
+        index = np.repeat(state._begin - (np.cumsum(depth) - depth), depth) + np.arange(len(owner))
+        state._rows[index], state._marks[index] = rows[:, 1:4], rows[:, 4:]
+        state._depth = depth
+        return state
+
+    def _make_room(self, kept: Integers, rows: Integers) -> None:
+        """Grow the pool so that each node has room for its rows after the step.
+
+        Nodes that outgrow their slot move to the end, with the rows that the step keeps. A step
+        that closes rows may leave a node with fewer than it has now; those rows are never copied.
+        """
+        full = np.flatnonzero(rows > self._room)
+        if not full.size:
+            return
+        room = _with_spare(rows[full])
+        used = self._used + int(room.sum())
+        if used > len(self._rows):
+            self._repack(kept, rows)
+            return
+        old = self._begin[full].copy()
+        self._begin[full] = self._used + np.cumsum(room) - room
+        self._room[full] = room
+        self._move((self._rows, self._marks), kept[full], old, self._begin[full])
+        self._used = used
+
+    def _repack(self, kept: Integers, rows: Integers) -> None:
+        """Rebuild the pool with room for the rows of each node and 12.5 % spare capacity."""
+        self._room = np.where(rows > _ROWS, _with_spare(rows), _ROWS)
+        old, self._begin = self._begin, np.cumsum(self._room) - self._room
+        self._used = int(self._room.sum())
+        before = self._rows, self._marks
+        room = self._used + self._used // 8 + _ROWS
+        self._rows, self._marks = np.zeros((room, 3)), np.zeros((room, 2))
+        self._move(before, kept, old, self._begin)
+
+    def _move(
+        self, before: tuple[Floats, Floats], kept: Integers, old: Integers, new: Integers
+    ) -> None:
+        """Copy the kept rows and marks of nodes from their old slots to their new ones."""
+        place = np.arange(kept.sum()) - np.repeat(np.cumsum(kept) - kept, kept)
+        source, target = np.repeat(old, kept) + place, np.repeat(new, kept) + place
+        self._rows[target], self._marks[target] = before[0][source], before[1][source]
+
+    def _losses(self, place: Floats, step: Floats, code: Integers, reach: Any) -> Floats:
+        """Energy dissipated in the trial, over mu kappa."""
+        nodes, lost = self._nodes, np.empty(place.size)
+        profile = nodes.curve.profile(*reach)
+        if profile is not None:
+            kernels.compiled.field_losses(
+                place, step, nodes.rests, code, self._place, self._step, self._begin, self._depth,
+                profile.loss_rules, self._rows, lost, *profile.arguments,
+            )  # fmt: skip
+            return lost
+        runs = [np.zeros((8, 0))]
+        for i in np.flatnonzero(code % 4).tolist():
+            diagram, origin = Diagram(), nodes.rests[i]
+            begin, diagram.depth = int(self._begin[i]), int(self._depth[i])
+            diagram.stack = self._rows[begin : begin + diagram.depth] + np.array([origin, 0.0, 0.0])
+            diagram.separation, diagram.place = float(origin + self._step[i]), float(self._place[i])
+            runs.append(diagram.runs(origin + step[i : i + 1], place[i : i + 1]))
+            runs[-1][0] = i
+        # All at once; a shared curve knows of no friction and no slip.
+        return nodes.curve.slip_losses.of(np.concatenate(runs, axis=1), place.size)
+
+    def __repr__(self) -> str:
+        return f"FieldState({self._place.size} nodes, {int(self._depth.sum())} rows)"

@@ -1,0 +1,163 @@
+"""The memory of a record: which reversals are open, and where the last sample lies.
+
+Masing's rule with factor two, wiping-out and return to the first loading curve (Madelung's rules;
+Jaeger 1998, Ciavarella 1998 for the contact) are geometry: they ask for displacements alone. The
+law enters once, vectorised, on the distances along its backbone that the geometry gives.
+
+In the chapter (DOI 10.1007/978-3-319-56818-8_19) the branches are first loading (19.19), unloading
+(19.20), reloading (19.21) with its offset (19.22), and unloading (19.23) with its offset (19.24).
+Here each of them starts from the force at its reversal, whatever the sign of that force.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from microslip._core import kernels
+from microslip._core.checks import Floats
+from microslip._core.kernels import Integers
+from microslip._core.kernels.table import Table
+
+Backbone = Callable[[Floats], Floats]
+
+
+class Tree(NamedTuple):
+    """The branches of a record: sample i has the value sign[i] B(half[i]) + value of parent[i].
+
+    The branches of (19.19)-(19.21) and (19.23): half the distance from the reversal, with factor 2,
+    or the distance from rest, with factor 1.
+
+    ``parent`` is the index of a sample, -1 for the origin, or -2 - k for entry k of the memory at
+    the start (its last entry stands for the last displacement before the record).
+    """
+
+    half: Floats
+    sign: Floats
+    parent: Integers
+
+
+class Memory:
+    """Open reversals (places and values, oldest first) with the last place, value and direction.
+
+    What is stored grows with the number of open loops only.
+    """
+
+    __slots__ = ("depth", "direction", "last", "stack", "value")
+
+    def __init__(self) -> None:
+        self.stack = np.empty((8, 2))
+        self.depth = 0
+        self.last = 0.0
+        self.value = 0.0
+        self.direction = 0
+
+    def copy(self) -> Memory:
+        """An independent memory with the same content."""
+        memory = Memory()
+        memory.stack = self.stack.copy()
+        memory.depth, memory.direction = self.depth, self.direction
+        memory.last, memory.value = self.last, self.value
+        return memory
+
+    __copy__ = copy
+
+    def _reserve(self, extra: int) -> Floats:
+        """A stack with room for ``extra`` more entries than are open."""
+        if self.stack.shape[0] >= self.depth + extra:
+            return self.stack
+        # Doubling keeps one-sample chunks at amortised constant cost.
+        stack = np.empty((max(self.depth + extra, 2 * self.depth), 2))
+        stack[: self.depth] = self.stack[: self.depth]
+        return stack
+
+    def _store(self, stack: Floats, depth: int) -> None:
+        if stack.shape[0] > 4 * depth + 64:
+            stack = stack[: 2 * depth + 8].copy()
+        self.stack, self.depth = stack, depth
+
+    def respond(self, x: Floats, backbone: Backbone, table: Table | None) -> Floats:
+        """Values at the samples ``x`` (one-dimensional, not empty), after which memory is updated.
+
+        With a table of the backbone the kernel does it all in one pass.
+        """
+        with np.errstate(over="ignore"):  # distances beyond all numbers are far in gross slip
+            return self._respond(x, backbone, table)
+
+    def _respond(self, x: Floats, backbone: Backbone, table: Table | None) -> Floats:
+        if table is None:
+            return self._respond_through_tree(x, backbone)
+        values = np.empty(x.size)
+        stack = self._reserve(x.size + 1)
+        depth, self.last, self.value, self.direction = kernels.compiled.respond(
+            x, values, stack, self.depth, self.last, self.value, self.direction, *table.arguments
+        )
+        self._store(stack, depth)
+        return values
+
+    def _respond_through_tree(self, x: Floats, backbone: Backbone) -> Floats:
+        base = np.append(self.stack[: self.depth, 1], self.value)
+        tree, places, codes, last, direction = self._branches(x)
+        values = backbone(tree.half) * tree.sign
+        kernels.compiled.accumulate(tree.parent, values, base)
+        old = np.where(codes < 0, -2 - codes, 0)
+        new = np.where(codes >= 0, values[np.maximum(codes, 0)], base[old])
+        self._store(np.column_stack((places, new)), places.size)
+        self.last, self.value, self.direction = last, float(values[-1]), direction
+        return values
+
+    def _branches(self, x: Floats) -> tuple[Tree, Floats, Integers, float, int]:
+        room = self.depth + x.size + 1
+        places, codes = np.empty(room), np.empty(room, dtype=np.int64)
+        places[: self.depth] = self.stack[: self.depth, 0]
+        codes[: self.depth] = -2 - np.arange(self.depth)
+        tree = Tree(np.empty(x.size), np.empty(x.size), np.empty(x.size, dtype=np.int64))
+        depth, last, direction = kernels.compiled.branches(
+            x, *tree, places, codes, self.depth, self.last, self.direction
+        )
+        return tree, places[:depth], codes[:depth], last, direction
+
+    def tree(self, x: Floats) -> Tree:
+        """The branches of a record from here on; the memory stays as it is."""
+        return self._branches(x)[0]
+
+    def closed(self, x: Floats, first: int = 0) -> Floats:
+        """Amplitudes of the loops that a record from here on closes; the memory stays as it is.
+
+        Negative where it is half a loop: first loading that turned and went on beyond its mirror.
+        Reversals before number ``first`` are not looked at: two that stay open, or none.
+        """
+        depth = self.depth - first
+        places, result = (np.empty(depth + x.size + 1) for _ in range(2))
+        places[:depth] = self.stack[first : self.depth, 0]
+        count = kernels.compiled.closings(x, result, places, depth, self.last, self.direction)
+        return result[:count]
+
+    def probe(self, x: float) -> tuple[float, float, float, tuple[int, int, int]]:
+        """Memory after a move to ``x``; the memory itself stays as it is.
+
+        Distance along the backbone, its factor and the value it starts from, with what
+        :meth:`move` needs to make that move.
+        """
+        move: tuple[int, int, int] = kernels.compiled.locate(
+            x, self.stack, self.depth, self.last, self.direction
+        )
+        depth, pushed, direction = move
+        if depth == 0:
+            return abs(x), -1.0 if x < 0.0 else 1.0, 0.0, move
+        if pushed:
+            place, start = self.last, self.value
+        else:
+            place, start = float(self.stack[depth - 1, 0]), float(self.stack[depth - 1, 1])
+        return 0.5 * abs(x - place), 2.0 if direction > 0 else -2.0, start, move
+
+    def move(self, x: float, value: float, move: tuple[int, int, int]) -> None:
+        """Go to ``x``, where the value is ``value``, along a probed move."""
+        depth, pushed, direction = move
+        if pushed:
+            self.stack = self._reserve(1)
+            self.stack[depth - 1] = self.last, self.value
+        self._store(self.stack, depth)
+        self.last, self.value, self.direction = x, value, direction

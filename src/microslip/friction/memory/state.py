@@ -1,0 +1,422 @@
+"""A resumable state, for time integrators and long records."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from microslip._core.checks import LARGEST, Floats, beyond, exact, number, record, show
+from microslip._core.errors import InputError
+from microslip._core.kernels.table import Table
+from microslip.friction.memory.diagram import (
+    DOUBTS,
+    Diagram,
+    Ledger,
+    Step,
+    bounded,
+    bounding_profile,
+)
+from microslip.friction.memory.nodes import steps_along
+from microslip.friction.memory.record import Memory
+from microslip.friction.memory.resumable import Resumable, one_at_a_time
+from microslip.friction.memory.saved import (
+    check_joint,
+    check_whole,
+    joint_array,
+    newer_array,
+    saved_array,
+)
+from microslip.friction.memory.trial import Trial
+
+if TYPE_CHECKING:
+    from microslip.contact.load_curve import LoadCurve
+
+_MARKS = np.array([1e-9, 1e-7, 1e-5, 1e-3])  # displacements [m] at which a law is known again
+
+
+class Law(Protocol):
+    """Interface of a law to a state."""
+
+    @property
+    def _coupling(self) -> LoadCurve | None: ...
+
+    @property
+    def _table(self) -> Table | None: ...
+
+    def _backbone(self, u: Floats) -> Floats: ...
+
+    def _backbone_at(self, u: float) -> tuple[float, float]: ...
+
+    def _energy(self, amplitude: Floats) -> Floats: ...
+
+
+class State(Resumable):
+    """The place of one joint on its hysteresis, made by ``joint.start()``: (19.19)-(19.24).
+
+    A trial moves nothing until it is committed::
+
+        force, stiffness = state.try_(1.2e-6)  # as often as a solver's iteration wants
+        trial = state.try_(1.2e-6, separation=d)  # also trial.normal_load, trial.tangent
+        state.commit()  # the last trial becomes the state
+        state.rollback()  # or it is forgotten
+        forces = state.advance(chunk)  # whole pieces of a record, committed at once
+
+    Every trial starts from the last committed state, never from another trial. Where the law has a
+    surface, each trial may come with a normal load of its own. Threads that share it take turns.
+    """
+
+    __slots__ = ("_diagram", "_law", "_ledger", "_lost", "_memory")
+
+    _changing = ("_diagram", "_ledger", "_memory")
+    # Displacement, force and move of the memory, or displacement and step of the diagram.
+    _trial: tuple[float, float, tuple[int, int, int]] | tuple[float, Step] | None
+
+    def __init__(self, law: Law, depth: int | None = None) -> None:
+        if not hasattr(law, "_backbone_at"):
+            message = f" must be a backbone law, got {show(law)}; write joint.start()"
+            raise InputError(f"`law`{message}")
+        super().__init__()
+        self._law, self._memory = law, Memory()
+        # Once the load has varied, this is the memory.
+        self._diagram: Diagram | None = None
+        self._ledger: Ledger | None = None
+        self._lost = 0.0  # in closed loops, while the load was constant [J]
+        if depth is not None:
+            if law._coupling is None:
+                raise InputError(
+                    "`depth` must be left out for a law without a surface, which remembers all; "
+                    'exported code holds it with a depth: microslip.export.write("c", law, ...)'
+                )
+            limit = bounded(depth)
+            bounding_profile(law._coupling, 0.0)
+            self._diagram = Diagram(limit)
+            self._ledger = Ledger(self._diagram, 0.0)
+
+    @property
+    def displacement(self) -> float:
+        """Committed displacement [m]."""
+        return self._memory.last
+
+    @property
+    def force(self) -> float:
+        """Committed force [N]."""
+        return self._memory.value
+
+    @property
+    def normal_load(self) -> float:
+        """Committed normal load [N]; only an interface has one."""
+        return self._here().normal_load
+
+    @property
+    def separation(self) -> float:
+        """Committed separation [m]; only an interface has one."""
+        return self._here().separation
+
+    @property
+    def stiffness(self) -> float:
+        """Tangent stiffness [N/m] at this load of a move that goes on in the same direction."""
+        return self._here().stiffness
+
+    @property
+    @one_at_a_time
+    def dissipated_energy(self) -> float:
+        """Energy dissipated since the joint was at rest [J]; it never falls."""
+        if self._ledger is not None and self._diagram is not None:
+            return self._ledger.settle(self._diagram, self._curve())
+        memory = self._memory
+        ends = np.append(memory.stack[: memory.depth, 0], memory.last)
+        # First loading, and a branch from each open reversal to the next.
+        amplitudes = 0.5 * np.abs(np.diff(ends, prepend=0.0))
+        amplitudes[0] *= 2.0
+        energy = 0.5 * self._law._energy(amplitudes)
+        energy[0] *= 0.5
+        return self._lost + float(energy.sum())
+
+    @property
+    def open_reversals(self) -> int:
+        """Number of reversals that are remembered; all that the state stores grows with it.
+
+        After the load has varied, and where there is a ``depth``: the rows of the memory diagram.
+        """
+        return self._memory.depth if self._diagram is None else self._diagram.depth
+
+    @property
+    def error_bound(self) -> float:
+        """Bound of the force error [N] that a limited depth has made so far; 0 without one."""
+        if self._diagram is None or self._diagram.limit is None:
+            return 0.0
+        return float(self._diagram.doubt[-1]) * self._curve().friction
+
+    @one_at_a_time
+    def try_(
+        self,
+        displacement: float,
+        normal_load: float | None = None,
+        *,
+        separation: float | None = None,
+    ) -> Trial:
+        """Force and tangents at a trial displacement and, if it varies, load or separation.
+
+        Parameters
+        ----------
+        displacement : float
+            Trial displacement [m].
+        normal_load : float, optional
+            Trial normal load [N], not negative; without it the load stays what it is. The step from
+            the committed state is a straight line of separation and displacement.
+        separation : float, optional
+            Trial separation [m] in its place.
+
+        Returns
+        -------
+        Trial
+            It unpacks as ``force, stiffness``: the force needed to hold the displacement [N] and
+            the tangent stiffness [N/m], at this load, of the branch that the step ends on. It also
+            has ``normal_load`` and the tangents of both by both, see there.
+        """
+        self._trial = None  # should this one fail, no earlier one is left to commit
+        x = number("displacement", displacement, "m")
+        if separation is not None:
+            if normal_load is not None:
+                raise InputError("normal_load or separation must be given, not both")
+            d = number("separation", separation, "m")
+            step: float | None = float(self._curve("separation").steps_at(d))
+        else:
+            if normal_load is not None:
+                normal_load = number("normal_load", normal_load, "N")
+            step = self._step(normal_load)
+        trial: Trial
+        trial, self._trial = self._trial_of(x, step, normal_load)
+        return trial
+
+    def _take(self, trial: Any) -> None:
+        if len(trial) == 2:
+            x, step = trial
+            diagram, curve = self._current(), self._curve()
+            ledger = self._open_ledger(diagram)
+            diagram.move(step, curve)
+            ledger.note(np.array([step.separation]), np.array([x]), diagram, curve)
+            self._settle(diagram, x, curve.friction * step.value)
+            return
+        memory, (depth, pushed, direction) = self._memory, trial[2]
+        if not pushed and (depth, direction) != (memory.depth, memory.direction):
+            self._close(np.array([trial[0]]), max(depth - 2, 0))
+        memory.move(*trial)
+
+    @one_at_a_time
+    def advance(
+        self,
+        displacement: ArrayLike,
+        normal_load: ArrayLike | None = None,
+        *,
+        separation: ArrayLike | None = None,
+    ) -> Any:
+        """Forces along a piece of a record, which becomes part of the state.
+
+        Parameters
+        ----------
+        displacement : array_like
+            Displacements [m], one-dimensional, not empty; one number counts as one sample.
+        normal_load : array_like, optional
+            Normal loads [N], one for each displacement or one number; without it the load stays.
+        separation : array_like, optional
+            Separations [m] in their place.
+
+        Returns
+        -------
+        ndarray or float
+            Forces [N], one for each displacement. Pieces in a row give what the whole gives.
+        """
+        x = record("displacement", displacement, "m")
+        self._trial = None
+        if normal_load is not None or separation is not None or self._diagram is not None:
+            forces = self._advance_coupled(x.reshape(-1), normal_load, separation)
+            return float(forces[0]) if x.ndim == 0 else forces
+        if x.size == 1:  # in constant time, however many reversals are open
+            force = self.try_(float(x.reshape(-1)[0]))[0]
+            self.commit()
+            return force if x.ndim == 0 else np.array([force])
+        self._close(x)
+        return self._memory.respond(x, self._law._backbone, self._law._table)
+
+    # -- plain arrays -----------------------------------------------------------------------------
+
+    @one_at_a_time
+    def to_arrays(self) -> dict[str, Floats]:
+        """The whole state as plain arrays, as ``numpy.savez`` takes them.
+
+        Returns
+        -------
+        dict of str to ndarray
+            ``now``: displacement [m], force [N], direction of the last move (-1, 0 or 1), energy
+            dissipated [J], and, where the load has varied, 1, separation from the joint's own [m]
+            and force over mu [N], else three zeros. ``reversals``: displacements [m] and forces [N]
+            of the open ones, oldest first, shape (reversals, 2). ``rows``: those of the memory
+            diagram, outermost first: its end [m from the joint's own separation], D [-], integral
+            of D beyond the end [m], integral of D (-N') from where the row begins [N], shape
+            (rows, 4). ``depth``: the most rows there may be, bound of what they have wrong over mu
+            [N], the separations [m] between which that counts, whether it did, and the largest that
+            did [N]; empty where all is remembered. ``joint``: the format, 1, and the backbone [N]
+            at 1 nm, 100 nm, 10 um and 1 mm, by which a joint is known again. An open trial is not
+            among them. ``joint.start(arrays)`` goes on from them.
+        """
+        memory, diagram = self._memory, self._diagram
+        varied = (0.0, 0.0, 0.0) if diagram is None else (1.0, diagram.separation, diagram.value)
+        ends = (
+            memory.last,
+            memory.value,
+            float(memory.direction),
+            self.dissipated_energy,
+            *varied,
+        )
+        rows = np.zeros((0, 4))
+        if diagram is not None:
+            depth = diagram.depth
+            rows = np.column_stack((diagram.stack[:depth], diagram.values[:depth]))
+        return {
+            "now": np.array(ends),
+            "reversals": memory.stack[: memory.depth].copy(),
+            "rows": rows,
+            "depth": self._depth_array(),
+            "joint": joint_array(self._law._backbone(_MARKS)),
+        }
+
+    def _depth_array(self) -> Floats:
+        """The limit of rows and what they have wrong; empty without one."""
+        diagram = self._diagram
+        if diagram is None or diagram.limit is None:
+            return np.zeros(0)
+        return np.append(diagram.limit, diagram.doubt)
+
+    @classmethod
+    def from_arrays(cls, law: Law, arrays: Mapping[str, ArrayLike]) -> State:
+        """The state of a law, the same as before, that goes on as the saved one would.
+
+        Its arrays are as :meth:`to_arrays` gave them, or ``numpy.load`` of that;
+        ``joint.start(arrays)`` makes it.
+        """
+        deep = newer_array(arrays, "depth", -1)
+        state = cls(law, int(deep[0]) if deep.size else None)
+        marks = law._backbone(_MARKS)
+        check_joint(arrays, joint_array(marks))
+        ends = saved_array(arrays, "now", 7)
+        reversals, rows = (
+            saved_array(arrays, "reversals", -1, 2),
+            saved_array(arrays, "rows", -1, 4),
+        )
+        memory = state._memory
+        memory.stack, memory.depth = np.vstack((reversals, np.empty((8, 2)))), len(reversals)
+        memory.last, memory.value, memory.direction = float(ends[0]), float(ends[1]), int(ends[2])
+        inside = np.abs(np.diff(reversals[:, 0], append=memory.last))
+        if ends[2] not in (-1.0, 0.0, 1.0) or np.any(np.diff(inside) > 0.0) or ends[3] < 0.0:
+            raise InputError("arrays must be those of a state: its reversals do not nest")
+        state._lost = float(ends[3])
+        if ends[4] != 0.0:
+            curve, diagram = state._curve("rows"), state._diagram or Diagram()
+            if deep.size:
+                diagram.doubt = saved_array(arrays, "depth", DOUBTS + 1)[1:]
+                if (diagram.doubt[[0, 3, 4]] < 0.0).any() or len(rows) > deep[0]:
+                    raise InputError("arrays must be those of a state: its depth is none")
+            diagram.restore(rows, float(ends[5]), memory.last / curve.slip, float(ends[6]), curve)
+            state._diagram, state._ledger = diagram, Ledger(diagram, state._lost)
+            return state
+        places, forces = np.append(reversals, [ends[:2]], axis=0).T.copy()
+        replayed = Memory().respond(places, law._backbone, None)
+        scale = float(max(marks[-1], np.abs(replayed).max()))
+        check_whole(replayed, forces, scale, "forces are not those of its displacements")
+        state._lost = 0.0
+        state._lost = max(float(ends[3]) - state.dissipated_energy, 0.0)
+        return state
+
+    def _close(self, x: Floats, first: int = 0) -> None:
+        """Count what the loops lose that a record from here on closes, ``first`` as there."""
+        closed = self._memory.closed(x, first)
+        if closed.size:
+            # Moves beyond all joints must not lose beyond all floats.
+            energy = self._law._energy(np.minimum(np.abs(closed), LARGEST))
+            self._lost += float(np.where(closed < 0.0, 0.5 * energy, energy).sum())
+
+    # -- a step -----------------------------------------------------------------------------------
+
+    def _trial_of(self, x: float, step: float | None, normal_load: float | None = None) -> Any:
+        """A trial, and what goes along it; without a ``step`` the load has never varied."""
+        if step is None:
+            half, sign, start, move = self._memory.probe(x)
+            value, slope = self._law._backbone_at(half)
+            force = start + sign * value
+            return Trial._of(force, slope, x, float(move[2]), self._law._coupling), (x, force, move)
+        curve, diagram = self._curve(), self._current()
+        probed = diagram.probe(step, beyond(x, curve.slip), curve)
+        rests = probed.kind == 0 and not probed.front > step
+        density = diagram.slip if rests else probed.density
+        force, stiffness = curve.friction * probed.value, curve.friction / curve.slip * probed.fall
+        return Trial._of(force, stiffness, x, density, curve, step, normal_load), (x, probed)
+
+    def _here(self) -> Trial:
+        """The committed state as a trial."""
+        step = None if self._diagram is None else self._diagram.separation
+        trial: Trial = self._trial_of(self._memory.last, step)[0]
+        return trial
+
+    # -- a load that varies -----------------------------------------------------------------------
+
+    def _curve(self, name: str = "normal_load") -> LoadCurve:
+        curve = self._law._coupling
+        if curve is None:
+            raise InputError(f"{name} has no meaning for this law: it has no surface")
+        return curve
+
+    def _open_ledger(self, diagram: Diagram) -> Ledger:
+        if self._ledger is None:
+            self._ledger = Ledger(diagram, self.dissipated_energy)
+        return self._ledger
+
+    def _step(self, normal_load: float | None) -> float | None:
+        """Separation of a trial from the joint's own; None where the load has never varied."""
+        if normal_load is None:
+            return None if self._diagram is None else self._diagram.separation
+        if normal_load < 0.0:
+            raise InputError(f"`normal_load` must not be negative [N], got {exact(normal_load)}")
+        step = self._curve().step_of(normal_load)
+        return None if step == 0.0 and self._diagram is None else step
+
+    def _current(self) -> Diagram:
+        """The diagram of the committed state; from the open reversals while there is none."""
+        if self._diagram is not None:
+            return self._diagram
+        memory, curve, diagram = self._memory, self._curve(), Diagram()
+        places = np.append(memory.stack[: memory.depth, 0], memory.last) / curve.slip
+        diagram.respond(np.zeros(places.size), places, curve)
+        return diagram
+
+    def _advance_coupled(
+        self, x: Floats, normal_load: ArrayLike | None, separation: ArrayLike | None
+    ) -> Floats:
+        if normal_load is not None and separation is not None:
+            raise InputError("normal_load or separation must be given, not both")
+        curve = self._curve("normal_load" if separation is None else "separation")
+        diagram = self._current()
+        if normal_load is None and separation is None:
+            steps = np.full(x.size, diagram.separation)
+        else:
+            steps = steps_along(curve, x.size, normal_load, separation)
+        ledger = self._open_ledger(diagram)
+        forces = curve.friction * diagram.respond(steps, beyond(x, curve.slip), curve)
+        ledger.note(steps, x.copy(), diagram, curve)
+        self._settle(diagram, float(x[-1]), float(forces[-1]))
+        return forces
+
+    def _settle(self, diagram: Diagram, displacement: float, force: float) -> None:
+        if self._diagram is None:
+            self._memory = Memory()
+        self._diagram = diagram
+        self._memory.last, self._memory.value = displacement, force
+
+    def __repr__(self) -> str:
+        return (
+            f"State(displacement={self.displacement:g}, force={self.force:g}, "
+            f"open_reversals={self.open_reversals})"
+        )

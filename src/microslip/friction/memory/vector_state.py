@@ -1,0 +1,287 @@
+"""A resumable state of nodes that move in two directions."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from microslip._core import kernels
+from microslip._core.checks import Floats, floats
+from microslip._core.errors import InputError
+from microslip.friction.memory.field_state import FieldResponse
+from microslip.friction.memory.nodes import Nodes, along
+from microslip.friction.memory.resumable import Resumable, counted, one_at_a_time
+from microslip.friction.memory.saved import check_joint, joint_array, saved_array
+
+
+class VectorResponse(FieldResponse):
+    """Response of nodes to displacements in two directions and separations.
+
+    It unpacks as a :class:`FieldResponse` does. Sliders as Iwan's (1966, DOI 10.1115/1.3625199),
+    each with a vector.
+    """
+
+    force: Floats
+    """Tangential forces (T1, T2) [N], shape (nodes, 2), or (2,) of one joint."""
+    load: Floats
+    """Normal loads N [N], one a node; not a number for a law whose load is held."""
+    tangent: Floats
+    """Derivatives of (T1, T2, N) by both displacements and the separation [N/m], (nodes, 3, 3)."""
+
+    @property
+    def stiffness(self) -> Floats:
+        """Derivatives of (T1, T2) by both displacements [N/m], shape (nodes, 2, 2)."""
+        return self.tangent[..., :2, :2]
+
+
+@dataclass(frozen=True, eq=False)
+class SliderBank:
+    """Sliders that nodes share, and what makes forces of them; without a curve the load is held."""
+
+    tops: Floats
+    """Separation, or displacement, at which each slider begins to slip from rest."""
+    weights: Floats
+    """Slider weights."""
+    nodes: Nodes | None
+    """The nodes; None of a law whose load is held, whose place is the displacement itself."""
+    size: int
+    """Number of nodes."""
+    nearest: float = 0.0
+    """Least step for which there are sliders."""
+    lay: Floats | None = None
+    """Stiffness in the plane over that along the first axis, (2, 2); None: all ways alike."""
+
+    @cached_property
+    def scales(self) -> Floats:
+        """Force of each node for what the sliders hold, times the slip of a place."""
+        return np.ones(self.size) if self.nodes is None else self.nodes.weights
+
+    @cached_property
+    def slips(self) -> Floats:
+        """Displacement per place of each node."""
+        return np.ones(self.size) if self.nodes is None else self.nodes.slips
+
+    @cached_property
+    def rests(self) -> Floats:
+        """Step of each node at rest, as the sliders count it."""
+        return np.zeros(self.size) if self.nodes is None else self.nodes.rests
+
+    @cached_property
+    def compliances(self) -> Floats | None:
+        """Both compliances of a place, then the cosine and sine of the axis of the first."""
+        if self.lay is None:
+            return None
+        stiffnesses, axes = np.linalg.eigh(self.lay)
+        if np.linalg.det(axes) < 0.0:
+            axes[:, 1] *= -1.0
+        return np.array([*(1.0 / stiffnesses), *axes[:, 0]])
+
+    def places(self, displacements: Floats) -> Floats:
+        """Displacements [m] in the plane, of nodes along the first axis, as the sliders go."""
+        slips = self.slips.reshape(-1, *[1] * (displacements.ndim - 1))
+        return (displacements if self.lay is None else displacements @ self.lay) / slips
+
+    def displacements(self, places: Floats) -> Floats:
+        """Displacements [m] of places, both of shape (nodes, 2)."""
+        moved = places if self.lay is None else np.linalg.solve(self.lay, places.T).T
+        return np.asarray(moved * self.slips[:, None])
+
+    def identity(self) -> Floats:
+        """Identity of the law of a saved state."""
+        sums = np.array([self.tops.size, self.tops.sum(), self.weights.sum()])
+        if self.lay is not None:
+            sums = np.append(sums, self.lay)
+        return joint_array(sums, self.scales, self.slips, self.rests)
+
+    def loads(self, step: Floats) -> tuple[Floats, Floats]:
+        """Normal loads [N] and their derivatives [N/m] at steps, nodes along the first axis."""
+        if self.nodes is None:  # a law knows none
+            return np.full(step.shape, np.nan), np.full(step.shape, np.nan)
+        load, fall = self.nodes.curve.load(step.reshape(-1))
+        scales = self.nodes.scales.reshape(-1, *[1] * (step.ndim - 1))
+        return scales * load.reshape(step.shape), -scales * fall.reshape(step.shape)
+
+    def steps_at(self, separations: Floats) -> Floats:
+        """Steps of separations [m], nodes along the first axis, that the sliders reach."""
+        if self.nodes is None:
+            raise InputError(
+                "separations have no meaning for a joint whose load is held; "
+                "write JointField(...).two_directions() for nodes whose separation varies"
+            )
+        origin = self.nodes.curve.origin
+        steps = self.nodes.checked(separations) - origin
+        if steps.min() < self.nearest:
+            node = int(np.unravel_index(np.argmin(steps), steps.shape)[0])
+            raise InputError(
+                f"separations must not go below the nearest one that the sliders reach, "
+                f"{self.nearest + origin:g} m, got {steps.min() + origin:g} at node {node}; "
+                "write two_directions(nearest=...)"
+            )
+        return steps
+
+
+class VectorState(Resumable):
+    """The place of nodes on their hysteresis in two directions.
+
+    A trial moves nothing until it is committed, as in :class:`microslip.State`::
+
+        force, stiffness = state.try_([1e-7, -2e-7])
+        state.commit()  # or state.rollback()
+
+    Each slider holds a vector (Iwan 1966, DOI 10.1115/1.3625199, in two directions): 16 bytes a
+    slider and node, twice that while there is a trial.
+    """
+
+    __slots__ = ("_bank", "_loss", "_place", "_single", "_step", "_value", "_vectors")
+
+    _changing = ("_loss",)
+    _trial: tuple[Floats, Floats | None, Floats, Floats] | None
+
+    def __init__(self, bank: SliderBank, single: bool, energies: bool) -> None:
+        super().__init__()
+        self._bank, self._single = bank, single
+        self._place, self._value = np.zeros((bank.size, 2)), np.zeros((bank.size, 2))
+        self._step = bank.rests.copy()
+        self._vectors = np.zeros((bank.size, bank.tops.size, 2))
+        self._loss = np.zeros(bank.size) if energies else None
+
+    def _out(self, array: Floats) -> Any:
+        return array[0] if self._single else array
+
+    @property
+    def displacement(self) -> Floats:
+        """Committed displacements [m], shape (nodes, 2), or (2,) of one node."""
+        return np.asarray(self._out(self._bank.displacements(self._place)))
+
+    @property
+    def force(self) -> Floats:
+        """Committed forces [N], shape (nodes, 2), or (2,) of one node."""
+        return np.asarray(self._out(self._value * self._bank.scales[:, None]))
+
+    @property
+    def stored_energy(self) -> Any:
+        """Elastic energies of the sliders [J], one a node."""
+        moved = self._vectors
+        if self._bank.lay is not None:
+            moved = moved @ np.linalg.inv(self._bank.lay)
+        squares = (self._vectors * moved).sum(axis=2) @ self._bank.weights
+        return self._out(0.5 * self._bank.scales * self._bank.slips * squares)
+
+    @property
+    def dissipated_energy(self) -> Any:
+        """Energies dissipated so far [J], one a node, if counted."""
+        return self._out(counted(self._loss) * self._bank.scales * self._bank.slips)
+
+    @one_at_a_time
+    def try_(self, displacement: ArrayLike, separations: ArrayLike | None = None) -> VectorResponse:
+        """Forces and tangents at trial displacements and, if they vary, separations.
+
+        Parameters
+        ----------
+        displacement : array_like
+            Trial displacements [m] in both directions, shape (nodes, 2), or (2,).
+        separations : array_like, optional
+            Trial separations [m], one a node; without them they stay what they are. The step from
+            the committed state is a straight line.
+
+        Returns
+        -------
+        VectorResponse
+            ``force`` [N], shape (nodes, 2), ``load`` [N], ``stiffness`` [N/m], shape (nodes, 2, 2),
+            and ``tangent``; of one joint without the first axis. It unpacks as ``force,
+            stiffness`` without separations, as ``force, load, tangent`` with them.
+        """
+        self._trial = None  # should this one fail, no earlier one is left to commit
+        bank, nodes = self._bank, self._bank.size
+        displacements = floats("displacement", displacement, "m")
+        if displacements.shape not in ((2,), (nodes, 2)):
+            raise InputError(
+                f"displacement must have the shape ({nodes}, 2), or (2,), got {displacements.shape}"
+            )
+        place = np.ascontiguousarray(bank.places(np.broadcast_to(displacements, (nodes, 2))))
+        step = None
+        if separations is not None:
+            step = bank.steps_at(along("separations", separations, nodes, "m", "nodes"))
+        new = np.empty_like(self._vectors)
+        value, slope = np.empty((nodes, 2)), np.empty((nodes, 2, 3))
+        kernels.compiled.vector_try(
+            place, step, self._place, self._step, self._vectors, bank.tops, bank.weights,
+            bank.compliances, new, value, slope,
+        )  # fmt: skip
+        self._trial = place, step, new, value
+        force = value * bank.scales[:, None]
+        stiffness = slope[:, :, :2] * (bank.scales / bank.slips)[:, None, None]
+        if bank.lay is not None:
+            stiffness = stiffness @ bank.lay
+        load, by_step = bank.loads(self._step if step is None else step)
+        tangent = np.zeros((nodes, 3, 3))
+        tangent[:, :2, :2] = stiffness
+        tangent[:, :2, 2] = slope[:, :, 2] * bank.scales[:, None]
+        tangent[:, 2, 2] = by_step
+        pair = self._out(stiffness) if step is None else None
+        return VectorResponse(self._out(force), self._out(load), self._out(tangent), pair)
+
+    def _take(self, trial: Any) -> None:
+        place, step, new, value = trial
+        if self._loss is not None:
+            first, lost = self._bank.tops - self._step[:, None], np.empty(self._vectors.shape[:2])
+            last = first if step is None else self._bank.tops - step[:, None]
+            kernels.compiled.vector_losses(
+                self._vectors, place - self._place, first, last, self._bank.compliances, lost
+            )
+            self._loss += lost @ self._bank.weights
+        self._place, self._vectors, self._value = place, new, value
+        self._step = self._step if step is None else step
+
+    @one_at_a_time
+    def to_arrays(self) -> dict[str, Floats]:
+        """The whole state as plain arrays, as ``numpy.savez`` takes them.
+
+        Returns
+        -------
+        dict of str to ndarray
+            ``now``: both displacements [m] and the separation as the sliders count it [m], a row a
+            node. ``vectors``: what each slider holds [m], shape (nodes, sliders, 2).
+            ``dissipated``: energies [J], empty where they are not counted. ``joint``: the format,
+            1, and sums and factors of the sliders, by which they are known again. An open trial is
+            not among them. ``start(arrays=...)`` goes on from them.
+        """
+        places = self._bank.displacements(self._place)
+        lost = np.zeros(0) if self._loss is None else np.atleast_1d(self.dissipated_energy)
+        return {
+            "now": np.column_stack((places, self._step)),
+            "vectors": self._vectors.copy(),
+            "dissipated": lost,
+            "joint": self._bank.identity(),
+        }
+
+    @classmethod
+    def _from_arrays(
+        cls, bank: SliderBank, single: bool, arrays: Mapping[str, ArrayLike]
+    ) -> VectorState:
+        """The state of sliders that goes on as the saved one would; ``start(arrays=...)``."""
+        lost = saved_array(arrays, "dissipated", -1)
+        check_joint(arrays, bank.identity())
+        state = cls(bank, single, bool(lost.size))
+        last = saved_array(arrays, "now", bank.size, 3)
+        vectors = saved_array(arrays, "vectors", bank.size, bank.tops.size, 2)
+        if lost.size:
+            lost = saved_array(arrays, "dissipated", bank.size)
+            state._loss = lost / (bank.scales * bank.slips)
+        state._place, state._step = bank.places(last[:, :2]), last[:, 2].copy()
+        radii = np.maximum(bank.tops - state._step[:, None], 0.0)
+        sizes = np.sqrt((vectors**2).sum(axis=2))
+        if (sizes > radii + 1e-9 * bank.tops.max()).any() or (lost < 0.0).any():
+            raise InputError("arrays must be those of a state: its sliders hold more than they can")
+        state._vectors = vectors
+        state._value = np.einsum("nsi,s->ni", vectors, bank.weights)
+        return state
+
+    def __repr__(self) -> str:
+        nodes, sliders = self._vectors.shape[:2]
+        return f"VectorState({nodes} {'node' if nodes == 1 else 'nodes'}, {sliders} sliders)"

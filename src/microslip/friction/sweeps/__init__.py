@@ -1,0 +1,7 @@
+"""Many loads, amplitudes and coefficients of friction at once, as labelled arrays."""
+
+from microslip.friction.sweeps.arrays import Sweep
+from microslip.friction.sweeps.evaluation import evaluate
+from microslip.friction.sweeps.run import sweep
+
+__all__ = ["Sweep", "evaluate", "sweep"]

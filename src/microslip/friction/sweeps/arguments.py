@@ -1,0 +1,148 @@
+"""The arguments of many joints: arrays within their ranges, complete and without surplus ones."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from microslip._core.checks import LARGEST, check_one_of, exact, floats, positives, show
+from microslip._core.errors import InputError
+from microslip.contact import NormalLaw
+
+Arguments = dict[str, Any]
+
+NO_ARRAYS = ("heights", "surface", "samples", "quantities")
+"""Arguments that are one for all joints."""
+_OTHER_BODY = ("other_young_modulus", "other_poisson_ratio")
+
+
+def checked(args: Arguments) -> Arguments:
+    """Arrays within their ranges; no argument too many and none missing."""
+    needs = ["friction_coefficient"]
+    of_surface = ("young_modulus", "poisson_ratio", "radius", "density", "area", "std")
+    if "surface" in args:
+        if not isinstance(args["surface"], NormalLaw):
+            raise InputError(f"`surface` must be a normal load law, got {show(args['surface'])}")
+        extra = [name for name in (*of_surface, "mean", "heights", *_OTHER_BODY) if name in args]
+        if extra:
+            raise InputError(f"`{extra[0]}` must be left out: the surface has its own")
+    else:
+        needs += of_surface[: 5 if "heights" in args else 6]
+    for name in needs:
+        if name not in args:
+            raise InputError(
+                f"`{name}` must be given" + ("" if name == "std" else "; it is missing")
+            )
+    load, separation = (args.get(name) for name in ("normal_load", "separation"))
+    check_one_of("normal_load [N] or separation [m]", load, separation)
+    if "mean" in args and "heights" in args:
+        raise InputError("`mean` must be left out: the heights have their own")
+    result: Arguments = {k: v for k, v in args.items() if k in ("surface", "heights", "samples")}
+    for name, value in args.items():
+        if name in NO_ARRAYS:
+            continue
+        if name in ("separation", "mean"):
+            length = result[name] = floats(name, value, "m")
+            if (largest := np.abs(length).max()) > LARGEST:
+                raise InputError(f"`{name}` must be at most {LARGEST:g} m in size, got {largest:g}")
+        elif name in ("poisson_ratio", "other_poisson_ratio"):
+            ratio = result[name] = floats(name, value)
+            bad = ratio[(ratio <= -1.0) | (ratio > 0.5)]
+            if bad.size:
+                raise InputError(f"`{name}` must be in (-1, 0.5], got {exact(bad[0])}")
+        elif name in ("amplitude", "force_amplitude"):
+            a = floats(name, value, _UNITS[name])
+            if a.min() < 0.0:
+                raise InputError(f"`{name}` must not be negative, got {a.min():g}")
+            if a.max() > LARGEST:
+                raise InputError(f"`{name}` must be at most {LARGEST:g}, got {a.max():g}")
+            result[name] = np.abs(a)
+        elif name == "other_young_modulus":
+            modulus = floats(name, value, "Pa", endless=True)
+            rigid = np.isposinf(modulus)
+            elastic = positives(name, np.where(rigid, 1.0, modulus), "Pa")
+            result[name] = np.where(rigid, np.inf, elastic)
+        else:
+            result[name] = positives(name, value, _UNITS.get(name, ""))
+    shapes = {k: np.shape(v) for k, v in result.items() if isinstance(v, np.ndarray)}
+    shapes.pop("heights", None)
+    try:
+        result["shape"] = np.broadcast_shapes(*shapes.values())
+    except ValueError:
+        listing = ", ".join(f"{name} {shape}" for name, shape in shapes.items() if shape)
+        raise InputError(f"arguments must have shapes that broadcast, got {listing}") from None
+    return result
+
+
+def check_names(
+    quantities: Any, available: Sequence[str], example: str, of_amplitudes: Sequence[str] = ()
+) -> None:
+    """Quantities are a list of names that there are, some only beside amplitudes."""
+    if isinstance(quantities, str) or not isinstance(quantities, Sequence) or not quantities:
+        raise InputError(
+            f"`quantities` must be a list of names, got {show(quantities)}; for example "
+            f'quantities=["{example}"]'
+        )
+    for name in quantities:
+        if name not in available:
+            hint = " beside amplitude" if name in of_amplitudes else ""
+            raise InputError(
+                f"`quantities` must be among {', '.join(available)}, got {show(name)}{hint}"
+            )
+
+
+_UNITS = {
+    "young_modulus": "Pa", "std": "m", "radius": "m", "density": "1/m^2", "area": "m^2",
+    "normal_load": "N", "amplitude": "m", "force_amplitude": "N",
+}  # fmt: skip
+
+
+_SAMPLE_AXIS = "sample"  # the axis of loops
+
+
+def evaluate_labelled(
+    evaluate: Callable[..., Mapping[str, Any]],
+    arrays: Mapping[str, Any],
+    settings: Mapping[str, Any],
+    outputs: tuple[str, ...],
+) -> dict[str, Any]:
+    """The results as DataArrays or Dask arrays, lazy where the arguments are."""
+    names = tuple(arrays)
+    keys = {**settings, "quantities": [name for name in outputs if not name.startswith("loop_")]}
+
+    def blockwise(*values: Any) -> tuple[Any, ...]:
+        shape = np.broadcast_shapes(*map(np.shape, values))
+        if 0 in shape:  # Dask asks once for nothing
+            return tuple(
+                np.zeros((*shape, *(settings["samples"],) * n.startswith("loop_"))) for n in outputs
+            )
+        answers = evaluate(**dict(zip(names, values, strict=True)), **keys)
+        return tuple(np.asarray(answers[name]) for name in outputs)
+
+    sizes = {_SAMPLE_AXIS: settings["samples"]} if "samples" in settings else {}
+    last = [(_SAMPLE_AXIS,) if name.startswith("loop_") else () for name in outputs]
+    if any(type(value).__module__.startswith("xarray") for value in arrays.values()):
+        import xarray
+
+        results = xarray.apply_ufunc(
+            blockwise,
+            *arrays.values(),
+            output_core_dims=last,
+            dask="parallelized",
+            output_dtypes=[float] * len(outputs),
+            dask_gufunc_kwargs={"output_sizes": sizes},
+        )
+    else:
+        import dask.array
+
+        results = dask.array.apply_gufunc(  # type: ignore[no-untyped-call,unused-ignore]
+            blockwise,
+            ",".join("()" for _ in names) + "->" + ",".join(f"({','.join(d)})" for d in last),
+            *arrays.values(),
+            output_dtypes=[float] * len(outputs),
+            output_sizes=sizes,
+        )
+    results = results if isinstance(results, tuple) else (results,)
+    return dict(zip(outputs, results, strict=True))

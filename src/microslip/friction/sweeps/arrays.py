@@ -1,0 +1,245 @@
+"""Labelled arrays, and their export to files and data sets."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from microslip._core.checks import show
+from microslip._core.errors import InputError
+from microslip._core.files import whole_file
+from microslip._core.frozen import lock
+from microslip._core.netcdf import Variable
+from microslip._core.netcdf import write as write_netcdf
+from microslip._core.packages import needed_for
+from microslip._core.units import engineering, prefix
+from microslip.figures.kit import evenly
+from microslip.figures.plot import COLORS, DASHES, Axis, Entry, Panel, Plot
+
+if TYPE_CHECKING:
+    import xarray
+
+_BLOCK = 20_000  # lines of a table at a time
+
+
+@dataclass(frozen=True, eq=False)
+class Sweep:
+    """Arrays with names, dimensions and coordinates, as :func:`microslip.sweep` makes them.
+
+    Parameters
+    ----------
+    coords : mapping of str to Variable
+        Coordinates by name: along a dimension of that name, or one number.
+    variables : mapping of str to Variable
+        Results by name. A Variable is a tuple of ``dims``, ``values`` and ``attributes`` (units
+        and what it is).
+    attributes : mapping of str to str
+        Description of the sweep, and the version.
+
+    Notes
+    -----
+    What an interface says of itself, for many at once: ``loss_factor`` is (19.30), and none of the
+    damping ratios is that of a mode, see :class:`microslip.Oscillator`.
+    """
+
+    coords: Mapping[str, Variable]
+    variables: Mapping[str, Variable]
+    attributes: Mapping[str, str]
+
+    def __post_init__(self) -> None:
+        for name in ("coords", "variables", "attributes"):
+            object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
+        for variable in (*self.coords.values(), *self.variables.values()):
+            lock(variable.values)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: dict(getattr(self, name)) for name in ("coords", "variables", "attributes")}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self.__post_init__()
+
+    @property
+    def sizes(self) -> dict[str, int]:
+        """Lengths of the dimensions by name, in their order."""
+        return {
+            name: variable.values.size for name, variable in self.coords.items() if variable.dims
+        }
+
+    @property
+    def dims(self) -> tuple[str, ...]:
+        """Names of the dimensions, in the order that all arrays have them in."""
+        return tuple(self.sizes)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Lengths of the dimensions."""
+        return tuple(self.sizes.values())
+
+    def __getitem__(self, name: str) -> Any:
+        """Values of a variable or a coordinate; a float where it has no dimension."""
+        for group in (self.variables, self.coords):
+            if isinstance(name, str) and name in group:
+                values = group[name].values
+                return float(values) if values.ndim == 0 else values
+        names = ", ".join((*self.variables, *self.coords))
+        raise InputError(f"`name` must be one of {names}, got {show(name)}")
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.variables or name in self.coords
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.variables)
+
+    def __len__(self) -> int:
+        return len(self.variables)
+
+    def __repr__(self) -> str:
+        lines = [f"Sweep({', '.join(f'{name}: {size}' for name, size in self.sizes.items())})"]
+        width = max(len(name) for name in (*self.coords, *self.variables))
+        for head, group in (("coordinates", self.coords), ("variables", self.variables)):
+            lines.append(f"  {head}")
+            for name, (dims, values, about) in group.items():
+                low, high = _range(values)
+                span = f"{low:g}" if low == high or values.ndim == 0 else f"{low:g} … {high:g}"
+                over = f"({', '.join(dims)})" if dims else ""
+                lines.append(f"    {name:<{width}}  {span} [{about['units']}] {over}".rstrip())
+        return "\n".join(lines)
+
+    def plot(
+        self,
+        ax: Any = None,
+        quantity: str = "loss_factor",
+        along: str | None = None,
+        *,
+        color: str | None = None,
+        label: str = "",
+    ) -> Any:
+        """Draw a quantity in its unit [SI] along one dimension, a few lines for the others.
+
+        By default along the longest. Axes, colour and label, those of the first line, are as of
+        :meth:`microslip.BackboneLaw.plot`.
+        """
+        from microslip.figures import draw
+
+        return draw(sweep_figure(self, quantity, along), ax, color=color, label=label)
+
+    def to_xarray(self) -> xarray.Dataset:
+        """The same as an ``xarray.Dataset``."""
+        instead = "to_netcdf(...) and to_csv(...) need nothing more"
+        with needed_for("to_xarray needs", "xarray", instead):
+            import xarray
+        variables, coords = (
+            {name: (v.dims, v.values, dict(v.attributes)) for name, v in group.items()}
+            for group in (self.variables, self.coords)
+        )
+        return xarray.Dataset(variables, coords, attrs=dict(self.attributes))
+
+    def to_netcdf(self, path: str | Path, overwrite: bool = False) -> Path:
+        """Write one netCDF-4 file, whole or not at all, and return its path.
+
+        A file in its place is replaced only with ``overwrite``.
+        """
+        with whole_file(path, overwrite) as stage:
+            write_netcdf(stage, self.sizes, self.coords, self.variables, self.attributes)
+        return Path(path)
+
+    def to_csv(self, path: str | Path, overwrite: bool = False) -> Path:
+        """Write one table, whole or not at all: a line a point, coordinates first, in SI units.
+
+        Parameters and errors as :meth:`to_netcdf`; numbers read back bit for bit.
+        """
+        shape = self.shape
+        columns = {}
+        for name, (dims, values, about) in {**self.coords, **self.variables}.items():
+            places = [slice(None) if dim in dims else None for dim in self.dims]
+            column = np.broadcast_to(values[tuple(places)] if self.dims else values, shape)
+            unit = "-" if about["units"] == "1" else about["units"]
+            columns[f"{name} [{unit}]"] = column.reshape(-1)
+        count = math.prod(shape)
+        with (
+            whole_file(path, overwrite) as stage,
+            stage.open("w", encoding="utf-8", newline="") as file,
+        ):
+            file.write(",".join(columns) + "\n")
+            for start in range(0, count, _BLOCK):
+                # repr is the shortest text that reads back as the same double.
+                texts = [map(repr, c[start : start + _BLOCK].tolist()) for c in columns.values()]
+                file.writelines(",".join(row) + "\n" for row in zip(*texts, strict=True))
+        return Path(path)
+
+
+def _range(values: NDArray[Any]) -> tuple[float, float]:
+    finite = values[np.isfinite(values)]
+    return (float(finite.min()), float(finite.max())) if finite.size else (math.nan, math.nan)
+
+
+MOST_LINES = 6
+_MOST_POINTS = 5000
+
+
+def sweep_figure(sweep: Any, quantity: Any, along: Any) -> Plot:
+    """Lines along one dimension; a few, evenly, of all combinations of the others."""
+    if not isinstance(quantity, str) or quantity not in sweep.variables:
+        names = ", ".join(sweep.variables)
+        raise InputError(f"`quantity` must be one of {names}, got {show(quantity)}")
+    dims, values, about = sweep.variables[quantity]
+    if not dims:
+        raise InputError(f"`quantity` must have a dimension, {quantity} is one number")
+    if along is None:
+        along = max(dims, key=lambda dim: sweep.sizes[dim])
+    if along not in dims:
+        raise InputError(f"`along` must be one of {', '.join(dims)}, got {show(along)}")
+    place = dims.index(along)
+    lines = np.moveaxis(values, place, -1).reshape(-1, values.shape[place])
+    rows = [dim for dim in dims if dim != along]
+    selection = evenly(len(lines), MOST_LINES)
+    x = np.asarray(sweep.coords[along].values, dtype=float)
+    order = np.argsort(x)[evenly(x.size, _MOST_POINTS)]
+    x_axis, x_unit = _axis(along, x, sweep.coords[along].attributes["units"])
+    y_axis, y_unit = _axis(quantity, lines[selection], about["units"])
+    panel = Panel(x_axis, y_axis)
+    legend = []
+    for number, line in enumerate(selection):
+        look = COLORS[number % 6], DASHES[number % 6]
+        panel.line(x[order] / x_unit, lines[line][order] / y_unit, look[0], dash=look[1])
+        index = np.unravel_index(line, [sweep.sizes[dim] for dim in rows]) if rows else ()
+        legend.append(Entry(_named(sweep, rows, index), *look))
+    left_out = len(lines) - len(selection)
+    return Plot(
+        [panel],
+        4.4,
+        legend=tuple(legend) if rows else (),
+        legend_title=f"{left_out} more are in the arrays" if left_out else "",
+    )
+
+
+def _axis(name: str, values: Any, unit: str) -> tuple[Axis, float]:
+    """An axis in a suitable prefix; logarithmic where values span more than a decade."""
+    fine = values[np.isfinite(values)]
+    largest = float(np.abs(fine).max(initial=0.0))
+    simple = unit in ("m", "N", "J", "Hz", "Pa", "N/m")
+    scale, letter = prefix(largest) if simple and largest > 0.0 else (1.0, "")
+    text = name.replace("_", " ").capitalize()
+    label = f"{text} [{letter}{unit}]" if unit not in ("", "1", "-") else text
+    log = bool(fine.size and fine.min() > 0.0 and largest > 10.0 * fine.min())
+    return Axis(label, log=log, margin=0.02, unit=scale), scale
+
+
+def _named(sweep: Any, dims: list[str], index: Any) -> str:
+    parts = []
+    for dim, i in zip(dims, index, strict=True):
+        coordinate = sweep.coords[dim]
+        value, unit = coordinate.values[i], coordinate.attributes["units"]
+        if unit in ("m", "N", "J", "Hz", "Pa", "N/m"):
+            parts.append(f"{dim.replace('_', ' ')} {engineering(float(value), unit, trim=True)}")
+        else:
+            parts.append(f"{dim.replace('_', ' ')} {value:g} {unit if unit != '1' else ''}".strip())
+    return ", ".join(parts)

@@ -1,0 +1,391 @@
+"""The blocks of a record between gaps of its time, their cycles, and the numbers of these.
+
+Rigs log every hundredth cycle, or pause. A cycle across a gap is none, and time within a gap says
+nothing of the frequency. What was dissipated is then not the sum of what was logged: the number of
+a cycle is told by the rig's counter, or by time and frequency where the phase goes on across the
+gaps; where neither tells it, nothing cumulative is known.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from microslip._core.checks import Floats
+from microslip._core.errors import InputError
+from microslip._core.runs import runs_of
+from microslip._core.units import engineering, significant
+from microslip._core.wording import plural
+from microslip.laboratory.cuts import (
+    BAND,
+    Cuts,
+    Motion,
+    candidates,
+    len_of,
+    motion_of,
+    no_cycle,
+)
+from microslip.laboratory.record import Record, once_a_record
+from microslip.laboratory.settling import FEWEST
+
+LONG = 10.0
+"""Times as long as nine in ten steps of the time that a gap is, at least,"""
+OF_CYCLE = 0.05
+"""and of a cycle: what is less does it no harm."""
+_JUMP = 1.5
+"""Jump of the counter of cycles beyond which some were not logged."""
+_SAME_PERIOD = 0.1
+"""Share by which their period may differ: what hums while the rig rests is no motion."""
+_STOOD, _RESTING = 0.75, 8.0
+"""Least share of a cycle for which a logged rig stands still; range then, over the noise."""
+_OVER_NOISE = 10.0
+"""Their amplitude over the noise, at least."""
+
+
+class Block(NamedTuple):
+    """Samples of a record that follow each other without a gap, and their whole cycles."""
+
+    first: int
+    """The first sample, counted from 0."""
+    stop: int
+    """One past the last one."""
+    cycles: Cuts
+    """Their places are counted from the first sample of the block."""
+
+    @property
+    def samples(self) -> slice:
+        """Position of the block in the record."""
+        return slice(self.first, self.stop)
+
+    @property
+    def cycle_count(self) -> int:
+        """Number of whole cycles."""
+        return len_of(self.cycles)
+
+
+class Blocks(NamedTuple):
+    """The blocks of a record that have whole cycles, all of them cut alike."""
+
+    having_cycles: tuple[Block, ...]
+    notes: tuple[str, ...]
+
+    @property
+    def flipped(self) -> bool:
+        """Whether peaks are lowest places and troughs highest ones."""
+        return self.having_cycles[0].cycles.flipped
+
+
+@once_a_record
+def _motion(record: Record) -> Motion:
+    """Motion by which its cycles are counted, as if there were no gaps."""
+    return motion_of(record.displacement, record.force)
+
+
+@once_a_record
+def gaps_of(record: Record) -> NDArray[np.intp]:
+    """Samples behind which the time of a record, or its counter of cycles, has a gap."""
+    is_jump = np.zeros(len(record) - 1, dtype=bool)
+    if record.cycle_number is not None:
+        is_jump = np.diff(record.cycle_number) > _JUMP
+    if record.time is None:
+        return np.flatnonzero(is_jump)
+    steps = np.diff(record.time)
+    longest = LONG * float(np.percentile(steps, 90.0))
+    is_long = steps > longest
+    if is_long.any():
+        period = _motion(record).period
+        is_long &= steps > OF_CYCLE * period * float(steps[~is_long].mean())
+    return np.flatnonzero(is_long | is_jump)
+
+
+@once_a_record
+def stops_of(record: Record) -> NDArray[np.intp]:
+    """First sample of each stretch in which the rig stood while it was logged, and one past it."""
+    x, motion = record.displacement, _motion(record)
+    size = max(int(0.25 * _STOOD * motion.period), 2)
+    number = x.size // size
+    # A few samples of each piece show whether it moves.
+    pieces = x[: number * size].reshape(number, size)[:, :: max(size // 8, 1)]
+    pieces = np.ascontiguousarray(pieces)
+    rest_range = max(_RESTING * motion.noise, 1e-6 * motion.amplitude)
+    is_still = np.ptp(pieces, axis=1) <= rest_range
+    stops = []
+    for begin, end in runs_of(is_still).tolist():
+        # A stretch of slow creep is no stop.
+        if end - begin < 3 or np.ptp(pieces[begin:end]) > 2.0 * rest_range:
+            continue
+        level = float(pieces[begin:end].mean())
+        is_near = np.abs(x - level) <= rest_range
+        first, stop = begin * size, end * size
+        first -= int(np.argmin(np.append(is_near[:first][::-1], False)))
+        stop += int(np.argmin(np.append(is_near[stop:], False)))
+        if stop - first >= _STOOD * motion.period:
+            stops.append((first, stop))
+    return np.array(stops, dtype=np.intp).reshape(-1, 2)
+
+
+@once_a_record
+def blocks_of(record: Record) -> Blocks:
+    """The cycles of a record, block by block; stretches of far smaller cycles are blocks, too."""
+    x, force = record.displacement, record.force
+    gaps, stops = gaps_of(record), stops_of(record)
+    # The way to a stop and that from it belong to no whole cycle.
+    inner_stops = stops[(stops[:, 0] > 0) & (stops[:, 1] < x.size)]
+    gaps = np.unique(np.concatenate((gaps, inner_stops[:, 0] - 1, inner_stops[:, 1] - 1)))
+    motion = motion_of(x, force, [int(gap) for gap in gaps]) if gaps.size else _motion(record)
+    edges = [0, *(int(gap) + 1 for gap in gaps), x.size]
+    pieces = list(pairwise(edges))
+    piece_cycles = [candidates(x[first:stop], motion) for first, stop in pieces]
+    cycle_counts = np.array([[len_of(cycles) for cycles in of_block] for of_block in piece_cycles])
+    kind = int(cycle_counts.sum(axis=0).argmax())
+    blocks = [
+        Block(first, stop, cycles)
+        for (first, stop), of_block in zip(pieces, piece_cycles, strict=True)
+        if (cycles := of_block[kind]) is not None
+    ]
+    if not blocks:
+        raise no_cycle(motion)
+    notes: tuple[str, ...] = ()
+    gaps = gaps_of(record)
+    if gaps.size and record.time is not None:
+        empty = len(pieces) - len(blocks) - len(inner_stops)
+        notes = (_gap_note(record.time, gaps, max(empty, 0)),)
+    elif gaps.size:
+        notes = (f"the counter of cycles jumps {gaps.size} times: cycles are cut there",)
+    if len(inner_stops):
+        longest_stop = float(np.diff(inner_stops, axis=1).max()) / motion.period
+        notes += (
+            f"the rig stood still {plural(len(inner_stops), 'time')} while it was logged, for "
+            f"{significant(longest_stop, 2)} cycles at most: cycles are cut there",
+        )
+    small = [part for block in blocks for part in _with_smaller(x, force, block, motion, kind)]
+    return Blocks(tuple(small), notes)
+
+
+def _with_smaller(x: Floats, force: Floats, block: Block, motion: Motion, kind: int) -> list[Block]:
+    """A block, and what it has of cycles that stay within the band around its middle."""
+    way, band = x[block.samples], BAND * motion.amplitude
+    near = (way >= motion.middle - band) & (way <= motion.middle + band)
+    smaller: list[Block] = []
+    cuts = block.cycles.cuts
+    is_between = np.ones(cuts.size - 1, dtype=bool)
+    for begin, end in runs_of(near).tolist():
+        first, stop = block.first + begin, block.first + end
+        if stop - first < FEWEST * motion.period:
+            continue
+        try:
+            stretch_motion = motion_of(x[first:stop], force[first:stop])
+        except InputError:  # it rests there
+            continue
+        alike = abs(stretch_motion.period - motion.period) < _SAME_PERIOD * motion.period
+        if not alike or stretch_motion.amplitude < _OVER_NOISE * stretch_motion.noise:
+            continue
+        cycles = candidates(x[first:stop], stretch_motion)[kind]
+        if cycles is not None and len_of(cycles) >= FEWEST:
+            smaller += _with_smaller(x, force, Block(first, stop, cycles), stretch_motion, kind)
+            is_between &= (cuts[1:] <= begin) | (cuts[:-1] >= end)
+    if not smaller:
+        return [block]
+    larger = [_cycles_between(block, begin, end) for begin, end in runs_of(is_between)]
+    return sorted(larger + smaller, key=lambda part: part.first)
+
+
+def _cycles_between(block: Block, begin: int, end: int) -> Block:
+    """The cycles of a block from one number to another."""
+    cycles = block.cycles
+    origin = cycles.cuts[begin]
+    return Block(
+        block.first + int(origin),
+        block.first + int(cycles.cuts[end]) + 1,
+        cycles._replace(
+            cuts=cycles.cuts[begin : end + 1] - origin,
+            peaks=cycles.peaks[begin:end] - origin,
+            troughs=cycles.troughs[begin:end] - origin,
+        ),
+    )
+
+
+def _gap_note(time: Floats, gaps: NDArray[np.intp], empty: int) -> str:
+    """Note on gaps, and on blocks between them without a cycle."""
+    at = int(gaps[np.diff(time)[gaps].argmax()])
+    longest = f"{engineering(float(time[at + 1] - time[at]), 's')}"
+    after = f"{engineering(float(time[at]), 's')}"
+    if gaps.size == 1:
+        text = f"the time has a gap of {longest} after {after}"
+    else:
+        text = f"the time has {gaps.size} gaps, the longest of {longest} after {after}"
+    text += ": cycles are cut there, and the frequency is that within the blocks"
+    if empty:
+        text += (
+            f"; {empty} of {gaps.size + 1} blocks {'has' if empty == 1 else 'have'} no whole cycle"
+        )
+    return text
+
+
+# -- the numbers of the cycles, and the energy of those not logged --------------------------------
+
+_PHASE, _ERRORS = 0.04, 4.0
+"""Share of a cycle, and standard errors, by which a block may begin off the expected phase."""
+_UNSURE = 0.15
+"""Share of a cycle: where the rate is known no better, any phase would do."""
+_CHANCE = 0.01
+"""Probability that phases agree by chance up to which they tell that the rig ran on."""
+_ENDS = 5
+"""Cycles at the ends of a block whose mean energy stands for those beside."""
+
+
+class Count(NamedTuple):
+    """Numbers of the cycles of a record in the life of the contact."""
+
+    numbers: Floats | None
+    """The first cycle being 1; None where they are not known."""
+    source: str
+    """Source of the cycle numbers, or why they are not known."""
+    is_of_contact: bool = False
+    """Whether the rig counted them, from the first of the contact, not of the record."""
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Notes on cycles that were not logged."""
+        if self.numbers is None:
+            return (
+                f"no cumulative energy: {self.source}; give the rig's counter, "
+                "`cycle_number=...`, or the `frequency=...` at which it ran on",
+            )
+        missing = int(self.numbers[-1] - self.numbers[0]) + 1 - self.numbers.size
+        if missing < 1:
+            return ()
+        first, last = (f"{edge:.12g}" for edge in (self.numbers[0], self.numbers[-1]))
+        return (
+            f"{self.numbers.size} of the cycles {first} to {last} were logged, {self.source}; "
+            "cumulative energies count those between",
+        )
+
+
+def count_of(record: Record, blocks: Sequence[Block]) -> Count:
+    """The numbers of the whole cycles of a record, block by block."""
+    sizes = [block.cycle_count for block in blocks]
+    if record.cycle_number is not None:
+        return _by_counter(record.cycle_number, blocks)
+    if len(blocks) < 2 or record.time is None or not gaps_of(record).size:
+        return Count(1.0 + np.arange(float(sum(sizes))), "")
+    starts = [record.time[block.first + block.cycles.cuts] for block in blocks]
+    return _by_time(starts, record.frequency)
+
+
+def _by_counter(counter: Floats, blocks: Sequence[Block]) -> Count:
+    numbers = []
+    for block in blocks:
+        cuts = block.first + block.cycles.cuts
+        counted = counter[(cuts[:-1] + cuts[1:]) // 2]
+        along = np.arange(float(counted.size))
+        if (
+            counted.size > 2 and counted[-1] == counted[0]
+        ):  # of the block, not of each of its cycles
+            numbers.append(counted[0] + along)
+        else:
+            numbers.append(float(np.median(np.round(counted - along))) + along)
+    joined = np.concatenate(numbers)
+    if np.any(np.diff(joined) <= 0.0):
+        return Count(None, "the rig's counter does not count each cycle that was logged")
+    return Count(joined, "by the rig's counter", is_of_contact=True)
+
+
+def _by_time(starts: Sequence[Floats], frequency: float | None) -> Count:
+    """By the rate of the blocks so far; where each next one begins must agree with it."""
+    edges = starts[0]
+    places = np.arange(float(edges.size))
+    parts, chance = [places[:-1]], 1.0
+    for times in starts[1:]:
+        middle = edges.mean()
+        away = edges - middle
+        square = float(away @ away)
+        rate = float(away @ places) / square
+        scatter = places - places.mean() - rate * away
+        noise = math.sqrt(max(float(scatter @ scatter) / max(edges.size - 2, 1), 1e-8))
+        expected = places.mean() + rate * (times - middle)
+        shift = expected - np.arange(float(times.size))
+        error = noise * math.sqrt(1.0 / edges.size + (times[0] - middle) ** 2 / square)
+        first = round(float(shift.mean()))
+        if frequency is not None:
+            first = round(float(places[-1] + (times[0] - edges[-1]) * frequency))
+        else:
+            if error > _UNSURE:
+                return Count(
+                    None,
+                    "between blocks of the record the frequency is not known well enough to count "
+                    f"cycles (to {significant(error, 2)} of one)",
+                )
+            allowed = _PHASE + _ERRORS * error
+            if abs(float(shift.mean()) - first) > allowed:
+                return Count(
+                    None,
+                    "the phase of the motion is not continuous across the gaps of the time: the "
+                    "rig stopped, or its frequency drifted",
+                )
+            chance *= min(2.0 * allowed, 1.0)
+        first = max(first, round(float(places[-1])))
+        parts.append(first + np.arange(float(times.size - 1)))
+        edges = np.concatenate((edges, times))
+        places = np.concatenate((places, first + np.arange(float(times.size))))
+    if frequency is None and chance > _CHANCE:
+        return Count(
+            None,
+            "too few blocks show whether the rig kept running in the gaps of the time",
+        )
+    return Count(1.0 + np.concatenate(parts), "by time and frequency across the gaps of the time")
+
+
+class Dissipated(NamedTuple):
+    """Energy up to each cycle."""
+
+    energy: Floats
+    """[J], that cycle included."""
+    errors: Floats
+    """By how much it may be off [J], if between the logged cycles nothing goes up and down."""
+
+    @property
+    def error(self) -> float:
+        """Error of the energy of the last cycle [J]."""
+        return float(self.errors[-1])
+
+
+def dissipated(numbers: Floats, energies: Floats) -> Dissipated:
+    """Energy [J] up to each of the logged cycles, those between them included.
+
+    These are taken half on a straight line over cycles, half on one over their logarithm. Any
+    course that only rises, or only falls, from one block to the next stays within the error.
+    """
+    energy_of_each = np.nan_to_num(energies)
+    total, errors = np.cumsum(energy_of_each), np.zeros(energies.size)
+    for gap in (np.flatnonzero(np.diff(numbers) > 1.5) + 1).tolist():
+        before, behind = (
+            _block_end(numbers, energy_of_each, gap, -1),
+            _block_end(numbers, energy_of_each, gap, 1),
+        )
+        first, last = float(numbers[gap - 1]), float(numbers[gap])
+        missing = last - first - 1.0
+        ratio = math.log(last / first) if first > 0.0 else math.inf
+        # Mean of a + b ln(n) from the first to the last cycle, and of a + b n.
+        share = 0.5 * (last / (last - first) - 1.0 / ratio + 0.5)
+        total[gap:] += missing * (before + (behind - before) * share)
+        errors[gap:] += missing * abs(behind - before) * max(share, 1.0 - share)
+    return Dissipated(total, errors)
+
+
+def _block_end(numbers: Floats, energies: Floats, gap: int, way: int) -> float:
+    """Mean energy of a few cycles before (-1) a gap or behind it (1)."""
+    rows = range(gap, min(gap + _ENDS, numbers.size)) if way > 0 else range(gap - 1, -1, -1)
+    values: list[float] = []
+    for row in rows:
+        if values and abs(numbers[row] - numbers[row - way]) > 1.5:
+            break
+        values.append(float(energies[row]))
+        if len(values) == _ENDS:
+            break
+    return float(np.mean(values))

@@ -1,0 +1,276 @@
+"""Measured records together: evolution, fretting map, friction log and wear."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import NamedTuple
+
+import numpy as np
+
+from microslip._core.checks import Floats, positive, show
+from microslip._core.errors import InputError
+from microslip._core.frozen import Locked
+from microslip.laboratory.blocks import Dissipated, dissipated
+from microslip.laboratory.campaign_laws import Wear, with_unlogged_cycles
+from microslip.laboratory.cycle_columns import gain_error
+from microslip.laboratory.estimates import with_gain
+from microslip.laboratory.manifest import Cell, text_of
+from microslip.laboratory.measurement import Measurement
+from microslip.laboratory.regimes import RegimeBorders
+
+_NEW = 0.05
+"""Share of the cycles of a contact before its first logged one that is neglected."""
+MIXED = 0.05
+"""Probability of a second regime from which on a condition is mixed."""
+
+
+def _accumulated(measured: Measurement) -> Dissipated:
+    """Energy up to each cycle of one record, unlogged cycles included; NaN if unknown."""
+    up_to = measured.dissipated()
+    unknown = np.full(len(measured), np.nan)
+    return Dissipated(unknown, unknown) if up_to is None else up_to
+
+
+class Point(NamedTuple):
+    """A record in the fretting map."""
+
+    record: str
+    amplitude: float
+    """[m]"""
+    normal_load: float
+    """[N]"""
+    regime: str
+    """The likeliest; "mixed" where another one is as likely as 1 in 20, or has as many cycles."""
+
+
+@dataclass(frozen=True, eq=False)
+class Campaign(Locked):
+    """Measured records of one or several runs.
+
+    Parameters
+    ----------
+    measurements : sequence of Measurement
+        In the order in which they were recorded, at least one.
+    runs : sequence of str, optional
+        Label of the run, the rig or the laboratory of each record. Without it, and without a column
+        "specimen", each record is of a contact of its own.
+    worn_volumes : sequence of float or None, optional
+        Worn volume [m^3] that goes with each record; None where none was measured.
+    area : float, optional
+        Apparent area [m^2], for energies and stiffnesses per area.
+    columns : mapping of str to sequence, optional
+        Other data of each record, as of a manifest: "specimen", "stage" and others.
+    borders : RegimeBorders, optional
+        Limits of the regimes by a law, for the fretting map.
+
+    Notes
+    -----
+    Fretting maps after Vingsbo and Soderberg (1988, DOI 10.1016/0043-1648(88)90050-1).
+    """
+
+    measurements: Sequence[Measurement]
+    runs: Sequence[str] | None = None
+    worn_volumes: Sequence[float | None] | None = None
+    area: float | None = None
+    columns: Mapping[str, Sequence[Cell]] = field(default_factory=lambda: MappingProxyType({}))
+    borders: RegimeBorders | None = None
+
+    def __post_init__(self) -> None:
+        count = len(self.measurements)
+        if count == 0:
+            raise InputError("`measurements` must be at least one, got none")
+        for name in ("runs", "worn_volumes"):
+            labels = getattr(self, name)
+            if labels is not None and len(labels) != count:
+                raise InputError(
+                    f"`{name}` must be one for each of {count} records, got {show(labels)}"
+                )
+        for name, values in self.columns.items():
+            if len(values) != count:
+                raise InputError(f"column {name!r} must have a value for each of {count} records")
+        for volume in self.worn_volumes or ():
+            if volume is not None and volume != 0.0:
+                positive("worn_volumes", volume, "m^3", 1e-12)
+        if self.area is not None:
+            positive("area", self.area, "m^2", 2e-4)
+
+    @property
+    def contacts(self) -> tuple[str, ...]:
+        """Label of the contact of each record: of its specimen, else its run, else its own."""
+        if "specimen" in self.columns:
+            return tuple(map(text_of, self.columns["specimen"]))
+        return tuple(self.runs or map(str, range(len(self.measurements))))
+
+    def energies(self) -> Floats:
+        """Energy [J] dissipated in all cycles of each record, those not logged included.
+
+        Not a number where these are not known.
+        """
+        return np.array([_accumulated(measured).energy[-1] for measured in self.measurements])
+
+    def uncounted(self) -> dict[str, str]:
+        """Records whose energy is not known, and why."""
+        reasons = {}
+        energies, _ = self.worn_by()
+        for measured, energy in zip(self.measurements, energies, strict=True):
+            if math.isfinite(energy) or measured.count is None:
+                continue
+            reasons[measured.name] = measured.count.source
+            if measured.count.numbers is not None:
+                reasons[measured.name] = (
+                    f"it begins at cycle {measured.count.numbers[0]:.12g}, and what was before is "
+                    "not among the records of its run; give those of one contact the same specimen"
+                )
+        return reasons
+
+    def cumulative(self) -> list[Floats]:
+        """Energy [J] dissipated up to each cycle of each record, on from the last of its contact.
+
+        Records without the label of a run or a specimen are specimens of their own.
+        """
+        return [up_to.energy for up_to in self._cumulated()]
+
+    def _cumulated(self) -> list[Dissipated]:
+        cumulated = {
+            i: up_to
+            for members in self._by_contact().values()
+            for i, up_to in zip(members, self._of_contact(members), strict=True)
+        }
+        return [cumulated[i] for i in range(len(self.measurements))]
+
+    def _by_contact(self) -> dict[str, list[int]]:
+        by_contact: dict[str, list[int]] = {}
+        for i, label in enumerate(self.contacts):
+            by_contact.setdefault(label, []).append(i)
+        return by_contact
+
+    def _numbered_through(self, members: Sequence[int]) -> list[Floats] | None:
+        """Numbers of the cycles of a contact's records, where one counter counts them all."""
+        counts = [self.measurements[i].count for i in members]
+        numbers = [c.numbers for c in counts if c is not None and c.is_of_contact]
+        known = [values for values in numbers if values is not None]
+        if len(known) < len(members) or np.any(np.diff(np.concatenate(known)) <= 0.0):
+            return None
+        return known
+
+    def _of_contact(self, members: Sequence[int]) -> list[Dissipated]:
+        """Energy [J] up to each cycle of the records of one contact."""
+        measurements = [self.measurements[i] for i in members]
+        numbers = self._numbered_through(members) if len(members) > 1 else None
+        if numbers is not None:
+            energy_of_each = np.concatenate([m.cycles["dissipated_energy"] for m in measurements])
+            edges = np.cumsum([len(measured) for measured in measurements])[:-1]
+            joined = dissipated(np.concatenate(numbers), energy_of_each)
+            return [
+                Dissipated(*parts)
+                for parts in zip(*(np.split(j, edges) for j in joined), strict=True)
+            ]
+        before, found = (0.0, 0.0), []
+        for measured in measurements:
+            energy, errors = _accumulated(measured)
+            found.append(Dissipated(before[0] + energy, before[1] + errors))
+            before = float(found[-1].energy[-1]), found[-1].error
+        return found
+
+    def worn_by(self) -> tuple[Floats, Floats]:
+        """Energy [J] that each record's contact has dissipated since it was new, and its error.
+
+        Not a number where it is not known.
+        """
+        of_each = [_accumulated(measured) for measured in self.measurements]
+        chosen = []
+        for measured, alone, cumulated in zip(
+            self.measurements, of_each, self._cumulated(), strict=True
+        ):
+            count = measured.count
+            numbers = None if count is None or not count.is_of_contact else count.numbers
+            # A specimen is worn by all that was before, whatever numbers its cycles; a run that the
+            # rig's counter numbers through as well.
+            is_all = numbers is not None or "specimen" in self.columns
+            worn = cumulated if is_all else alone
+            energy = float(worn.energy[-1])
+            begins = 1.0 if numbers is None else float(numbers[0]) - _NEW * float(numbers[-1])
+            if begins > 1.0 and float(alone.energy[-1]) == energy:
+                energy = math.nan  # what was before is not known
+            chosen.append((energy, worn.error))
+        energies, errors = np.array(chosen).T
+        return energies, errors
+
+    def fretting_map(self) -> list[Point]:
+        """Amplitude, load and regime of each record that has a normal load."""
+        points = []
+        for measured in self.measurements:
+            load = measured.mean.get("normal_load")
+            if load is None:
+                continue
+            likely = sorted(measured.probability.values())
+            count = len(measured)
+            frequencies = sorted(
+                measured.regimes.count(name) / count for name in measured.probability
+            )
+            mixed = len(likely) > 1 and max(likely[-2], frequencies[-2]) >= MIXED
+            amplitude = measured.mean["amplitude"].value
+            regime = "mixed" if mixed else measured.regime
+            points.append(Point(measured.name, amplitude, load.value, regime))
+        return points
+
+    def wear(self, confidence: float = 0.95) -> Wear | None:
+        """Energy wear coefficient of the worn records whose energy is known; None without any."""
+        volumes = self.worn_volumes or [None] * len(self.measurements)
+        energies, errors = self.worn_by()
+        rows = [
+            i
+            for i, volume in enumerate(volumes)
+            if volume is not None and math.isfinite(energies[i])
+        ]
+        if not rows:
+            return None
+        volume = np.array([volumes[i] for i in rows], dtype=float)
+        names = tuple(self.measurements[i].name for i in rows)
+        wear = with_unlogged_cycles(names, energies[rows], errors[rows], volume, confidence)
+        gain = gain_error("dissipated_energy", self.measurements[0].gain_errors)
+        return wear._replace(coefficient=with_gain(wear.coefficient, gain, confidence))
+
+    def _histories(self) -> list[tuple[str, list[int], list[Floats]]]:
+        """Return name, records and cycle numbers of each contact whose cycles are counted."""
+        found = []
+        for label, members in self._by_contact().items():
+            numbers = self._numbered_through(members)
+            if numbers is not None:
+                is_named = "specimen" in self.columns or self.runs is not None
+                name = label if is_named else self.measurements[members[0]].name
+                found.append((name, members, numbers))
+                continue
+            for i in members:
+                up_to, measured = self.measurements[i].count, self.measurements[i]
+                if up_to is None or up_to.numbers is not None:
+                    usual = np.arange(1.0, len(measured) + 1.0)
+                    file_numbers = (
+                        usual if up_to is None or up_to.numbers is None else up_to.numbers
+                    )
+                    found.append((measured.name, [i], [file_numbers]))
+        return found
+
+    def friction_logs(self) -> list[tuple[str, bool, Floats, Floats]]:
+        """Forces of each contact over way (there, back), cycle and place, most cycles first.
+
+        Each with the contact's name, whether they are over the load, and the cycles' numbers.
+        """
+        found = []
+        for name, members, numbers in self._histories():
+            records = [self.measurements[i] for i in members]
+            logs = [record.friction_log for record in records]
+            loads = [record.mean.get("normal_load") for record in records]
+            is_loaded = all(load is not None for load in loads)
+            parts = [
+                np.array([log.forward, log.backward]) / (load.value if is_loaded and load else 1.0)
+                for log, load in zip(logs, loads, strict=True)
+                if log is not None
+            ]
+            places = [n[log.rows] for n, log in zip(numbers, logs, strict=True) if log is not None]
+            if parts:
+                found.append((name, is_loaded, np.concatenate(places), np.concatenate(parts, 1)))
+        return sorted(found, key=lambda log: -float(log[2][-1]))

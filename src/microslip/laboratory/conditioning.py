@@ -1,0 +1,320 @@
+"""Conditioning of a record before it is evaluated, and the delay of its force."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from microslip._core.checks import Floats, exact, number, positive, show
+from microslip._core.errors import InputError
+from microslip.laboratory.blocks import gaps_of
+from microslip.laboratory.cuts import Cuts, split
+from microslip.laboratory.estimates import Estimate, quantile, trend
+from microslip.laboratory.record import Record
+
+LEAST_CUTOFF = 10.0
+"""Lowest cutoff of the low-pass, over the frequency of the cycles."""
+EVEN_STEPS = 1e-6
+"""Steps of the time that differ by less, of their mean, are even."""
+
+
+def condition(
+    record: Record,
+    *,
+    delay: float = 0.0,
+    drift: bool = False,
+    cutoff: float | None = None,
+    rig_stiffness: float | None = None,
+) -> Record:
+    """A record as the contact saw it; what was done is in its notes, the given one is not changed.
+
+    Parameters
+    ----------
+    record : Record
+        Record to condition.
+    delay : float, optional
+        Time [s] by which the force lags behind the displacement, such as :func:`delay_of` found.
+    drift : bool
+        Whether the straight trend of the middles of the cycles is taken off both channels.
+    cutoff : float, optional
+        Frequency [Hz] of a low-pass of displacement, force and load alike: a Butterworth filter of
+        the fourth order, forth and back, so of no phase. At least 10 times the frequency of the
+        cycles, where it changes the area of their loops by less than 1e-6.
+    rig_stiffness : float, optional
+        Stiffness of the rig in series [N/m], above zero: its deflection is taken off.
+
+    Returns
+    -------
+    Record
+        With steps of even time, one-dimensional, in SI units.
+
+    Notes
+    -----
+    Uneven time is evened by straight lines first. The area of a loop is that of the harmonics which
+    displacement and force share (19.29), so a filter without phase keeps it.
+    """
+    _check(record)
+    channels = {
+        key: values
+        for key in ("displacement", "force", "normal_load", "commanded", "cycle_number")
+        if isinstance(values := getattr(record, key), np.ndarray)
+    }
+    notes, rate = list(record.notes), record.sample_rate
+    delay = number("delay", delay, "s", 1e-4)
+    if record.time is not None:
+        steps = np.diff(record.time)
+        _without_gaps(record)
+        jitter = float(steps.std() / steps.mean())
+        rate = 1.0 / float(steps.mean())
+        if jitter > EVEN_STEPS:
+            even_time = np.linspace(record.time[0], record.time[-1], len(record))
+            for key, values in channels.items():
+                channels[key] = np.interp(even_time, record.time, values)
+            notes.append(f"uneven time steps, {jitter:.2g} of their mean, were resampled evenly")
+    if delay != 0.0:
+        shift, size = delay * _rate(rate, "delay"), len(record)
+        if abs(shift) > 0.25 * (size - 1):
+            raise InputError(f"`delay` must be less than a quarter of the record, got {delay:g} s")
+        place = np.arange(size)
+        channels["force"] = np.interp(place + shift, place, channels["force"])
+        # Channels without a force of their own are dropped.
+        lost = math.ceil(abs(shift))
+        inner = slice(0, size - lost) if shift > 0.0 else slice(lost, None)
+        channels = {key: values[inner] for key, values in channels.items()}
+        notes.append(f"the force was shifted forward by {delay:.6g} s")
+    if drift:
+        cycles, slopes = split(channels["displacement"], channels["force"]), []
+        for key in ("displacement", "force"):
+            channels[key], slope = _without_trend(channels[key], cycles)
+            slopes.append(slope)
+        notes.append(f"drift of {slopes[0]:.3g} m and {slopes[1]:.3g} N a cycle was removed")
+    if cutoff is not None:
+        cutoff = positive("cutoff", cutoff, "Hz", 100.0)
+        sampled = _rate(rate, "cutoff")
+        period = split(channels["displacement"], channels["force"]).period
+        low = LEAST_CUTOFF * sampled / period
+        if not low <= cutoff < 0.5 * sampled:
+            raise InputError(
+                f"`cutoff` must be from {LEAST_CUTOFF:g} times the frequency of the cycles, "
+                f"{low:.6g} Hz, to below half the sample rate, {0.5 * sampled:.6g} Hz, got "
+                f"{exact(cutoff)} Hz"
+            )
+        for key in channels.keys() - {"commanded", "cycle_number"}:
+            channels[key] = _low_pass(channels[key], cutoff / sampled)
+        notes.append(f"low-pass at {cutoff:g} Hz, forward and backward")
+    if rig_stiffness is not None:
+        rig_stiffness = positive("rig_stiffness", rig_stiffness, "N/m", 1e8)
+        channels["displacement"] = channels["displacement"] - channels["force"] / rig_stiffness
+        notes.append(f"deflection of a rig of {rig_stiffness:g} N/m was subtracted")
+    changes: dict[str, Any] = {**channels, "time": None, "sample_rate": rate, "notes": tuple(notes)}
+    return replace(record, **changes)
+
+
+def _check(record: Any) -> None:
+    if not isinstance(record, Record):
+        raise InputError(f"`record` must be a Record, got {show(record)}")
+
+
+def _rate(rate: float | None, name: str) -> float:
+    if rate is None:
+        raise InputError(f"{name} needs a record with time or sample_rate")
+    return rate
+
+
+def _without_trend(values: Floats, cycles: Cuts) -> tuple[Floats, float]:
+    """Values without the trend of the means of their cycles, and that trend a cycle."""
+    first, last = cycles.cuts[:-1], cycles.cuts[1:]
+    if first.size < 2:
+        raise InputError("drift needs at least two cycles, got 1")
+    means = np.add.reduceat(values[: cycles.cuts[-1]], first) / (last - first)
+    middle: Floats = 0.5 * (first + last - 1).astype(np.float64)
+    slope = trend(middle, means, 0.95).value
+    return values - slope * (np.arange(values.size) - middle.mean()), slope * cycles.period
+
+
+def _without_gaps(record: Record) -> None:
+    """Refuse a record whose time has gaps: nothing is filtered or moved across them."""
+    gaps = gaps_of(record)
+    if gaps.size and record.time is not None:
+        raise InputError(
+            f"{record.name}: the time has a gap after {exact(record.time[gaps[0]])} s, and nothing "
+            "can be resampled, filtered or shifted across it; take the samples of one block"
+        )
+
+
+def _low_pass(values: Floats, cutoff: float) -> Floats:
+    from scipy.signal import butter, sosfiltfilt
+
+    sections = butter(4, cutoff, fs=1.0, output="sos")
+    length = min(values.size - 1, math.ceil(6.0 / cutoff))
+    return np.asarray(sosfiltfilt(sections, values, padlen=length), dtype=float)
+
+
+def delay_of(record: Record, *, confidence: float = 0.95) -> Estimate:
+    """Delay of the force behind the displacement, from the kinks at the reversals.
+
+    Parameters
+    ----------
+    record : Record
+        With time or sample rate and at least two cycles.
+    confidence : float, optional
+        Level of the interval [-].
+
+    Returns
+    -------
+    Estimate
+        Time [s], positive where the force is late, for ``condition(record, delay=...)``.
+
+    Notes
+    -----
+    Near a reversal the force is a function of the way of the displacement, one before it and one
+    after it, both of low order (19.15, 19.20). The shift with which that fits best is the delay.
+    Groups of cycles give the interval, and how far other orders move it. A first-order filter of
+    the force's channel looks like a delay of about its time constant.
+    """
+    _check(record)
+    rate = record.sample_rate
+    if record.time is not None:
+        _without_gaps(record)
+        rate = (len(record) - 1) / float(record.time[-1] - record.time[0])
+    rate = _rate(rate, "delay_of")
+    cuts = split(record.displacement, record.force)
+    if cuts.peaks.size < 2:
+        raise InputError("delay_of needs at least two cycles, got 1")
+    lag = lag_of(record.displacement, record.force, cuts, confidence)
+    low, value, high = ((lag.value + way * lag.half) / rate for way in (-1.0, 0.0, 1.0))
+    return Estimate(value, low, high, lag.error / rate, lag.number)
+
+
+# -- the lag of the force ------------------------------------------------------------------------
+
+_COARSE, _FINE = 31, 21
+"""Shifts that are tried, and those around the best of them."""
+_SHAPES = (((1.0, 1.5, 2.0), (1.0, 2.0)), ((1.0, 2.0), (1.0, 2.0)))
+"""Powers of the way that the force is made of before a reversal and after it. A contact that has
+nearly slid before is of the power 3/2 there (19.15); what the second makes of it is the doubt."""
+_DOUBT, _LEAST, _OF_WINDOW = 0.5, 0.03, 0.003
+"""Doubt of the lag in any case: share of the difference of both readings, of a sample, and of the
+window."""
+_DEGREE = 10
+"""Degree of the polynomial of the displacement within a fifth of a cycle from its reversal."""
+
+
+class Lag(NamedTuple):
+    """Lag of the force [samples], positive where it is late."""
+
+    value: float
+    half: float
+    """Half its interval."""
+    error: float
+    number: int
+    """Groups of cycles that it is the mean of."""
+
+
+class _Reversals(NamedTuple):
+    """Samples around the reversals of some cycles: a row each, troughs turned around."""
+
+    force: Floats
+    way: Floats
+    reach: int
+    """Samples on each side."""
+    half: int
+    """Samples that count: until a quarter of the force is gone."""
+
+    def shift(self, rows: slice, shapes: int = 0, near: float | None = None) -> float:
+        """Lag [samples] in the mean of some of the cycles."""
+        return _shift(
+            self.force[rows], self.way[rows], self.reach, self.half, _SHAPES[shapes], near
+        )
+
+
+def _reversals(x: Floats, force: Floats, cuts: Cuts, most: int) -> _Reversals:
+    reach = int(cuts.period / 5.0)
+    inside = np.flatnonzero((cuts.peaks >= reach) & (cuts.troughs < force.size - reach))
+    inside = inside[:most] if most else inside
+    if inside.size < 2:
+        raise InputError("delay_of needs at least two cycles away from the ends of the record")
+    steps = np.arange(-reach, reach + 1)
+    sign = -0.5 if cuts.flipped else 0.5
+    forces, ways = (
+        sign * (values[cuts.peaks[inside][:, None] + steps] - values[ends[:, None] + steps])
+        for values, ends in ((force, cuts.troughs[inside]), (x, cuts.troughs[inside]))
+    )
+    profile = forces.mean(axis=0)
+    spread = float(np.ptp(profile)) * 2.0
+    fallen = np.flatnonzero(profile[reach:] < profile.max() - 0.125 * spread)
+    half = min(int(fallen[0]) if fallen.size else reach, (2 * reach) // 3)
+    if half < 4:
+        raise InputError(
+            f"delay_of needs at least 4 samples in the first quarter of the force after a "
+            f"reversal, got {half}; sample faster"
+        )
+    return _Reversals(forces, ways, reach, half)
+
+
+def lag_of(
+    x: Floats, force: Floats, cuts: Cuts, confidence: float, groups: int = 10, most: int = 0
+) -> Lag:
+    """The lag in a block of cycles, of the first ``most`` of them if that is above zero."""
+    reversals = _reversals(x, force, cuts, most)
+    size = reversals.force.shape[0]
+    middle = reversals.shift(slice(None))
+    edges = np.linspace(0, size, min(groups, size) + 1).astype(int)
+    late = np.array([reversals.shift(slice(a, b), 0, middle) for a, b in pairwise(edges)])
+    other = reversals.shift(slice(None), 1, middle)
+    error = float(late.std(ddof=1)) / math.sqrt(late.size)
+    chance = quantile(confidence, late.size - 1) * error
+    doubt = _LEAST + _OF_WINDOW * reversals.half + _DOUBT * abs(middle - other)
+    return Lag(float(late.mean()), math.hypot(chance, doubt), error, late.size)
+
+
+def looks_late(x: Floats, force: Floats, cuts: Cuts, smallest: float, most: int) -> bool:
+    """Whether a first look finds the force late or early by more than that [samples]."""
+    try:
+        return abs(_reversals(x, force, cuts, most).shift(slice(None))) > smallest
+    except InputError:  # too few cycles or samples to tell
+        return False
+
+
+def _shift(
+    forces: Floats,
+    ways: Floats,
+    reach: int,
+    half: int,
+    powers: tuple[tuple[float, ...], tuple[float, ...]],
+    near: float | None = None,
+) -> float:
+    """Shift with which the way, on both sides with factors of its own, fits the mean force best."""
+    force = forces.mean(axis=0)[reach - half : reach + half + 1]
+    # Free of noise: as the way stands on the axis, noise there would look like a kink.
+    grid = np.arange(-reach, reach + 1.0) / reach
+    way = np.polyfit(grid, ways.mean(axis=0), min(_DEGREE, reach))
+    t = np.arange(-half, half + 1.0)
+    close = np.polyval(way, np.linspace(-0.3, 0.3, 601))
+    top, size = float(close.max()), max(float(np.ptp(np.polyval(way, t / reach))), 1e-300)
+
+    def misfits(places: Floats) -> Floats:
+        away = t - places[:, None]
+        moved = np.maximum(top - np.polyval(way, away / reach), 0.0) / size
+        before, after = np.where(away < 0.0, moved, 0.0), np.where(away >= 0.0, moved, 0.0)
+        columns = [before**power for power in powers[0]] + [after**power for power in powers[1]]
+        basis = np.linalg.qr(np.stack([np.ones_like(away), *columns], axis=2))[0]
+        residual = force - np.einsum("pni,pi->pn", basis, np.einsum("pni,n->pi", basis, force))
+        return np.asarray(np.einsum("pn,pn->p", residual, residual))
+
+    step = half / (_COARSE - 1.0)
+    if near is None:
+        places = np.linspace(-0.5 * half, 0.5 * half, _COARSE)
+        near = float(places[int(misfits(places).argmin())])
+    places = near + step * np.linspace(-3.0, 3.0, _FINE)
+    values = misfits(places)
+    best = int(np.clip(values.argmin(), 2, _FINE - 3))
+    # A parabola through some: a single misfit is rough where a sample passes the reversal.
+    rows = slice(max(best - 4, 0), best + 5)
+    bend, slope, _ = np.polyfit(places[rows] - places[best], values[rows], 2)
+    shift = -0.5 * slope / bend if bend > 0.0 else 0.0
+    return float(places[best] + np.clip(shift, -2.0 * step, 2.0 * step))

@@ -1,0 +1,290 @@
+"""Start, reversals and end of the cycles of a record."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from microslip._core.checks import Floats
+from microslip._core.errors import InputError
+
+Places = NDArray[np.int64]
+
+BAND = 0.25
+"""Half the band around the middle, of the amplitude, that a half cycle must cross to count."""
+WIDEST = 0.35
+"""Largest half width [rad] of the windows around the turning points."""
+FEWEST_SAMPLES = 8
+_SLACK = 0.01  # of a cycle: as much may be missing at an end of the record
+
+
+class Cuts(NamedTuple):
+    """Places in a record, as indices of samples; a cycle ends where the next one begins.
+
+    Where the record has more cycles from trough to trough, or along the way up or down, than from
+    peak to peak, it is split there: ``flipped`` says that both channels are to be turned around,
+    which changes nothing about a loop.
+    """
+
+    cuts: Places
+    """Samples at which cycles begin, and the end of the last: one more than there are cycles."""
+    peaks: Places
+    """First reversal of each cycle, not before its beginning."""
+    troughs: Places
+    """Second reversal of each cycle."""
+    flipped: bool
+    """Whether peaks are lowest places and troughs highest ones."""
+    window: int
+    """Half width of the windows around the turning points, as wide as the noise asks for."""
+    period: float
+    """Samples a cycle."""
+    noise: float
+    """Contribution of the noise of the displacement to half the range of a cycle [m]."""
+
+
+def noise_of(values: Floats) -> float:
+    """Standard deviation of white noise on a smooth signal, from its third differences."""
+    piece = values[: 1 << 17]
+    if piece.size < 8:
+        return 0.0
+    # Their variance is 1 + 9 + 9 + 1 times that of the noise; the median sees no kinks.
+    return float(np.median(np.abs(np.diff(piece, 3)))) / 0.6745 / math.sqrt(20.0)
+
+
+class Motion(NamedTuple):
+    """Features by which the cycles of a record are found, the same in all of it."""
+
+    middle: float
+    """Middle of the displacement [m]."""
+    amplitude: float
+    """Half its range [m]."""
+    noise: float
+    """Noise of the displacement [m]."""
+    window: int
+    """Half width of the windows around turning points, in samples."""
+    period: float
+    """Samples a cycle."""
+    crossings: int
+    """Number of crossings of the middle."""
+
+
+def motion_of(displacement: Floats, force: Floats, gaps: Sequence[int] = ()) -> Motion:
+    """Middle, amplitude, noise and period of a record, between ``gaps`` of its time."""
+    sampled = displacement[:: max(1, displacement.size >> 17)]
+    low, high = (float(value) for value in np.percentile(sampled, (1.0, 99.0)))
+    middle, amplitude = 0.5 * (low + high), 0.5 * (high - low)
+    if amplitude == 0.0:
+        raise InputError(f"`displacement` must move, got {displacement[0]:g} m nearly throughout")
+    x = displacement - middle
+    edges = [0, *(gap + 1 for gap in gaps), x.size]
+    crossings = [_crossings(x[a:b], BAND * amplitude)[0] for a, b in pairwise(edges)]
+    number = sum(len(places) for places in crossings)
+    halves = np.concatenate([np.diff(places) for places in crossings])
+    if halves.size == 0:
+        raise InputError(
+            f"no full cycle: the displacement crosses its middle {middle:g} m "
+            f"{_times(number)}; a cycle needs at least two crossings"
+        )
+    wholes = np.concatenate([places[2:] - places[:-2] for places in crossings])
+    period = float(np.median(wholes)) if wholes.size else 2.0 * float(np.median(halves))
+    if period < FEWEST_SAMPLES:
+        raise InputError(
+            f"a cycle must have at least {FEWEST_SAMPLES} samples, got {period:.3g}: "
+            "this is noise, or sampled too coarsely"
+        )
+    noise = noise_of(x)
+    spread = float(np.ptp(force[:: max(1, force.size >> 17)]))
+    noise_in_force = 2.0 * noise_of(force) / spread if spread > 0.0 else 0.0
+    window = _window(max(noise / amplitude, noise_in_force), period)
+    return Motion(middle, amplitude, noise, window, period, number)
+
+
+_REPEATED, _CLOSED = 0.3, 4.0
+"""Steps between its samples by which both ends of a loop are one sample, or follow each other."""
+
+
+def one_loop(x: Floats, force: Floats) -> tuple[int, bool, bool]:
+    """Samples of one loop, without a last one that is the first again; is it one; does it close.
+
+    One goes to and fro once; it closes where its ends follow each other as its samples do.
+    """
+    spans = [float(np.ptp(values)) or 1.0 for values in (x, force)]
+    way = np.hypot(np.diff(x) / spans[0], np.diff(force) / spans[1])
+    gap = math.hypot((x[-1] - x[0]) / spans[0], (force[-1] - force[0]) / spans[1])
+    usual = float(np.median(way))
+    size = x.size - 1 if gap < _REPEATED * usual else x.size
+    low, high = np.percentile(x, (1.0, 99.0)).tolist()  # without spikes
+    turns, _ = _crossings(np.tile(x[:size] - 0.5 * (low + high), 3), BAND * 0.5 * (high - low))
+    return size, 5 <= turns.size <= 6, gap <= _CLOSED * usual
+
+
+def candidates(displacement: Floats, motion: Motion) -> tuple[Cuts | None, ...]:
+    """Cycles from peak to peak, trough to trough, up to up and down to down; None without any.
+
+    A half cycle counts when it has crossed a band around the middle of the displacement, so that
+    noise and plateaus make none. Turning points lie in the middle between two crossings, where the
+    displacement is highest there within its noise; else where it is highest.
+    """
+    x, period, window = displacement - motion.middle, motion.period, motion.window
+    crossings, upwards = _crossings(x, BAND * motion.amplitude)
+    if crossings.size < 2:
+        return (None,) * 4
+    turns = _turns(x, crossings, upwards, window, 6.0 * motion.noise)
+    slack = max(1.5, _SLACK * period)
+    near = 2.0 * BAND * motion.amplitude
+    # Of two heights, each from a parabola through the window.
+    noise = motion.noise * math.sqrt(0.5 * min(1.0, 2.25 / (2 * window + 1)))
+    # Up-crossings, peaks, down-crossings and troughs, each with what may lie beyond the first and
+    # the last that are seen: the record may begin or end on one.
+    ups = _extended(crossings[upwards], period, x, 0.0, near, slack)
+    downs = _extended(crossings[~upwards], period, x, 0.0, near, slack)
+    tops = _extended_turns(turns, upwards[:-1], period, x, near, slack)
+    bottoms = _extended_turns(turns, ~upwards[:-1], period, x, near, slack)
+    return tuple(
+        _assemble(cuts, peaks, troughs, flipped, window, period, noise)
+        for cuts, peaks, troughs, flipped in (
+            (tops, tops, bottoms, False),
+            (bottoms, bottoms, tops, True),
+            (ups, tops, bottoms, False),
+            (downs, bottoms, tops, True),
+        )
+    )
+
+
+def split(displacement: Floats, force: Floats) -> Cuts:
+    """The cycles of a record without gaps, cut where most of them are whole."""
+    motion = motion_of(displacement, force)
+    splits = [cycles for cycles in candidates(displacement, motion) if cycles is not None]
+    if not splits:
+        raise no_cycle(motion)
+    return max(splits, key=len_of)
+
+
+def len_of(cycles: Cuts | None) -> int:
+    """Number of cycles."""
+    return 0 if cycles is None else cycles.cuts.size - 1
+
+
+def no_cycle(motion: Motion) -> InputError:
+    """Message where the displacement oscillates without a whole cycle."""
+    return InputError(
+        f"no full cycle: the displacement crosses its middle {motion.middle:g} m "
+        f"{_times(motion.crossings)}, and no cycle is whole from one turning "
+        "point or crossing to the next like it"
+    )
+
+
+def _times(count: int) -> str:
+    return ("never", "once")[count] if count < 2 else f"{count} times"
+
+
+def _crossings(x: Floats, band: float) -> tuple[Floats, NDArray[np.bool_]]:
+    """Full crossings of the middle, in samples, and whether upwards."""
+    outside = np.flatnonzero(np.abs(x) > band)
+    if outside.size == 0:
+        return np.zeros(0), np.zeros(0, dtype=bool)
+    above = x[outside] > 0.0
+    last = np.flatnonzero(above[1:] != above[:-1])
+    begin, end = outside[last], outside[last + 1]
+    upwards = above[last + 1]
+    # Noise crosses the middle several times: their mean. All changes of sign are in these gaps,
+    # or in the bands of half cycles that did not count.
+    changes = np.flatnonzero((x[1:] > 0.0) != (x[:-1] > 0.0))
+    gap = np.searchsorted(end, changes, side="right")
+    gap_ok = gap < end.size
+    gap_ok[gap_ok] &= changes[gap_ok] >= begin[gap[gap_ok]]
+    changes, gap = changes[gap_ok], gap[gap_ok]
+    place = changes + x[changes] / (x[changes] - x[changes + 1])
+    count = np.bincount(gap, minlength=end.size)
+    return np.bincount(gap, place, minlength=end.size) / count, upwards
+
+
+def _window(noise: float, period: float) -> int:
+    """Half width at which a parabola's bias (angle^4) is as small as its noise."""
+    angle: float = (420.0 * noise / math.sqrt(period / math.pi)) ** (2.0 / 9.0)
+    return math.floor(min(angle, WIDEST) * period / (2.0 * math.pi))
+
+
+def _turns(
+    x: Floats, crossings: Floats, upwards: NDArray[np.bool_], window: int, tolerance: float
+) -> Places:
+    """Turning points between crossings that follow each other."""
+    smooth = x
+    if window > 0:
+        sums = np.concatenate((np.zeros(1), np.cumsum(x)))
+        first = np.clip(np.arange(x.size) - window, 0, None)
+        last = np.clip(np.arange(x.size) + window + 1, None, x.size)
+        smooth = (sums[last] - sums[first]) / (last - first)
+    edges = np.ceil(crossings).astype(np.int64)
+    middle = np.rint(0.5 * (crossings[1:] + crossings[:-1])).astype(np.int64)
+    turned = smooth[: edges[-1]]
+    highest = np.maximum.reduceat(turned, edges[:-1])
+    lowest = np.minimum.reduceat(turned, edges[:-1])
+    sign = np.where(upwards[:-1], 1.0, -1.0)
+    extreme = np.where(upwards[:-1], highest, lowest)
+    short = sign * (extreme - smooth[middle])
+    for i in np.flatnonzero(short > tolerance / math.sqrt(2 * window + 1)):
+        half = sign[i] * smooth[edges[i] : edges[i + 1]]
+        middle[i] = edges[i] + int(np.argmax(half))
+    return middle
+
+
+def _extended(
+    places: Floats, period: float, x: Floats, value: float, near: float, slack: float
+) -> Floats:
+    """Places with those a period before the first and after the last, where the record is alike."""
+    for step in (-period, period):
+        if places.size == 0:
+            break
+        end = float(places[0] if step < 0.0 else places[-1]) + step
+        if not -slack <= end <= x.size - 1 + slack:
+            continue
+        end = min(max(end, 0.0), x.size - 1.0)
+        if abs(x[round(end)] - value) <= near:
+            places = np.insert(places, 0 if step < 0.0 else places.size, end)
+    return places
+
+
+def _extended_turns(
+    turns: Places, is_kind: NDArray[np.bool_], period: float, x: Floats, near: float, slack: float
+) -> Floats:
+    """Turning points of one kind with those at the ends; with none seen, half a cycle away."""
+    places = turns[is_kind].astype(float)
+    if places.size == 0:
+        turn = float(turns[0])
+        places = np.array([turn - 0.5 * period, turn + 0.5 * period])
+        inside = (places >= -slack) & (places <= x.size - 1 + slack)
+        places = np.clip(places[inside], 0.0, x.size - 1.0)
+        extreme = -x[turns[0]]
+        return np.asarray(places[np.abs(x[np.rint(places).astype(int)] - extreme) <= near])
+    extreme = float(np.median(x[np.rint(places).astype(int)]))
+    return _extended(places, period, x, extreme, near, slack)
+
+
+def _assemble(
+    cuts: Floats,
+    peaks: Floats,
+    troughs: Floats,
+    flipped: bool,
+    window: int,
+    period: float,
+    noise: float,
+) -> Cuts | None:
+    """Cycles from cut to cut, where each has a peak and then a trough; None without any."""
+    cut = np.rint(cuts).astype(np.int64)
+    if cut.size < 2:
+        return None
+    peak, trough = (np.rint(turns).astype(np.int64) for turns in (peaks, troughs))
+    first = np.searchsorted(peak, cut[:-1])
+    second = np.searchsorted(trough, cut[:-1], side="right")
+    if first.max() >= peak.size or second.max() >= trough.size:
+        return None
+    top, bottom = peak[first], trough[second]
+    if not np.all((cut[:-1] <= top) & (top < bottom) & (bottom <= cut[1:])):
+        return None
+    return Cuts(cut, top, bottom, flipped, window, period, noise)

@@ -1,0 +1,402 @@
+"""Columns of each cycle of a record: amplitudes, energy, sliding, stiffness, closure, forces."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from microslip._core.checks import Floats, exact, positive, show
+from microslip._core.errors import InputError
+from microslip._core.wording import did_you_mean
+from microslip.laboratory.blocks import blocks_of
+from microslip.laboratory.cuts import Cuts
+from microslip.laboratory.record import Record
+
+_FEW_BEYOND = 0.05
+
+_MOVED, _PUSHED = ("displacement",), ("force",)
+_WORK, _RATIO = ("force", "displacement"), ("force", "normal_load")
+_COLUMNS: dict[str, tuple[str, tuple[str, ...], str]] = {
+    "start": ("-", (), ""),
+    "period": ("-", (), ""),
+    "amplitude": ("m", _MOVED, "amplitude δ_m"),
+    "displacement_offset": ("m", _MOVED, ""),
+    "force_amplitude": ("N", _PUSHED, "force amplitude T_m"),
+    "force_offset": ("N", _PUSHED, ""),
+    "normal_load": ("N", ("normal_load",), "normal load N"),
+    "dissipated_energy": ("J", _WORK, "energy/cycle E_d"),
+    "energy_ratio": ("-", (), "energy ratio A"),
+    "loss_factor": ("-", (), "loss factor η"),
+    "damping_ratio": ("-", (), "damping ratio ζ"),
+    "sliding_distance": ("m", _MOVED, ""),
+    "sliding_ratio": ("-", (), "sliding ratio D"),
+    "fouvry_ratio": ("-", (), "B = E_d/4T_mδ_g"),
+    "friction_peak": ("-", _RATIO, "friction T_m/N"),
+    "friction_energy": ("-", _RATIO, "friction E_d/4Nδ_g"),
+    "reversal_stiffness": ("N/m", _WORK, "stiffness after reversal"),
+    "stiffness_left": ("N/m", _WORK, "stiffness, left reversal"),
+    "stiffness_right": ("N/m", _WORK, "stiffness, right reversal"),
+    "linear_range": ("m", _MOVED, "linear range"),
+    "closure_error": ("-", (), "closure error"),
+}
+"""Columns of the cycles: SI unit; sensors in whose gains one is linear, or inverse (of which ratios
+of a loop to itself know none); name in tables of those that people ask for."""
+UNITS: Mapping[str, str] = MappingProxyType({name: row[0] for name, row in _COLUMNS.items()})
+LABELS: Mapping[str, str] = MappingProxyType({n: row[2] for n, row in _COLUMNS.items() if row[2]})
+
+
+def gain_error(name: str, gain_errors: Mapping[str, float]) -> float:
+    """Relative standard deviation of a column by the gains of its sensors [-]."""
+    return math.hypot(*(gain_errors.get(sensor, 0.0) for sensor in _COLUMNS[name][1]))
+
+
+def _block_columns(
+    moved: Floats,
+    force: Floats,
+    load: NDArray[np.float64] | float | None,
+    cycles: Cuts,
+    compliance: float = 0.0,
+) -> dict[str, Floats]:
+    """Columns of :data:`UNITS` and ``force_rms`` [N]; the rig takes ``compliance`` [m/N]."""
+    x = moved - compliance * force if compliance else moved
+    cuts, first, last = cycles.cuts, cycles.cuts[:-1], cycles.cuts[1:]
+    begin, end = int(cuts[0]), int(cuts[-1])
+    count = (last - first).astype(float)
+    top, bottom = _heights(x, cycles.peaks, cycles), _heights(x, cycles.troughs, cycles)
+    high = _forces(force, cycles.peaks, cycles)
+    low = _forces(force, cycles.troughs, cycles)
+    amplitude, force_amplitude = 0.5 * (top - bottom), 0.5 * (high - low)
+    # Against the cycle's own middle, or rounding grows with the offset.
+    mid_x = np.repeat(0.5 * (top + bottom), last - first)
+    mid_force = np.repeat(0.5 * (high + low), last - first)
+    work = (0.5 * (force[begin:end] + force[begin + 1 : end + 1]) - mid_force) * np.diff(
+        x[begin : end + 1]
+    )
+    chord = (0.5 * (force[first] + force[last]) - 0.5 * (high + low)) * (x[first] - x[last])
+    energy = np.add.reduceat(work, first - begin) + chord
+    del work
+    swing = force[begin : end + 1] - np.append(mid_force, mid_force[-1])
+    sliding = _sliding_distance(
+        x[begin : end + 1] - np.append(mid_x, mid_x[-1]),
+        swing,
+        cycles,
+    )
+    mean, square = (np.add.reduceat(v[:-1], first - begin) / count for v in (swing, swing**2))
+    del mid_x, mid_force, swing
+    columns = {
+        "start": first.astype(float),
+        "period": count,
+        "amplitude": amplitude,
+        "displacement_offset": 0.5 * (top + bottom),
+        "force_amplitude": force_amplitude,
+        "force_offset": 0.5 * (high + low),
+        "force_rms": np.sqrt(np.maximum(square - mean**2, 0.0)),
+    }
+    pressed: Floats | None = None
+    if isinstance(load, np.ndarray):
+        pressed = np.add.reduceat(load[begin:end], first - begin) / count
+    elif load is not None:
+        pressed = np.full(first.size, load)
+    if pressed is not None:
+        columns["normal_load"] = pressed
+    ratio = _ratio(energy, 4.0 * amplitude * force_amplitude)
+    columns |= {
+        "dissipated_energy": energy,
+        "energy_ratio": ratio,
+        "loss_factor": 4.0 / math.pi * ratio,
+        "damping_ratio": 2.0 / math.pi * ratio,
+        "sliding_distance": sliding,
+        "sliding_ratio": _ratio(sliding, amplitude),
+        "fouvry_ratio": _ratio(energy, 4.0 * force_amplitude * sliding),
+    }
+    if pressed is not None:
+        columns["friction_peak"] = _ratio(force_amplitude, pressed)
+        columns["friction_energy"] = _ratio(energy, 4.0 * pressed * sliding)
+    columns |= stiffness_columns(moved, force, cycles, high - low, compliance)
+    # From one reversal to the next a contact has no further to go.
+    with np.errstate(invalid="ignore"):
+        is_beyond = columns["linear_range"] > 2.0 * np.abs(amplitude)
+    if np.mean(is_beyond) > _FEW_BEYOND:
+        is_beyond[:] = True  # those that are left would be the small ones
+    columns["linear_range"][is_beyond] = np.nan
+    gap = np.abs(force[last] - force[first])
+    columns["closure_error"] = _ratio(gap, 2.0 * np.abs(force_amplitude))
+    return columns
+
+
+def columns_of(record: Record, compliance: float) -> dict[str, Floats]:
+    """Columns with a value for each cycle of a record, block after block."""
+    blocks, load = blocks_of(record), record.normal_load
+    sign = -1.0 if blocks.flipped else 1.0
+    x, force, parts = sign * record.displacement, sign * record.force, []
+    for block in blocks.having_cycles:
+        at = block.samples
+        pressed = load[at] if isinstance(load, np.ndarray) else load
+        parts.append(_block_columns(x[at], force[at], pressed, block.cycles, compliance))
+        parts[-1]["start"] += block.first
+    columns = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    for name in ("displacement_offset", "force_offset"):
+        columns[name] *= sign
+    return columns
+
+
+def _ratio(numerator: Floats, denominator: Floats) -> Floats:
+    nothing = np.full_like(numerator, np.nan)
+    return np.divide(numerator, denominator, out=nothing, where=denominator != 0.0)
+
+
+def _window_rows(values: Floats, places: NDArray[np.int64], low: int, high: int) -> Floats:
+    """Samples around places, a row for each; at the ends of the record the last one again."""
+    rows = np.clip(places[:, None] + np.arange(low, high + 1), 0, values.size - 1)
+    return np.asarray(values[rows])
+
+
+def _heights(x: Floats, places: NDArray[np.int64], cycles: Cuts) -> Floats:
+    """Displacements at turning points: parabolas through both sides."""
+    half = cycles.window
+    if half < 1:
+        return x[places]
+    t = np.arange(-half, half + 1) / half
+    weights = np.linalg.pinv(np.stack((np.ones_like(t), t, t**2), axis=1))[0]
+    return np.asarray(_window_rows(x, places, -half, half) @ weights)
+
+
+def _forces(force: Floats, places: NDArray[np.int64], cycles: Cuts) -> Floats:
+    """Forces at turns by parabolas before them: the sample beside may be on the way back."""
+    half = cycles.window
+    if half >= 2:
+        t = np.arange(-half - 1, 0) / half
+        weights = np.linalg.pinv(np.stack((np.ones_like(t), t**2), axis=1))[0]
+        return np.asarray(_window_rows(force, places, -half - 1, -1) @ weights)
+    previous, twice = np.maximum(places - 1, 0), np.maximum(places - 2, 0)
+    last, before = force[places] - force[previous], force[previous] - force[twice]
+    # The way back begins where the force does; dry friction may have jumped all the way.
+    turned = (last * before < 0.0) | (np.abs(last) > 0.5 * np.ptp(force))
+    return force[np.where(turned, previous, places)]
+
+
+def _sliding_distance(x: Floats, force: Floats, cycles: Cuts) -> Floats:
+    """Half the width of each loop in the middle of its forces; both from the first cut on."""
+    first = cycles.cuts[:-1] - cycles.cuts[0]
+    turn = np.sort(np.concatenate((cycles.peaks, cycles.troughs))) - cycles.cuts[0]
+    changes = np.flatnonzero((force[1:] >= 0.0) != (force[:-1] >= 0.0))
+    # Ways since the first turning point: down from peaks (even), up from troughs (odd).
+    way = np.searchsorted(turn, changes, side="right") - 1
+    cycle = np.searchsorted(first, changes, side="right") - 1
+    fine = (way >= 0) & (way // 2 == cycle)
+    changes, way = changes[fine], way[fine]
+    share = force[changes] / (force[changes] - force[changes + 1])
+    place = x[changes] + share * (x[changes + 1] - x[changes])
+    count = np.bincount(way, minlength=turn.size).astype(float)
+    width = _ratio(np.bincount(way, place, minlength=turn.size).astype(float), count)
+    # Signed, or noise would slide where nothing does.
+    distance = 0.5 * (width[1::2] - width[::2])
+    finite = distance[np.isfinite(distance)]
+    return distance * (-1.0 if finite.size and np.median(finite) < 0.0 else 1.0)
+
+
+# -- stiffness after a reversal, and the range over which it holds --------------------------------
+
+SHARE = 0.25
+"""Share of the range of the force after a reversal, from which its stiffness is read."""
+BENT = 0.05
+"""Share of the force by which it has left its first tangent where the linear range ends."""
+_FEWEST = 5
+"""Samples in the window, at least."""
+
+
+STIFFNESSES = ("reversal_stiffness", "stiffness_left", "stiffness_right")
+"""Columns whose mean is that of their inverses."""
+
+
+class Way(NamedTuple):
+    """After one kind of reversal, a value for each cycle; not a number where nothing is told."""
+
+    compliance: Floats
+    """First slope of the displacement over the force [m/N]."""
+    range: Floats
+    """Displacement [m] after which the force is 5 % below the first tangent."""
+
+
+def way_of(
+    x: Floats,
+    force: Floats,
+    begin: NDArray[np.int64],
+    end: NDArray[np.int64],
+    span: Floats,
+    compliance: float,
+) -> Way:
+    """Ways from ``begin`` to ``end``, on which displacement and force both rise.
+
+    Noise of the force must not decide which samples count, nor stand on the axis that the slope is
+    over, or contacts look stiffer than they are. So the window is where the mean over the cycles
+    has gone a quarter of its range, and in it each cycle is freed of noise by the shapes of the
+    mean one and a parabola in time; only then is what the rig gives way taken off, ``compliance``
+    [m/N].
+    """
+    nothing = np.full(begin.size, np.nan)
+    length = int(np.median(end - begin)) if begin.size else 0
+    if length < _FEWEST:
+        return Way(nothing, nothing)
+    rows = np.clip(begin[:, None] + np.arange(length), 0, x.size - 1)
+    moved = x[rows] - x[begin][:, None]
+    size = np.median(np.ptp(moved, axis=1))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = (force[rows] - force[begin][:, None]) / span[:, None]
+        scaled = moved * (size / np.ptp(moved, axis=1))[:, None]
+    good = np.isfinite(share).all(axis=1) & np.isfinite(scaled).all(axis=1)
+    if not good.any() or size == 0.0:
+        return Way(nothing, nothing)
+    window = _window(share[good].mean(axis=0))
+    if window < _FEWEST:
+        return Way(nothing, nothing)
+    mean_of_both = scaled[good].mean(axis=0)[:window] / size, share[good].mean(axis=0)[:window]
+    smooth = _smoother(window, mean_of_both if np.count_nonzero(good) > 2 else ())
+    place, gone = (values[:, :window] @ smooth for values in (moved, share))
+    place = place - compliance * span[:, None] * gone
+    # Over -ln(1 - f) an exponential contact is a straight line, in series with a rig nearly.
+    z = -np.log1p(-np.clip(np.where(good[:, None], gone, 0.0), -0.5, 0.9))
+    powers = z[:, :, None] ** np.arange(3)
+    normal = np.einsum("nwi,nwj->nij", powers, powers)
+    right = np.einsum("nwi,nw->ni", powers, np.where(good[:, None], place, 0.0))
+    good &= np.linalg.cond(normal) < 1e12
+    first, second = nothing.copy(), nothing.copy()
+    polynomials = np.linalg.solve(normal[good], right[good][..., None])[..., 0]
+    first[good], second[good] = polynomials[:, 1] / span[good], polynomials[:, 2] / span[good]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        # x = span (a z + b z^2), with z = f + f^2/2 + ...: bent by (1/2 + b/a) f.
+        bend = 0.5 + second / first
+        linear = first * span * BENT / bend
+    return Way(first, np.where((first > 0.0) & (bend > 0.0), linear, np.nan))
+
+
+def _smoother(window: int, means: tuple[Floats, ...]) -> Floats:
+    """Smoothing of the samples of a window: the shapes of the mean way, and a parabola."""
+    time = np.arange(window) / window
+    shapes = [np.ones(window), *means]
+    room = window - 2 - len(shapes)
+    shapes += [time, time**2, time**3][: max(0, min(room, 2 if means else 3))]
+    if len(shapes) < 3:
+        return np.eye(window)
+    basis, _ = np.linalg.qr(np.array(shapes).T)
+    return np.asarray(basis @ basis.T)
+
+
+def _window(share: Floats) -> int:
+    """Samples until a mean way has gone a quarter of its range; a little smoothed."""
+    half = max(0, share.size // 200)
+    if half:
+        share = np.convolve(np.pad(share, half, mode="edge"), np.ones(2 * half + 1), "valid") / (
+            2 * half + 1
+        )
+    beyond = np.flatnonzero(share > SHARE)
+    return int(beyond[0]) if beyond.size else int(share.size)
+
+
+def stiffness_columns(
+    x: Floats, force: Floats, cycles: Cuts, span: Floats, compliance: float
+) -> dict[str, Floats]:
+    """Stiffness after the highest ("right"), the lowest displacement, both; linear range."""
+    right, after_lowest = (
+        way_of(sign * x, sign * force, begin, end, span, compliance)
+        for sign, begin, end in (
+            (-1.0, cycles.peaks, cycles.troughs),
+            (1.0, cycles.troughs, np.append(cycles.peaks[1:], cycles.cuts[-1])),
+        )
+    )
+    if cycles.flipped:
+        after_lowest, right = right, after_lowest
+    linear = np.full(span.size, np.nan)
+    is_told = np.isfinite(after_lowest.range) | np.isfinite(right.range)
+    linear[is_told] = np.nanmean(np.array([after_lowest.range, right.range])[:, is_told], axis=0)
+    return {
+        "reversal_stiffness": _inverse(0.5 * (after_lowest.compliance + right.compliance)),
+        "stiffness_left": _inverse(after_lowest.compliance),
+        "stiffness_right": _inverse(right.compliance),
+        "linear_range": linear,
+    }
+
+
+def _inverse(compliance: Floats) -> Floats:
+    """Stiffnesses; of a compliance that noise makes negative the same, for their mean's sake."""
+    nothing = np.full_like(compliance, np.nan)
+    return np.divide(1.0, compliance, out=nothing, where=compliance != 0.0)
+
+
+# -- friction log: force over displacement and cycle ----------------------------------------------
+
+MOST_CYCLES, PLACES = 96, 64
+_LEAST = 6
+
+
+class FrictionLog(NamedTuple):
+    """The force of some of the cycles, spread evenly over the logarithm of their number."""
+
+    rows: NDArray[np.intp]
+    """Numbers of the cycles, the first being 0."""
+    place: Floats
+    """Displacement from its middle, of the amplitude [-]."""
+    forward: Floats
+    """Force [N] by cycle and place, the displacement rising; the force's middle is taken off."""
+    backward: Floats
+    """The same, the displacement falling."""
+
+
+def friction_log(x: Floats, force: Floats, columns: Mapping[str, Floats]) -> FrictionLog | None:
+    """The log of a record; None of a few cycles."""
+    count = columns["start"].size
+    if count < _LEAST:
+        return None
+    rows = np.unique(np.rint(np.geomspace(1.0, count, MOST_CYCLES)).astype(np.intp) - 1)
+    place = np.linspace(-1.0, 1.0, PLACES)
+    ways = np.full((2, rows.size, PLACES), np.nan)
+    for at, row in enumerate(rows):
+        first = int(columns["start"][row])
+        part = slice(first, first + int(columns["period"][row]) + 1)
+        amplitude = float(columns["amplitude"][row])
+        if not amplitude > 0.0:
+            continue
+        share = (x[part] - columns["displacement_offset"][row]) / amplitude
+        away = force[part] - columns["force_offset"][row]
+        # Noise turns the displacement at its ends only if it is smoothed over a few samples.
+        width = max(share.size // 64, 1)
+        rising = share[2 * width :] - share[: -2 * width] > 0.0
+        middle, forces = share[width:-width], away[width:-width]
+        for way, chosen in zip(ways, (rising, ~rising), strict=True):
+            if chosen.any():
+                order = np.argsort(middle[chosen], kind="stable")
+                way[at] = np.interp(place, middle[chosen][order], forces[chosen][order])
+    return FrictionLog(rows, place, ways[0], ways[1])
+
+
+_SENSORS = ("force", "displacement", "normal_load")
+
+
+def checked_gains(errors: Mapping[str, float] | None) -> dict[str, float]:
+    """Validate the relative standard deviations [-] of the gains, by what their sensors measure."""
+    if errors is not None and not isinstance(errors, Mapping):
+        raise InputError(
+            f"`gain_errors` must be a mapping such as {{'force': 0.01}}, got {show(errors)}"
+        )
+    for role in errors or ():
+        if role not in _SENSORS:
+            raise InputError(
+                f"`gain_errors` must be among {', '.join(_SENSORS)}, got {show(role)}"
+                f"{did_you_mean(role, _SENSORS) if isinstance(role, str) else ''}"
+            )
+    checked = {
+        role: positive(f"error of the gain of {role}", error)
+        for role, error in (errors or {}).items()
+    }
+    for role, error in checked.items():
+        if error >= 1.0:
+            raise InputError(
+                f"`gain_errors`: that of {role} must be a share below 1, such as 0.01 for 1 %, got "
+                f"{exact(error)}"
+            )
+    return checked

@@ -1,0 +1,236 @@
+"""Means and trends over the cycles of a record, with their confidence intervals.
+
+Cycles are not independent: friction wanders. So an interval counts as many cycles as there are
+independent ones, by how much the cycles, and the means of blocks of them, resemble the next one.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from microslip._core.checks import Floats
+from microslip._core.quadrature import gauss_legendre
+
+_STEPS = 100
+"""Bound of Newton's steps: a confidence of 1 - 1e-15 takes some forty."""
+_BLOCKS = 20
+"""Cycles, or blocks of them, from which their correlation is judged: of fewer it is not known."""
+_LIKELY, _UPPER = 2.3, 1.75
+"""Standard errors from which on a correlation is no chance; those that are added to it, since one
+that is found too small costs more than one that is found too large."""
+_NORMAL = 100_000
+"""Degrees of freedom at which Student's distribution is the normal one."""
+_HIGHEST, _FARTHEST = 0.999, 2.0
+_MANY, _FAR_OUT = 20, 40.0
+"""Degrees of freedom from which on so many standard errors are never exceeded."""
+
+
+class Estimate(NamedTuple):
+    """A number that was measured, with its confidence interval."""
+
+    value: float
+    """The mean."""
+    low: float
+    """Lower end of the interval; not a number where there is only one cycle."""
+    high: float
+    """Its upper end."""
+    standard_error: float
+    """Standard error of the mean; not a number for a single cycle."""
+    number: int
+    """Number of values in the mean."""
+
+
+@lru_cache
+def _students(freedom: int) -> tuple[float, Callable[[float], float], Callable[[Any], Any]]:
+    """Integral of cos^(f-1) from 0 to pi/2, to an angle, and the integrand.
+
+    With t = sqrt(f) tan(angle), the share of Student's distribution within ± t is that up to the
+    angle over that of all (Wallis' product).
+    """
+    power = freedom - 1
+    even_product, odd = math.pi / 2.0, 1.0
+    factors = np.arange(power, 1, -2, dtype=np.float64)
+    quarter = (odd if power % 2 else even_product) * math.exp(float(np.log1p(-1.0 / factors).sum()))
+    nodes, weights = gauss_legendre(60)
+
+    def integrand(angle: Any) -> Any:
+        return np.exp(-0.5 * power * np.log1p(np.tan(angle) ** 2))
+
+    return quarter, lambda angle: angle * float(weights @ integrand(angle * nodes)), integrand
+
+
+@lru_cache
+def quantile(confidence: float, freedom: int) -> float:
+    """Half width of Student's interval in standard errors [-]; SciPy would cost more to load."""
+    quarter, inside, integrand = _students(freedom)
+    # It is concave in the angle: Newton's steps from below never overshoot.
+    angle = confidence * quarter
+    for _ in range(_STEPS):
+        step = (confidence * quarter - inside(angle)) / float(integrand(angle))
+        angle += step
+        if step <= 4e-16 * angle:
+            break
+    return math.sqrt(freedom) * math.tan(angle)
+
+
+class Dependence(NamedTuple):
+    """Dependence of successive values."""
+
+    factor: float
+    """Variance of their mean over that of independent ones; 1 where no more shows."""
+    freedom: int
+    """Degrees of freedom of the mean."""
+
+
+def dependence_of(values: Floats, fitted_count: int = 1) -> Dependence:
+    """Dependence of a series: the information of its mean against independent values.
+
+    The integrated autocorrelation of a first-order process, of the values and, as noise may hide
+    it, of the means of blocks of 4, 16, ... of them; the largest counts. The estimate of the
+    correlation is freed of its bias by a mean that was taken off (Marriott and Pope 1954, DOI
+    10.1093/biomet/41.3-4.390); ``fitted_count`` coefficients were fitted in all.
+    """
+    size = values.size
+    largest = Dependence(1.0, size - fitted_count)
+    white = float(np.var(values, ddof=1)) / size if size > 1 else 0.0
+    if not white > 1e-24 * float(np.mean(values**2) if size else 0.0):
+        return largest
+    length = 1
+    while size // length >= _BLOCKS:
+        number = size // length
+        means = values[size - number * length :].reshape(number, length).mean(axis=1)
+        away = means - means.mean()
+        square = float(away @ away)
+        correlation = (number * float(away[1:] @ away[:-1]) / square + fitted_count) / (
+            number - 3.0
+        )
+        if correlation * math.sqrt(number) >= _LIKELY:
+            extra = (
+                _UPPER * math.sqrt(max(1.0 - correlation**2, 0.0) / number) if length == 1 else 0.0
+            )
+            rho = min(correlation + extra, _HIGHEST)
+            tail = rho / (1.0 - rho) - rho * (1.0 - rho**number) / (number * (1.0 - rho) ** 2)
+            share = (1.0 + 2.0 * tail) / number
+            variance = square / number * share / max(1.0 - share, 1e-3)
+            if variance > largest.factor * white:
+                freedom = min(max(2, int(1.0 / share - 1.0)), size - fitted_count)
+                largest = Dependence(variance / white, freedom)
+        length *= 4
+    return largest
+
+
+def chance_below(values: Floats, limit: float = 0.0) -> float:
+    """Probability that the mean which values in their order have is not above a limit."""
+    away = values - limit
+    if away.size == 0:
+        return 0.5
+    mean = float(away.mean())
+    if away.size == 1 or not (spread := float(away.std(ddof=1))) > 0.0:
+        return float(mean <= 0.0)
+    dependence = dependence_of(away)
+    errors = abs(mean) / spread / math.sqrt(dependence.factor / away.size)
+    if dependence.freedom > _MANY:  # the integrand is a peak that its nodes would miss
+        errors = min(errors, _FAR_OUT)
+    quarter, inside, _ = _students(dependence.freedom)
+    within = inside(math.atan(errors / math.sqrt(dependence.freedom))) / quarter
+    return 0.5 - 0.5 * math.copysign(min(within, 1.0), mean)
+
+
+def mean_of(values: Floats, confidence: float, moving: bool = False) -> Estimate:
+    """Mean of finite values in their order with Student's interval; of such as move their range."""
+    fine = values[np.isfinite(values)]
+    if fine.size == 0:
+        return Estimate(math.nan, math.nan, math.nan, math.nan, 0)
+    value = float(fine.mean())
+    if fine.size == 1:
+        return Estimate(value, math.nan, math.nan, math.nan, 1)
+    spread = float(fine.std(ddof=1))
+    if moving:
+        # What wanders beside a course that only rises, or only falls, may go farther than it went.
+        beside = min(
+            (fine - sign * _rising(sign * fine) for sign in (1.0, -1.0)),
+            key=lambda away: float(away @ away),
+        )
+        low, high = float(fine.min()), float(fine.max())
+        if dependence_of(beside, 2).factor > 1.0:
+            half = _of_mean(beside, confidence, 2)[1]
+            low, high = low - half, high + half
+        return Estimate(value, low, high, spread, int(fine.size))
+    error, half = _of_mean(fine, confidence, 1)
+    return Estimate(value, value - half, value + half, error, int(fine.size))
+
+
+def _rising(values: Floats) -> Floats:
+    """The closest series that never falls, by least squares: neighbours that fall are pooled."""
+    pools: list[tuple[float, int]] = []
+    for value in values.tolist():
+        mean, size = value, 1
+        while pools and pools[-1][0] >= mean:
+            before, number = pools.pop()
+            mean, size = (before * number + mean * size) / (number + size), number + size
+        pools.append((mean, size))
+    return np.repeat([mean for mean, _ in pools], [size for _, size in pools])
+
+
+def _of_mean(values: Floats, confidence: float, fitted_count: int) -> tuple[float, float]:
+    """Standard error of a mean, and half its interval."""
+    dependence = dependence_of(values, fitted_count)
+    error = float(values.std(ddof=1)) / math.sqrt(values.size)
+    if dependence.factor == 1.0:
+        return error, quantile(confidence, values.size - 1) * error
+    error *= math.sqrt(dependence.factor)
+    # What wanders has its mean not much farther off than it went.
+    half = min(quantile(confidence, dependence.freedom) * error, _FARTHEST * float(np.ptp(values)))
+    return error, half
+
+
+def with_gain(estimate: Estimate, relative: float, confidence: float) -> Estimate:
+    """A mean whose interval also knows an error of the gain, common to all of its values."""
+    if relative == 0.0 or not math.isfinite(estimate.value):
+        return estimate
+    error = relative * abs(estimate.value)
+    half = quantile(confidence, _NORMAL) * error
+    low, high = (
+        math.hypot(*np.nan_to_num([estimate.value - estimate.low, half]).tolist()),
+        math.hypot(*np.nan_to_num([estimate.high - estimate.value, half]).tolist()),
+    )
+    total_error = math.hypot(float(np.nan_to_num(estimate.standard_error)), error)
+    return estimate._replace(
+        low=estimate.value - low, high=estimate.value + high, standard_error=total_error
+    )
+
+
+def mean_of_inverses(values: Floats, confidence: float, moving: bool = False) -> Estimate:
+    """Inverse of the mean inverse; not a number where that may not be above zero."""
+    of = mean_of(1.0 / values[values != 0.0], confidence, moving)
+    if not of.value > 0.0 or of.low <= 0.0:
+        return Estimate(math.nan, math.nan, math.nan, math.nan, of.number)
+    error = of.standard_error / of.value**2
+    return Estimate(1.0 / of.value, 1.0 / of.high, 1.0 / of.low, error, of.number)
+
+
+def trend(x: Floats, y: Floats, confidence: float, independent: bool = True) -> Estimate:
+    """Slope of a straight line by least squares, with Student's confidence interval.
+
+    Of values that follow each other and are not independent the error counts that.
+    """
+    if x.size < 2 or np.ptp(x) == 0.0:
+        return Estimate(math.nan, math.nan, math.nan, math.nan, int(x.size))
+    away = x - x.mean()
+    square = float(np.dot(away, away))
+    slope = float(np.dot(away, y)) / square
+    if x.size < 3:
+        return Estimate(slope, math.nan, math.nan, math.nan, int(x.size))
+    residual = y - y.mean() - slope * away
+    dependence = Dependence(1.0, x.size - 2)
+    if not independent:
+        dependence = dependence_of(residual, 2)
+    error = math.sqrt(float(np.dot(residual, residual)) / (x.size - 2) / square)
+    error *= math.sqrt(dependence.factor)
+    half = quantile(confidence, dependence.freedom) * error
+    return Estimate(slope, slope - half, slope + half, error, int(x.size))

@@ -1,0 +1,473 @@
+"""A record folded on one cycle: the mean and the scatter of its settled cycles."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from microslip._core.checks import Floats, number, show
+from microslip._core.errors import InputError
+from microslip._core.frozen import Locked, lock
+from microslip._core.units import engineering
+from microslip.friction.loops import Loop
+from microslip.laboratory.cuts import FEWEST_SAMPLES, one_loop
+from microslip.laboratory.cycles import Cycles, cycles_of, judged, step_of
+from microslip.laboratory.estimates import Estimate, trend
+from microslip.laboratory.mean_cycle import (
+    MeanCycle,
+    Turns,
+    all_turns,
+    drift_of,
+    error_of_mean,
+    errors_of_steps,
+    places_of,
+    stretches,
+)
+from microslip.laboratory.motion import QUIET, basis, motion_of
+from microslip.laboratory.record import Record
+from microslip.laboratory.spikes import Spike, jumps
+
+FEWEST_CYCLES = 3
+MOST_BINS = 512
+_JUDGED, _LIKELY = 8, 2.0
+"""Cycles from which their growth is told, and standard errors from which on it is likely."""
+_CHANGED = 0.2
+"""Range of the loads of the cycles, of their mean, that no law with one load stands for."""
+
+
+CLIPPED = "found from a record that looks clipped"
+"""The doubt on a record whose sensors reached the ends of their range."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Folded(Locked):
+    """The settled cycles of a record on one cycle of phase.
+
+    The displacement is a Fourier series with the harmonics that stand out of the noise, and with
+    the corners that a drive such as a triangle has; the force is its mean in bins of the phase.
+    Both carry the noise seen in the scatter between the cycles; a straight drift is taken off both.
+    """
+
+    name: str
+    phase: NDArray[np.float64]
+    """Mean phase of each bin [rad], increasing."""
+    spread: NDArray[np.float64]
+    """Standard deviation of the phases within each bin [rad]."""
+    force: NDArray[np.float64]
+    """Mean force of each bin [N]."""
+    count: NDArray[np.float64]
+    """Samples in each bin."""
+    cycle_force: NDArray[np.float64]
+    """Sum of the forces of each cycle (rows) in each bin [N]."""
+    cycle_count: NDArray[np.float64]
+    """Samples of each cycle (rows) in each bin."""
+    harmonics: NDArray[np.int64]
+    """Numbers of the harmonics of the displacement; the mean is not among them."""
+    coefficients: NDArray[np.float64]
+    """Mean [m], cosine and sine of each harmonic [m], height and shift of each corner [m]."""
+    covariance: NDArray[np.float64]
+    """Covariance of the coefficients [m^2]."""
+    force_noise: float
+    """Standard deviation of one sample of force [N]."""
+    displacement_noise: float
+    """Standard deviation of one sample of displacement [m]."""
+    normal_load: float | None
+    """Mean normal load [N]; None without one."""
+    frequency: float | None
+    """Cycles a second [Hz]; None without a time base."""
+    cycles: int
+    """Number of settled cycles."""
+    left_out: int
+    """Number of cycles that were left out."""
+    notes: tuple[str, ...]
+    said: tuple[str, ...] = ()
+    """Notes on the folding itself, not on the record."""
+    late: str = ""
+    """Note on a delay of the force that shows in its cycles."""
+    load_error: float = 0.0
+    """Standard error of the mean normal load [N]; 0 of one that was given as a number."""
+    drift: float = 0.0
+    """Change of the force a cycle [N] beside the loops, which is taken off."""
+    drifted: NDArray[np.float64] = field(default_factory=lambda: lock(np.zeros(0)))
+    """Effect of one standard error of that on the force of each bin [N]."""
+    stepped: NDArray[np.float64] = field(default_factory=lambda: lock(np.zeros((0, 0))))
+    """Effects of its converter's steps, a standard deviation each (rows) [N]."""
+    growth: float = 0.0
+    """Relative growth of the loops' force over the cycles that count; 0 where it is likely to be no
+    more than noise."""
+    doubt: str = ""
+    """Reason why nothing can be identified from the record; empty where it can."""
+    freedom: float = math.inf
+    """Degrees of freedom from which the noise of the force is known."""
+    play: float = 0.0
+    """Half the play [m] between joint and transducer, of which the joint sees nothing,"""
+    play_error: float = 0.0
+    """and its standard error [m]."""
+    corners: NDArray[np.float64] = field(default_factory=lambda: lock(np.zeros(0)))
+    """Phases [rad] at which the displacement has a corner, as that of a triangle does."""
+
+    def basis(self, phase: Floats, order: int = 0) -> Floats:
+        """Terms of the displacement at phases [rad], or a derivative of them by the phase."""
+        return basis(phase, self.harmonics, self.corners, order)
+
+    def displacement(self, phase: Floats, order: int = 0) -> Floats:
+        """Displacement [m] at phases [rad], or a derivative of it by the phase."""
+        return self.basis(phase, order) @ self.coefficients
+
+    @property
+    def amplitude(self) -> float:
+        """Half the range of the displacement [m]."""
+        return 0.5 * float(np.ptp(self.displacement(np.linspace(0.0, 2.0 * math.pi, 2048))))
+
+    @property
+    def way(self) -> Floats:
+        """Way of the displacement that each bin stands for [m]: with forces, energies."""
+        width = 0.5 * (np.roll(self.phase, -1) - np.roll(self.phase, 1)) % math.pi
+        return self.displacement(self.phase, 1) * width
+
+    @property
+    def loop(self) -> Loop:
+        """The mean loop, closed."""
+        x, force = self.displacement(self.phase), self.force
+        return Loop(np.append(x, x[0]), np.append(force, force[0]))
+
+    def part(self, rows: NDArray[np.bool_]) -> Folded:
+        """The same with some of its cycles only; displacement and noise stay those of all."""
+        count = self.cycle_count[rows].sum(axis=0)
+        full = count > 0.0
+        force = self.cycle_force[rows].sum(axis=0)[full] / count[full]
+        changed = {
+            "phase": lock(self.phase[full]),
+            "spread": lock(self.spread[full]),
+            "force": lock(force),
+            "count": lock(count[full]),
+            "drifted": lock(self.drifted[full] if self.drifted.size else self.drifted),
+            "stepped": lock(self.stepped[:, full] if self.stepped.size else self.stepped),
+            "cycle_force": lock(self.cycle_force[np.ix_(rows, full)]),
+            "cycle_count": lock(self.cycle_count[np.ix_(rows, full)]),
+            "covariance": lock(self.covariance * (self.cycles / np.count_nonzero(rows))),
+            "cycles": int(np.count_nonzero(rows)),
+        }
+        return Folded(**{**self.__dict__, **changed})
+
+    def __repr__(self) -> str:
+        return f"Folded({self.name!r}, {self.cycles} cycles, {self.phase.size} bins)"
+
+
+def fold(
+    record: Record, cycles: slice | None = None, bins: int = MOST_BINS, *, running_in: int = 1
+) -> Folded:
+    """Fold a record on one cycle; cycles with spikes are left out, and a note names these.
+
+    Parameters
+    ----------
+    record : Record
+        Displacement, force and, where there is one, normal load.
+    cycles : slice, optional
+        Whole cycles to take, the first being 0; without it all but those of the running-in and
+        those whose ends differ by over a quarter of the range of force.
+    bins : int, optional
+        Bins of the phase for the force, at least 16; fewer where a cycle has fewer samples.
+    running_in : int, optional
+        Cycles at the begin that are left out.
+
+    Returns
+    -------
+    Folded
+        Displacement as Fourier series, force in bins, noise of both.
+    """
+    if not isinstance(record, Record):
+        raise InputError(
+            f"`records` must be Records, got {show(record)}; write Record(displacement, "
+            "force) or Record.read(path)"
+        )
+    cycles_there = cycles_of(record)
+    folded, jumps_there = _fold(record, cycles_there, cycles, bins, running_in)
+    if not jumps_there:
+        return folded
+    # Spikes that show only against other cycles are found after folding.
+    judged_again = judged(record, (*cycles_there.spikes, *jumps_there))
+    return _fold(record, judged_again, cycles, bins, running_in)[0]
+
+
+def _fold(
+    record: Record, judgement: Cycles, cycles: slice | None, bins: int, running_in: int
+) -> tuple[Folded, list[Spike]]:
+    """The folded record without its spikes, and further ones."""
+    record = judgement.record
+    x, force = record.displacement, record.force
+    time = np.arange(x.size, dtype=float)
+    if record.time is not None:
+        time = record.time
+    elif record.sample_rate is not None:
+        time = time / record.sample_rate
+    phases = all_turns(time, x, judgement.blocks)
+    del time
+    cycle_count, rate, samples_a_cycle = phases.cycle_count, phases.rate, phases.samples_a_cycle
+    is_settled = _settled_cycles(judgement, phases, cycles, running_in)
+    is_settled, spike_notes = _without_spikes(is_settled, judgement.spikes, phases.place)
+    counting = judgement.settled if cycles is None else judgement.near(is_settled, phases.place)
+    rows = np.flatnonzero(is_settled)
+    inside = np.append(is_settled, False)[phases.place]
+    cycle = phases.place[inside]
+    phase = phases.turns[inside]
+    del phases
+    phase -= cycle
+    phase *= 2.0 * math.pi
+    place = (np.cumsum(is_settled) - 1)[cycle]
+    x, force = x[inside], force[inside]
+    places = places_of(phase, samples_a_cycle)
+    size = int(min(bins, max(16, places.number)))
+
+    # Where a cycle has a whole number of samples they lie in the middle of the bins.
+    width = 2.0 * math.pi / size
+    edge = float(phase[0]) % width - 0.5 * width
+    column = np.empty(phase.size, dtype=np.int64)
+    for piece in stretches(phase.size):
+        wrapped = edge + np.mod(phase[piece] - edge, 2.0 * math.pi)
+        cycle[piece] += np.rint((phase[piece] - wrapped) / (2.0 * math.pi)).astype(np.int64)
+        column[piece] = np.clip(((wrapped - edge) / width).astype(np.int64), 0, size - 1)
+        phase[piece] = wrapped
+    cycle -= cycle.min()
+    number = np.cumsum(np.bincount(column, minlength=size) > 0) - 1
+    size = int(number[-1]) + 1
+    if size < number.size:
+        column = number[column]
+    curve = MeanCycle(phase, column, size, places.alike and places.number <= size)
+    total, spread = curve.total, curve.spread
+    spread[spread < 1e-3 * width] = 0.0
+    drift, moved = drift_of(force, cycle, curve), drift_of(x, cycle, curve)
+    gone = phase / (2.0 * math.pi)
+    gone += cycle
+    gone -= float(gone.mean())
+    del cycle
+    x -= moved.slope * gone
+    motion = motion_of(np.mod(phase, 2.0 * math.pi), x, places.number)
+    del x
+    harmonics = motion.harmonics
+    saw = np.zeros(motion.coefficients.size)
+    # A straight line, cut at each cycle.
+    saw[2 : 2 + 2 * harmonics.size : 2] = moved.error / (math.pi * harmonics)
+    level = curve.of(force - drift.slope * gone)
+    drifted = drift.error * np.bincount(column, gone) / total
+    del gone
+    noise_f = curve.noise(level.residual, 1)
+    load, load_error = _mean_load(record, inside, place, curve)
+    drifts = judgement.drifts(counting.selection)
+    said = (
+        *(note for note in judgement.notes(counting) if note not in judgement.excess_loss),
+        *spike_notes,
+        *(drift_there.note("a linear trend is removed") for drift_there in drifts),
+    )
+    step, stepped = step_of(force), np.zeros((0, size))
+    if step is not None:
+        # Half a step as a standard deviation: errors of steps go along with the course of a loop.
+        stepped = 0.5 * step * errors_of_steps(force, step, column)
+        if stepped.size:  # nor do the means of single bins know more of it
+            noise_f = math.hypot(noise_f, 0.5 * step * math.sqrt(float(total.mean())))
+    further_spikes = jumps(level.residual, column, inside, force)
+    del force
+    place *= size
+    place += column
+    shape = rows.size, size
+    counts = np.bincount(place, minlength=rows.size * size).reshape(shape).astype(float)
+    sums: Floats = counts * level.base
+    sums += np.bincount(place, level.residual, minlength=rows.size * size).reshape(shape)
+    grown = _growth(sums, counts, level.mean)
+    growth = grown.value if abs(grown.value) > _LIKELY * grown.standard_error else 0.0
+    doubt = ""
+    if counting.is_moving:
+        doubt = "found as a mean over drifting cycles, so it describes no single state of the joint"
+    elif judgement.is_clipped:
+        doubt = CLIPPED
+    timed = record.time is not None or record.sample_rate is not None
+    folded = Folded(
+        name=record.name,
+        phase=lock(curve.middle),
+        spread=lock(spread),
+        force=lock(level.mean),
+        count=lock(total),
+        cycle_force=lock(sums),
+        cycle_count=lock(counts),
+        harmonics=lock(harmonics),
+        coefficients=lock(motion.coefficients),
+        covariance=lock(motion.covariance + np.outer(saw, saw)),
+        force_noise=max(noise_f, QUIET * 0.5 * float(np.ptp(level.mean))),
+        displacement_noise=motion.noise,
+        normal_load=load,
+        frequency=rate if timed else None,
+        cycles=int(rows.size),
+        left_out=int(cycle_count - rows.size),
+        notes=(*record.notes, *said),
+        said=said,
+        late="" if judgement.delay is None else judgement.delay.note(),
+        load_error=load_error,
+        drift=drift.slope,
+        growth=growth,
+        drifted=lock(drifted),
+        stepped=lock(stepped),
+        doubt=doubt,
+        freedom=max(curve.freedom - 1.0, 1.0),
+        corners=lock(motion.corners),
+    )
+    return folded, further_spikes
+
+
+def _growth(sums: Floats, counts: Floats, mean: Floats) -> Estimate:
+    """Relative growth of the loops' force, by the factor of each cycle on the mean one."""
+    number = sums.shape[0]
+    away = mean - np.average(mean, weights=counts.sum(axis=0))
+    if number < _JUDGED or not away.any():
+        return Estimate(0.0, math.nan, math.nan, math.inf, number)
+    factors = (sums @ away - counts @ (away * (mean - away))) / (counts @ away**2)
+    return trend(np.linspace(0.0, 1.0, number), factors, 0.95)
+
+
+def _settled_cycles(
+    judgement: Cycles, phases: Turns, cycles: slice | None, running_in: int
+) -> NDArray[np.bool_]:
+    """Settled cycles among the whole ones."""
+    name, cycle_count = judgement.record.name, phases.cycle_count
+    if cycle_count < 1:
+        raise InputError(f"{name}: no whole cycle from one peak to the next")
+    is_chosen = np.zeros(cycle_count, dtype=bool)
+    if cycles is not None:
+        if not isinstance(cycles, slice):
+            raise InputError(f"`cycles` must be a slice, such as slice(2, 20), got {show(cycles)}")
+        is_chosen[cycles] = True
+    else:
+        place = phases.place[of_cycle := phases.place >= 0]
+        closed = ~judgement.is_open
+        for inside in (
+            judgement.samples((judgement.settled.selection | judgement.has_spike) & closed),
+            judgement.samples(closed),
+            ~judgement.samples(judgement.is_open),  # blocks may hold hardly a cycle
+        ):
+            outside = np.bincount(place, ~inside[of_cycle], minlength=cycle_count)
+            is_chosen = outside == 0
+            is_chosen[: min(running_in, cycle_count)] = False
+            if np.count_nonzero(is_chosen) >= FEWEST_CYCLES:
+                break
+    if np.count_nonzero(is_chosen) < FEWEST_CYCLES:
+        raise InputError(
+            f"{name}: at least {FEWEST_CYCLES} settled whole cycles are needed, got "
+            f"{np.count_nonzero(is_chosen)} of {cycle_count} (left out: {running_in} of "
+            "running-in, and those that do not close); the scatter between cycles is the measure "
+            "of the noise"
+        )
+    return is_chosen
+
+
+def _without_spikes(
+    is_counted: NDArray[np.bool_], spikes: tuple[Spike, ...], cycle: NDArray[np.int64]
+) -> tuple[NDArray[np.bool_], tuple[str, ...]]:
+    """The counting cycles without those that have spikes, if enough are left; else what to say."""
+    is_spared = is_counted.copy()
+    for spike in spikes:
+        of = cycle[spike.first : spike.last + 1]
+        is_spared[of[(of >= 0) & (of < is_counted.size)]] = False
+    if np.count_nonzero(is_spared) >= FEWEST_CYCLES or is_spared.all():
+        return is_spared, ()
+    lost = int(np.count_nonzero(is_counted) - np.count_nonzero(is_spared))
+    return is_counted, (f"too few cycles would be left: {lost} with a spike count all the same",)
+
+
+def _mean_load(
+    record: Record, inside: NDArray[np.bool_], cycle: NDArray[np.int64], curve: MeanCycle
+) -> tuple[float | None, float]:
+    """Mean normal load [N] of the cycles that count, and its standard error [N]."""
+    if not isinstance(record.normal_load, np.ndarray):
+        return record.normal_load, 0.0
+    load = record.normal_load[inside]
+    mean, error = float(load.mean()), error_of_mean(load, cycle, curve)
+    cycle_means = np.bincount(cycle, load) / np.bincount(cycle)
+    low, high = float(cycle_means.min()), float(cycle_means.max())
+    if high - low > _CHANGED * abs(mean):
+        raise InputError(
+            f"{record.name}: the normal load must be the same in all cycles, got {low:.4g} to "
+            f"{high:.4g} N in their means; take a record of one load, or `cycles=slice(0, 10)`, say"
+        )
+    return mean, error
+
+
+# -- loops that were averaged before they came here -----------------------------------------------
+
+
+def stated_noise(stated: Any) -> tuple[float, float]:
+    """Standard deviations of a force [N] and of a displacement [m]."""
+    if isinstance(stated, str) or not hasattr(stated, "__len__") or len(stated) != 2:
+        raise InputError(
+            "`noise` must be the standard deviations of a force [N] and a displacement [m], "
+            f"such as (2.0, 5e-9), got {show(stated)}"
+        )
+    force, displacement = (
+        number("noise", value, unit, example)
+        for value, unit, example in zip(stated, ("N", "m"), (2.0, 5e-9), strict=True)
+    )
+    if not force > 0.0 or displacement < 0.0:
+        raise InputError(
+            f"`noise` must be above zero in the force, got {force:g} N, {displacement:g} m"
+        )
+    return force, displacement
+
+
+def averaged(record: Record, noise: tuple[float, float], bins: int = MOST_BINS) -> Folded:
+    """A single cycle, averaged already; its last sample may be the first one again."""
+    load = record.normal_load
+    size, is_one, _ = one_loop(record.displacement, record.force)
+    x, force = record.displacement[:size], record.force[:size]
+    span = float(np.ptp(x)) or 1.0
+    if size < FEWEST_SAMPLES or not is_one:
+        raise InputError(
+            f"{record.name}: an averaged loop is one cycle of {FEWEST_SAMPLES} samples or "
+            f"more, to and fro once, got {size} samples of another way; of whole records the noise "
+            "is found, without `noise`"
+        )
+    phase = 2.0 * math.pi * np.arange(size) / size
+    rate = None
+    if record.time is not None:
+        time = record.time[:size]
+        rate = (size - 1.0) / size / float(time[-1] - time[0])
+        phase = 2.0 * math.pi * (time - time[0]) * rate
+    elif record.sample_rate is not None:
+        rate = record.sample_rate / size
+    # From its highest place on, as those of records are.
+    first = int(np.argmax(x))
+    x, force, phase = (np.roll(values, -first) for values in (x, force, phase))
+    phase = np.mod(phase - phase[0], 2.0 * math.pi)
+    floor = QUIET * 0.5 * span
+    motion = motion_of(phase, x, size)
+    stated = max(noise[1], floor)
+    column = np.arange(size) * min(size, bins) // size
+    count = np.bincount(column).astype(float)
+    places = np.bincount(column, phase) / count
+    sums = np.bincount(column, force)
+    said = (
+        f"taken for one averaged cycle, the noise of a force {engineering(noise[0], 'N')} and of a "
+        f"displacement {engineering(noise[1], 'm')}, as stated",
+    )
+    return Folded(
+        name=record.name,
+        phase=lock(places),
+        spread=lock(np.sqrt(np.bincount(column, (phase - places[column]) ** 2) / count)),
+        force=lock(sums / count),
+        count=lock(count),
+        cycle_force=lock(sums[None].astype(float)),
+        cycle_count=lock(count[None]),
+        harmonics=lock(motion.harmonics),
+        coefficients=lock(motion.coefficients),
+        covariance=lock(motion.covariance * (stated / max(motion.noise, floor)) ** 2),
+        force_noise=noise[0],
+        displacement_noise=noise[1],
+        normal_load=float(load.mean()) if isinstance(load, np.ndarray) else load,
+        frequency=rate,
+        cycles=1,
+        left_out=0,
+        notes=(*record.notes, *said),
+        said=said,
+        corners=lock(motion.corners),
+    )

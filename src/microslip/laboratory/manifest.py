@@ -1,0 +1,223 @@
+"""The manifest of a campaign: specimen, load, stage and other columns of each file."""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from microslip._core.errors import InputError
+from microslip._core.units import FORCE, LENGTH, VOLUME, Kind, QuantityError, engineering, to_si
+from microslip._core.wording import quoted, show
+from microslip.laboratory.blocks import Count
+from microslip.laboratory.measurement import Measurement
+from microslip.laboratory.record import Record, path_text
+from microslip.readers.files import head_of, kind_of, usable
+from microslip.readers.laboratory import rows_of
+from microslip.readers.tables import name_and_unit, spelt
+
+_WORDS = {
+    "file": ("file", "record", "path", "filename", "file name", "datei", "dateiname", "fichier"),
+    "specimen": ("specimen", "sample", "probe", "probekörper", "éprouvette", "eprouvette"),
+    "run": ("run", "laboratory", "lab", "operator", "versuch", "essai"),
+    "rig": ("rig", "tribometer", "prüfstand", "banc"),
+    "stage": ("stage", "step", "phase", "stufe", "étape", "etape"),
+    "cycle": ("cycle", "cycles", "cycle number", "first cycle", "zyklus", "lastwechsel"),
+    "normal_load": ("load", "normal load", "normal force", "normalkraft", "normallast", "last"),
+    "amplitude": ("amplitude", "displacement amplitude", "wegamplitude"),
+    "worn_volume": ("worn volume", "wear volume", "wear", "verschleißvolumen", "volume usé"),
+    "temperature": ("temperature", "temperatur", "température", "temp"),
+}
+"""Names of columns in English, German and French; others keep their names."""
+_KINDS: Mapping[str, Kind] = {"normal_load": FORCE, "amplitude": LENGTH, "worn_volume": VOLUME}
+_EXAMPLES = {"normal_load": "500 N", "amplitude": "20 um", "worn_volume": "0.12 mm^3"}
+_FILE = "file"
+_NONE = ("", "-", "–", "none", "nan", "n/a")
+_BESIDE = 0.25
+"""Share by which an amplitude may differ from that of the manifest, which is a nominal one."""
+
+Cell = str | float | None
+
+
+@dataclass(frozen=True)
+class Manifest:
+    """The files of a campaign with what is known of each."""
+
+    paths: tuple[str, ...]
+    """Files of the records, those of relative names beside the manifest."""
+    columns: Mapping[str, tuple[Cell, ...]]
+    """A value for each file: numbers where all are, texts otherwise, None where there is none; by
+    "specimen", "stage", "cycle" (number of the first one in the file), "normal_load" [N],
+    "amplitude" [m], "worn_volume" [m^3], "temperature", "run", "rig", or what else it is called."""
+    units: Mapping[str, str]
+    """Units of its columns of numbers, where there are any."""
+
+    @classmethod
+    def read(cls, path: str | os.PathLike[str]) -> Manifest:
+        """Read a CSV or an Excel workbook with a row for each file.
+
+        Parameters
+        ----------
+        path : str or path
+            Its first row that has a column "file" names the columns, with units in brackets; cells
+            may have units of their own, "500 N".
+
+        Returns
+        -------
+        Manifest
+            Paths and columns.
+        """
+        place = Path(path)
+        try:
+            with usable(place, "a manifest"):
+                rows = rows_of(place, kind_of(head_of(place), place.suffix.lower()))
+            return cls._of(rows, place.parent)
+        except InputError as error:
+            raise error.within(f"{path_text(place)}: ") from None
+        except ValueError as error:
+            raise InputError(f"{path_text(place)}: {error}") from None
+
+    @classmethod
+    def _of(cls, rows: list[list[str]], folder: Path) -> Manifest:
+        heads: list[tuple[str, str | None]] = []
+        first = 0
+        for at, row in enumerate(rows):
+            heads = [_head(cell) for cell in row]
+            if any(name == _FILE for name, _ in heads):
+                first = at + 1
+                break
+        else:
+            found = quoted([cell for row in rows[:1] for cell in row if cell] or ["nothing"])
+            raise ValueError(f'wanted a row of names with a column "file", got {found}')
+        names = [name for name, _ in heads]
+        twice = next((name for name in names if name and names.count(name) > 1), None)
+        if twice is not None:
+            raise ValueError(f'row {first}: two columns are the "{twice}"; rename one')
+        filled_rows = [(at, row) for at, row in enumerate(rows[first:], start=first) if any(row)]
+        if not filled_rows:
+            raise ValueError("wanted a row for each file, got none")
+        texts: dict[str, list[str]] = {name: [] for name in names if name}
+        for at, row in filled_rows:
+            if any(row[len(names) :]):
+                raise ValueError(f"row {at + 1}: {len(row)} cells for {len(names)} columns")
+            for name, cell in zip(names, [*row, *[""] * len(names)], strict=False):
+                if name:
+                    texts[name].append(cell)
+            if not texts[_FILE][-1]:
+                raise ValueError(f'row {at + 1}: the column "file" is empty')
+        numbers = [at + 1 for at, _ in filled_rows]
+        columns = {}
+        units = {}
+        for name, unit in heads:
+            if name and name != _FILE:
+                columns[name] = _column(name, unit, texts[name], numbers)
+                units[name] = _KINDS[name].unit if name in _KINDS else unit or ""
+        paths = tuple(str(folder / text) for text in texts[_FILE])
+        return cls(paths, columns, units)
+
+    def texts(self, name: str) -> tuple[str, ...]:
+        """A column as labels; empty where there is none of that name."""
+        values = self.columns.get(name, ())
+        return tuple(text_of(value) for value in values)
+
+    def _cell(self, name: str, row: int) -> Any:
+        values = self.columns.get(name)
+        return None if values is None else values[row]
+
+    def loaded(self, record: Record, row: int) -> Record:
+        """A record with the load of its row, where its file has none."""
+        load = self._cell("normal_load", row)
+        if load is None or record.normal_load is not None:
+            return record
+        note = f"normal_load: {engineering(load, 'N')} throughout, by the manifest."
+        return replace(record, normal_load=load, notes=(*record.notes, note))
+
+    def counted(self, measured: Measurement, row: int) -> Measurement:
+        """A measured record whose first cycle has the number of its row, and what differs."""
+        notes = list(measured.notes)
+        cycle = self._cell("cycle", row)
+        count = measured.count
+        known = None if count is None or count.is_of_contact else count.numbers
+        if isinstance(cycle, float) and known is not None:
+            numbers = known + (cycle - float(known[0]))
+            count = Count(numbers, "by the manifest", is_of_contact=True)
+        for name, unit in (("normal_load", "N"), ("amplitude", "m")):
+            said, mean = self._cell(name, row), measured.mean.get(name)
+            if said is None or mean is None or abs(mean.value - said) <= _BESIDE * said:
+                continue
+            notes.append(
+                f"the manifest says {name.replace('_', ' ')} {engineering(said, unit)}, and "
+                f"measured are {engineering(mean.value, unit)}"
+            )
+        return replace(measured, count=count, notes=tuple(notes))
+
+
+def text_of(value: Cell) -> str:
+    """A cell as a label: whole numbers without a point."""
+    if value is None:
+        return "–"
+    return f"{value:.12g}" if isinstance(value, float) else value
+
+
+def _head(cell: str) -> tuple[str, str | None]:
+    """Name of a column, one of the known ones where it is called like these, and its unit."""
+    name, unit = name_and_unit(cell)
+    plain = re.sub(r"[\s_-]+", " ", name).strip().casefold()
+    known = (role for role, words in _WORDS.items() if plain in words or plain == role)
+    return next(known, name.strip()), unit
+
+
+def _column(name: str, unit: str | None, texts: list[str], rows: list[int]) -> tuple[Cell, ...]:
+    """Values of a column: quantities, numbers, or texts."""
+    if name in _KINDS:
+        return tuple(
+            None if text.casefold() in _NONE else _quantity(name, unit, text, row)
+            for text, row in zip(texts, rows, strict=True)
+        )
+    numbers = [_number(text) for text in texts]
+    if name in ("specimen", "run", "rig"):
+        return tuple(text or None for text in texts)
+    given = [number for number, text in zip(numbers, texts, strict=True) if text not in _NONE]
+    if given and None not in given:
+        return tuple(numbers)
+    if name == "cycle":
+        row, text = next(
+            (row, text)
+            for row, text, number in zip(rows, texts, numbers, strict=True)
+            if number is None
+        )
+        raise ValueError(f'row {row}, column "cycle": wanted a number, got {show(text)}')
+    return tuple(text or None for text in texts)
+
+
+def _quantity(name: str, unit: str | None, text: str, row: int) -> float:
+    kind, number = _KINDS[name], _number(text)
+    where = f'row {row}, column "{name}": '
+    if name == "worn_volume" and number == 0.0:
+        return 0.0  # nothing worn yet, in any unit
+    if number is not None and unit is None:
+        example = _EXAMPLES[name]
+        raise ValueError(
+            f'{where}{show(text)} has no unit; write "{example}", or '
+            f'"{name} [{example.split()[1]}]" above the column'
+        )
+    written = text if number is None else f"{number!r} {spelt(unit or '')}"
+    try:
+        return to_si(written, kind, _EXAMPLES[name])
+    except QuantityError as error:
+        raise ValueError(f"{where}{error}") from None
+
+
+def _number(text: str) -> float | None:
+    plain = text.replace("\N{MINUS SIGN}", "-")
+    if re.fullmatch(r"[+-]?\d+,\d+", plain):
+        plain = plain.replace(",", ".")
+    try:
+        value = float(plain)
+    except ValueError:
+        return None
+    return value if math.isfinite(value) else None

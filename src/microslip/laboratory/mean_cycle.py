@@ -1,0 +1,435 @@
+"""The phase of each sample, the mean cycle of a channel as a curve through bins, the residuals."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from microslip._core.checks import Floats
+from microslip.laboratory.blocks import Blocks
+from microslip.laboratory.cuts import Cuts
+
+_LEAST_SHARE = 0.1  # of the noise of a sample that the curve must leave for it to count
+_TAILS, _WITHIN = 3.0, 0.97334  # share of the variance of a normal distribution within three
+_SIGNIFICANT = 1e-3
+_TWO_STEPS, _LEAST_BINS = 0.25 + 1e-9, 0.05
+"""Variance of numbers of which half are one step further; share of the bins that counts."""
+
+
+class Level(NamedTuple):
+    """A channel beside its mean cycle."""
+
+    mean: Floats
+    """Mean of each bin."""
+    base: Floats
+    """Correction of the residual of a sample to the middle of its bin."""
+    residual: Floats
+    """Each sample less the mean cycle at its phase."""
+
+
+class MeanCycle:
+    """The mean cycle of samples in bins, as a curve through them.
+
+    Where the samples of a bin have one phase, its mean; about it they follow the secant to its
+    neighbours. Else a cubic through each bin and its neighbours. Samples go by in pieces: of long
+    records few arrays are held at once.
+    """
+
+    def __init__(self, phase: Floats, column: NDArray[np.int64], size: int, alike: bool) -> None:
+        self.column, self.size = column, size
+        self.total = np.bincount(column, minlength=size).astype(float)
+        self.middle = np.bincount(column, phase) / self.total
+        self._alike = alike or size < 8
+        self._unit = 1.0 if self._alike else 2.0 * math.pi / size
+        self._phase = phase
+        squares = self._moments(np.ones(phase.size), 2)
+        self.spread = self._unit * np.sqrt(squares[2] / self.total)
+        self.freedom = float(phase.size - size)
+        """Samples less what the curve takes of them."""
+        if not self._alike:
+            self._prepare()
+            self.freedom = sum(float(self._noise_share(at).sum()) for at in stretches(phase.size))
+
+    def _offsets(self, piece: slice) -> Floats:
+        """Phases of samples from the middle of their bins, in widths of a bin for cubics."""
+        away: Floats = self._phase[piece] - self.middle[self.column[piece]]
+        return away / self._unit
+
+    def _moments(
+        self, values: NDArray[np.float64] | NDArray[np.int64], highest_power: int
+    ) -> Floats:
+        """Sums over each bin of the values times powers of the places in it."""
+        moments = np.zeros((highest_power + 1, self.size))
+        for piece in stretches(values.size):
+            column, about, powers = self.column[piece], self._offsets(piece), values[piece]
+            for row in moments:
+                row += np.bincount(column, powers, minlength=self.size)
+                powers = powers * about
+        return moments
+
+    def _with_neighbours(self, moments: Floats) -> Floats:
+        """Moments of each bin and its neighbours about its own middle."""
+        turn, number = 2.0 * math.pi, moments.shape[0]
+        sums = moments.copy()
+        for way in (-1, 1):
+            step = self.middle - np.roll(self.middle, way)
+            shift = ((step + 0.5 * turn) % turn - 0.5 * turn) / -self._unit
+            neighbour = np.roll(moments, way, axis=1)
+            for k in range(number):
+                for j in range(k + 1):
+                    sums[k] += math.comb(k, j) * shift ** (k - j) * neighbour[j]
+        return sums
+
+    def _curve(self, factors: Floats, piece: slice) -> Floats:
+        """Polynomials of the bins, lowest power first, at the places of samples."""
+        column, about = self.column[piece], self._offsets(piece)
+        curve: Floats = factors[-1][column]
+        for row in factors[-2::-1]:
+            curve *= about
+            curve += row[column]
+        return curve
+
+    def _prepare(self) -> None:
+        sums = self._with_neighbours(self._moments(np.ones(self.column.size), 6))
+        normal = np.stack([sums[i : i + 4].T for i in range(4)], axis=1)
+        normal += 1e-9 * normal[:, :1, :1] * np.eye(4)  # too few samples for a cubic
+        self._inverse = np.linalg.inv(normal)
+        self._levers = np.zeros((7, self.size))
+        for i in range(4):
+            self._levers[i : i + 4] += self._inverse[:, i].T
+
+    def _noise_share(self, piece: slice) -> Floats:
+        """Share of the noise variance of each sample that remains in the curve."""
+        return 1.0 - self._curve(self._levers, piece)
+
+    def of(self, values: NDArray[np.float64] | NDArray[np.int64]) -> Level:
+        """A channel [any unit] beside its mean cycle."""
+        moments = self._moments(values, 0 if self._alike else 3)
+        mean = moments[0] / self.total
+        if self._alike:
+            factors = np.stack((mean, _slopes(self.middle, mean)))
+        else:
+            sums = self._with_neighbours(moments)
+            factors = np.einsum("nij,jn->in", self._inverse, sums)
+        residual = values.astype(float)
+        for piece in stretches(values.size):
+            residual[piece] -= self._curve(factors, piece)
+        if self._alike:
+            return Level(mean, mean, residual)
+        return Level(mean, mean - np.bincount(self.column, residual) / self.total, residual)
+
+    def noise(self, residual: Floats, fitted_count: int = 0) -> float:
+        """Standard deviation of white noise that leaves this; ``fitted_count`` more were fitted."""
+        freedom = max(self.freedom - fitted_count, 1.0)
+        total_noise = math.sqrt(float(np.dot(residual, residual)) / freedom)
+        if self._alike:
+            return total_noise
+        # A cubic does not follow a kink: what few samples there leave is no noise.
+        far = _TAILS * 1.4826 * float(np.median(self._scaled(residual), overwrite_input=True))
+        near_freedom, square = -float(fitted_count), 0.0
+        for piece in stretches(residual.size):
+            share, piece_residual = self._noise_share(piece), residual[piece]
+            near = (share > _LEAST_SHARE) & (
+                np.abs(piece_residual) <= far * np.sqrt(np.maximum(share, _LEAST_SHARE))
+            )
+            near_freedom += float(share[near].sum())
+            square += float(np.sum(piece_residual[near] ** 2))
+        if near_freedom < 0.5 * freedom or far == 0.0:
+            return total_noise
+        return min(total_noise, math.sqrt(square / near_freedom / _WITHIN))
+
+    def _scaled(self, residual: Floats) -> Floats:
+        """Residuals over what the curve leaves of them, where it leaves anything."""
+        scaled, end = np.empty(residual.size), 0
+        for piece in stretches(residual.size):
+            share, piece_residual = self._noise_share(piece), residual[piece]
+            is_free = share > _LEAST_SHARE
+            new = np.abs(piece_residual[is_free]) / np.sqrt(share[is_free])
+            scaled[end : end + new.size] = new
+            end += new.size
+        return scaled[:end]
+
+
+def _slopes(middle: Floats, mean: Floats) -> Floats:
+    """Slope of the mean cycle in each bin, a radian, by central differences."""
+    turn = 2.0 * math.pi
+    places = np.concatenate(([middle[-1] - turn], middle, [middle[0] + turn]))
+    values = np.concatenate(([mean[-1]], mean, [mean[0]]))
+    return np.asarray((values[2:] - values[:-2]) / (places[2:] - places[:-2]))
+
+
+def errors_of_steps(values: Floats, step: float, column: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Errors of the means of bins (rows) by steps of a converter, in halves; none if dithered.
+
+    Where the samples of a bin lie on one step or on two, no scatter tells where between them the
+    channel was: the bins of one step have an error in common, and one that grows along them.
+    """
+    number = np.rint((values - values[0]) / step)
+    total = np.bincount(column)
+    mean = np.bincount(column, number) / total
+    is_on = np.bincount(column, number**2) / total - mean**2 <= _TWO_STEPS
+    if np.mean(is_on) < _LEAST_BINS:
+        return np.zeros((0, mean.size))
+    rows = []
+    level = np.where(is_on, np.rint(mean), np.nan)
+    for bins in np.split(np.arange(mean.size), np.flatnonzero(level[1:] != level[:-1]) + 1):
+        if is_on[bins[0]]:
+            rows += [np.zeros(mean.size), np.zeros(mean.size)]
+            rows[-2][bins], rows[-1][bins] = 1.0, np.linspace(-1.0, 1.0, bins.size)
+    return np.array(rows)
+
+
+# -- what changes over the cycles -----------------------------------------------------------------
+
+
+class Slope(NamedTuple):
+    """A straight line over the cycles."""
+
+    slope: float
+    """Change a cycle."""
+    error: float
+    """Standard error of that."""
+
+
+def drift_of(values: Floats, cycle: NDArray[np.int64], curve: MeanCycle) -> Slope:
+    """Drift of a channel beside its mean cycle; slow noise counts by the scatter of the cycles."""
+    progress = curve.of(cycle).residual
+    square = float(progress @ progress)
+    if square == 0.0:
+        return Slope(0.0, 0.0)
+    scatter = curve.of(values).residual
+    slope = float(progress @ scatter) / square
+    progress *= slope
+    scatter -= progress
+    del progress
+    noise = curve.noise(scatter, 1)
+    return Slope(slope, noise * math.sqrt(slowness(scatter, cycle, noise, 2) / square))
+
+
+def slowness(residual: Floats, number: NDArray[np.int64], noise: float, fitted_count: int) -> float:
+    """Variance of the means of cycles over that of white noise; 1 if not significantly more."""
+    from scipy.special import chdtrc
+
+    count = np.bincount(number).astype(float)
+    freedom = np.count_nonzero(count) - fitted_count
+    if freedom < 1 or noise == 0.0:
+        return 1.0
+    sums = np.bincount(number, residual)
+    square = float(np.sum(sums**2 / np.maximum(count, 1.0))) / noise**2
+    return square / freedom if chdtrc(freedom, square) < _SIGNIFICANT else 1.0
+
+
+def error_of_mean(values: Floats, number: NDArray[np.int64], curve: MeanCycle) -> float:
+    """Standard error of a mean, by white noise or, where larger, by the scatter of the cycles."""
+    residual = curve.of(values).residual
+    noise = curve.noise(residual)
+    count = np.bincount(number).astype(float)
+    means = np.bincount(number, residual) / count
+    place = np.arange(means.size, dtype=float)
+    if means.size > 2:
+        line = np.polynomial.Polynomial.fit(place, means, 1, w=np.sqrt(count))
+        for piece in stretches(residual.size):
+            residual[piece] -= line(place)[number[piece]]
+    noise = curve.noise(residual, 1)
+    return noise * math.sqrt(slowness(residual, number, noise, 2) / values.size)
+
+
+# -- the phase of each sample --------------------------------------------------------------------
+
+_IN_STEP, _MOST_CYCLES, _LOOKED_AT = 0.95, 32, 1 << 14
+_FEWEST, _SAMPLES_A_BIN = 3, 4  # samples of a place, and of a bin where no places are the same
+_HARMONICS, _STEPS, _PIECE = 5, 4, 1 << 16
+_OWN_RATE = 5  # cycles of a block from which its own rate is known well
+
+
+def turns_of(time: Floats, x: Floats, cycles: Cuts) -> tuple[Floats, float]:
+    """Cycles since the first cut at each sample, by the fundamental of all of it; their rate."""
+    cuts = cycles.cuts
+    first, last = time[cuts[0]], time[min(int(cuts[-1]), time.size - 1)]
+    rate = (cuts.size - 1) / float(last - first)
+    if cuts.size < 3:
+        return (time - first) * rate, rate
+    inner = slice(int(cuts[0]), int(cuts[-1]))
+    mean = float(np.mean(x[inner]))
+    offset = 0.0
+    for _ in range(3):
+        angles = np.angle(_fundamentals(time, x, mean, first, rate, cuts)) / (2.0 * math.pi)
+        angles = np.unwrap(angles, period=1.0)
+        centres = np.arange(angles.size) + 0.5
+        # Ends are cut to whole samples, so that the slope is that of a straight line through all.
+        slope, offset = np.polyfit(centres, angles, 1) if angles.size > 2 else (0.0, angles.mean())
+        rate *= 1.0 + float(slope)
+        if abs(slope) * angles.size < 1e-9:
+            break
+    rate, offset = _by_least_squares(
+        time[inner], x[inner], (first, mean), rate, float(offset), cuts.size - 1
+    )
+    turn = time - first
+    turn *= rate
+    turn += offset
+    return _from_first_cut(turn, cycles), rate
+
+
+def _fundamentals(
+    time: Floats, x: Floats, mean: float, first: float, rate: float, cuts: NDArray[np.int64]
+) -> NDArray[np.complex128]:
+    """First harmonic of each cycle, unscaled, some cycles at once."""
+    harmonics = np.empty(cuts.size - 1, dtype=complex)
+    at = 0
+    while at < harmonics.size:
+        last = int(np.searchsorted(cuts, cuts[at] + _PIECE, side="right")) - 1
+        stop = min(max(last, at + 1), harmonics.size)
+        piece = slice(int(cuts[at]), int(cuts[stop]))
+        wave = (x[piece] - mean) * np.exp(-2j * math.pi * rate * (time[piece] - first))
+        harmonics[at:stop] = np.add.reduceat(wave, cuts[at:stop] - cuts[at])
+        at = stop
+    return harmonics
+
+
+def _from_first_cut(turn: Floats, cycles: Cuts) -> Floats:
+    """Cycles since the first cut: a peak begins one, or a trough where cycles are cut there."""
+    if cycles.flipped:
+        turn -= 0.5
+    turn -= math.ceil(float(turn[cycles.cuts[0]]) - 0.02)
+    return turn
+
+
+class Turns(NamedTuple):
+    """Cycles since the first cut at each sample of a record."""
+
+    turns: Floats
+    """Cycles, counted on over gaps of the time; of a block no sooner and no later than it is."""
+    place: NDArray[np.int64]
+    """The whole cycle to which each sample belongs, counted from 0; -1 for none."""
+    ends: tuple[tuple[slice, int, int], ...]
+    """Samples of each block, its first cycle, and how many it has."""
+    rate: float
+    """Cycles a second, or a sample where there is no time."""
+
+    @property
+    def samples_a_cycle(self) -> float:
+        """In the mean of the blocks."""
+        edges = [(samples.start, samples.stop - 1) for samples, _, _ in self.ends]
+        span = sum(float(self.turns[last] - self.turns[first]) for first, last in edges)
+        return float(sum(last - first for first, last in edges)) / span
+
+    @property
+    def cycle_count(self) -> int:
+        """Whole cycles of all blocks."""
+        return sum(count for _, _, count in self.ends)
+
+
+def all_turns(time: Floats, x: Floats, blocks: Blocks) -> Turns:
+    """The phases of a record, block by block, the cycles counted on over the gaps."""
+    parts = [
+        turns_of(time[block.samples], x[block.samples], block.cycles)
+        for block in blocks.having_cycles
+    ]
+    # A few cycles determine their rate less well than all blocks together.
+    weight = np.array([float(block.cycle_count) ** 3 for block in blocks.having_cycles])
+    rate = float(np.dot(weight, [part[1] for part in parts]) / weight.sum())
+    turns = np.full(x.size, np.nan)
+    place = np.full(x.size, -1, dtype=np.int64)
+    ends, before = [], 0
+    for block, (turn, _) in zip(blocks.having_cycles, parts, strict=True):
+        if len(parts) > 1 and block.cycle_count < _OWN_RATE:
+            turn = _at_rate(time[block.samples], x[block.samples], block.cycles, rate)
+        cycle_count = math.floor(turn[-1] + (turn[-1] - turn[-2]) + 1e-6)
+        if cycle_count < 1:
+            continue
+        for piece in stretches(turn.size):
+            block_cycle = np.floor(turn[piece] + 1e-9).astype(np.int64)
+            here = slice(block.first + piece.start, block.first + piece.stop)
+            turns[here] = turn[piece] + before
+            place[here] = np.where(
+                (block_cycle >= 0) & (block_cycle < cycle_count), block_cycle + before, -1
+            )
+        ends.append((block.samples, before, cycle_count))
+        before += cycle_count
+    return Turns(turns, place, tuple(ends), rate)
+
+
+def _at_rate(time: Floats, x: Floats, cycles: Cuts, rate: float) -> Floats:
+    """Cycles since the first cut of a short block, its rate being known."""
+    inner = slice(int(cycles.cuts[0]), int(cycles.cuts[-1]))
+    turn = (time - time[inner.start]) * rate
+    angle = 2.0 * math.pi * turn[inner]
+    rows = np.stack((np.ones_like(angle), np.cos(angle), np.sin(angle)))
+    series = _least_squares(rows @ rows.T, rows @ x[inner])
+    offset = math.atan2(-float(series[2]), float(series[1])) / (2.0 * math.pi)
+    return _from_first_cut(turn + offset, cycles)
+
+
+def _by_least_squares(
+    time: Floats, x: Floats, origin: tuple[float, float], rate: float, offset: float, cycles: int
+) -> tuple[float, float]:
+    """Rate and phase of the fundamental, some harmonics beside it, for samples uneven in time."""
+    harmonic_count = max(1, min(_HARMONICS, int(0.25 * x.size / cycles)))
+    size, (first, mean) = float(np.ptp(x)), origin
+    whole_mean = float(time.mean()) - first
+    series: Floats = np.zeros(2 * harmonic_count + 1)
+    for step in range(_STEPS):
+        middle = whole_mean * rate
+        normal, right = (
+            np.zeros((2 * harmonic_count + 2, 2 * harmonic_count + 2)),
+            np.zeros(2 * harmonic_count + 2),
+        )
+        for at in range(0, x.size, _PIECE):
+            turn = (time[at : at + _PIECE] - first) * rate
+            wave = np.exp(2j * math.pi * turn)
+            powers = np.cumprod(np.broadcast_to(wave, (harmonic_count, wave.size)), axis=0)
+            rows = np.ones((2 * harmonic_count + 2, wave.size))
+            rows[1 : harmonic_count + 1], rows[harmonic_count + 1 : -1] = powers.real, powers.imag
+            n = np.arange(1, harmonic_count + 1)
+            rise = (n * series[harmonic_count + 1 :]) @ powers.real - (
+                n * series[1 : harmonic_count + 1]
+            ) @ powers.imag
+            rows[-1] = 2.0 * math.pi * (turn - middle) * rise
+            normal += rows @ rows.T
+            right += rows @ ((x[at : at + _PIECE] - mean) / size)
+        if step == 0:  # no derivative without a series
+            series = _least_squares(normal[:-1, :-1], right[:-1])
+            continue
+        solution = _least_squares(normal, right)
+        series, slope = solution[:-1], float(solution[-1])
+        if not abs(slope) * cycles < 0.5:
+            return rate, offset
+        offset = float(np.angle(series[1] - 1j * series[harmonic_count + 1])) / (2.0 * math.pi)
+        offset -= slope * middle
+        rate *= 1.0 + slope
+        if abs(slope) * cycles < 1e-9:
+            break
+    return rate, offset
+
+
+def _least_squares(normal: Floats, right: Floats) -> Floats:
+    return np.asarray(np.linalg.lstsq(normal, right, rcond=None)[0], dtype=np.float64)
+
+
+class Places(NamedTuple):
+    """Number of bins for the samples of a record."""
+
+    number: int
+    alike: bool
+    """Whether the samples of a bin have one phase; else they fill the gaps between each other."""
+
+
+def places_of(phase: Floats, a_cycle: float) -> Places:
+    """Different phases that the samples have, a few to each; ``a_cycle`` are those of a cycle."""
+    first_phases = phase[: min(phase.size, _LOOKED_AT)]
+    for cycles in range(1, _MOST_CYCLES + 1):
+        sample_count = round(cycles * a_cycle)
+        if cycles > 1 and sample_count * _FEWEST > phase.size:
+            break
+        if abs(np.exp(1j * sample_count * first_phases).mean()) > _IN_STEP:
+            return Places(sample_count, True)
+    return Places(max(math.floor(a_cycle), phase.size // _SAMPLES_A_BIN), False)
+
+
+def stretches(size: int) -> Iterator[slice]:
+    """Stretches of a long record that are worked on at once."""
+    return (slice(at, min(at + _PIECE, size)) for at in range(0, size, _PIECE))

@@ -1,0 +1,492 @@
+"""Evaluation of the cycles of a record: energy, damping, friction, stiffness, regime."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from microslip._core.checks import Floats, exact, positive, show
+from microslip._core.errors import InputError
+from microslip._core.frozen import lock
+from microslip._core.quantities import json_value
+from microslip._core.units import engineering, significant
+from microslip._core.wording import plural
+from microslip.figures.plot import Plot
+from microslip.figures.plottable import Plottable
+from microslip.friction import BackboneLaw
+from microslip.laboratory.blocks import Blocks, Count, Dissipated, dissipated
+from microslip.laboratory.conditioning import condition
+from microslip.laboratory.cuts import noise_of, one_loop
+from microslip.laboratory.cycle_columns import (
+    LABELS,
+    STIFFNESSES,
+    UNITS,
+    FrictionLog,
+    checked_gains,
+    columns_of,
+    friction_log,
+    gain_error,
+)
+from microslip.laboratory.cycles import check_direction, cycles_of
+from microslip.laboratory.estimates import Estimate, mean_of, mean_of_inverses, trend, with_gain
+from microslip.laboratory.options import CONFIDENCE
+from microslip.laboratory.record import Record
+from microslip.laboratory.record_motion import (
+    frequency_of,
+    load_ripple_of,
+    mean_loop_of,
+    third_harmonic_of,
+)
+from microslip.laboratory.regimes import REGIMES, Thresholds, regimes_of, thresholds
+
+_NOISE_SAMPLES = 1 << 17
+MOST_OF_LOOP = 1 << 17
+"""Samples of a record that may be a single averaged loop, at most."""
+_MOST = {
+    "amplitude": (0.1, "m", "displacement"),
+    "force_amplitude": (1e7, "N", "force"),
+    "dissipated_energy": (1e3, "J", "force"),
+    "friction_peak": (5.0, "", "normal_load"),
+}
+"""Sizes from which on a unit is more likely wrong than the rig large."""
+
+
+class AmplitudeLevel(NamedTuple):
+    """The cycles of a record at one of its amplitudes, and their means."""
+
+    cycles: NDArray[np.intp]
+    """Numbers of the cycles, the first of the record being 0."""
+    is_settled: bool
+    """Whether they are alike; else the intervals are their range."""
+    mean: Mapping[str, Estimate]
+    """Means of the columns with confidence intervals."""
+
+
+@dataclass(frozen=True, eq=False)
+class Measurement(Plottable):
+    """Evaluation of the cycles of a record, each for itself and in the mean.
+
+    Parameters
+    ----------
+    name : str
+        Name of the record.
+    cycles : mapping of str to ndarray
+        Columns with a value for each cycle, one-dimensional, in SI units: ``start`` (sample) and
+        ``period`` [samples], ``amplitude`` [m] and ``force_amplitude`` [N] (half ranges),
+        ``displacement_offset`` [m] and ``force_offset`` [N] (their middles), ``normal_load`` [N],
+        ``dissipated_energy`` [J], ``energy_ratio`` A, ``loss_factor``, ``damping_ratio``,
+        ``sliding_distance`` [m], ``sliding_ratio`` D, ``fouvry_ratio`` B, ``friction_peak``,
+        ``friction_energy``, ``reversal_stiffness`` [N/m] and ``closure_error`` [-].
+    regimes : tuple of str
+        "stick", "partial slip" or "gross slip", for each cycle.
+    thresholds : Thresholds
+        Thresholds of the regimes.
+    mean : mapping of str to Estimate
+        Means of the columns with their confidence intervals (Student), over the cycles that close
+        to a quarter of their force, have no spike and are settled: of one amplitude, without a
+        trend of force and energy by over 2 %. Where none are, the intervals are the range of the
+        cycles.
+    confidence : float
+        Level of the intervals [-].
+    frequency : float or None
+        Measured frequency [Hz]; None where the record has no time.
+    third_harmonic, load_ripple : float or None
+        Third harmonic of the displacement over its fundamental [-]; half the range of the normal
+        load within the cycle over its mean [-], None where it was not recorded.
+    rig_stiffness : float or None
+        Stiffness [N/m] whose deflection was taken off the displacement.
+    loop : tuple of ndarray
+        Displacement [m] and force [N] of the mean cycle, one-dimensional, for pictures.
+    notes : tuple of str
+        Notes on the record.
+    probability : mapping of str to float
+        Probability of each regime for the mean of the cycles, by the scatter of these [-].
+    is_settled : bool
+        Whether the cycles of the means are alike; else their intervals are the range of the cycles.
+    levels : tuple of AmplitudeLevel
+        Where the amplitude steps, the settled cycles at each amplitude and their means; else empty.
+    count : Count
+        ``numbers`` of the cycles in the life of the contact, None where gaps hide them, and the
+        ``source`` of these.
+    friction_log : FrictionLog or None
+        Force over displacement of some of the cycles, for a picture.
+    gain_errors : mapping of str to float
+        Relative standard deviations [-] of the gains of the sensors that ``mean`` knows.
+    own_mean : mapping of str to Estimate
+        The means without these errors, which all cycles and records of a rig share.
+
+    Notes
+    -----
+    Loops are read as in Fig. 19.7 and (19.29)-(19.30); D and B are those of Fouvry, Kapsa and
+    Vincent (1995, DOI 10.1016/0043-1648(94)06582-9).
+    """
+
+    name: str
+    cycles: Mapping[str, NDArray[np.float64]]
+    regimes: tuple[str, ...]
+    thresholds: Thresholds
+    mean: Mapping[str, Estimate]
+    confidence: float
+    frequency: float | None
+    third_harmonic: float
+    load_ripple: float | None
+    rig_stiffness: float | None
+    loop: tuple[NDArray[np.float64], NDArray[np.float64]]
+    notes: tuple[str, ...]
+    is_settled: bool = True
+
+    def _figure(self) -> Plot:
+        from microslip.laboratory.figures import measured_loops
+
+        return measured_loops([self])
+
+    probability: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
+    levels: tuple[AmplitudeLevel, ...] = ()
+    count: Count | None = None
+    friction_log: FrictionLog | None = None
+    gain_errors: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
+    own_mean: Mapping[str, Estimate] = field(default_factory=lambda: MappingProxyType({}))
+
+    def __len__(self) -> int:
+        return len(self.regimes)
+
+    @property
+    def regime(self) -> str:
+        """The regime of most cycles; of as many of two the likelier one."""
+        return max(
+            REGIMES, key=lambda name: (self.regimes.count(name), self.probability.get(name, 0.0))
+        )
+
+    @property
+    def possible_regimes(self) -> dict[str, float]:
+        """The likeliest regimes of the means, as many as the confidence asks for, and how likely.
+
+        That of most cycles alone where the amplitude steps: the means are then of other cycles.
+        """
+        if self.levels or not self.probability:
+            return {self.regime: 1.0}
+        possible: dict[str, float] = {}
+        for name, share in sorted(self.probability.items(), key=lambda item: -item[1]):
+            if sum(possible.values()) < self.confidence:
+                possible[name] = share
+        return possible
+
+    def dissipated(self) -> Dissipated | None:
+        """Energy [J] up to each cycle, unlogged cycles included; None if unknown."""
+        energies = self.cycles["dissipated_energy"]
+        if self.count is None:
+            return dissipated(np.arange(1.0, energies.size + 1.0, dtype=np.float64), energies)
+        return None if self.count.numbers is None else dissipated(self.count.numbers, energies)
+
+    def drift(self, column: str) -> Estimate:
+        """Change of a column from one cycle to the next: its trend by least squares.
+
+        Parameters
+        ----------
+        column : str
+            Such as "displacement_offset" [m] or "dissipated_energy" [J].
+
+        Returns
+        -------
+        Estimate
+            Change a cycle, those not logged counted as well, in the unit of the column, with its
+            confidence interval; not numbers where gaps of the time hide how many cycles there were.
+        """
+        if column not in self.cycles:
+            raise InputError(f"column must be one of {', '.join(self.cycles)}, got {show(column)}")
+        y = self.cycles[column]
+        fine = np.isfinite(y)
+        numbers = np.arange(1.0, y.size + 1.0) if self.count is None else self.count.numbers
+        if numbers is None:
+            return Estimate(math.nan, math.nan, math.nan, math.nan, int(np.count_nonzero(fine)))
+        return trend(numbers[fine], y[fine], self.confidence)
+
+    def table(self) -> str:
+        """The means as text: quantity, mean, confidence interval and unit."""
+        lines = [f"{self.name}: {plural(len(self), 'cycle')}, {self.regime}"]
+        for name, mean in self.mean.items():
+            interval = f"[{mean.low:.6g}, {mean.high:.6g}]" if mean.number > 1 else "-"
+            lines.append(f"{name:<20} {mean.value:>13.6g}  {interval:<30} {UNITS[name]}")
+        return "\n".join(lines)
+
+    def summary(self) -> dict[str, Any]:
+        """All but the columns as plain values, NaN as None, as summary.json has it."""
+        levels = [
+            {
+                "first_cycle": int(level.cycles[0]) + 1,
+                "last_cycle": int(level.cycles[-1]) + 1,
+                "settled": level.is_settled,
+                "mean": _with_units(level.mean),
+            }
+            for level in self.levels
+        ]
+        up_to = self.dissipated()
+        total = None if up_to is None else {"value": up_to.energy[-1], "error": up_to.error}
+        summary: dict[str, Any] = json_value(
+            {
+                "name": self.name,
+                "cycles": len(self),
+                "regime": self.regime,
+                "regimes": {name: self.regimes.count(name) for name in REGIMES},
+                "probability": self.probability,
+                "thresholds": self.thresholds._asdict(),
+                "confidence": self.confidence,
+                "settled": self.is_settled,
+                **{key: getattr(self, key) for key in ("frequency", "third_harmonic")},
+                **{key: getattr(self, key) for key in ("load_ripple", "rig_stiffness")},
+                "drift": {name: self.drift(name).value for name in self.mean},
+                "mean": _with_units(self.mean),
+                "cumulative_energy": total and {"unit": "J", **total},
+                "levels": levels,
+                "notes": self.notes,
+            }
+        )
+        return summary
+
+    def __repr__(self) -> str:
+        return f"Measurement({self.name!r}, {plural(len(self), 'cycle')}, {self.regime})"
+
+
+def measure(
+    record: Record,
+    *,
+    model: BackboneLaw | None = None,
+    rig_stiffness: float | None = None,
+    confidence: float = 0.95,
+    cycles: slice | None = None,
+    delay: float = 0.0,
+    gain_errors: Mapping[str, float] | None = None,
+) -> Measurement:
+    """Measure every cycle of a record.
+
+    Parameters
+    ----------
+    record : Record
+        Displacement, force and, where there is one, normal load.
+    model : BackboneLaw, optional
+        Law whose thresholds tell the regimes apart; without it those of one sphere.
+    rig_stiffness : float, optional
+        Stiffness of the rig in series [N/m], above zero: its deflection T/k is taken off the
+        displacement. Energy, force, sliding distance and B do not depend on it.
+    confidence : float, optional
+        Level of the confidence intervals [-], between 0 and 1.
+    cycles : slice, optional
+        Cycles that the means are of, the first being 0; without it the settled ones.
+    delay : float, optional
+        Time [s] by which the force lags behind the displacement, which is taken off.
+    gain_errors : mapping, optional
+        Relative standard deviations [-] of the gains of the sensors, as their calibration has them,
+        by "force", "displacement" and "normal_load": errors that all cycles share, which the
+        intervals then know.
+
+    Returns
+    -------
+    Measurement
+        Columns of the cycles, their means with confidence intervals, and regimes.
+
+    Notes
+    -----
+    The energy is the area of the polygon through all samples (19.29); white noise has no bias on
+    it. Spikes, up to three samples in a row far from all around, are replaced by straight lines,
+    and their cycles left out of the means. Where the time has gaps (a step ten times as long as
+    nine in ten of them, and over 5 % of a cycle) cycles are cut, and the frequency is that within
+    the blocks between. A cycle that does not close is closed by its chord, and
+    ``closure_error`` says how far its ends are apart, of the range of the force, the noise of two
+    samples included. Displacements at
+    reversals are read from a parabola through the samples around, forces from one through those
+    before, over windows that the noise asks for; without noise they are the samples. The stiffness
+    after a reversal is the first slope of a parabola through the first quarter of the force's
+    range, displacement over -ln(1 - f), f being the share of that range; noise is first taken off
+    by the shape of the mean cycle, and means of stiffnesses are those of compliances.
+    ``friction_peak`` is the force amplitude over the mean load P, ``friction_energy`` is
+    E_d/4 P delta_g, with delta_g half the width of the loop in the middle of its forces. Regimes:
+    "stick" up to the energy ratio A at which the model's backbone is 1 % below its first tangent;
+    "gross slip" from the B = E_d/4 T_m delta_g of the model where it reaches its limit, or 99 % of
+    one that it only tends
+    to (one sphere: 0.7695). Settled cycles have one regime, that of their mean, and the scatter of
+    the cycles says how likely each is, so that noise makes no other regime of some of them. D and B
+    are those of Fouvry, Kapsa and Vincent (1995, DOI 10.1016/0043-1648(94)06582-9).
+    """
+    if not isinstance(record, Record):
+        raise InputError(
+            f"record must be a Record, got {show(record)}; "
+            "write Record(displacement, force) or Record.read(path)"
+        )
+    level: float = CONFIDENCE.checked(confidence)
+    limits = thresholds(model)
+    gains = checked_gains(gain_errors)
+    record = condition(record, delay=delay) if delay else record
+    judged = cycles_of(_turned_to_its_peak(record))
+    record, blocks, columns = judged.record, judged.blocks, judged.columns
+    x, force = record.displacement, record.force
+    counting = judged.selected(cycles)
+    energies = columns["dissipated_energy"][counting.selection]
+    largest = judged.largest_block
+    channels = x[largest.samples], force[largest.samples]
+    # A few cycles may be alike by chance: no better than the noise of their samples lets them.
+    error = max(float(energies.std()), _energy_noise(*channels, largest.cycles.period))
+    check_direction(
+        *(record.name, float(np.median(energies)), error / energies.size**0.5, *channels),
+        "`delay=1e-4`, say, removes it",
+    )
+    if rig_stiffness is not None:
+        rig_stiffness = positive("rig_stiffness", rig_stiffness, "N/m", 1e8)
+        columns = columns_of(record, 1.0 / rig_stiffness)
+        _refuse_soft(rig_stiffness, x, columns["force_amplitude"], blocks)
+        x = x - force / rig_stiffness
+    notes = [*record.notes, *judged.count.notes, *judged.notes(counting)]
+    if any(np.isnan(columns["reversal_stiffness"])):
+        notes.append(
+            "in some cycles too few samples lie in the first quarter of the force after a "
+            "reversal to read a stiffness"
+        )
+    notes += [drift.note("`drift=True` removes it") for drift in judged.drifts(counting.selection)]
+    if judged.delay is not None:
+        notes.append(judged.delay.note())
+    notes += _beyond_all_rigs(columns)
+    columns = {name: columns[name] for name in UNITS if name in columns}
+    record_regimes = regimes_of(columns, limits, counting.selection, counting.is_moving)
+    regimes = record_regimes.of_each
+    slid = columns["sliding_ratio"][np.isfinite(columns["sliding_ratio"])]
+    sliding = float(np.median(slid)) if slid.size else math.nan
+    if rig_stiffness is None and regimes.count("gross slip") > len(regimes) / 2 and sliding < 0.9:
+        notes.append(
+            f"gross slip by B, though only {sliding:.0%} of the displacement slides: the "
+            "rest is elastic, mostly of the rig where amplitudes exceed a few micrometres; "
+            "give `rig_stiffness` to subtract it"
+        )
+    steps = judged.step_errors
+    shared = {k: math.hypot(steps.get(k, 0.0), gains.get(k, 0.0)) for k in {**steps, **gains}}
+    own_mean = _means(columns, counting.selection, level, counting.is_moving, steps)
+    return Measurement(
+        name=record.name,
+        cycles=MappingProxyType({name: lock(values) for name, values in columns.items()}),
+        regimes=regimes,
+        thresholds=limits,
+        mean=_means(columns, counting.selection, level, counting.is_moving, shared)
+        if gains
+        else own_mean,
+        own_mean=own_mean,
+        gain_errors=MappingProxyType(gains),
+        probability=MappingProxyType(record_regimes.probability),
+        confidence=level,
+        frequency=frequency_of(record, blocks),
+        third_harmonic=third_harmonic_of(record.displacement, judged.largest_block),
+        load_ripple=load_ripple_of(record, judged.largest_block),
+        rig_stiffness=rig_stiffness,
+        loop=mean_loop_of(x, force, columns, np.flatnonzero(counting.selection)),
+        notes=tuple(notes),
+        is_settled=not counting.is_moving,
+        count=judged.count,
+        friction_log=friction_log(x, force, columns),
+        levels=tuple(
+            AmplitudeLevel(
+                lock(stretch.selection),
+                not stretch.is_moving,
+                _means(columns, stretch.selection, level, stretch.is_moving, shared),
+            )
+            for stretch in counting.levels
+        ),
+    )
+
+
+def _means(
+    columns: Mapping[str, Floats],
+    rows: NDArray[Any],
+    level: float,
+    is_moving: bool,
+    gains: Mapping[str, float],
+) -> Mapping[str, Estimate]:
+    """Means of the columns over some cycles."""
+    return MappingProxyType(
+        {
+            name: with_gain(
+                (mean_of_inverses if name in STIFFNESSES else mean_of)(
+                    values[rows], level, is_moving
+                ),
+                gain_error(name, gains),
+                level,
+            )
+            for name, values in columns.items()
+            if name != "start"
+        }
+    )
+
+
+def _energy_noise(x: Floats, force: Floats, period: float) -> float:
+    """Standard deviation of the energy of a cycle [J] that the noise of the samples makes."""
+    x, force = x[:_NOISE_SAMPLES], force[:_NOISE_SAMPLES]
+    cycle_count = x.size / period
+    moved, pushed = (float(np.linalg.norm(np.diff(values))) for values in (x, force))
+    return math.hypot(noise_of(force) * moved, noise_of(x) * pushed) / math.sqrt(cycle_count)
+
+
+def _with_units(means: Mapping[str, Estimate]) -> dict[str, Any]:
+    return {name: {"unit": UNITS[name], **mean._asdict()} for name, mean in means.items()}
+
+
+def _turned_to_its_peak(record: Record) -> Record:
+    """A record of a single averaged loop, from its highest place on; others as they are."""
+    x, force = record.displacement, record.force
+    if x.size > MOST_OF_LOOP or not all(one_loop(x, force)[1:]):
+        return record
+    size = one_loop(x, force)[0]
+    first = int(np.argmax(x[:size]))
+    order = (first + np.arange(size + 1)) % size
+    channels: dict[str, Any] = {
+        key: values[order]
+        for key in ("displacement", "force", "normal_load", "commanded")
+        if isinstance(values := getattr(record, key), np.ndarray)
+    }
+    rate = record.sample_rate
+    if record.time is not None:
+        rate = (x.size - 1) / float(record.time[-1] - record.time[0])
+    notes = (*record.notes, "one closed loop: taken from its largest displacement on, as averaged")
+    channels |= {"time": None, "sample_rate": rate, "cycle_number": None, "notes": notes}
+    return replace(record, **channels)
+
+
+def _beyond_all_rigs(columns: Mapping[str, Floats]) -> list[str]:
+    """Remarks on sizes that no contact has: a unit is wrong."""
+    notes = []
+    for name, (most, unit, role) in _MOST.items():
+        if name not in columns:
+            continue
+        size = abs(float(np.nanmedian(columns[name])))
+        if size > most:
+            text = engineering(size, unit) if unit else significant(size)
+            usual = "um" if role == "displacement" else "N"
+            notes.append(
+                f"{LABELS[name]} of {text} is outside the range of any rig; are the units right? "
+                f'`units={{"{role}": "{usual}"}}` states them'
+            )
+    return notes
+
+
+# -- the record as a whole ------------------------------------------------------------------------
+
+
+def _refuse_soft(rig_stiffness: float, x: Floats, force_amplitude: Floats, blocks: Blocks) -> None:
+    """Refuse a rig that would give way by more than all the displacement that was measured."""
+    ways = [x[block.samples] for block in blocks.having_cycles]
+    ranges = [
+        way[block.cycles.peaks] - way[block.cycles.troughs]
+        for way, block in zip(ways, blocks.having_cycles, strict=True)
+    ]
+    moved = 0.5 * float(np.median(np.abs(np.concatenate(ranges))))
+    pushed = float(np.median(np.abs(force_amplitude)))
+    if pushed < rig_stiffness * moved:
+        return
+    raise InputError(
+        f"`rig_stiffness` {engineering(rig_stiffness, 'N/m')} deflects by "
+        f"{engineering(pushed / rig_stiffness, 'm')} under the force amplitude of "
+        f"{engineering(pushed, 'N')}, more than the whole measured amplitude of "
+        f"{engineering(moved, 'm')}; a number alone is in N/m, so {exact(rig_stiffness)} "
+        f"N/um is `rig_stiffness={1e6 * rig_stiffness:g}`"
+    )

@@ -1,0 +1,211 @@
+"""The displacement of a mean cycle: harmonics, and the corners of some drives."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from microslip._core.checks import Floats
+from microslip.laboratory.mean_cycle import stretches
+
+MOST_HARMONICS, MOST_OF_CORNERS = 120, 300
+"""Numbers of harmonics: of a motion whose harmonics stand out one by one; of one that is steep in
+places, but has no marked corners."""
+QUIET = 1e-9
+"""Share of the amplitude below which noise is rounding."""
+_FINE = 4096  # bins of the displacement: their width is nothing to a hundred harmonics
+_ROUNDS, _LARGE = 100, 0.3
+_MANY = 5
+"""Harmonics from which on a motion is no sine: it has corners, or all of its harmonics count."""
+_MOST_CORNERS, _SHARP, _MOVES = 12, 0.25, 8
+"""Corners of a cycle, the least of them over the largest, and steps that find their places."""
+
+
+class Motion(NamedTuple):
+    """A periodic motion as a sum of terms that are linear in its coefficients.
+
+    Coefficients [m] are the mean, cosine and sine of each harmonic, and for each corner at a phase
+    its height c and a shift: c K + shift K', with K(t) = ((t - pi)^2/2 - pi^2/6)/(2 pi), the sum of
+    cos(nt)/(pi n^2), whose slope falls by 1 at t = 0.
+    """
+
+    harmonics: NDArray[np.int64]
+    corners: Floats
+    """Their phases [rad]."""
+    coefficients: Floats
+    covariance: Floats
+    """Covariance of the coefficients [m^2]."""
+    noise: float
+    """Standard deviation of a sample [m]."""
+
+
+def basis(
+    phase: Floats, harmonics: NDArray[np.int64], corners: Floats, order: int = 0
+) -> NDArray[np.float64]:
+    """The terms of a motion (columns) at phases [rad], or a derivative of them by the phase."""
+    n = harmonics.astype(float)
+    angle = np.outer(phase, n) + 0.5 * math.pi * order
+    factor = n**order
+    mean = np.full((phase.size, 1), 1.0 if order == 0 else 0.0)
+    rows = np.stack((factor * np.cos(angle), factor * np.sin(angle)), axis=2)
+    parts = (mean, rows.reshape(phase.size, 2 * n.size), corner_terms(phase, corners, order))
+    return np.hstack(parts)
+
+
+def corner_terms(phase: Floats, corners: Floats, order: int = 0) -> NDArray[np.float64]:
+    """K and K' of each corner at phases [rad], or derivatives of them; a jump counts half."""
+    turn = np.mod(phase[:, None] - corners, 2.0 * math.pi)
+    away = np.where(turn > 0.0, turn - math.pi, 0.0) / (2.0 * math.pi)
+    steps = [math.pi * away**2 - math.pi / 12.0, away, np.full(turn.shape, 0.5 / math.pi)]
+    if order == 0 and corners.size:
+        steps[0] = np.where(turn > 0.0, steps[0], math.pi / 6.0)
+    steps += [np.zeros(turn.shape)] * order
+    return np.stack(steps[order : order + 2], axis=2).reshape(phase.size, 2 * corners.size)
+
+
+def later(
+    coefficients: Floats, harmonics: NDArray[np.int64], corners: Floats, lag: float
+) -> tuple[Floats, Floats]:
+    """Coefficients and corners of the same motion, later by a phase [rad]."""
+    angle, end = lag * harmonics.astype(float), 1 + 2 * harmonics.size
+    a, b = coefficients[1:end:2], coefficients[2:end:2]
+    turned = coefficients.copy()
+    turned[1:end:2] = a * np.cos(angle) - b * np.sin(angle)
+    turned[2:end:2] = a * np.sin(angle) + b * np.cos(angle)
+    return turned, corners + lag
+
+
+def phase_derivative(coefficients: Floats, harmonics: NDArray[np.int64]) -> Floats:
+    """Coefficients of the derivative of a motion by its phase, its jumps' own slopes apart."""
+    n, end = harmonics.astype(float), 1 + 2 * harmonics.size
+    moved = np.zeros_like(coefficients)
+    moved[1:end:2] = n * coefficients[2:end:2]
+    moved[2:end:2] = -n * coefficients[1:end:2]
+    moved[end + 1 :: 2] = coefficients[end::2]
+    return moved
+
+
+# -- found from samples ---------------------------------------------------------------------------
+
+
+def motion_of(phase: Floats, x: Floats, places: int) -> Motion:
+    """The motion through samples; ``places`` are the different phases of these."""
+    samples = _Samples(phase, x)
+    most_told = max(1, math.floor(0.4 * places))
+    smooth = _fitted(samples, min(MOST_HARMONICS, most_told), np.zeros(0))
+    if smooth.harmonics.size < _MANY:
+        return smooth
+    kinked = _fitted(samples, min(MOST_HARMONICS, most_told), _corners_of(smooth))
+    if kinked.corners.size and _price(kinked, x.size) < _price(smooth, x.size):
+        return kinked
+    # Those that do not stand out by themselves do together. Alike there and back, odd ones alone.
+    is_odd = bool(np.all(smooth.harmonics % 2 == 1))
+    most = min(MOST_OF_CORNERS if is_odd else MOST_HARMONICS, most_told)
+    every_one = np.arange(1, most + 1, 1 + is_odd, dtype=np.int64)
+    return _fitted(samples, most, np.zeros(0), np.union1d(every_one, smooth.harmonics))
+
+
+def _price(motion: Motion, count: int) -> float:
+    """Bayes' criterion: twice the negative logarithm of the likelihood, and of what terms cost."""
+    return 2.0 * count * math.log(motion.noise) + motion.coefficients.size * math.log(count)
+
+
+class _Samples:
+    """Samples of a motion, and their means in fine bins."""
+
+    def __init__(self, phase: Floats, x: Floats) -> None:
+        self.phase, self.x = phase, x
+        self.column = np.empty(phase.size, dtype=np.int64)
+        for piece in stretches(phase.size):
+            bins = (phase[piece] * (_FINE / (2.0 * math.pi)) + 1e-9).astype(np.int64)
+            self.column[piece] = np.minimum(bins, _FINE - 1)
+        weight = np.bincount(self.column, minlength=_FINE).astype(float)
+        self.full = weight > 0.0
+        self.weight = weight[self.full]
+        self.place, self.mean = self.sums(phase) / self.weight, self.sums(x) / self.weight
+
+    def sums(self, values: Floats) -> Floats:
+        """Sums of values over the bins that have some."""
+        sums = np.bincount(self.column, values, minlength=_FINE)[self.full]
+        return np.asarray(sums, dtype=np.float64)
+
+    def solved(self, design: Any) -> tuple[Floats, Floats]:
+        """Coefficients of columns at the bins, and the normal matrix."""
+        normal = design.T @ (self.weight[:, None] * design)
+        return np.linalg.solve(normal, design.T @ (self.weight * self.mean)), normal
+
+    def residual(
+        self, coefficients: Floats, harmonics: NDArray[np.int64], corners: Floats
+    ) -> Floats:
+        """Each sample less the motion: its harmonics along their tangent in the bin."""
+        end, smooth = 1 + 2 * harmonics.size, np.zeros(0)
+        value, slope, middle = np.zeros((3, _FINE))
+        for row, order in ((value, 0), (slope, 1)):
+            row[self.full] = basis(self.place, harmonics, smooth, order) @ coefficients[:end]
+        middle[self.full] = self.place
+        residual = self.x.copy()
+        for piece in stretches(self.x.size):
+            of, phase = self.column[piece], self.phase[piece]
+            residual[piece] -= value[of] + slope[of] * (phase - middle[of])
+            if corners.size:
+                residual[piece] -= corner_terms(phase, corners) @ coefficients[end:]
+        return residual
+
+
+def _fitted(
+    samples: _Samples, count: int, corners: Floats, given: NDArray[np.int64] | None = None
+) -> Motion:
+    """Harmonics that stand out of the noise, with these ones and corners about there."""
+    x = samples.x
+    all_of, smooth = np.arange(1, count + 1, dtype=np.int64), np.zeros(0)
+    design = basis(samples.place, all_of, smooth)
+    floor = QUIET * 0.5 * float(np.ptp(samples.mean))
+    price = 2.0 * math.log(x.size) + 2.0 * math.log(count)
+    harmonics = np.array([1]) if given is None else given
+    for _ in range(_ROUNDS):
+        columns = np.concatenate(([0], np.column_stack((2 * harmonics - 1, 2 * harmonics)).ravel()))
+        part = design[:, columns]
+        for _ in range(_MOVES if corners.size else 1):
+            terms = np.hstack((part, corner_terms(samples.place, corners)))
+            coefficients, normal = samples.solved(terms)
+            heights, shifts = coefficients[columns.size :: 2], coefficients[columns.size + 1 :: 2]
+            moves = -shifts / heights
+            if not np.abs(moves).max(initial=0.0) < 0.2:  # no corner there, and no fit
+                return Motion(harmonics, smooth, coefficients, normal, math.inf)
+            if np.abs(moves).max(initial=0.0) < 1e-8:
+                break
+            corners = corners + moves
+        residual = samples.residual(coefficients, harmonics, corners)
+        # What is left at each harmonic; they are nearly orthogonal over whole cycles.
+        amplitudes = design.T @ samples.sums(residual) * (2.0 / x.size)
+        power = 0.5 * x.size * (amplitudes[1::2] ** 2 + amplitudes[2::2] ** 2)
+        is_unused = np.ones(count, dtype=bool)
+        is_unused[harmonics - 1] = False
+        freedom = max(x.size - 2 * count - 1 - 2 * corners.size, 1)
+        white = max(float(residual @ residual) - float(power[is_unused].sum()), 0.0) / freedom
+        noise = max(math.sqrt(white), floor)
+        # Two degrees of freedom each; one pays if it takes off more than BIC's price of two.
+        # The largest first: what is left of them leaks into others where phases are not even.
+        lowest_power = max(price * noise**2, _LARGE * float(power[is_unused].max(initial=0.0)))
+        new = all_of[is_unused & (power > lowest_power)]
+        if new.size == 0:
+            break
+        harmonics = np.sort(np.concatenate((harmonics, new)))
+    covariance = np.asarray(noise**2 * np.linalg.inv(normal), dtype=np.float64)
+    return Motion(harmonics, corners, coefficients, covariance, noise)
+
+
+def _corners_of(motion: Motion) -> Floats:
+    """Phases [rad] where a motion bends most, all within its highest harmonic."""
+    n = motion.harmonics.astype(float)
+    taper = np.cos(0.5 * math.pi * n / (n[-1] + 1.0)) ** 2
+    grid = np.linspace(0.0, 2.0 * math.pi, _FINE, endpoint=False)
+    terms = basis(grid, motion.harmonics, np.zeros(0))
+    bend = np.abs(terms[:, 1:] @ (np.repeat(taper * n**2, 2) * motion.coefficients[1:]))
+    is_peak = (bend > np.roll(bend, 1)) & (bend >= np.roll(bend, -1))
+    is_peak &= bend > _SHARP * bend.max()
+    corners = grid[is_peak]
+    return corners if corners.size <= _MOST_CORNERS else np.zeros(0)

@@ -1,0 +1,356 @@
+"""From a file to the parts of a record: columns, units, calibration, zero, sign, and the notes."""
+
+from __future__ import annotations
+
+import math
+import numbers
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from decimal import Decimal
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+
+from microslip._core.checks import Floats
+from microslip._core.errors import InputError
+from microslip._core.frozen import lock
+from microslip._core.runs import runs_of
+from microslip._core.units import CLAMPING, QuantityError, engineering, to_si
+from microslip._core.verdicts import Remark
+from microslip._core.wording import plural, shorten, show
+from microslip.readers.roles import (
+    CYCLE_NUMBER,
+    KINDS,
+    NEEDED,
+    ROLES,
+    Scale,
+    by_role,
+    guess,
+    is_coefficient,
+    scale_of,
+    sign_of,
+    zero_of,
+)
+from microslip.readers.table_files import read_table
+from microslip.readers.tables import Named, Table, find, listed, scale, understood
+
+_BY_COEFFICIENT = "by its name, times the normal load"
+_MOST_LONE, _LONGEST_LONE = 0.01, 3
+"""Share of rows that may lack a number, and how many of them in a row."""
+
+
+@dataclass(frozen=True)
+class Statements:
+    """The user's statements on a file; None where nothing."""
+
+    columns: Mapping[str, Any]
+    sample_rate: float | None
+    frequency: float | None
+    units: Any
+    calibration: Any
+    sign: Any
+    zero: Any
+    rows: Any
+    format: Any
+
+
+class ChannelNote(Remark):
+    """From which column a channel was read, and how: a sentence that knows its parts."""
+
+    heading: str
+    """The column, as the file calls it."""
+    is_turned: bool
+    """Whether its sign was turned."""
+    _how: str
+
+    def __new__(cls, role: str, heading: str, words: str, is_turned: bool = False) -> Self:
+        """Make ``'role: column "heading" words'``."""
+        self = super().__new__(cls, role, f'column "{heading}" {words}')
+        self.heading, self.is_turned, self._how = heading, is_turned, words
+        return self
+
+    def __getnewargs__(self) -> tuple[str, str, str, bool]:  # type: ignore[override]
+        return self.kind, self.heading, self._how, self.is_turned
+
+
+def read(path: Path, statements: Statements) -> dict[str, Any]:
+    """The parts of a record, by their names."""
+    table = read_table(path, "a record", statements.format)
+    columns = understood(table.columns)
+    loads = statements.columns["normal_load"]
+    load = _one_load(columns, loads)
+    by_part, how = _columns_by_part(columns, statements, skip_load=load is not None)
+    stated = {
+        "units": by_role("units", statements.units, '{"force": "mN"}'),
+        "calibration": by_role("calibration", statements.calibration, '{"force": "12.5 N/V"}'),
+        "zero": by_role("zero", statements.zero, '{"force": "mean"}'),
+        "sign": by_role("sign", _signs(statements.sign), '{"force": -1}'),
+    }
+    for name, mapping in stated.items():
+        for role in mapping:
+            if role not in by_part:
+                raise InputError(f"`{name}`: no column is read as {role}; write `{role}=...`")
+    is_ratio = how["force"] == _BY_COEFFICIENT
+    if is_ratio and load is None and "normal_load" not in by_part:
+        raise InputError(
+            "a coefficient of friction is a force with the normal load only; write "
+            '`normal_load="500 N"`'
+        )
+    scales = {
+        role: Scale(Decimal("0.01" if column.unit else "1"), "a coefficient of friction")
+        if role == "force" and is_ratio
+        else scale_of(column, role, stated["units"].get(role), stated["calibration"].get(role))
+        for role, column in by_part.items()
+        if role != CYCLE_NUMBER
+    }
+    signs = {role: sign_of(stated["sign"].get(role, 1), role) for role in by_part}
+    arrays, first, notes = _arrays(table, by_part, statements.rows)
+    notes = [f"{shorten(path.name, 100)}: {table.kind}.", *notes]
+    counter = by_part.pop(CYCLE_NUMBER, None)
+    texts = {}
+    for role in sorted(by_part, key=lambda role: is_ratio and role == "force"):
+        if is_ratio and role == "force":
+            arrays[role] *= arrays["normal_load"] if load is None else load
+        words = _to_si(arrays[role], role, scales[role], stated["zero"].get(role), signs[role])
+        heading = shorten(by_part[role].heading, 60)
+        texts[role] = ChannelNote(role, heading, f"{how[role]}, {words}.", signs[role] < 0)
+    notes += [texts[role] for role in by_part]
+    if counter is not None:
+        notes.append(_counted(arrays, counter, how[CYCLE_NUMBER]))
+    if "time" in by_part:
+        _check_time(table, arrays["time"], first)
+    parts: dict[str, Any] = dict.fromkeys(ROLES) | {k: lock(v) for k, v in arrays.items()}
+    parts["sample_rate"], parts["frequency"] = statements.sample_rate, statements.frequency
+    if load is not None:
+        parts["normal_load"] = load
+        notes.append(f"normal_load: {engineering(load, 'N')} throughout, as stated.")
+    _add_stated(parts, table, by_part, statements, notes)
+    if "time" not in by_part and parts["sample_rate"] is None:
+        notes.append("time: none; frequencies are not known.")
+    unread = [c.heading for c in columns if c not in by_part.values() and c != counter]
+    if unread:
+        remainder = f" and {len(unread) - 20} more" if len(unread) > 20 else ""
+        headings = ", ".join(f'"{shorten(text, 40)}"' for text in unread[:20])
+        notes.append(f"not read: {headings}{remainder}.")
+    return parts | {"notes": tuple(notes)}
+
+
+def _counted(arrays: dict[str, Floats], counter: Named, how: str) -> ChannelNote:
+    """Note on the rig's counter of cycles; one that falls is none."""
+    values, heading = arrays[CYCLE_NUMBER], shorten(counter.heading, 60)
+    if float(np.diff(values).min()) < 0.0 or float(values[0]) < 0.0:
+        if how == "as stated":
+            text = ChannelNote(CYCLE_NUMBER, heading, how)
+            raise InputError(f"`cycle_number` must not fall, nor be negative; {text}")
+        del arrays[CYCLE_NUMBER]
+        return ChannelNote(CYCLE_NUMBER, heading, f"{how}, not used, for it falls.")
+    ends = f"from {values[0]:.12g} to {values[-1]:.12g}"
+    return ChannelNote(CYCLE_NUMBER, heading, f"{how}: {ends}.")
+
+
+def _one_load(columns: list[Named], stated: Any) -> float | None:
+    """Normal load [N] that is one for all samples, if that was stated."""
+    if isinstance(stated, bool) or stated is None:
+        return None
+    if isinstance(stated, numbers.Real):
+        return float(stated)
+    if isinstance(stated, str) and re.match(r"\s*[+-]?[\d.]", stated):
+        if any(stated.strip() in (c.heading, c.name, c.short) for c in columns):
+            return None
+        try:
+            return to_si(stated, CLAMPING, "500 N")
+        except QuantityError as error:
+            raise InputError(f"`normal_load`: {error}") from None
+    return None
+
+
+def _signs(sign: Any) -> Any:
+    return {"force": sign} if isinstance(sign, int) and not isinstance(sign, bool) else sign
+
+
+def _columns_by_part(
+    columns: list[Named], statements: Statements, skip_load: bool
+) -> tuple[dict[str, Named], dict[str, str]]:
+    """Column of each part of the record, and how it was found."""
+    by_part: dict[str, Named] = {}
+    how: dict[str, str] = {}
+    skipped = {"normal_load"} if skip_load else set[str]()
+    if statements.columns["time"] is None and statements.sample_rate is not None:
+        skipped.add("time")
+    for role, stated in statements.columns.items():
+        if stated is False and role not in NEEDED:
+            skipped.add(role)
+        elif stated is not None and role not in skipped:
+            column = find(columns, stated, role)
+            same_column = next((r for r, c in by_part.items() if c == column), None)
+            if same_column:
+                raise InputError(
+                    f'`{role}`: column "{shorten(column.heading, 40)}" is the {same_column} already'
+                )
+            by_part[role], how[role] = column, "as stated"
+    for role in ROLES:
+        if role in by_part or role in skipped:
+            continue
+        try:
+            by_part[role], how[role] = guess(columns, role, by_part)
+        except LookupError:
+            ratios = [c for c in columns if is_coefficient(c) and c not in by_part.values()]
+            if role == "force" and len(ratios) == 1:
+                by_part[role], how[role] = ratios[0], _BY_COEFFICIENT
+            elif role in NEEDED:
+                raise InputError(
+                    f"`{role}`: no column is named like it; {listed(columns)}; write "
+                    f'`{role}="NAME"`, or "#2" for the second'
+                ) from None
+    return {role: by_part[role] for role in ROLES if role in by_part}, how
+
+
+def _arrays(
+    table: Table, by_part: Mapping[str, Named], rows: Any
+) -> tuple[dict[str, Floats], int, list[str]]:
+    """Numbers of the columns as they are in the file, the first row of them, and notes."""
+    arrays = dict(
+        zip(by_part, table.load([column.place for column in by_part.values()]), strict=True)
+    )
+    names = {role: f'"{shorten(column.heading, 40)}"' for role, column in by_part.items()}
+    sizes = {role: values.size for role, values in arrays.items()}
+    if len({*sizes.values()}) > 1:
+        size_texts = ", ".join(f"{names[role]} {size}" for role, size in sizes.items())
+        raise ValueError(f"columns must be of one length, got {size_texts} samples")
+    first, notes = 0, []
+    if rows is not None:
+        if not isinstance(rows, slice) or rows.step not in (None, 1):
+            raise InputError(f"wanted `rows=slice(first, end)`, got {show(rows)}")
+        first, end, _ = rows.indices(sizes["displacement"])
+        arrays = {role: values[first:end].copy() for role, values in arrays.items()}
+        notes.append(f"rows {first} to {max(end, first)} (without) of {sizes['displacement']}.")
+    size = arrays["displacement"].size
+    end_row = size
+    # A sum is quick, and finite unless something is not.
+    with np.errstate(all="ignore"):
+        sound = all(np.isfinite(values.sum()) for values in arrays.values())
+    if not sound:
+        bad = np.zeros(size, dtype=bool)
+        for values in arrays.values():
+            bad |= ~np.isfinite(values)
+        good = np.flatnonzero(~bad)
+        end_row = int(good[-1]) + 1 if good.size else 0
+        if bad[:end_row].any():
+            if not _is_lone(bad[:end_row]):
+                _refuse_gaps(table, arrays, names, bad[:end_row], first)
+            arrays = {role: _filled(values[:end_row]) for role, values in arrays.items()}
+            notes.append(
+                f"interpolated linearly: {plural(int(bad[:end_row].sum()), 'row')} "
+                f"without numbers, the first {table.where(int(bad.argmax()) + first)}."
+            )
+        if end_row < size:
+            notes.append(f"left out: {plural(size - end_row, 'row')} without numbers at the end.")
+            arrays = {role: values[:end_row].copy() for role, values in arrays.items()}
+    if end_row < 2:
+        raise ValueError(f"wanted at least two rows of numbers, got {end_row}")
+    return arrays, first, notes
+
+
+def _is_lone(bad: Any) -> bool:
+    """Whether missing numbers are few and apart, so that nothing is lost."""
+    lengths = np.diff(runs_of(bad), axis=1)
+    return not bad[0] and int(lengths.max()) <= _LONGEST_LONE and float(bad.mean()) <= _MOST_LONE
+
+
+def _filled(values: Floats) -> Floats:
+    """Numbers with straight lines where there are none."""
+    bad = ~np.isfinite(values)
+    if bad.any():
+        place = np.arange(values.size)
+        values = values.copy()
+        values[bad] = np.interp(place[bad], place[~bad], values[~bad])
+    return values
+
+
+def _refuse_gaps(
+    table: Table, arrays: Mapping[str, Floats], names: Mapping[str, str], bad: Any, first: int
+) -> None:
+    """Say where the first number is that is none, and which rows are sound."""
+    row = int(np.flatnonzero(bad)[0])
+    role = next(role for role, values in arrays.items() if not np.isfinite(values[row]))
+    runs = runs_of(~bad)
+    start, end = runs[int(np.argmax(runs[:, 1] - runs[:, 0]))] + first
+    raise InputError(
+        f"{table.where(row + first)}, column {names[role]}: wanted a number, got "
+        f"{arrays[role][row]} ({plural(int(bad.sum()), 'row')} like this before the "
+        f"end); the longest stretch of numbers is `rows=slice({start}, {end})`"
+    )
+
+
+def _to_si(values: Floats, role: str, taken_as: Scale, zero: Any, sign: int) -> str:
+    """Turn numbers of a file into SI floats, in place, and say what was done."""
+    kind = KINDS[role]
+    scale(values, taken_as.factor)
+    origin, zero_note = zero_of(zero, role, values)
+    if origin:
+        values -= origin
+    if sign < 0:
+        np.negative(values, out=values)
+    ends = float(values.min()), float(values.max())
+    low, high = _range(*ends, kind.unit)
+    if not zero_note:
+        zero_note = (
+            "sign reversed, zero as in the file" if sign < 0 else "sign and zero as in the file"
+        )
+    else:
+        zero_note += ", sign reversed" if sign < 0 else ", sign as in the file"
+    return f"{taken_as.words}, {zero_note}: from {low} to {high}"
+
+
+def _range(low: float, high: float, unit: str) -> tuple[str, str]:
+    """Both ends with as many digits as tell their distance."""
+    size, distance = max(abs(low), abs(high)), high - low
+    beyond = math.ceil(math.log10(size / distance)) if 0.0 < distance < size else 0
+    digits = min(3 + beyond, 9)
+    return engineering(low, unit, digits), engineering(high, unit, digits)
+
+
+def _check_time(table: Table, time: Floats, first: int) -> None:
+    steps = np.diff(time)
+    if steps.min() > 0.0:
+        return
+    row = int(np.flatnonzero(steps <= 0.0)[0])
+    why = "repeats; if it is rounded" if steps[row] == 0.0 else "goes backwards; if it is no time"
+    raise InputError(
+        f"{table.where(row + 1 + first)}: time {why}, write `time=False` and `sample_rate=...`, "
+        f"got {time[row + 1]:.9g} s after {time[row]:.9g} s"
+    )
+
+
+def _add_stated(
+    parts: dict[str, Any],
+    table: Table,
+    by_part: Mapping[str, Named],
+    statements: Statements,
+    notes: list[str],
+) -> None:
+    """Add what the file states for the whole record, unless the user or the columns do."""
+    if parts["sample_rate"] is not None:
+        if "time" in by_part:
+            raise InputError("`time` and `sample_rate` say the same; write one of them")
+        notes.append(f"sample_rate: {parts['sample_rate']:g} Hz, as stated.")
+    elif "time" not in by_part:
+        rates = dict.fromkeys(table.columns[by_part[role].place].rate for role in NEEDED)
+        if len(rates) > 1:
+            rate_texts = " and ".join(f"{rate:g} Hz" if rate else "none" for rate in rates)
+            raise ValueError(f"displacement and force differ in sample rate, got {rate_texts}")
+        (rate,) = rates
+        where = "their channels"
+        if rate is None and (stated := table.stated.get("sample_rate")):
+            rate, where = stated.value, stated.where
+        if rate is not None:
+            parts["sample_rate"] = rate
+            notes.append(f'sample_rate: {rate:g} Hz by "{where}" of the file.')
+    for key in ("frequency", "normal_load"):
+        stated = table.stated.get(key)
+        if stated and parts[key] is None and statements.columns.get(key) is None:
+            parts[key] = stated.value
+            unit = "N" if key == "normal_load" else "Hz"
+            notes.append(f'{key}: {stated.value:g} {unit} by "{stated.where}" of the file.')

@@ -1,0 +1,362 @@
+"""Record of a rig in SI units, with the source of each number."""
+
+from __future__ import annotations
+
+import errno
+import functools
+import numbers
+import os
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from itertools import chain
+from pathlib import Path
+from typing import Any, TypeVar
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from microslip._core.checks import Floats, exact, positive, show, without_unit
+from microslip._core.checks import record as checked
+from microslip._core.errors import InputError
+from microslip._core.frozen import Locked, lock
+from microslip.figures.plot import Plot
+from microslip.figures.plottable import Plottable
+from microslip.laboratory.reading import Statements, read
+from microslip.readers.files import POINTS, reading
+
+Answer = TypeVar("Answer")
+
+UNITS = {
+    "time": "s",
+    "displacement": "m",
+    "force": "N",
+    "normal_load": "N",
+    "commanded": "m",
+    "cycle_number": "-",
+}
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Record(Locked, Plottable):
+    """Displacement and force of a contact, sample by sample, as a rig measured them.
+
+    T is positive where it pulls in the direction of positive displacement, so that loops of (19.29)
+    run clockwise and cost energy; the normal load is positive in compression.
+
+    Parameters
+    ----------
+    displacement : array_like
+        Displacement [m], one-dimensional, at least two samples.
+    force : array_like
+        Tangential force [N], one for each displacement.
+    normal_load : array_like or float, optional
+        Normal load [N]: one for each sample, compression positive, or one for all, above zero.
+    time : array_like, optional
+        Time [s] of each sample, always increasing.
+    sample_rate : float, optional
+        Samples a second [Hz], in place of `time`.
+    frequency : float, optional
+        Frequency [Hz] of the excitation.
+    commanded : array_like, optional
+        Displacement [m] that the rig was asked for, one for each sample.
+    cycle_number : array_like, optional
+        The rig's counter of cycles [-], one for each sample, never falling: where only some cycles
+        were logged, it says which.
+    name : str
+        Name of the record in messages and pictures.
+    notes : tuple of str
+        Source: file, columns, units, signs, zeros.
+    """
+
+    displacement: NDArray[np.float64]
+    force: NDArray[np.float64]
+    normal_load: NDArray[np.float64] | float | None
+    time: NDArray[np.float64] | None
+    sample_rate: float | None
+    frequency: float | None
+    commanded: NDArray[np.float64] | None
+    cycle_number: NDArray[np.float64] | None
+    name: str
+    notes: tuple[str, ...]
+
+    def __init__(
+        self,
+        displacement: ArrayLike,
+        force: ArrayLike,
+        normal_load: ArrayLike | None = None,
+        time: ArrayLike | None = None,
+        sample_rate: float | None = None,
+        *,
+        frequency: float | None = None,
+        commanded: ArrayLike | None = None,
+        cycle_number: ArrayLike | None = None,
+        name: str = "record",
+        notes: tuple[str, ...] = (),
+    ) -> None:
+        arrays = {"displacement": _locked_series("displacement", displacement)}
+        size = arrays["displacement"].size
+        if size < 2:
+            raise InputError(f"`displacement` must hold at least two samples, got {size}")
+        load: Any = None
+        normal_load = without_unit("normal_load", normal_load, "N")
+        alone = isinstance(normal_load, np.ndarray) and normal_load.ndim == 0
+        if alone or isinstance(normal_load, (numbers.Real, str)):
+            load = positive("normal_load", normal_load, "N", 100.0)
+        elif normal_load is not None:
+            arrays["normal_load"] = load = _locked_series("normal_load", normal_load)
+        for key, raw_values in (
+            ("force", force),
+            ("time", time),
+            ("commanded", commanded),
+            ("cycle_number", cycle_number),
+        ):
+            if raw_values is not None or key == "force":
+                arrays[key] = _locked_series(key, raw_values)
+        for key, values in arrays.items():
+            if values.size != size:
+                raise InputError(
+                    f"{key} must hold a value for each of the {size} displacements, "
+                    f"got {values.size}"
+                )
+        if "normal_load" in arrays and (mean := float(load.mean())) < 0.0:
+            raise InputError(
+                f"`normal_load` must be positive in compression [N], got {mean:g} N on average; "
+                "reverse its sign"
+            )
+        if time is not None:
+            _check_time(arrays["time"], sample_rate)
+        counter = arrays.get("cycle_number")
+        if counter is not None and (counter[0] < 0.0 or float(np.diff(counter).min()) < 0.0):
+            raise InputError(
+                "`cycle_number` must not fall, nor be negative; give the rig's counter"
+            )
+        if not isinstance(name, str):
+            raise InputError(f"`name` must be text, got {show(name)}")
+        if isinstance(notes, str) or not all(isinstance(note, str) for note in notes):
+            raise InputError(f"`notes` must be a tuple of texts, got {show(notes)}")
+        fields: dict[str, Any] = dict.fromkeys(UNITS) | arrays
+        fields |= {"normal_load": load, "name": name, "notes": tuple(notes)}
+        for key, rate in (("sample_rate", sample_rate), ("frequency", frequency)):
+            fields[key] = _frequency(key, rate)
+        for key, value in fields.items():
+            object.__setattr__(self, key, value)
+
+    def _figure(self) -> Plot:
+        from microslip.laboratory.figures import record_figure
+
+        return record_figure(self)
+
+    def __len__(self) -> int:
+        return int(self.displacement.size)
+
+    def __repr__(self) -> str:
+        parts = [f"{self.name[:60]!r}", f"{len(self)} samples"]
+        if self.sample_rate is not None:
+            parts.append(f"sample_rate={self.sample_rate:g}")
+        return f"Record({', '.join(parts)})"
+
+    @classmethod
+    def read(
+        cls,
+        path: str | os.PathLike[str],
+        *,
+        displacement: str | None = None,
+        force: str | None = None,
+        normal_load: str | float | None = None,
+        time: str | bool | None = None,
+        commanded: str | bool | None = None,
+        cycle_number: str | bool | None = None,
+        sample_rate: float | None = None,
+        frequency: float | None = None,
+        units: Mapping[str, str] | None = None,
+        calibration: Mapping[str, str | float] | None = None,
+        sign: int | Mapping[str, int] | None = None,
+        zero: Mapping[str, str | float] | None = None,
+        rows: slice | None = None,
+        format: str | None = None,
+        name: str | None = None,
+        limit: int = POINTS,
+    ) -> Record:
+        """Read a record from text (CSV, TSV, TXT), MATLAB's MAT, TDMS, HDF5 or NumPy's.
+
+        What is not stated is found by names and units if they leave no doubt, and is an error
+        otherwise. `notes` tells all of it. The file is only read.
+
+        Parameters
+        ----------
+        path : str or path
+            The file.
+        displacement, force, commanded : str, optional
+            Names of the columns, with or without their unit, or "#2" for the second one;
+            ``commanded=False`` for none.
+        cycle_number : str or False, optional
+            Column of the rig's counter of cycles; False for none.
+        normal_load : str or float, optional
+            Name of the column, or one load [N] for all samples, as number or text ("500 N"); False
+            for none.
+        time : str or False, optional
+            Name of the column; False for none.
+        sample_rate : float, optional
+            Samples a second [Hz], in place of a column of time.
+        frequency : float, optional
+            Frequency [Hz] of the excitation.
+        units : mapping, optional
+            Units of columns by what they are, such as ``{"force": "mN"}``. They go before those of
+            the file.
+        calibration : mapping, optional
+            Factors of sensors, such as ``{"force": "12.5 N/V"}``; a plain number is [m], [N] or [s]
+            per number in the file.
+        sign : int or mapping, optional
+            -1 turns the sign of the force; a mapping, such as ``{"displacement": -1}``, of others.
+        zero : mapping, optional
+            Zero before the sign is applied: a value as number [m], [N], [s] or text
+            ("0.3 N"), or "mean", "middle" (of lowest and highest) or "first".
+        rows : slice, optional
+            Rows to take, the first being 0.
+        format : str, optional
+            "text", "mat", "tdms", "hdf5", "npy" or "npz", where the file's beginning does not tell.
+        name : str, optional
+            Name of the record; without it the file's name.
+        limit : int
+            Numbers that its columns may hold; it is refused before they are read.
+
+        Returns
+        -------
+        Record
+            One-dimensional arrays in SI units. Rows at the end without numbers are left out.
+        """
+        if not isinstance(path, (str, os.PathLike)):
+            raise InputError(f"`path` must be the name of a file, got {show(path)}")
+        statements = Statements(
+            columns={
+                "displacement": displacement,
+                "force": force,
+                "normal_load": normal_load,
+                "time": time,
+                "commanded": commanded,
+                "cycle_number": cycle_number,
+            },
+            sample_rate=_frequency("sample_rate", sample_rate),
+            frequency=_frequency("frequency", frequency),
+            units=units,
+            calibration=calibration,
+            sign=sign,
+            zero=zero,
+            rows=rows,
+            format=format,
+        )
+        with reading(Path(path), "a record", limit, path_text(path)):
+            parts = read(Path(path), statements)
+            return cls(**parts, name=Path(path).stem if name is None else name)
+
+    def to_csv(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+        """Write the record as CSV in SI units; :meth:`read` gives the same numbers, bit for bit.
+
+        Parameters
+        ----------
+        path : str or path
+            The file to be.
+        overwrite : bool
+            Whether a file that is there may be replaced.
+        """
+        target = Path(path)
+        columns = {
+            key: values.tolist()
+            for key in UNITS
+            if isinstance(values := getattr(self, key), np.ndarray)
+        }
+        numbers = {"sample_rate": "Hz", "frequency": "Hz"}
+        if isinstance(self.normal_load, float):
+            numbers["normal_load"] = "N"
+        head = [
+            f"# {key} = {value!r} {unit}\n"
+            for key, unit in numbers.items()
+            if (value := getattr(self, key)) is not None
+        ]
+        head += [f"# note: {line_text(note)}\n" for note in self.notes]
+        head.append(",".join(f"{key} [{UNITS[key]}]" for key in columns) + "\n")
+        rows = zip(*(map(repr, values) for values in columns.values()), strict=True)
+        lines = chain(head, (",".join(row) + "\n" for row in rows))
+        try:
+            _write(target, lines, overwrite)
+        except FileExistsError:
+            raise InputError(
+                f"{path_text(path)}: exists already; write overwrite=True to replace it"
+            ) from None
+        except (OSError, ValueError) as error:
+            reason = getattr(error, "strerror", None) or str(error)
+            raise InputError(f"{path_text(path)}: cannot be written: {reason.lower()}") from None
+
+
+def _write(target: Path, lines: Iterable[str], overwrite: bool) -> None:
+    """Write a file; one that was there is whole until its successor is."""
+    if overwrite and target.is_dir():
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
+    place = target.with_name(f".{target.name}.{os.getpid()}.tmp") if overwrite else target
+    with place.open("w" if overwrite else "x", encoding="utf-8", newline="") as file:
+        try:
+            file.writelines(lines)
+        except BaseException:
+            file.close()
+            place.unlink()
+            raise
+    if overwrite:
+        place.replace(target)
+
+
+def once_a_record(function: Callable[[Record], Answer]) -> Callable[[Record], Answer]:
+    """The function, whose answer is kept as long as its record: a fit asks again for the same."""
+    answers: WeakKeyDictionary[Record, Answer] = WeakKeyDictionary()
+
+    @functools.wraps(function)
+    def answer(record: Record) -> Answer:
+        if record not in answers:
+            answers[record] = function(record)
+        return answers[record]
+
+    return answer
+
+
+def _locked_series(key: str, raw_values: Any) -> Floats:
+    """Values of a series that nobody else can change."""
+    values = checked(key, raw_values, UNITS[key].strip("-")).reshape(-1)
+    # Readers hand over arrays that are locked already; a long record is not copied again.
+    if (
+        isinstance(raw_values, np.ndarray)
+        and not raw_values.flags.writeable
+        and raw_values.base is None
+    ):
+        values = raw_values if values.base is raw_values and raw_values.ndim == 1 else values
+        return lock(values)
+    return lock(values.copy())
+
+
+def _frequency(key: str, raw_value: Any) -> float | None:
+    return None if raw_value is None else positive(key, raw_value, "Hz", 1000.0)
+
+
+def _check_time(time: Floats, sample_rate: float | None) -> None:
+    if sample_rate is not None:
+        raise InputError("`time` and `sample_rate` say the same; give one of them, got both")
+    steps = np.diff(time)
+    if steps.min() > 0.0:
+        return
+    i = int(np.flatnonzero(steps <= 0.0)[0]) + 1
+    rounded = ""
+    if steps.min() == 0.0:
+        rounded = "; if it is rounded, give `sample_rate` instead"
+    raise InputError(
+        f"`time` must increase, got {exact(time[i])} s after {exact(time[i - 1])} s at "
+        f"sample {i}{rounded}"
+    )
+
+
+def path_text(path: str | os.PathLike[str]) -> str:
+    """A path as messages show it: on one line."""
+    return line_text(os.fspath(path))[-200:]
+
+
+def line_text(text: str) -> str:
+    """Text on one line, without what no line can hold."""
+    return "".join(c if c.isprintable() else " " if c.isspace() else "?" for c in text)

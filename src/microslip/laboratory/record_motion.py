@@ -1,0 +1,82 @@
+"""Frequency, third harmonic, load ripple and mean loop of a record."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from microslip._core.checks import Floats
+from microslip._core.frozen import lock
+from microslip.laboratory.blocks import Block, Blocks
+from microslip.laboratory.cuts import Cuts
+from microslip.laboratory.record import Record
+
+_FOLDS = 64
+
+
+def frequency_of(record: Record, blocks: Blocks) -> float | None:
+    """Return the frequency [Hz] of the cycles within the blocks, without the time between them."""
+    cuts = [block.first + block.cycles.cuts for block in blocks.having_cycles]
+    cycle_count = sum(block.cycle_count for block in blocks.having_cycles)
+    if record.time is not None:
+        return cycle_count / float(sum(record.time[cut[-1]] - record.time[cut[0]] for cut in cuts))
+    if record.sample_rate is not None:
+        return cycle_count * record.sample_rate / float(sum(cut[-1] - cut[0] for cut in cuts))
+    return None
+
+
+def _angles(cycles: Cuts, sample_limit: int = 1 << 18) -> tuple[slice, Floats]:
+    """Return the first whole cycles as a slice, and the phase of their samples [cycles]."""
+    count = max(
+        1, int(np.searchsorted(cycles.cuts, cycles.cuts[0] + sample_limit, side="right")) - 1
+    )
+    cuts = cycles.cuts[: count + 1]
+    place = np.arange(cuts[0], cuts[-1])
+    return slice(int(cuts[0]), int(cuts[-1])), np.interp(place, cuts, np.arange(cuts.size)) % 1.0
+
+
+def third_harmonic_of(x: Floats, block: Block) -> float:
+    """Return the third harmonic of the displacement over its fundamental [-]."""
+    piece, share = _angles(block.cycles)
+    x = x[block.samples]
+    y = x[piece] - x[piece].mean()
+    first, third = (abs(np.dot(y, np.exp(-2j * math.pi * n * share))) for n in (1, 3))
+    return float(third / first)
+
+
+def load_ripple_of(record: Record, block: Block) -> float | None:
+    """Return half the range of the normal load within the mean cycle, over its mean [-]."""
+    if not isinstance(record.normal_load, np.ndarray):
+        return None
+    piece, share = _angles(block.cycles)
+    load = record.normal_load[block.samples][piece]
+    folds = min(_FOLDS, max(4, int(block.cycles.period)))
+    fold = np.minimum((share * folds).astype(np.int64), folds - 1)
+    count = np.bincount(fold, minlength=folds)
+    mean = np.bincount(fold, load, minlength=folds)[count > 0] / count[count > 0]
+    return float(0.5 * np.ptp(mean) / load.mean()) if load.mean() != 0.0 else None
+
+
+def mean_loop_of(
+    x: Floats,
+    force: Floats,
+    columns: Mapping[str, Floats],
+    rows: NDArray[np.intp],
+    samples: int = 256,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the closed mean loop [m], [N] of up to a hundred cycles, spread over the record."""
+    places = rows[np.linspace(0, rows.size - 1, min(100, rows.size)).astype(int)]
+    grid = np.linspace(0.0, 1.0, samples + 1)
+    total = np.zeros((2, grid.size))
+    for i in places:
+        first = int(columns["start"][i])
+        last = first + int(columns["period"][i])
+        share = np.arange(last - first + 1) / (last - first)
+        for row, values in zip(total, (x, force), strict=True):
+            row += np.interp(grid, share, values[first : last + 1])
+    total /= places.size
+    total[:, -1] = total[:, 0]
+    return lock(total[0].copy()), lock(total[1].copy())

@@ -1,0 +1,170 @@
+"""Stick, partial slip or gross slip, by the thresholds of a law."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from microslip._core.checks import Floats, show
+from microslip._core.errors import InputError
+from microslip.friction import BackboneLaw
+from microslip.laboratory.estimates import chance_below
+
+REGIMES = ("stick", "partial slip", "gross slip")
+ONSET = 0.99
+"""Share of the force limit that is gross slip, for a law that only tends to it."""
+RESOLVED = 1e-3
+"""Least energy ratio that counts as a loss, for laws that have none below their yield."""
+
+
+_BORDER_POINTS = 25
+
+
+class Thresholds(NamedTuple):
+    """Borders between the regimes."""
+
+    stick: float
+    """Energy ratio A up to which the contact counts as sticking."""
+    gross: float
+    """Fouvry's ratio B from which it slides as a whole."""
+    source: str
+    """Source of the thresholds."""
+
+
+# One sphere (19.15): A where T0 is 1 % below its first tangent, B at the slip limit.
+def _of_sphere() -> Thresholds:
+    # With s = (1 - r^(2/3)), T = 1 - r and T/(3/2 s) = 0.99; s is near 0.04.
+    slip = 0.04
+    for _ in range(60):
+        slip -= (1.0 - (1.0 - slip) ** 1.5 - 0.99 * 1.5 * slip) / (
+            1.5 * (1.0 - slip) ** 0.5 - 0.99 * 1.5
+        )
+    r = (1.0 - slip) ** 1.5
+    energy = 4.8 * (1.0 - r ** (5 / 3) - (5 / 6) * (1.0 - r) * (1.0 + r ** (2 / 3)))
+    width = 2.0 * 0.5 ** (2 / 3) - 1.0
+    return Thresholds(energy / (4.0 * slip * (1.0 - r)), 0.2 / width, "one sphere")
+
+
+def thresholds(model: BackboneLaw | None = None) -> Thresholds:
+    """Regime borders of a law."""
+    if model is None:
+        return _of_sphere()
+    bent, onset, word = _ends_of(model)
+    peak = float(model.backbone(onset))
+    width = abs(onset - 2.0 * float(model.backbone_displacement(0.5 * peak)))
+    # Where the onset is the yield of a single slider nothing slides yet: any sliding is gross.
+    energy = float(model.dissipated_energy(onset))
+    gross = energy / (4.0 * peak * width) if width > 1e-6 * onset else 0.0
+    stick = max(float(model.energy_ratio(bent)), RESOLVED)
+    return Thresholds(stick, gross, f"{type(model).__name__} at {word}")
+
+
+def _ends_of(model: BackboneLaw) -> tuple[float, float, str]:
+    """Displacements [m] where a law leaves stick and where all of it slides, and what that is."""
+    if not isinstance(model, BackboneLaw):
+        raise InputError(f"`model` must be a backbone law, such as an Interface, got {show(model)}")
+    first = model.tangential_stiffness
+    if not math.isfinite(first):
+        raise InputError(
+            f"`model` must have a finite stiffness at rest, and {type(model).__name__} is "
+            "rigid there"
+        )
+    limit = model.force_limit
+    nearly = float(model.backbone_displacement(ONSET * limit))
+    onset, word = nearly, "99 % of its limit"
+    if float(model.backbone(1.5 * nearly)) >= limit * (1.0 - 1e-12):
+        # It reaches its limit: at the first place from which it rises no more.
+        reached = limit * (1.0 - 1e-12)
+        onset = _first(lambda u: float(model.backbone(u)) >= reached, nearly, 1.5 * nearly)
+        word = "its limit"
+    bent = _first(lambda u: float(model.backbone(u)) < 0.99 * first * u, 0.0, onset, 200)
+    return bent, onset, word
+
+
+class RegimeBorders(NamedTuple):
+    """Amplitudes at the transducer between which the regimes of a law change, over the load."""
+
+    normal_load: Floats
+    """[N]."""
+    stick: Floats
+    """Up to which it sticks [m]."""
+    gross: Floats
+    """From which it slides as a whole [m]."""
+    source: str
+    """Whose they are."""
+
+
+def borders_of(
+    law_at: Callable[[float], BackboneLaw], loads: Sequence[float], rig_stiffness: float | None
+) -> RegimeBorders | None:
+    """The borders of a law that is known at any load, the rig in series; None where it is not."""
+    if not loads or not min(loads) > 0.0:
+        return None
+    grid = np.geomspace(min(loads) / 1.5, 1.5 * max(loads), _BORDER_POINTS)
+    compliance = 0.0 if rig_stiffness is None else 1.0 / rig_stiffness
+    rows = []
+    for load in grid:
+        law = law_at(float(load))
+        *ends, source = _ends_of(law)
+        rows.append([u + compliance * float(law.backbone(u)) for u in ends])
+    stick, gross = np.array(rows).T
+    return RegimeBorders(grid, stick, gross, f"{type(law).__name__}, at {source}")
+
+
+def _first(holds: Callable[[float], bool], low: float, high: float, steps: int = 100) -> float:
+    """First value from which a condition holds up to the high end, by bisection."""
+    for _ in range(steps):
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if holds(middle) else (middle, high)
+    return high
+
+
+class RecordRegimes(NamedTuple):
+    """The regimes of a record."""
+
+    of_each: tuple[str, ...]
+    """Regime of each cycle; of settled ones that of their mean."""
+    probability: dict[str, float]
+    """Probability of each regime for their mean."""
+
+
+def regimes_of(
+    columns: Mapping[str, Floats],
+    limits: Thresholds,
+    is_counted: NDArray[np.bool_],
+    is_moving: bool,
+) -> RecordRegimes:
+    """The regime of each cycle, and how likely each is for the means of those that count."""
+    energy, force = columns["dissipated_energy"], columns["force_amplitude"]
+    below = _chance_below(energy, 4.0 * columns["amplitude"] * force, limits.stick, is_counted)
+    short = _chance_below(
+        energy, 4.0 * force * columns["sliding_distance"], limits.gross, is_counted
+    )
+    likely = dict(
+        zip(REGIMES, (below, (1.0 - below) * short, (1.0 - below) * (1.0 - short)), strict=True)
+    )
+    stick = ~(columns["energy_ratio"] > limits.stick)
+    gross = ~stick & (columns["fouvry_ratio"] >= limits.gross)
+    cycle_regimes = tuple(
+        REGIMES[0 if s else 2 if g else 1] for s, g in zip(stick, gross, strict=True)
+    )
+    if is_moving:
+        share = {name: cycle_regimes.count(name) / max(len(cycle_regimes), 1) for name in REGIMES}
+        return RecordRegimes(cycle_regimes, share)
+    mean = max(REGIMES, key=lambda name: likely[name])
+    pairs = zip(cycle_regimes, is_counted.tolist(), strict=True)
+    return RecordRegimes(
+        tuple(mean if is_chosen else regime for regime, is_chosen in pairs), likely
+    )
+
+
+def _chance_below(
+    above: Floats, under: Floats, limit: float, is_counted: NDArray[np.bool_]
+) -> float:
+    """Probability that the ratio of two means is not above a limit."""
+    fine = is_counted & np.isfinite(above) & np.isfinite(under)
+    return chance_below(above[fine] - limit * under[fine])

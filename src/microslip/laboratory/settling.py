@@ -1,0 +1,317 @@
+"""Settled cycles of a record: those over which its means are taken.
+
+A mean over amplitudes that step, or over friction that runs in, belongs to no cycle, and the more
+cycles the narrower the interval around it. So means are of a stretch in which nothing moves.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from microslip._core.checks import Floats
+from microslip._core.units import engineering
+from microslip._core.wording import plural
+from microslip.laboratory.estimates import dependence_of, quantile, trend
+
+ALIKE, MORE_ALIKE = 0.02, 0.003
+"""Relative change of amplitude, force or energy over a stretch that counts as none, and the one of
+force and energy that is sought first,"""
+CERTAIN = 5.0
+"""or this many standard errors of its trend; the limits are this project's."""
+NOISE = 10.0
+"""Range of the amplitudes of like cycles at most, over their noise."""
+OPEN = 0.25
+"""Closure error beyond which a cycle is not one of those that the means are of."""
+_MOST_LOSS = 1.05 * 4.0 / math.pi  # of a rectangle; noise may make its corners a little less
+FEWEST = 5
+"""Cycles of a settled stretch, at least."""
+JUDGED, HALVED = 8, 20
+"""Cycles from which a trend of force and energy is judged, and those that a part of a record must
+have to be settled by itself: of fewer all look alike."""
+ALIKE_OF_FEW, CHANCE = 0.0075, 0.01
+"""Relative trend of the amplitude of fewer than those that counts as none, as the trend of their
+energies may not show; and the chance that a trend of so few is an accident."""
+SLOWER = 0.25
+"""Rate at which the end of a record may still change, over that of all of it."""
+_DISTINCT = 3.0
+"""Standard errors of a rate that tell it from that."""
+_FEW_FREE = 5
+"""Degrees of freedom up to which the mean of cycles that wander is hardly known."""
+_HALVES, _MOST_STRETCHES = 6, 64
+_LOSS = 0.01
+"""Share of the rectangle around a loop: changes of the energy are compared with at least that."""
+_MOVING = ("force_amplitude", "dissipated_energy", "force_rms")
+
+
+class Level(NamedTuple):
+    """A stretch of cycles at one amplitude, where a record has several."""
+
+    selection: NDArray[np.intp]
+    """Its cycles in which nothing moves; all of them where that is nowhere so."""
+    is_moving: bool
+    """Whether it is nowhere so."""
+
+
+class Settled(NamedTuple):
+    """Cycles between which nothing moves."""
+
+    selection: NDArray[np.bool_]
+    """The cycles that the means are of."""
+    is_moving: bool
+    """Whether no settled stretch was found: then the means are of all that count."""
+    notes: tuple[str, ...]
+    levels: tuple[Level, ...] = ()
+    """Stretches of one amplitude, in their order; none where the amplitude is the same in all."""
+
+
+def excess_loss_notes(loss_factor: NDArray[np.float64]) -> list[str]:
+    """Notes on loops that are larger than the rectangle around them."""
+    large = loss_factor > _MOST_LOSS
+    if not large.any():
+        return []
+    return [
+        f"a loss factor above 4/π = 1.27, up to {float(np.nanmax(loss_factor)):.3g}, in "
+        f"{named_cycles(large)}: no closed loop encloses more than the rectangle around it: "
+        "these channels form no loop, have spikes, or the rig that was subtracted is too soft"
+    ]
+
+
+def named_cycles(is_named: NDArray[np.bool_]) -> str:
+    """Such as "2 cycles (3, 8)"."""
+    places = np.flatnonzero(is_named) + 1
+    numbers = ", ".join(map(str, places[:5])) + (", ..." if places.size > 5 else "")
+    return f"{plural(places.size, 'cycle')} ({numbers})"
+
+
+def settled(columns: Mapping[str, Floats], sound: NDArray[np.bool_], noise: float = 0.0) -> Settled:
+    """The settled ones of the sound cycles; ``noise`` [m] of their amplitudes is that of samples.
+
+    Each stretch of one amplitude is a level by itself, and the means are of the longest. Of it the
+    end counts from which on force and energy move by 0.3 % at most, or else by 2 %.
+    """
+    places = np.flatnonzero(sound)
+    notes: list[str] = []
+    levels: tuple[Level, ...] = ()
+    if places.size > 2 and (runs := _runs(columns["amplitude"][places], noise)) is not None:
+        if not runs:
+            return Settled(sound, True, (_moving_note(columns, places, ("amplitude",)),))
+        first, stop = max(runs, key=lambda run: run[1] - run[0])
+        notes.append(_steps_note(columns, places, runs))
+        levels = tuple(_level(columns, places[begin:end]) for begin, end in runs)
+        places = places[first:stop]
+    late = settled_from(columns, places)
+    if late is None:
+        notes.append(_moving_note(columns, places, _MOVING[:2]))
+        return Settled(_mask(places, sound.size), True, tuple(notes), levels)
+    if late > 0:
+        notes.append(
+            f"force or energy still moves at first: from {_span(columns, places, _MOVING[:2])} "
+            f"over cycles {places[0] + 1} to {places[-1] + 1}; the means are of cycles "
+            f"{places[late] + 1} to {places[-1] + 1}, where neither changes by over "
+            f"{100.0 * ALIKE:g} %"
+        )
+    return Settled(_mask(places[late:], sound.size), False, tuple(notes), levels)
+
+
+def requested(columns: Mapping[str, Floats], selection: NDArray[np.bool_]) -> Settled:
+    """Cycles that were asked for: all of them count, and are judged by the same rule."""
+    places = np.flatnonzero(selection)
+    if _moving(columns, places, ALIKE):
+        return Settled(selection, True, (_moving_note(columns, places, _MOVING[:2]),))
+    return Settled(selection, False, ())
+
+
+def _level(columns: Mapping[str, Floats], places: NDArray[np.intp]) -> Level:
+    """The settled end of a stretch."""
+    late = settled_from(columns, places)
+    return Level(places[late or 0 :], late is None)
+
+
+def settled_from(columns: Mapping[str, Floats], places: NDArray[np.intp]) -> int | None:
+    """From which of the cycles on nothing moves; None where something does to the end."""
+    late = _settled_end(columns, places, MORE_ALIKE)
+    late = _settled_end(columns, places, ALIKE) if late is None else late
+    # What still wanders there by itself has not come to rest: it may have moved by chance before.
+    if late and any(_wanders(columns[name][places[late:]]) for name in _MOVING[:2]):
+        return None
+    return late
+
+
+def _wanders(values: Floats) -> bool:
+    dependence = dependence_of(values)
+    return dependence.factor > 1.0 and dependence.freedom <= _FEW_FREE
+
+
+def _runs(values: Floats, least_noise: float) -> list[tuple[int, int]] | None:
+    """Stretches of like values, the longest first taken; None where all are alike."""
+    noise = float(np.median(np.abs(np.diff(values, 2)))) / 0.6745 / np.sqrt(6.0)
+    noise = max(noise, least_noise)
+    # The noise of few cycles is poorly known.
+    range_of_noise = NOISE * (1.0 + 4.0 / np.sqrt(values.size)) * noise
+    usual = float(np.median(np.abs(values)))
+    widest = max(ALIKE * usual, range_of_noise)
+    if float(np.ptp(values)) <= widest:
+        is_ramp = values.size < HALVED and _moves(values, ALIKE_OF_FEW * usual)
+        return [] if is_ramp else None
+    runs: list[tuple[int, int]] = []
+    open_stretches = [(0, values.size)]
+    for _ in range(_MOST_STRETCHES):
+        if not open_stretches:
+            break
+        open_stretches.sort(key=lambda stretch: stretch[1] - stretch[0])
+        first, stop = open_stretches.pop()
+        begin, end = _longest(values[first:stop], widest)
+        if end - begin < FEWEST:
+            continue
+        begin, end = begin + first, end + first
+        open_stretches += [(first, begin), (end, stop)]
+        # A ramp has stretches, too, in which it moves by less than the limit, from end to end.
+        if not _moves(values[begin:end], 0.25 * widest):
+            runs.append((begin, end))
+    return sorted(runs)
+
+
+def _longest(values: Floats, widest: float) -> tuple[int, int]:
+    """The longest stretch with a range of at most ``widest``: begin and one past its end."""
+    best, begin = (0, 0), 0
+    highest: deque[int] = deque()
+    lowest: deque[int] = deque()
+    for i, value in enumerate(values):
+        while highest and values[highest[-1]] <= value:
+            highest.pop()
+        while lowest and values[lowest[-1]] >= value:
+            lowest.pop()
+        highest.append(i)
+        lowest.append(i)
+        while values[highest[0]] - values[lowest[0]] > widest:
+            begin += 1
+            if highest[0] < begin:
+                highest.popleft()
+            if lowest[0] < begin:
+                lowest.popleft()
+        if i + 1 - begin > best[1] - best[0]:
+            best = begin, i + 1
+    return best
+
+
+def _moves(values: Floats, smallest: float) -> bool:
+    """Whether a linear trend of the values exceeds that, and not by accident."""
+    slope, error = _slope(values)
+    certain = CERTAIN
+    if values.size < HALVED:
+        certain = max(certain, quantile(1.0 - CHANCE, max(values.size - 2, 1)))
+    return abs(slope * (values.size - 1)) > smallest and abs(slope) > certain * error
+
+
+def _slope(values: Floats) -> tuple[float, float]:
+    line = trend(np.arange(values.size, dtype=float), values, 0.95)
+    return line.value, line.standard_error
+
+
+def _moving(
+    columns: Mapping[str, Floats], places: NDArray[np.intp], alike: float
+) -> dict[str, tuple[float, float]]:
+    """Trends beyond that over some cycles: slope a cycle and its error."""
+    if places.size < JUDGED:
+        return {}
+    around = 4.0 * abs(
+        float(np.median(columns["amplitude"][places]))
+        * float(np.median(columns["force_amplitude"][places]))
+    )
+    moving = {}
+    for name in columns.keys() & set(_MOVING):
+        values = columns[name][places]
+        usual = abs(float(np.median(values)))
+        if name == "dissipated_energy":
+            usual = max(usual, _LOSS * around)
+        if _moves(values, alike * usual):
+            moving[name] = _slope(values)
+    return moving
+
+
+def _settled_end(
+    columns: Mapping[str, Floats], places: NDArray[np.intp], alike: float
+) -> int | None:
+    """From where on neither force nor energy moves; None where they do to the end."""
+    rates = {name: abs(slope) for name, (slope, _) in _moving(columns, places, alike).items()}
+    if not rates:
+        return 0
+    number = places.size // 2
+    for _ in range(_HALVES):
+        if number < HALVED:
+            return None
+        end = places[places.size - number :]
+        # Over few cycles nothing moves for certain: it must have become slower, and that be told.
+        slopes = {name: _slope(columns[name][end]) for name in rates}
+        slower = all(
+            abs(slopes[name][0]) <= max(SLOWER * rate, _DISTINCT * slopes[name][1])
+            and _DISTINCT * slopes[name][1] <= rate
+            for name, rate in rates.items()
+        )
+        if slower and not _moving(columns, end, alike):
+            return int(places.size - number)
+        number //= 2
+    return None
+
+
+def _mask(places: NDArray[np.intp], size: int) -> NDArray[np.bool_]:
+    is_chosen = np.zeros(size, dtype=bool)
+    is_chosen[places] = True
+    return is_chosen
+
+
+_WORDS = {
+    "amplitude": ("amplitude", "m"),
+    "force_amplitude": ("force amplitude", "N"),
+    "dissipated_energy": ("energy a cycle", "J"),
+}
+
+
+def _span(columns: Mapping[str, Floats], places: NDArray[np.intp], names: tuple[str, ...]) -> str:
+    """Such as "force amplitude 300 N to 500 N": in the mean of the first and the last tenth."""
+    tenth = max(1, places.size // 10)
+    texts = []
+    for name in names:
+        word, unit = _WORDS[name]
+        ends = (float(columns[name][part].mean()) for part in (places[:tenth], places[-tenth:]))
+        low, high = (engineering(end, unit) for end in ends)
+        texts.append(f"{word} {low} to {high}")
+    return ", ".join(texts)
+
+
+def _moving_note(
+    columns: Mapping[str, Floats], places: NDArray[np.intp], names: tuple[str, ...]
+) -> str:
+    return (
+        f"not settled: {_span(columns, places, names)} from cycle {places[0] + 1} to "
+        f"{places[-1] + 1}, as in running in or wear; intervals are the range of the cycles, not "
+        "of a mean, which belongs to none of them; take settled ones, `cycles=slice(first, last)`"
+    )
+
+
+def _steps_note(
+    columns: Mapping[str, Floats], places: NDArray[np.intp], runs: list[tuple[int, int]]
+) -> str:
+    """Note on the levels of amplitude, and on the one that is evaluated."""
+    amplitude = columns["amplitude"][places]
+    texts = []
+    for first, stop in runs:
+        of = places[first:stop]
+        texts.append(
+            f"cycles {of[0] + 1} to {of[-1] + 1} at "
+            f"{engineering(float(columns['amplitude'][of].mean()), 'm')} with "
+            f"{engineering(float(columns['dissipated_energy'][of].mean()), 'J')} a cycle"
+        )
+    first, stop = max(runs, key=lambda run: run[1] - run[0])
+    return (
+        f"the amplitude is not the same in all cycles, {engineering(float(amplitude.min()), 'm')} "
+        f"to {engineering(float(amplitude.max()), 'm')}; settled are {'; '.join(texts[:8])}"
+        f"{'; ...' if len(texts) > 8 else ''}. The means are of cycles {places[first] + 1} to "
+        f"{places[stop - 1] + 1}"
+    )

@@ -1,0 +1,133 @@
+"""Samples that no rig can have recorded: spikes of a sensor or its cable."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from microslip._core.checks import Floats
+from microslip._core.runs import runs_of
+from microslip._core.units import engineering
+from microslip.laboratory.record import UNITS, Record
+
+FAR = 5.0
+"""Spikes over half the usual range, of the record and of the samples around, at least."""
+LONGEST = 3
+"""Samples in a row that still are a spike."""
+AROUND = 8
+"""Samples on each side that it is held against."""
+
+_NOISES, _PART = 20.0, 0.1
+"""Jumps off the other cycles over the noise, and over the range of force, at least."""
+
+
+class Spike(NamedTuple):
+    """A sample, or a few in a row, far from all around."""
+
+    channel: str
+    """"displacement", "force" or "normal_load"."""
+    first: int
+    """The first sample, counted from 0."""
+    last: int
+    """The last one: mostly the same."""
+    value: float
+    """The farthest one [m, N]."""
+    usual: float
+    """Half the range that is usual there [m, N]: of the record, or of the samples around."""
+
+    def __str__(self) -> str:
+        unit = UNITS[self.channel]
+        where = f"sample {self.first}"
+        if self.last > self.first:
+            where = f"samples {self.first} to {self.last}"
+        return (
+            f"{self.channel} {engineering(self.value, unit)} at {where} "
+            f"(±{engineering(self.usual, unit)} is usual)"
+        )
+
+
+def spikes_of(record: Record) -> tuple[Spike, ...]:
+    """Positions of spikes in a record.
+
+    A spike is up to three samples in a row which are farther from the median of the eight samples
+    before and the eight behind than five times half the range, both of those samples (their lowest
+    and highest left out) and of the record (its 5th to 95th percentile). So neither amplitudes that
+    grow nor noise make one; a normal load must be off by five times its median, too. The limits are
+    this project's.
+    """
+    spikes: list[Spike] = []
+    for channel in ("displacement", "force", "normal_load"):
+        values = getattr(record, channel)
+        if isinstance(values, np.ndarray):
+            spikes += _spikes_in(channel, values)
+    return tuple(spikes)
+
+
+def without_spikes(record: Record, spikes: Sequence[Spike]) -> Record:
+    """A record with straight lines where the spikes are."""
+    if not spikes:
+        return record
+    changed: dict[str, Any] = {}
+    for channel in dict.fromkeys(spike.channel for spike in spikes):
+        values: Floats = getattr(record, channel).copy()
+        bad = np.zeros(values.size, dtype=bool)
+        for spike in spikes:
+            if spike.channel == channel:
+                bad[spike.first : spike.last + 1] = True
+        good = np.flatnonzero(~bad)
+        places = np.flatnonzero(bad)
+        values[places] = np.interp(places, good, values[good])
+        changed[channel] = values
+    return replace(record, **changed)
+
+
+def _spikes_in(channel: str, values: NDArray[np.float64]) -> list[Spike]:
+    sampled = values[:: max(1, values.size >> 17)]
+    low, middle, high = (float(value) for value in np.percentile(sampled, (5.0, 50.0, 95.0)))
+    usual = 0.5 * (high - low)
+    if channel == "normal_load":  # which hardly moves: noise or a slow drift is its whole range
+        usual = max(usual, abs(middle))
+    # The median of the neighbours lies between any two of them, thus not much beyond the range.
+    is_far = np.abs(values - middle) > (FAR - 1.0) * usual
+    spikes = []
+    for first, stop in runs_of(is_far).tolist():
+        last = stop - 1
+        if last - first >= LONGEST:
+            continue
+        before = values[max(first - AROUND, 0) : first]
+        near = np.sort(np.concatenate((before, values[last + 1 : last + 1 + AROUND])))
+        if near.size < AROUND:
+            continue
+        centre = float(np.median(near))
+        off = np.abs(values[first : last + 1] - centre)
+        scale = max(usual, 0.5 * float(near[-2] - near[1]))
+        if float(off.min()) > FAR * scale:
+            value = float(values[first + int(np.argmax(off))])
+            spikes.append(Spike(channel, first, last, value, scale))
+    return spikes
+
+
+def jumps(
+    residual: Floats, column: NDArray[np.int64], inside: NDArray[np.bool_], force: Floats
+) -> list[Spike]:
+    """Single forces far from those of the other cycles at their phase, no spikes by themselves."""
+    noise = 1.4826 * float(np.median(np.abs(residual), overwrite_input=True))
+    low, high = np.percentile(force, (5.0, 95.0))
+    threshold = max(_NOISES * noise, _PART * float(high - low))
+    is_far = np.zeros(residual.size, dtype=bool)
+    # A spike moves the mean of its bin, and with it what is left of all others there.
+    for bin_ in np.unique(column[np.abs(residual) > 0.5 * threshold]):
+        of_bin = np.flatnonzero(column == bin_)
+        is_far[of_bin] = np.abs(residual[of_bin] - np.median(residual[of_bin])) > threshold
+    spikes: list[Spike] = []
+    rows, usual = np.flatnonzero(inside), 0.5 * float(high - low)
+    for first, stop in runs_of(is_far).tolist():
+        if stop - first <= LONGEST:
+            at = first + int(np.argmax(np.abs(residual[first:stop])))
+            ends = int(rows[first]), int(rows[stop - 1])
+            spikes.append(Spike("force", *ends, float(force[at]), usual))
+    return spikes

@@ -1,0 +1,421 @@
+"""Virtual tribometer: the rig of section 2.1 of the chapter."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import KW_ONLY, dataclass, field
+from functools import cached_property
+from types import MappingProxyType
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from microslip._core.checks import Floats, exact, number, positive, show, whole_number
+from microslip._core.errors import InputError
+from microslip.friction import BackboneLaw
+
+if TYPE_CHECKING:
+    from microslip.laboratory.record import Record
+
+_UNITS = {"displacement": "m", "force": "N", "normal_load": "N"}
+CHANNELS = tuple(_UNITS)
+SAMPLES_A_CYCLE = 512
+FEWEST_SAMPLES = 16
+MOST_SAMPLES = 100_000_000
+STEPS_A_CYCLE = 1024
+"""Fewest steps a cycle in which a joint is followed under a load that ripples."""
+
+LIMITS: Mapping[str, tuple[float, float]] = MappingProxyType(
+    {
+        "normal_load": (100.0, 5000.0),
+        "force": (-5000.0, 5000.0),
+        "amplitude": (1e-6, 100e-6),
+        "frequency": (0.0, 200.0),
+    }
+)
+"""Limits of the rig of section 2.1 [N, N, m, Hz]."""
+
+
+class InSeries(BackboneLaw):
+    """A joint behind a spring: the displacement is that of the far end of the spring.
+
+    A series connection of laws that obey Masing's rules obeys them too, so this is a backbone law.
+    """
+
+    def __init__(self, joint: BackboneLaw, stiffness: float) -> None:
+        self.joint, self.stiffness = joint, stiffness
+
+    @property
+    def force_limit(self) -> float:
+        """Force of gross slip [N], that of the joint."""
+        return self.joint.force_limit
+
+    def contact_displacement(self, x: Floats) -> Floats:
+        """Displacement of the joint u + T0(u)/k = x, for x >= 0 [m], one-dimensional."""
+        k, first = self.stiffness, self.joint.tangential_stiffness
+        # u + T0(u)/k is concave: from below Newton's method climbs to the answer, never past it.
+        u = np.maximum(x / (1.0 + first / k), x - self.joint.force_limit / k)
+        u = np.clip(u, 0.0, x)
+        for _ in range(100):
+            gap = x - u - self.joint._backbone(u) / k
+            step = gap / (1.0 + self.joint._slope(u) / k)
+            better = np.clip(u + step, u, x)
+            if np.all(better - u <= 1e-15 * x):
+                return better
+            u = better
+        return u
+
+    def _backbone(self, u: Floats) -> Floats:
+        inner = self.contact_displacement(u)
+        if math.isinf(self.joint.tangential_stiffness):  # the force is the spring's to know
+            return np.minimum(self.stiffness * (u - inner), self.force_limit)
+        return self.joint._backbone(inner)
+
+    def _slope(self, u: Floats) -> Floats:
+        inner = self.joint._slope(self.contact_displacement(u))
+        with np.errstate(invalid="ignore"):
+            slope = inner / (1.0 + inner / self.stiffness)
+        return np.where(np.isinf(inner), self.stiffness, slope)
+
+
+@dataclass(frozen=True, eq=False)
+class VirtualTribometer:
+    """The tribometer of section 2.1 around a joint: what it would record, imperfections included.
+
+    The displacement is commanded and read at the transducer, so the compliance of the rig is in
+    series with the joint: k_rig (x - delta) = T(delta). As given it is an ideal rig; each
+    imperfection is asked for.
+
+    Parameters
+    ----------
+    joint : BackboneLaw
+        Joint under test, at its own normal load.
+    rig_stiffness : float, optional
+        Stiffness of the rig [N/m], above zero; without it the rig is rigid.
+    noise : float or mapping, optional
+        White Gaussian noise. One number [-] is the standard deviation of each channel as a share of
+        its amplitude (of the load: of its mean). A mapping of "displacement" [m], "force" [N] and
+        "normal_load" [N] gives the standard deviations themselves.
+    load_ripple : float, optional
+        Largest deviation of the normal load as a share of its mean [-], 0 <= ripple < 1; 0.02 on
+        the rig of the chapter. It is proportional to the tangential force that there would be
+        without it. A law without a surface takes none.
+    ripple_phase : float, optional
+        Angle by which the ripple leads that force [rad].
+    third_harmonic : float, optional
+        Third harmonic of the displacement over its fundamental [-], 0 <= ratio < 1; 0.05 on the
+        rig of the chapter. It flattens the peaks.
+    sample_rate : float, optional
+        Samples a second [Hz]; without it 512 samples a cycle.
+    seed : int, optional
+        Seed of the noise: the same seed gives the same record.
+    limits : mapping, optional
+        (lowest, highest) of "normal_load" [N], "force" [N], "amplitude" [m] and "frequency" [Hz],
+        in place of those of section 2.1: 100 to 5000 N, -5000 to 5000 N, 1 to 100 um, up to 200 Hz.
+
+    Notes
+    -----
+    The rig of section 2.1 of the chapter (DOI 10.1007/978-3-319-56818-8_19). The joint turns where
+    the motion does, which is seldom at a sample: a lower sample rate only leaves samples out.
+
+    At a constant load the response is exact at every sample, the compliance included. Under a load
+    that ripples the load is exact, too; the joint goes from turn to turn of motion and load along
+    straight lines of separation and displacement, at least 1024 a cycle. In step with the force,
+    ``ripple_phase`` of zero, that is exact as well, as long as the separation moves less than the
+    displacement over kappa. Otherwise slip begins or ends within a line, and the error falls with
+    the square of their number. Ripples of up to 0.3 on surfaces and spheres, up to 30 um: less than
+    1e-3 of the force on a rigid rig, less than 1e-4 behind one of 2e8 N/m.
+    """
+
+    joint: BackboneLaw
+    _: KW_ONLY
+    rig_stiffness: float | None = None
+    noise: float | Mapping[str, float] = 0.0
+    load_ripple: float = 0.0
+    ripple_phase: float = 0.0
+    third_harmonic: float = 0.0
+    sample_rate: float | None = None
+    seed: int = 0
+    limits: Mapping[str, tuple[float, float]] = field(default_factory=lambda: LIMITS)
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.joint, BackboneLaw):
+            raise InputError(
+                f"`joint` must be a backbone law, such as an Interface, got {show(self.joint)}"
+            )
+        keep = object.__setattr__
+        if self.rig_stiffness is not None:
+            keep(self, "rig_stiffness", positive("rig_stiffness", self.rig_stiffness, "N/m", 1e8))
+        if self.sample_rate is not None:
+            keep(self, "sample_rate", positive("sample_rate", self.sample_rate, "Hz", 1e4))
+        for name in ("load_ripple", "third_harmonic"):
+            value = number(name, getattr(self, name), "", 0.02)
+            if not 0.0 <= value < 1.0:
+                raise InputError(f"`{name}` must be a share from 0 to below 1, got {exact(value)}")
+            keep(self, name, value)
+        keep(self, "ripple_phase", number("ripple_phase", self.ripple_phase, "rad"))
+        if self.load_ripple > 0.0 and self.joint._coupling is None:
+            raise InputError(
+                f"load_ripple has no meaning for {type(self.joint).__name__}: it has no surface"
+            )
+        whole_number("seed", self.seed, 0)
+        keep(self, "noise", _checked_noise(self.noise))
+        keep(self, "limits", _checked_limits(self.limits))
+        if self._load is not None:
+            for way in (-1.0, 1.0):
+                load = self._load * (1.0 + way * self.load_ripple)
+                name = "normal load of the joint, ripple included,"
+                self._check_limit("normal_load", load, "N", name)
+
+    @property
+    def _load(self) -> float | None:
+        """Normal load [N] of the joint; None for a law that has none."""
+        load: float | None = getattr(self.joint, "normal_load", None)
+        return load
+
+    def _check_limit(self, limit: str, value: float, unit: str, name: str) -> None:
+        low, high = self.limits[limit]
+        if not low <= value <= high:
+            raise InputError(
+                f"`{name}` must be within the limits of the rig, {exact(low)} to {exact(high)} "
+                f"{unit}, got {value:.6g} {unit}; limits={{'{limit}': (lowest, highest)}} sets "
+                "own ones"
+            )
+
+    @cached_property
+    def series(self) -> BackboneLaw:
+        """The joint with the rig in series, at the mean load: what the transducer meets."""
+        if self.rig_stiffness is None:
+            return self.joint
+        return InSeries(self.joint, self.rig_stiffness)
+
+    def record(self, *, amplitude: float, frequency: float = 1.0, cycles: int = 10) -> Record:
+        """Record some cycles.
+
+        The joint starts from rest. A quarter of a cycle loads it to the first peak; from there on
+        there are ``cycles`` cycles, peak to peak.
+
+        Parameters
+        ----------
+        amplitude : float
+            Half the range of the displacement [m] at the transducer, its harmonic included.
+        frequency : float, optional
+            Cycles a second [Hz].
+        cycles : int, optional
+            Number of cycles, at least 1.
+
+        Returns
+        -------
+        Record
+            Displacement [m] at the transducer, force [N] and, where the joint has one, normal load
+            [N], with their noise; ``commanded`` is the displacement without.
+        """
+        from microslip.laboratory.record import Record
+
+        amplitude = positive("amplitude", amplitude, "m", 1e-5)
+        frequency = positive("frequency", frequency, "Hz", 10.0)
+        cycles = whole_number("cycles", cycles, 1, MOST_SAMPLES)
+        self._check_limit("amplitude", amplitude, "m", "amplitude")
+        self._check_limit("frequency", frequency, "Hz", "frequency")
+        rate = self.sample_rate or SAMPLES_A_CYCLE * frequency
+        if rate < FEWEST_SAMPLES * frequency:
+            raise InputError(
+                f"`sample_rate` must give at least {FEWEST_SAMPLES} samples a cycle, "
+                f"{exact(FEWEST_SAMPLES * frequency)} Hz at {exact(frequency)} Hz, got "
+                f"{exact(rate)} Hz"
+            )
+        length = (cycles + 0.25) * rate / frequency
+        steps = max(length, (cycles + 0.25) * STEPS_A_CYCLE if self.load_ripple else 0.0)
+        if steps > MOST_SAMPLES:
+            step_note = f" ({STEPS_A_CYCLE} a cycle with load_ripple)" if steps > length else ""
+            raise InputError(
+                f"a record must have at most {MOST_SAMPLES} samples{step_note}, got {steps:.4g}: "
+                "take fewer cycles or a lower sample_rate"
+            )
+        size, step = math.floor(length + 1e-9) + 1, 2.0 * math.pi * frequency / rate
+        angle, sampled = self._history(size, step)
+        x = amplitude * motion_over_amplitude(angle, self.third_harmonic)
+        force, load = self._respond(x, amplitude, angle)
+        for extreme in (float(force.min()), float(force.max())):  # between samples, too
+            self._check_limit("force", extreme, "N", "force")
+        history = {"displacement": x, "force": force, "normal_load": load}
+        clean = {name: v[sampled] for name, v in history.items() if v is not None}
+        noisy = self._with_noise(clean, amplitude)
+        return Record(
+            displacement=noisy["displacement"],
+            force=noisy["force"],
+            normal_load=noisy.get("normal_load"),
+            sample_rate=rate,
+            commanded=clean["displacement"],
+            frequency=frequency,
+            name="virtual tribometer",
+        )
+
+    def _history(self, size: int, step: float) -> tuple[Floats, NDArray[np.bool_]]:
+        """Angles that the joint goes through, the turns between samples too; which are sampled."""
+        last, share = (size - 1.0) * step, self.third_harmonic
+        between, parts = turning_angles(0.0, last, share), 1
+        if self.load_ripple > 0.0:
+            ahead = self.ripple_phase
+            begin = np.array([-ahead] if 0.0 < -ahead < last else [])  # of the ripple, from rest
+            between = np.concatenate(
+                (between, begin, turning_angles(ahead, last + ahead, share) - ahead)
+            )
+            between.sort()
+            parts = math.ceil(STEPS_A_CYCLE * step / (2.0 * math.pi) - 1e-9)
+        return path_of_angles(size, step, max(1, parts), between)
+
+    def _respond(self, x: Floats, amplitude: float, angle: Floats) -> tuple[Floats, Floats | None]:
+        """Force [N], and normal load [N] if there is one, along a history from rest."""
+        if self._load is None or self.load_ripple == 0.0:
+            load = None if self._load is None else np.full(x.size, self._load)
+            return np.asarray(self.series.force(x)), load
+        ahead = amplitude * motion_over_amplitude(angle + self.ripple_phase, self.third_harmonic)
+        at_mean = np.asarray(self.series.force(ahead))
+        ripple = self.load_ripple / float(self.series.backbone(amplitude))
+        load = self._load * (1.0 + ripple * at_mean)
+        if self.rig_stiffness is None:
+            return np.asarray(self.joint.start().advance(x, load)), load
+        return self._step(x, load, self.rig_stiffness), load
+
+    def _step(self, x: Floats, load: Floats, stiffness: float) -> Floats:
+        """Forces with the rig in series under a load that varies, sample by sample."""
+        state, forces = self.joint.start(), np.empty(x.size)
+        friction = self.joint.force_limit / float(self._load or math.inf)
+        u, tangent = 0.0, self.joint.tangential_stiffness
+        force = 0.0
+        for i, (place, weight) in enumerate(zip(x.tolist(), load.tolist(), strict=True)):
+            reach = friction * weight / stiffness  # |T| <= mu N
+            low, high = place - reach, place + reach
+            tolerance = 1e-14 * (abs(place) + reach)
+            # First guess: along the last tangent.
+            u += (stiffness * (place - u) - force) / (stiffness + tangent)
+            for _ in range(200):
+                if not low <= u <= high:
+                    u = 0.5 * (low + high)
+                force, tangent = state.try_(u, weight)
+                gap = stiffness * (place - u) - force  # falls with u
+                if gap > 0.0:
+                    low = u
+                else:
+                    high = u
+                move = gap / (stiffness + tangent)
+                if abs(move) <= tolerance or high - low <= tolerance:
+                    break
+                u += move
+            state.commit()
+            forces[i] = force
+        return forces
+
+    def _with_noise(self, clean: Mapping[str, Floats], amplitude: float) -> dict[str, Floats]:
+        # A stream of its own for each channel: noise on one changes nothing in the others.
+        streams = np.random.default_rng(self.seed).spawn(len(CHANNELS))
+        noisy: dict[str, Floats] = {}
+        for name, stream in zip(CHANNELS, streams, strict=True):
+            if name not in clean:
+                continue
+            values = clean[name]
+            if isinstance(self.noise, Mapping):
+                size = self.noise.get(name, 0.0)
+            else:
+                half_range = amplitude if name == "displacement" else 0.5 * float(np.ptp(values))
+                scale = float(values.mean()) if name == "normal_load" else half_range
+                size = self.noise * scale
+            noisy[name] = values + stream.normal(0.0, size, values.size) if size else values
+        return noisy
+
+
+def _checked_noise(noise: float | Mapping[str, float]) -> float | Mapping[str, float]:
+    if not isinstance(noise, Mapping):
+        return _not_negative("noise", noise, "")
+    for name in noise:
+        if name not in CHANNELS:
+            raise InputError(
+                f"noise has the channels {', '.join(CHANNELS)}, got {show(name)}; "
+                'write noise={"force": 2.0}'
+            )
+    return MappingProxyType(
+        {name: _not_negative(f'noise["{name}"]', v, _UNITS[name]) for name, v in noise.items()}
+    )
+
+
+def _not_negative(name: str, value: float, unit: str) -> float:
+    result = number(name, value, unit)
+    if result < 0.0:
+        raise InputError(f"`{name}` must not be negative, got {exact(result)}")
+    return result
+
+
+def _checked_limits(limits: Mapping[str, tuple[float, float]]) -> Mapping[str, tuple[float, float]]:
+    example = 'limits={"amplitude": (1e-7, 1e-3)}'
+    if not isinstance(limits, Mapping):
+        raise InputError(f"`limits` must be a mapping, got {show(limits)}; write {example}")
+    checked = dict(LIMITS)
+    for name, pair in limits.items():
+        if name not in LIMITS:
+            raise InputError(
+                f"limits has the keys {', '.join(LIMITS)}, got {show(name)}; write {example}"
+            )
+        try:
+            low, high = (float(value) for value in pair)
+        except (TypeError, ValueError):
+            low, high = math.nan, math.nan
+        if not low < high:
+            raise InputError(
+                f'limits["{name}"] must be a pair (lowest, highest), got {show(pair)}; '
+                f"write {example}"
+            )
+        checked[name] = low, high
+    return MappingProxyType(checked)
+
+
+# -- the motion that is commanded -----------------------------------------------------------------
+
+_NEAR = 1e-9
+"""Angle [rad] from a turning point over which the motion stands still, to rounding."""
+
+
+def motion_over_amplitude(angle: Floats, share: float) -> Floats:
+    """Displacement over its amplitude: a sine and its third harmonic; at rest up to angle 0."""
+    top = 1.0 - share
+    if share > 1.0 / 9.0:  # the peak is then beside the middle of the half cycle
+        sine = math.sqrt((1.0 + 3.0 * share) / (12.0 * share))
+        top = (1.0 + 3.0 * share) * sine - 4.0 * share * sine**3
+    moved = (np.sin(angle) + share * np.sin(3.0 * angle)) / top
+    return np.where(angle > 0.0, moved, 0.0)
+
+
+def turning_angles(first: float, last: float, share: float) -> Floats:
+    """Angles at which the motion turns: its velocity is cos t (1 - 9 s + 12 s cos^2 t)."""
+    first, quarter = max(first, 0.0), 0.5 * math.pi
+    if last <= first:
+        return np.zeros(0)
+    within = [quarter]  # of half a cycle
+    if share > 1.0 / 9.0:
+        beside = math.acos(math.sqrt((9.0 * share - 1.0) / (12.0 * share)))
+        within = [beside, quarter, math.pi - beside]
+    halves = np.arange(first // math.pi, last // math.pi + 1.0)
+    every: Floats = (math.pi * halves[:, None] + np.array(within)).reshape(-1)
+    return every[(every > first) & (every < last)]
+
+
+def path_of_angles(
+    size: int, step: float, parts: int, between: Floats
+) -> tuple[Floats, NDArray[np.bool_]]:
+    """Angles of a history, more than are sampled, and which of them are."""
+    angle: Floats = np.arange(float(size))
+    angle *= step
+    sampled = np.ones(size, dtype=bool)
+    if parts > 1:
+        fine: Floats = np.arange(float((size - 1) * parts + 1))
+        fine *= step / parts
+        fine[::parts] = angle
+        angle, sampled = fine, np.zeros(fine.size, dtype=bool)
+        sampled[::parts] = True
+    between = between[(np.diff(between, prepend=0.0) > _NEAR) & (between < angle[-1])]
+    at = np.searchsorted(angle, between)
+    far = (between - angle[at - 1] > _NEAR) & (angle[at] - between > _NEAR)
+    at, between = at[far], between[far]
+    return np.insert(angle, at, between), np.insert(sampled, at, False)

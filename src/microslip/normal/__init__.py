@@ -1,6 +1,0 @@
-"""Normal load laws, one class a law."""
-
-from microslip._core.packages import names_of_stub as _names
-
-# One law alone does not load the others.
-__getattr__, __dir__, __all__ = _names(__name__, __file__)

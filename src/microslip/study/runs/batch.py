@@ -1,0 +1,287 @@
+"""Batches of studies, records or scans: one small file each, from which a restart continues."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from concurrent.futures.process import BrokenProcessPool, ProcessPoolExecutor
+from contextlib import AbstractContextManager, contextmanager, suppress
+from dataclasses import asdict, dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from microslip._core.checks import Progress
+from microslip._core.errors import InputError
+from microslip._core.files import reason, whole_file
+from microslip._core.packages import needed_for
+from microslip._core.quantities import json_value
+from microslip._core.wording import one_line
+from microslip._version import __version__
+from microslip.readers.files import reading
+from microslip.readers.laboratory import rows_of
+from microslip.readers.text import whole_text
+from microslip.study.toml_text import tables_of, text_of
+
+Outcome = dict[str, Any]
+
+ITEMS = "items"
+"""Folder of the small files."""
+_TRIES = 3  # of an item whose worker died
+DASK_PATIENCE = "30s"
+"""Longest time that a scheduler may take to answer."""
+_MOST = 1_000_000
+"""Items of a batch."""
+_WINDOW = 4  # items in flight a worker
+STUDIES = ".toml"
+
+
+@dataclass(frozen=True)
+class Item:
+    """One piece of a batch: what it is called, what is done, to which file, with which changes."""
+
+    name: str
+    work: str
+    """"predict", "measure" or "scan"."""
+    path: str
+    study: str = ""
+    changes: tuple[str, ...] = ()
+
+    @property
+    def file_name(self) -> str:
+        """Name of its small file, which no other item has."""
+        plain = "".join(c if c.isalnum() or c in "-_." else "_" for c in self.name)[:80]
+        return f"{plain}-{hashlib.sha256(os.fsencode(self.name)).hexdigest()[:8]}.json"
+
+    @property
+    def mark(self) -> str:
+        """Changes where anything does that its numbers come from."""
+        parts: list[Any] = [__version__, asdict(self)]
+        for path in (self.path, self.study):
+            if path:
+                with suppress(OSError):  # one that is gone has its reason told when it is read
+                    stat = Path(path).stat()
+                    parts.append([stat.st_size, stat.st_mtime_ns])
+        return hashlib.sha256(json.dumps(parts).encode()).hexdigest()[:16]
+
+
+def items_of(source: Path, study: Path | None) -> list[Item]:
+    """Return the items of a folder, a list of paths, or a CSV table of changes to a study.
+
+    The study is that of a table, of scans, or of the joint that defines the regimes of records.
+    """
+    base = "" if study is None else str(study.resolve())
+    if source.is_dir():
+        paths = sorted(p for p in source.iterdir() if p.is_file() and not p.name.startswith("."))
+        items = [_of_file(path, base, path.name) for path in paths]
+    elif not source.exists():
+        raise InputError(f"{source}: no such file or folder")
+    else:
+        is_table = source.suffix.lower() == ".csv"
+        if is_table and not base:
+            raise InputError(f"`study` must be given: {source} is a table of changes to it")
+        with reading(source, "a list"):
+            rows: list[Any] = rows_of(source, None) if is_table else whole_text(source).splitlines()
+        if len(rows) > _MOST:
+            raise InputError(f"{source}: wanted at most {_MOST} items, got {len(rows)}")
+        if is_table:
+            items = list(_of_table(source, rows, base))
+        else:
+            lines = [row.strip() for row in rows if row.strip() and not row.startswith("#")]
+            items = [_of_file(source.parent / line, base, line) for line in lines]
+    if not items:
+        raise InputError(f"{source}: wanted studies, records or scans, got none")
+    name, count = Counter(item.name for item in items).most_common(1)[0]
+    if count > 1:
+        raise InputError(f"{source}: wanted each item once, got {name} twice")
+    return items
+
+
+def _of_file(path: Path, study: str, name: str) -> Item:
+    if path.suffix.lower() == STUDIES:
+        return Item(name, "predict", str(path.resolve()))
+    surface: Any = None
+    if study:
+        with suppress(ValueError):  # the study has its error told when it is run
+            surface = tables_of(text_of(Path(study))).get("surface")
+    work = "scan" if isinstance(surface, dict) and "scan" in surface else "measure"
+    return Item(name, work, str(path.resolve()), study)
+
+
+def _of_table(source: Path, rows: list[list[str]], study: str) -> Iterator[Item]:
+    keys = rows[0] if rows else []
+    for number, row in enumerate(rows[1:], start=1):
+        if not any(row):
+            continue
+        if len(row) != len(keys):
+            raise InputError(
+                f"{source}: wanted {len(keys)} columns, got {len(row)} in row {number}"
+            )
+        cells = dict(zip(keys, row, strict=True))
+        name = cells.pop("name", "") or f"{number:06d}"
+        yield Item(name, "predict", "", study, tuple(f"{k}={cell}" for k, cell in cells.items()))
+
+
+# -- one item --------------------------------------------------------------------------------------
+
+
+def run_item(item: Item) -> Outcome:
+    """Return the result of an item: rows of plain numbers, or the reason why there are none."""
+    begin = time.perf_counter()
+    try:
+        outcome = {"status": "done", "rows": json_value(_rows(item))}
+    except InputError as error:
+        outcome = {"status": "failed", "reason": one_line(str(error))}
+    except Exception as error:  # one item must not stop the others, whatever it meets
+        outcome = {"status": "failed", "reason": one_line(f"{type(error).__name__}: {error}")}
+    return {**_heading(item), **outcome, "seconds": round(time.perf_counter() - begin, 4)}
+
+
+def _heading(item: Item) -> Outcome:
+    return {"item": item.name, "mark": item.mark, "work": item.work}
+
+
+def _rows(item: Item) -> Any:
+    from microslip.laboratory import Record, measure
+    from microslip.study.build import build_joints
+    from microslip.study.description import StudyDescription
+    from microslip.study.runs.prediction import rows_of as rows_at_amplitudes
+
+    if item.work != "measure":
+        scan = (f"surface.scan={json.dumps(item.path)}",) * (item.work == "scan")
+        study = StudyDescription.load(item.study or item.path, (*item.changes, *scan))
+        return rows_at_amplitudes(study)
+    joint = build_joints(StudyDescription.load(item.study))[0] if item.study else None
+    means = measure(Record.read(item.path), model=joint).mean
+    return [{name: float(mean.value) for name, mean in means.items()}]
+
+
+# -- all items -------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Batch:
+    """Outcomes of all items of a batch, in the order of the items."""
+
+    outcomes: tuple[Outcome, ...]
+    computed: int
+    """Number of items computed in this run; the others existed already."""
+
+    @property
+    def done(self) -> list[Outcome]:
+        """Outcomes with numbers."""
+        return [outcome for outcome in self.outcomes if outcome["status"] == "done"]
+
+    @property
+    def failed(self) -> list[Outcome]:
+        """Outcomes without numbers."""
+        return [outcome for outcome in self.outcomes if outcome["status"] != "done"]
+
+
+def prepare(folder: Path) -> None:
+    """Make the folder of a batch, or check that it is one."""
+    if folder.exists() and not (folder / ITEMS).is_dir() and any(folder.iterdir()):
+        raise InputError(f"{folder}: exists and is no batch; name another folder with -o")
+    try:
+        (folder / ITEMS).mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be written: {reason(error)}") from None
+
+
+def earlier_outcomes(folder: Path, items: Sequence[Item]) -> dict[str, Outcome]:
+    """Return outcomes of an earlier run that still hold; items that failed are tried again."""
+    outcomes = {}
+    for item in items:
+        try:
+            outcome = json.loads((folder / ITEMS / item.file_name).read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            continue
+        if outcome.get("status") == "done" and _heading(item).items() <= outcome.items():
+            outcomes[item.name] = outcome
+    return outcomes
+
+
+def run(
+    items: Sequence[Item],
+    folder: Path,
+    workers: int = 1,
+    dask: str | None = None,
+    progress: Progress | None = None,
+) -> Batch:
+    """Run the items without an outcome, and save each outcome at once in a file of its own.
+
+    They run in processes of this machine, or on the Dask scheduler at an address.
+    """
+    prepare(folder)
+    outcomes = earlier_outcomes(folder, items)
+    remaining = [item for item in items if item.name not in outcomes]
+    report = progress or (lambda share: None)
+    if workers == 1 and dask is None:
+        work: Iterator[tuple[Item, Outcome]] = ((item, run_item(item)) for item in remaining)
+    else:
+        work = _in_parallel(remaining, lambda: _pool(workers, dask))
+    for count, (item, outcome) in enumerate(work, start=1):
+        with whole_file(folder / ITEMS / item.file_name, overwrite=True) as stage:
+            stage.write_text(json.dumps(outcome), encoding="utf-8")
+        outcomes[item.name] = outcome
+        report(count / len(remaining))
+    return Batch(tuple(outcomes[item.name] for item in items), len(remaining))
+
+
+@contextmanager
+def _pool(workers: int, dask: str | None) -> Iterator[tuple[Executor, int]]:
+    """Open an executor, and tell how many items it runs at once."""
+    if dask is None:
+        with ProcessPoolExecutor(workers) as pool:
+            yield pool, workers
+        return
+    with needed_for("`dask` needs", "dask"):
+        distributed: Any = import_module("distributed")
+    try:
+        client = distributed.Client(dask, timeout=DASK_PATIENCE)
+    except (OSError, ValueError, TimeoutError) as error:
+        message = f"`dask` must be the address of a scheduler: {one_line(str(error))}"
+        raise InputError(message) from None
+    with client:
+        several = len(client.scheduler_info().get("workers", {}))
+        yield client.get_executor(pure=False), max(1, several)
+
+
+def _in_parallel(
+    items: Sequence[Item], pool_of: Callable[[], AbstractContextManager[tuple[Executor, int]]]
+) -> Iterator[tuple[Item, Outcome]]:
+    """Run items in an executor; where a process dies, its items run again in a new one."""
+    waiting, tries = list(reversed(items)), dict.fromkeys(items, 0)
+    while waiting:
+        running: dict[Future[Outcome], Item] = {}
+        with pool_of() as (pool, workers):
+            try:
+                while waiting or running:
+                    while waiting and len(running) < _WINDOW * workers:
+                        item = waiting.pop()
+                        running[pool.submit(run_item, item)] = item
+                    for future in wait(running, return_when=FIRST_COMPLETED).done:
+                        try:
+                            outcome = future.result()
+                        except BrokenProcessPool:
+                            raise
+                        except Exception:  # Dask has given the item to several workers in turn
+                            outcome = _lost_worker(running[future])
+                        yield running.pop(future), outcome
+            except BrokenProcessPool:
+                for item in running.values():
+                    tries[item] += 1
+                    if tries[item] < _TRIES:
+                        waiting.append(item)
+                    else:
+                        yield item, _lost_worker(item)
+
+
+def _lost_worker(item: Item) -> Outcome:
+    cause = f"its worker died {_TRIES} times (out of memory, or killed)"
+    return {**_heading(item), "status": "failed", "reason": cause, "seconds": 0.0}

@@ -1,0 +1,367 @@
+"""A prediction: all numbers of a study, and how they are computed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from microslip._core.checks import Floats, Progress, whole_number
+from microslip._core.netcdf import Variable
+from microslip._core.quantities import QUANTITIES
+from microslip._core.units import engineering
+from microslip._core.wording import plural
+from microslip.friction import Interface
+from microslip.friction.input_slopes import input_slopes
+from microslip.friction.loops import Loop
+from microslip.study.build import at_middle, blame, build_joints, is_uncertain
+from microslip.study.description import StudyDescription
+from microslip.study.measured_face import MeasuredFace
+from microslip.study.runs.columns import (
+    AmplitudeCurve,
+    Columns,
+    HistoryResponse,
+    Limits,
+    blocks,
+)
+from microslip.study.runs.scatter import Scatter, scatter, with_amplitudes
+from microslip.study.runs.structure import run as run_structure
+from microslip.study.runs.structure_prediction import StructurePrediction
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Prediction:
+    """All numbers of a study, as :class:`microslip.Result` tells them."""
+
+    study: StudyDescription
+    joints: tuple[Interface, ...]
+    loops: tuple[tuple[Loop, ...], ...]
+    rows: tuple[AmplitudeCurve, ...]
+    curves: tuple[AmplitudeCurve, ...]
+    limits: tuple[Limits, ...]
+    histories: tuple[HistoryResponse, ...] = ()
+    structure: StructurePrediction | None = None
+    scatter: Scatter | None = None
+    summary: dict[str, Any] = field(default_factory=dict)
+    """Its document, once made: see :class:`microslip.Result`."""
+
+    def __repr__(self) -> str:
+        parts = [
+            *([repr(self.study.title)] if self.study.title else []),
+            plural(len(self.joints), "load"),
+            plural(len(self.rows[0].amplitude), "amplitude"),
+            f"curves of {len(self.curves[0].amplitude)} points",
+            *(f"history of {plural(len(h.force), 'sample')}" for h in self.histories[:1]),
+            *(["scatter"] if self.scatter is not None else []),
+            *(["structure"] if self.structure is not None else []),
+        ]
+        return f"Result({', '.join(parts)})"
+
+
+MEANINGS = {
+    "history_dissipated_energy": "energy dissipated since rest",
+}
+"""Meanings that differ from that of the quantity by itself."""
+
+
+def variables(result: Prediction) -> dict[str, Variable]:
+    """All numbers by their names, the verdicts left out."""
+    driven = "amplitude" if result.study.excitation.force_amplitudes is None else "force_amplitude"
+    arrays = {
+        **_scalars(result),
+        **_samples(result, driven),
+        **_columns(result.rows, "", driven, leave_out=driven),
+        **_columns(result.curves, "curve_", "point", leave_out="amplitude"),
+    }
+    if result.histories:
+        arrays |= _columns(result.histories, "history_", "history_sample")
+    return arrays
+
+
+def labelled(dims: tuple[str, ...], values: Floats, name: str, meaning: str = "") -> Variable:
+    """Values with the unit and the meaning of a quantity, or with a meaning of their own."""
+    about = QUANTITIES[name].attributes
+    return Variable(dims, values, {**about, "long_name": meaning} if meaning else about)
+
+
+def _scalars(result: Prediction) -> dict[str, Variable]:
+    """Numbers of each joint, without those that none has."""
+    rows = [
+        {**scalars(result.study, joint), **asdict(limits)}
+        for joint, limits in zip(result.joints, result.limits, strict=True)
+    ]
+    variables = {
+        name: labelled(("load",), np.array([row[name] for row in rows], dtype=float), name)
+        for name in rows[0]
+        if any(row[name] is not None for row in rows)
+    }
+    scale = variables["slip_scale"]
+    comment = {"comment": result.joints[0]._slip_scale[1]}
+    variables["slip_scale"] = scale._replace(attributes={**scale.attributes, **comment})
+    return variables
+
+
+def scalars(study: StudyDescription, joint: Interface) -> dict[str, float | None]:
+    """Numbers that belong to a joint at rest; None for what is not known."""
+    contact = getattr(joint, "contact_area", None)
+    area = None if study.surface is None else study.surface.apparent_area
+    return {
+        "separation": getattr(joint, "separation", None),
+        "standardised_separation": getattr(joint, "standardised_separation", None),
+        "contact_count": getattr(joint, "contact_count", None),
+        "contact_area": contact,
+        "contact_area_fraction": contact / area if contact is not None and area else None,
+        "mean_contact_pressure": joint.normal_load / contact if contact else None,
+        "normal_stiffness": getattr(joint, "normal_stiffness", None),
+        "tangential_stiffness": joint.tangential_stiffness,
+        "force_limit": joint.force_limit,
+        "slip_per_indentation": getattr(joint, "slip_per_indentation", None),
+        "slip_scale": joint._slip_scale[0],
+    }
+
+
+def _samples(result: Prediction, driven: str) -> dict[str, Variable]:
+    names = {"displacement": "displacement", "force": "force"}
+    variables = {}
+    for name, attribute in names.items():
+        values = np.array([[getattr(loop, attribute) for loop in loops] for loops in result.loops])
+        variables[name] = labelled(("load", driven, "sample"), values, name)
+    return variables
+
+
+def _columns(
+    tables: Sequence[Columns], prefix: str, dim: str, leave_out: str = ""
+) -> dict[str, Variable]:
+    """Columns of one table for each load, by their names."""
+    return {
+        prefix + name: labelled(
+            ("load", dim),
+            _stacked([table.columns()[name] for table in tables]),
+            name,
+            MEANINGS.get(prefix + name, ""),
+        )
+        for name in tables[0].columns()
+        if name != leave_out
+    }
+
+
+def _stacked(arrays: Sequence[Floats]) -> Floats:
+    # One long array is not copied.
+    return arrays[0][np.newaxis] if len(arrays) == 1 else np.stack(arrays)
+
+
+# -- sensitivities of the answers of each joint to its inputs --------------------------------------
+
+
+def leading_inputs(study: StudyDescription, joint: Any) -> dict[str, Any] | None:
+    """Slopes of stiffness and loss factor over all inputs; None of a law without a surface."""
+    if not isinstance(joint, Interface):
+        return None
+    amplitudes = study.excitation.amplitudes
+    amplitude = joint._slip_scale[0]
+    if amplitudes:
+        amplitude = math.exp(math.fsum(map(math.log, amplitudes)) / len(amplitudes))
+    slopes = input_slopes(joint, amplitude)
+    return {
+        "amplitude": amplitude,
+        **{
+            name: dict(sorted(slopes_of_answer.items(), key=lambda pair: -abs(pair[1])))
+            for name, slopes_of_answer in slopes.items()
+        },
+    }
+
+
+DEFAULT_AMPLITUDES = (0.1, 0.3, 1.0, 10.0)
+DEFAULT_RANGE = (1e-3, 1e2)
+"""Range of the curves over the slip scale, as the amplitudes above."""
+
+
+@dataclass(frozen=True)
+class Defaults:
+    """Amplitudes that the study leaves open, and the slip scale [m] they are taken from."""
+
+    scale: float
+    amplitudes: bool
+    curve: bool
+
+    @classmethod
+    def of(cls, study: StudyDescription, joints: Sequence[Interface]) -> Defaults:
+        """From the largest slip scale, to two digits."""
+        excitation, scale = study.excitation, max(joint._slip_scale[0] for joint in joints)
+        is_open = excitation.amplitudes is None and excitation.force_amplitudes is None
+        return cls(float(f"{scale:.1e}"), is_open, excitation.curve is None)
+
+    def notes(self) -> list[str]:
+        """Assumptions made, in sentences."""
+        scale = engineering(self.scale, "m", trim=True)
+        of = f"times the slip scale, {scale} when rounded to two digits"
+        notes = []
+        if self.amplitudes:
+            factors = ", ".join(f"{factor:g}" for factor in DEFAULT_AMPLITUDES)
+            notes.append(f"excitation.amplitudes is not given: {factors} {of}.")
+        if self.curve:
+            low, high = DEFAULT_RANGE
+            notes.append(f"excitation.curve is not given: {low:g} to {high:g} {of}.")
+        return notes
+
+
+DEFAULT_POINTS = 200
+MOST_WORKERS = 256
+_STRUCTURE = 0.95  # share of a run that a structure takes
+
+
+def run(
+    study: StudyDescription, progress: Progress | None = None, workers: int = 1
+) -> tuple[Prediction, Defaults]:
+    """Compute a study, and say what it left open; see :meth:`microslip.Study.run`."""
+    whole_number("workers", workers, 1, MOST_WORKERS)
+    if study.structure is not None:
+        structure = run_structure(study, _part(progress, 0, 1, 0.0, _STRUCTURE))
+        result, defaults = _computed(study, _part(progress, 0, 1, _STRUCTURE, 1.0))
+        result = replace(result, structure=structure)
+    elif is_uncertain(study):
+        result, defaults = _scattered(study, progress, workers)
+    else:
+        result, defaults = _computed(study, progress)
+    return result, defaults
+
+
+def _scattered(
+    study: StudyDescription, progress: Progress | None, workers: int
+) -> tuple[Prediction, Defaults]:
+    """The study at its middle, and the bands about it."""
+    begin = _solving(study)
+    result, defaults = _computed(at_middle(study), _part(progress, 0, 1, 0.0, begin))
+    first = result.rows[0]
+    fixed_study = with_amplitudes(study, first.amplitude, result.curves[0].amplitude)
+    bands = scatter(
+        fixed_study, variables(result), _variables, workers, _part(progress, 0, 1, begin, 1.0)
+    )
+    return replace(result, study=study, scatter=bands), defaults
+
+
+def _variables(study: StudyDescription) -> dict[str, Variable]:
+    """All numbers of a study without anything uncertain, by their names in result.nc."""
+    return variables(_computed(study)[0])
+
+
+def rows_of(study: StudyDescription) -> list[dict[str, float]]:
+    """Results of a study at the amplitudes of its loops only, a row a load and loop."""
+    study = at_middle(study)
+    joints = build_joints(study)
+    amplitudes = _amplitudes(study, Defaults.of(study, joints))
+    rows = []
+    for joint in joints:
+        at_rest = {
+            "normal_load": getattr(joint, "normal_load", math.nan),
+            "tangential_stiffness": joint.tangential_stiffness,
+            "force_limit": joint.force_limit,
+        }
+        columns = _row(study, joint, amplitudes).columns()
+        for numbers in zip(*(column.tolist() for column in columns.values()), strict=True):
+            rows.append({**at_rest, **dict(zip(columns, numbers, strict=True))})
+    return rows
+
+
+def _computed(
+    study: StudyDescription, progress: Progress | None = None
+) -> tuple[Prediction, Defaults]:
+    """All but the structure and the summary."""
+    begin = _solving(study)
+    joints = build_joints(study, _part(progress, 0, 1, 0.0, begin))
+    progress = _part(progress, 0, 1, begin, 1.0)
+    defaults = Defaults.of(study, joints)
+    amplitudes, grid = _amplitudes(study, defaults), _grid(study, defaults)
+    history = study.excitation.history
+    record = None if history is None else history.values
+    loops: list[tuple[Loop, ...]] = []
+    rows, curves, limits = [], [], []
+    histories = []
+    for index, joint in enumerate(joints):
+        steps = partial(_part, progress, index, len(joints))
+        row = _row(study, joint, amplitudes)
+        rows.append(row)
+        loops.append(_loops(study, joint, row, steps(0.0, 0.1)))
+        with blame(study, "excitation.curve"):
+            curves.append(AmplitudeCurve.of(joint, grid, steps(0.1, 0.7)))
+        if history is not None and record is not None:
+            with blame(study, "excitation.history"):
+                histories.append(HistoryResponse.of(joint, record, history.quantity))
+        limits.append(_limits(joint, joint._slip_scale[0]))
+        steps(0.0, 1.0)(1.0)
+    result = Prediction(
+        study=study,
+        joints=tuple(joints),
+        loops=tuple(loops),
+        rows=tuple(rows),
+        curves=tuple(curves),
+        limits=tuple(limits),
+        histories=tuple(histories),
+    )
+    return result, defaults
+
+
+def _solving(study: StudyDescription) -> float:
+    """Share of a run until its surface is known: long of a face that is solved point by point."""
+    return 0.8 if isinstance(study.surface, MeasuredFace) else 0.0
+
+
+def _part(progress: Progress | None, index: int, count: int, begin: float, end: float) -> Progress:
+    """Progress of a part that takes one of so many loads from one share to another."""
+    report = progress or (lambda share: None)
+    return lambda share: report((index + begin + (end - begin) * share) / count)
+
+
+def _row(study: StudyDescription, joint: Interface, amplitudes: Floats) -> AmplitudeCurve:
+    if study.excitation.force_amplitudes is None:
+        with blame(study, "excitation.amplitudes"):
+            return AmplitudeCurve.of(joint, amplitudes)
+    with blame(study, "excitation.force_amplitudes"):
+        return AmplitudeCurve.of_forces(joint, amplitudes)
+
+
+def _loops(
+    study: StudyDescription, joint: Interface, row: AmplitudeCurve, progress: Progress
+) -> tuple[Loop, ...]:
+    """Return the loops of one joint."""
+    loops: list[Loop] = []
+    with blame(study, "excitation.amplitudes"):
+        for piece in blocks(row.amplitude.size, progress):
+            loops += [joint.loop(a) for a in row.amplitude[piece].tolist()]
+    return tuple(loops)
+
+
+def _amplitudes(study: StudyDescription, defaults: Defaults) -> Floats:
+    """Displacement amplitudes of the loops [m]; force amplitudes [N] where the study gives them."""
+    amplitudes = study.excitation.amplitudes or study.excitation.force_amplitudes
+    if amplitudes is not None:
+        return np.array(amplitudes)
+    return np.array([float(f"{factor * defaults.scale:.3g}") for factor in DEFAULT_AMPLITUDES])
+
+
+def _grid(study: StudyDescription, defaults: Defaults) -> Floats:
+    if (curve := study.excitation.curve) is not None:
+        return np.geomspace(curve.start, curve.to, curve.points)
+    low, high = (float(f"{factor * defaults.scale:.3g}") for factor in DEFAULT_RANGE)
+    return np.geomspace(low, high, DEFAULT_POINTS)
+
+
+def _limits(joint: Interface, scale: float) -> Limits:
+    """Asymptotes of the dissipated energy, from the energy far out on either side."""
+    cubic = linear = None
+    small = 1e-9 * scale
+    # Once all slides the energy is on its asymptote, so its offset is read off exactly.
+    large = 100.0 * max(scale, joint.force_limit / joint.tangential_stiffness)
+    # Only a law whose second derivative is finite at rest has the cubic limit.
+    if small**3 > 1e-280 and abs(float(joint.dissipation_exponent(small)) - 3.0) < 1e-3:
+        cubic = float(joint.dissipated_energy(small)) / small**3
+    if float(joint.backbone(large)) >= (1.0 - 1e-12) * joint.force_limit:
+        linear = large - float(joint.dissipated_energy(large)) / (4.0 * joint.force_limit)
+    return Limits(
+        cubic_coefficient=cubic if cubic and math.isfinite(cubic) else None,
+        linear_offset=linear,
+    )

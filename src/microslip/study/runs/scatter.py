@@ -1,0 +1,244 @@
+"""A study over its uncertain inputs: points, runs, quantiles and their errors, contributions."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from microslip._core.checks import Floats, Progress
+from microslip._core.errors import InputError, StudyError
+from microslip._core.netcdf import Variable
+from microslip.friction.sweeps.quantiles import intervals, ranking
+from microslip.study.build import Design, Input
+from microslip.study.description import StudyDescription
+from microslip.study.runs.columns import AmplitudeCurve
+from microslip.study.schema import GROUPS, Curve
+
+Variables = Mapping[str, Variable]
+Compute = Callable[[StudyDescription], Variables]
+RANKED = ("loss_factor", "dissipated_energy", "secant_stiffness")
+"""Results at the amplitudes of the loops that are ranked by what decides them."""
+
+_FAR = 1.6448536269514722  # score of the 95 % quantile
+_LARGEST = 60_000_000  # numbers of one variable over all samples
+
+
+@dataclass(frozen=True)
+class Decision:
+    """Contributions to the scatter at one load and amplitude."""
+
+    name: str  # the result
+    load: int  # index of the load
+    amplitude: int  # index of the amplitude
+    scatter: float  # standard deviation of its logarithm over the samples [-]
+    delta: float  # the same by the delta method, from slopes at the middle
+    shares: Floats  # of each input in the variance, by a regression on the normal scores
+    explained: float  # share of the variance that the regression explains
+    low: Floats  # the result with one input at its 5 % and the others at their medians
+    high: Floats  # the same at its 95 %
+    first: Floats | None = None  # Sobol' indices, where asked for
+    total: Floats | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Scatter:
+    """Bands of all results of a study, and what decides them."""
+
+    inputs: tuple[Input, ...]  # what is uncertain
+    samples: int  # runs
+    quantiles: Floats  # shares that lie below
+    bands: Variables  # quantiles of the variables of result.nc, along a first dimension
+    intervals: Mapping[str, Floats]  # low and high ends of those of the rows and joints at rest
+    decisions: tuple[Decision, ...]  # for each of the ranked results, load and amplitude
+    notes: tuple[str, ...]
+
+    def curve(self, quantile: int, load: int, amplitude: Floats) -> AmplitudeCurve:
+        """The quantiles of one load over the range of the curves, column by column."""
+        columns: dict[str, Any] = {}
+        for name in AmplitudeCurve.__dataclass_fields__:
+            band = self.bands.get(f"curve_{name}")
+            columns[name] = None if band is None else band.values[quantile, load].copy()
+        return AmplitudeCurve(**{**columns, "amplitude": amplitude.copy()})
+
+    def decision(self, name: str, load: int, amplitude: int) -> Decision:
+        """Contributions to one result."""
+        return next(
+            d for d in self.decisions if (d.name, d.load, d.amplitude) == (name, load, amplitude)
+        )
+
+
+def with_amplitudes(study: StudyDescription, amplitudes: Floats, grid: Floats) -> StudyDescription:
+    """The same study with the amplitudes that its middle has, for all samples."""
+    excitation = study.excitation
+    changes: dict[str, Any] = {}
+    if excitation.amplitudes is None and excitation.force_amplitudes is None:
+        changes["amplitudes"] = tuple(amplitudes.tolist())
+    if excitation.curve is None:
+        changes["curve"] = Curve.of(start=float(grid[0]), to=float(grid[-1]), points=grid.size)
+    return study.copy(excitation=excitation.copy(**changes), structure=None)
+
+
+_worker: tuple[Design, Compute]
+
+
+def _start(design: Design, compute: Compute) -> None:
+    global _worker
+    _worker = design, compute
+
+
+def _run(scores: Floats) -> dict[str, Floats] | str:
+    """Arrays of a sample, or why there are none."""
+    design, compute = _worker
+    try:
+        arrays = compute(design.at(scores))
+    except InputError as error:
+        return str(error).removeprefix(f"{design.study.name}: ")
+    return {name: variable.values for name, variable in arrays.items()}
+
+
+def _results(
+    design: Design, compute: Compute, scores: Floats, workers: int, progress: Progress
+) -> Iterator[dict[str, Floats]]:
+    """The samples in their order, whoever has computed them."""
+
+    def answered(samples: Iterator[dict[str, Floats] | str]) -> Iterator[dict[str, Floats]]:
+        for index, sample in enumerate(samples):
+            if isinstance(sample, str):
+                raise StudyError(
+                    f"{design.study.name}: uncertainty: sample {index + 1} of {len(scores)} cannot "
+                    f"be computed: {sample}"
+                )
+            progress((index + 1) / len(scores))
+            yield sample
+
+    if workers == 1:
+        _start(design, compute)
+        yield from answered(map(_run, scores))
+        return
+    from concurrent.futures import ProcessPoolExecutor
+
+    with ProcessPoolExecutor(workers, initializer=_start, initargs=(design, compute)) as pool:
+        yield from answered(iter(pool.map(_run, scores, chunksize=8)))
+
+
+def scatter(
+    study: StudyDescription,
+    nominal: Variables,
+    compute: Compute,
+    workers: int = 1,
+    progress: Progress | None = None,
+) -> Scatter:
+    """Run a study over its uncertain numbers; any number of workers gives the same.
+
+    Its amplitudes are fixed; ``nominal`` is what it gives at its middle, and ``compute`` gives that
+    of a study without anything uncertain.
+    """
+    report = progress or (lambda share: None)
+    design = Design(study)
+    points = design.points()
+    groups, size, inputs = points.shape
+    scores = design.scores(points.reshape(-1, inputs))
+    # Beside the samples, each input by itself: far out for the tornado, near for slopes.
+    far, (near, _) = np.full(inputs, _FAR), design.near()
+    alone = np.concatenate([np.diag(reach) for reach in (-far, far, -near, near)])
+    all_scores = np.concatenate([scores, alone])
+    count = groups * size
+    names, left_out = _with_bands(nominal, count)
+    stacks = {name: np.empty((len(all_scores), *nominal[name].values.shape)) for name in names}
+    for index, sample in enumerate(_results(design, compute, all_scores, workers, report)):
+        for name, stack in stacks.items():
+            stack[index] = sample[name]
+    quantiles = np.array(design.part.quantiles)
+    bands, ends = {}, {}
+    for name, stack in stacks.items():
+        variable = nominal[name]
+        values = np.quantile(stack[:count], quantiles, axis=0)
+        bands[name] = Variable(("quantile", *variable.dims), values, variable.attributes)
+        if "point" not in variable.dims and not variable.dims[-1].endswith("sample"):
+            by_group = stack[:count].reshape(groups, size, *variable.values.shape)
+            ends[name] = intervals(by_group, design.part.quantiles)
+    decisions = _decisions(design, stacks, scores, count)
+    if design.part.indices:
+        decisions = _with_indices(design, compute, decisions, workers)
+    return Scatter(
+        tuple(design.inputs), count, quantiles, bands, ends, decisions, _notes(design, left_out)
+    )
+
+
+def _with_bands(nominal: Variables, count: int) -> tuple[list[str], list[str]]:
+    """Variables that get bands, and those that are too large."""
+    numbers = [
+        name
+        for name, variable in nominal.items()
+        if variable.values.dtype.kind == "f" and not name.startswith("validity")
+    ]
+    large = [name for name in numbers if nominal[name].values.size * count > _LARGEST]
+    return [name for name in numbers if name not in large], large
+
+
+def _decisions(
+    design: Design, stacks: Mapping[str, Floats], scores: Floats, count: int
+) -> tuple[Decision, ...]:
+    _, ratios = design.near()
+    decisions = []
+    for name in RANKED:
+        stack = stacks[name]
+        for load in range(stack.shape[1]):
+            for amplitude in range(stack.shape[2]):
+                values = stack[:, load, amplitude]
+                with np.errstate(divide="ignore", invalid="ignore"):
+                    logs = np.log(values)
+                low, high, before, after = logs[count:].reshape(4, -1)
+                slopes = (after - before) * ratios
+                delta = math.sqrt(max(float(slopes @ design.correlation @ slopes), 0.0))
+                shares, explained = ranking(scores, logs[:count])
+                decisions.append(
+                    Decision(
+                        name, load, amplitude, float(logs[:count].std()), delta, shares, explained,
+                        np.exp(low), np.exp(high),
+                    )
+                )  # fmt: skip
+    return tuple(decisions)
+
+
+def _with_indices(
+    design: Design, compute: Compute, decisions: Sequence[Decision], workers: int
+) -> tuple[Decision, ...]:
+    """Sobol' indices of the logarithms, from samples of their own (Saltelli's)."""
+    from scipy.stats import sobol_indices, uniform
+
+    inputs = len(design.inputs)
+    count = 2 ** max(4, math.ceil(math.log2(design.part.samples / 4)))
+
+    def logs(points: Floats) -> Floats:
+        scores = design.scores(points.T)
+        rows = []
+        for sample in _results(design, compute, scores, workers, lambda share: None):
+            rows.append([float(sample[d.name][d.load, d.amplitude]) for d in decisions])
+        return np.asarray(np.log(np.array(rows).T))
+
+    rng = np.random.default_rng([design.part.seed, GROUPS])
+    indices = sobol_indices(func=logs, n=count, dists=[uniform()] * inputs, rng=rng)
+    return tuple(
+        replace(decision, first=first, total=total)
+        for decision, first, total in zip(
+            decisions, indices.first_order, indices.total_order, strict=True
+        )
+    )
+
+
+def _notes(design: Design, left_out: Sequence[str]) -> tuple[str, ...]:
+    notes = [
+        f"{spread_key}: normal, cut off at zero; {spread.written}."
+        for spread_key, spread in design.spreads.items()
+        if spread.normal
+    ]
+    if design.part.correlations:
+        notes.append("Inputs correlate: their shares in the scatter cannot be separated.")
+    if left_out:
+        notes.append(f"Too many quantities for bands: {', '.join(left_out)}.")
+    return tuple(notes)

@@ -1,0 +1,407 @@
+"""From the structure of a study to its modes, and their bands on one reduced model."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from pathlib import Path
+
+import numpy as np
+
+from microslip._core.checks import Floats, Progress
+from microslip._core.errors import InputError
+from microslip.contact import NormalLaw
+from microslip.friction.sweeps.quantiles import quantiles, ranking
+from microslip.structures import (
+    Convergence,
+    ModalCurve,
+    ModalIdentification,
+    ModalTest,
+    Preload,
+    ReducedJoint,
+    identify_modal,
+)
+from microslip.structures.periodic_motion import moving_modes
+from microslip.structures.reduction_convergence import refined
+from microslip.study.build import Design, at_middle, blame, build_surface, is_uncertain
+from microslip.study.description import StudyDescription
+from microslip.study.measured_face import MeasuredFace
+from microslip.study.runs.structure_prediction import (
+    SHARES,
+    Bands,
+    Mode,
+    Sampled,
+    StructurePrediction,
+    TightMode,
+)
+from microslip.study.runs.structure_responses import (
+    forced_modes,
+    frequency_responses,
+    gain_of,
+)
+from microslip.study.structure import StructurePart
+from microslip.study.uncertain import Spread, value_at
+from microslip.study.vibration import MeasuredPart
+
+_NAMES = {
+    "surface.stiffness_factor": "factor on the normal stiffness",
+    "joint.friction_coefficient": "friction coefficient",
+    "structure.bolts.tension": "bolt tension",
+    "structure.bolts.torque": "bolt torque",
+    "structure.bolts.embedding": "embedding of the bolts",
+    "structure.form.factor": "factor on the form",
+    "structure.base_damping_ratio": "base damping ratio",
+}
+_OF_LAWS = ("bolts.tension", "bolts.torque", "bolts.nut_factor", "bolts.thread_friction",
+            "bolts.bearing_friction", "bolts.embedding", "bolts.rz", "bolts.clamp_length",
+            "form.factor", "base_damping_ratio")  # fmt: skip
+"""Keys of a structure that leave its reduced model as it is."""
+_SIDES = ["structure.lap", "structure.width"]
+BASE = "structure.base_damping_ratio"
+_CANDIDATES = 12  # modes among which one with all bolts tight is looked for
+_DENSE = 16_384  # points at which bands interpolate between the samples
+
+
+def run(study: StudyDescription, progress: Progress | None = None) -> StructurePrediction:
+    """Reduce the structure of a study once, tighten it, and follow its modes with their bands."""
+    tell = progress or (lambda share: None)
+    design = Design(study) if is_uncertain(study) else None
+    middle = at_middle(study)
+    part = middle.bolted
+    if isinstance(middle.surface, MeasuredFace):
+        build_surface(middle, lambda share: tell(0.1 * share))  # kept: the same face is solved once
+    joint = refined_model(middle, lambda share: tell(0.1 + 0.1 * share))
+    tell(0.2)
+    with blame(study, "structure"):
+        formed, state = tightened(middle, joint)
+    convergence = None
+    if part.converge:
+        with blame(study, "structure.converge"):
+            convergence = _converged(middle, joint, state, lambda share: tell(0.2 + 0.3 * share))
+            joint = convergence.joint
+            formed, state = tightened(middle, joint)
+    with blame(study, "structure.sensor"):
+        _check_sensor(part.modes, moving_modes(joint.sensor("sensor"), state.model.shapes))
+    with blame(study, "structure"):
+        curves = [_solved(part, joint, state, number) for number in part.modes]
+    tell(0.5)
+    samples: list[Sampled | None] = [None] * len(part.modes)
+    inputs: tuple[tuple[str, str], ...] = ()
+    if design is not None:
+        inputs = tuple((_NAMES.get(entry.key, entry.key), entry.written) for entry in design.inputs)
+        samples = _samples(design, middle, joint, curves, lambda s: tell(0.5 + 0.5 * s))
+    names = tuple(name for name, _ in inputs)
+    modes = tuple(
+        Mode(
+            number,
+            curve,
+            _bands(samples[index], part, names, convergence),
+            forced_modes(part, joint, curve, samples[index]),
+        )
+        for index, (number, curve) in enumerate(zip(part.modes, curves, strict=True))
+    )
+    identified = None
+    tests = _tests(part.measured, modes)
+    if part.fitted:
+        with blame(study, "structure.measured.fit"):
+            identified = _identified(middle, joint, tests)
+    tight = _all_tight(middle, formed, state)
+    return StructurePrediction(
+        part, formed, state, modes, inputs, identified, tests, convergence, tight,
+        frequency_responses(part, joint, state, modes),
+    )  # fmt: skip
+
+
+def _all_tight(
+    study: StudyDescription, joint: ReducedJoint, state: Preload
+) -> tuple[TightMode, ...]:
+    """Beside each mode of a structure with slack bolts the one that it is with all of them tight.
+
+    Of the modes of both those are the same whose shapes are most alike where the outside of the
+    tight structure is.
+    """
+    from scipy.spatial import cKDTree
+
+    slack = study.bolted
+    if not slack.bolts.slack:
+        return ()
+    part = slack.copy(bolts=slack.bolts.copy(slack=()))
+    study = study.copy(structure=part)
+    other, rest = tightened(study, _reduced(study, joint.layout if part.patches is None else None))
+    there, here = other.surface, joint.surface
+    _, nearest = cKDTree(here.points).query(there.points)
+    shapes = np.tensordot(there.motion, rest.model.shapes[:, :_CANDIDATES], 1).reshape(
+        3 * len(there.points), -1
+    )
+    result = []
+    for number in part.modes:
+        shape = np.tensordot(here.motion[nearest], state.model.shapes[:, number - 1], 1).ravel()
+        overlap = (shape @ shapes) ** 2 / ((shape @ shape) * (shapes**2).sum(axis=0))
+        alike = int(np.argmax(overlap))
+        curve = _solved(part, other, rest, alike + 1)
+        result.append(TightMode(number, alike + 1, float(overlap[alike]), curve))
+    return tuple(result)
+
+
+def _reduced(study: StudyDescription, patches: Floats | None = None) -> ReducedJoint:
+    """The reduced model of a study without anything uncertain; its patches unless given."""
+    part = study.bolted
+    reduction = part.reduction if patches is None else part.reduction | {"patches": patches}
+    with blame(study, "structure"):
+        return part.reducer().reduce(**reduction)
+
+
+def refined_model(study: StudyDescription, progress: Progress | None = None) -> ReducedJoint:
+    """The same; without given patches those are halved where the first mode loses most."""
+    part = study.bolted
+    if part.patches is not None or part.converge:
+        return _reduced(study)
+    with blame(study, "structure"):
+        return refined(
+            part.reducer(),
+            part.least_patch,
+            build_surface(study),
+            study.joint.friction_coefficient,
+            part.modes[0] - 1,
+            part.amplitudes[-1:],
+            quantity=part.quantity,
+            reduction={**part.reduction, "form": part.gaps},
+            progress=progress,
+        )
+
+
+def _converged(
+    study: StudyDescription, joint: ReducedJoint, state: Preload, progress: Progress
+) -> Convergence:
+    """The model refined for the first mode, from the least to the largest amplitude."""
+    part = study.bolted
+    curve = _solved(part, joint, state, part.modes[0])
+    reached = curve.modal_amplitude[curve.converged]
+    return part.convergence(
+        build_surface(study),
+        float(study.joint.friction_coefficient),
+        np.unique(reached[[0, reached.size // 2, -1]]),
+        progress,
+    )
+
+
+def _check_sensor(numbers: tuple[int, ...], moving: list[int]) -> None:
+    """The sensor must not lie in a node of a mode whose amplitudes it is to tell."""
+    for number in numbers:
+        if number - 1 not in moving:
+            listed = ", ".join(str(i + 1) for i in moving[:6])
+            raise InputError(
+                f"mode {number} does not move there in that direction (modes {listed} do); leave "
+                "it out of structure.modes, or put the sensor elsewhere"
+            )
+
+
+def _tests(measured: tuple[MeasuredPart, ...], modes: tuple[Mode, ...]) -> tuple[ModalTest, ...]:
+    """The tests of a study; of the mode that it says, or whose frequency is nearest."""
+    tests = []
+    for test in measured:
+        amplitude, frequency, damping = test.table.T
+        number = test.mode
+        if number is None:
+            middle = float(np.exp(np.log(frequency).mean()))
+            near = min(modes, key=lambda m: abs(math.log(m.curve.linear_frequency / middle)))
+            number = near.number
+        tests.append(
+            ModalTest(
+                amplitude,
+                frequency,
+                damping,
+                mode=number - 1,
+                frequency_error=test.frequency_error,
+                damping_error=test.damping_error,
+                name=Path(test.file).name,
+                motion=test.measured_motion,
+            )
+        )
+    return tuple(tests)
+
+
+def _identified(
+    study: StudyDescription,
+    joint: ReducedJoint,
+    tests: tuple[ModalTest, ...],
+) -> ModalIdentification:
+    """Identification of the joint by tests, from the values of the study on."""
+    part = study.bolted
+    body = study.surface.materials[0]
+
+    def surface(modulus: float) -> NormalLaw:
+        """Surface of so much stiffer bodies; the modulus of a study is of bodies and faces."""
+        given = study.material[body]
+        scaled = given.copy(young_modulus=modulus * given.young_modulus)
+        return build_surface(study.copy(material={**study.material, body: scaled}))
+
+    return identify_modal(
+        joint,
+        surface,
+        tests,
+        part.fitted,
+        friction_coefficient=float(study.joint.friction_coefficient),
+        form=1.0 if part.form is None else float(part.form.factor),
+        base_damping_ratio=part.base_damping_ratio,
+        form_table=None if part.form is None else part.form.table,
+    )
+
+
+def tightened(study: StudyDescription, joint: ReducedJoint) -> tuple[ReducedJoint, Preload]:
+    """The joint with the form and the tension of a study, and its state under them."""
+    part = study.bolted
+    if part.form is not None:
+        joint = joint.with_form(part.form.table, part.form.factor)
+    joint = joint.with_tension(part.tension)
+    return joint, joint.tightened(build_surface(study), study.joint.friction_coefficient)
+
+
+def _curve(part: StructurePart, joint: ReducedJoint, state: Preload, number: int) -> ModalCurve:
+    """A mode along the amplitudes of a study."""
+    return state.modes(
+        number - 1,
+        part.amplitudes,
+        at=joint.sensor("sensor"),
+        quantity=part.quantity,  # type: ignore[arg-type]
+        damping_ratio=part.base_damping_ratio,
+        harmonics=part.harmonics,
+    )
+
+
+def _solved(part: StructurePart, joint: ReducedJoint, state: Preload, number: int) -> ModalCurve:
+    curve = _curve(part, joint, state, number)
+    if not curve.converged.any():
+        raise InputError(f"mode {number} has no solution: {curve.message}")
+    return curve
+
+
+def _samples(
+    design: Design,
+    middle: StudyDescription,
+    joint: ReducedJoint,
+    curves: list[ModalCurve],
+    progress: Progress,
+) -> list[Sampled | None]:
+    """The curves of each mode over Sobol' points; the model anew where its drawing scatters.
+
+    Of the modulus and the mass density of a drawing the reduced model is a multiple, and base
+    damping is added: those need neither a mesh nor, the latter, a balance.
+    """
+    study = design.study
+    part = study.bolted
+    scaled, anew = scaling_keys(study), bool(keys_of_model(study, design.changed_keys))
+    scores = design.scores(design.points(part.samples, 1)[0])
+    dense = design.scores(np.concatenate(design.points(_DENSE)))
+    base = _base_damping(design, part, scores), _base_damping(design, part, dense)
+
+    def numbers(curve: ModalCurve, model: ReducedJoint) -> Floats:
+        gain = 1.0 if part.force is None else gain_of(curve, model)
+        return np.array([
+            curve.frequency, curve.damping_ratio - curve.base_damping,
+            gain * np.ones(curve.amplitude.size),
+        ])  # fmt: skip
+
+    # Where base damping alone is not known the curve is the same for all.
+    at_middle = np.array([numbers(curve, joint) for curve in curves])
+    samples = np.repeat(at_middle[:, :, None], len(scores), axis=2)
+    for row, place in enumerate(scores if design.changed_keys != {BASE} else ()):
+        sample = design.at(place)
+        sample_part = sample.bolted
+        with blame(study, "structure"):
+            if anew:
+                sides = [] if part.mesh else _SIDES
+                lap, width = scales(middle, sample, sides) or (1.0, 1.0)
+                model = _reduced(sample, joint.layout * [1.0, lap, lap, width, width])
+            else:
+                model = joint.scaled(*scales(middle, sample, scaled))
+            _, state = tightened(sample, model)
+            for index, number in enumerate(sample_part.modes):
+                curve = _curve(sample_part, model, state, number)
+                samples[index, :, row] = numbers(curve, model)
+        progress((row + 1) / len(scores))
+    return [Sampled(scores, dense, f, zeta, gain, base) for f, zeta, gain in samples]
+
+
+def scaling_keys(study: StudyDescription) -> list[str]:
+    """Keys of which the reduced model is a multiple: a stiffness, and a mass."""
+    if study.bolted.mesh:
+        return []
+    return [f"material.{study.surface.materials[0]}.young_modulus", "structure.density"]
+
+
+def keys_of_model(study: StudyDescription, keys: Iterable[str]) -> list[str]:
+    """Keys whose values the reduced model has been made for, in their order."""
+    part = study.bolted
+    body = f"material.{study.surface.materials[0]}."
+    scaled = scaling_keys(study)
+    return sorted(
+        key
+        for key in keys
+        if key.startswith(("material." if part.mesh else body, "structure."))
+        and not key.endswith(".hardness")
+        and key.removeprefix("structure.") not in _OF_LAWS
+        and key not in scaled
+    )
+
+
+def scales(middle: StudyDescription, sample: StudyDescription, keys: list[str]) -> list[float]:
+    """Values of a sample over those in the middle, for each key."""
+    return [value_at(sample, key) / value_at(middle, key) for key in keys]  # type: ignore[operator]
+
+
+def _base_damping(design: Design, part: StructurePart, scores: Floats) -> Floats:
+    """The damping of all but the joint at rows of scores [-]."""
+    from scipy.special import ndtr
+
+    base = part.base_damping_ratio
+    source = (base.of or BASE) if isinstance(base, Spread) else ""
+    if source not in design.spreads:
+        return np.full(len(scores), float(base))
+    column = list(design.spreads).index(source)
+    factor = 1.0 if base.of is None else base.factor  # type: ignore[attr-defined]
+    return np.asarray(factor * design.spreads[source].quantiles(ndtr(scores[:, column])))
+
+
+def _bands(
+    sampled: Sampled | None,
+    part: StructurePart,
+    names: tuple[str, ...],
+    convergence: Convergence | None,
+) -> Bands | None:
+    """Quantiles, their ends moved out by what a finer model would change, and the ranking."""
+    if sampled is None:
+        return None
+    scores, dense = sampled.scores, sampled.dense
+    with np.errstate(invalid="ignore", divide="ignore"):
+        logs = np.log(sampled.frequency), np.log(sampled.joint_damping)
+    frequency, frequency_error = quantiles(scores, logs[0], dense, SHARES)
+    damping, damping_error = quantiles(scores, logs[1], dense, SHARES, sampled.base_damping)
+    model = None if convergence is None else convergence.error
+    if model is not None:
+        outwards = np.array([-1.0, 0.0, 1.0])[:, None]
+        frequency = frequency + model[0] * outwards
+        # Of the damping ratio only the joint's part has this error.
+        of_joint = 1.0 - float(sampled.base_damping[0].mean()) / np.exp(damping)
+        damping = damping + model[1] * np.maximum(of_joint, 0.0) * outwards
+    middle = len(part.amplitudes) // 2
+    total = sampled.joint_damping[:, middle] + sampled.base_damping[0]
+    return Bands(
+        np.exp(frequency),
+        np.exp(damping),
+        _ranking(scores, total, names),
+        float(np.nanmax(frequency_error, initial=0.0)),
+        float(np.nanmax(damping_error, initial=0.0)),
+        int((~np.isfinite(sampled.frequency)).any(axis=1).sum()),
+        model,
+    )
+
+
+def _ranking(
+    scores: Floats, damping: Floats, names: tuple[str, ...]
+) -> tuple[tuple[str, float], ...]:
+    """Shares of the inputs in the scatter of ln(damping), by a linear regression on them."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        shares, _ = ranking(scores, np.log(damping))
+    pairs = [(name, float(share)) for name, share in zip(names, shares, strict=True)]
+    return tuple(sorted(pairs, key=lambda pair: -pair[1]))

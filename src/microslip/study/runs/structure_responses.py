@@ -1,0 +1,170 @@
+"""Responses of a structure to harmonic forces, with bands, from the modal curves."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from microslip._core.checks import Floats
+from microslip.friction.sweeps.quantiles import quantiles
+from microslip.structures import FrequencyResponse, ModalCurve, Preload, ReducedJoint
+from microslip.structures.forced import Node, six_digits
+from microslip.structures.modal_curve import Resonant, refined, resonant, with_phase
+from microslip.structures.periodic_motion import POWERS
+from microslip.study.runs.structure_prediction import (
+    SHARES,
+    ForcedMode,
+    Mode,
+    Sampled,
+)
+from microslip.study.schema import GROUPS
+from microslip.study.structure import StructurePart
+
+_DENSE = 512  # points at which responses interpolate between the samples
+_FREQUENCIES = 121
+_BETWEEN = 400  # points of a frequency response, even on a log axis, besides those near modes
+_WIDTHS = 5.0  # half widths of the resonance that are shown beside the outermost peaks
+
+
+def gain_of(curve: ModalCurve, joint: ReducedJoint) -> Floats:
+    """Modal displacement at the sensor times that at the force, by amplitude [1/kg]."""
+    return np.asarray(abs(_gain(curve, joint)))
+
+
+def _gain(curve: ModalCurve, joint: ReducedJoint) -> Floats:
+    sensed, pushed = (curve.shape @ joint.sensor(name) for name in ("sensor", "force"))
+    return np.asarray(sensed * pushed.conj())
+
+
+def forced_modes(
+    part: StructurePart, joint: ReducedJoint, curve: ModalCurve, sampled: Sampled | None
+) -> tuple[ForcedMode, ...]:
+    """One for each force."""
+    forces = () if part.force is None else part.force.amplitude
+    return tuple(_forced(part, joint, curve, sampled, force) for force in forces)
+
+
+def _forced(
+    part: StructurePart,
+    joint: ReducedJoint,
+    curve: ModalCurve,
+    sampled: Sampled | None,
+    force: float,
+) -> ForcedMode:
+    power = POWERS[part.quantity]
+    solved = curve.converged
+    asked = part.amplitudes[solved]
+
+    def answers(logs: Floats, base: Floats, at: Floats) -> Resonant:
+        """In the sensor's quantity, of rows of ln frequency, ln zeta of the joint, ln gain."""
+        fine, values = refined(asked, logs.reshape(len(logs), 3, -1))
+        frequency, of_joint, gain = np.moveaxis(values, 1, 0)
+        moved = fine / (2.0 * math.pi * frequency) ** power
+        found = resonant(moved, frequency, of_joint + base[:, None], force * gain, at)
+        peak = found.peak * (2.0 * math.pi * found.peak[:, 1:]) ** [power, 0]
+        return Resonant(peak, found.beyond, found.amplitude * (2.0 * math.pi * at) ** power)
+
+    frequency, damping = curve.frequency[solved], curve.damping_ratio[solved]
+    gain = gain_of(curve, joint)[solved]
+    base = np.array([curve.base_damping])
+    row = np.log([frequency, damping - curve.base_damping, gain]).reshape(1, -1)
+    middle = answers(row, base, np.ones(1))
+    most = 2.0 * damping[-1] * asked[-1] * (2.0 * math.pi * frequency[-1]) ** (2 - power) / gain[-1]
+    peaks = middle
+    if sampled is not None:
+        logs = np.log([sampled.frequency, sampled.joint_damping, sampled.gain])[:, :, solved]
+        logs = np.moveaxis(logs, 0, 1).reshape(len(sampled.scores), -1)
+        solved_rows = np.isfinite(logs).all(axis=1)
+        peaks = answers(logs[solved_rows], sampled.base_damping[0][solved_rows], np.ones(1))
+    ends = np.append(peaks.peak[:, 1], middle.peak[0, 1])
+    width = float(np.exp(np.interp(np.log(middle.peak[0, 0]), np.log(asked), np.log(damping))))
+    near = _WIDTHS * min(width, 0.05)
+    at = np.linspace(ends.min() * (1.0 - near), ends.max() * (1.0 + near), _FREQUENCIES)
+    response = answers(row, base, at).amplitude[0]
+    reached = np.where(middle.beyond[0], math.nan, middle.peak[0])
+    plain = ForcedMode(force, at, response, reached, None, None, math.nan, 0.0, float(most))
+    if sampled is None:
+        return plain._replace(beyond=float(middle.beyond[0]))
+
+    def of_points(points: Floats, base: Floats) -> Floats:
+        found = answers(points, base, at)
+        return np.log(np.hstack([found.peak, found.amplitude]))
+
+    # The first points of each scrambling fill the cube as well.
+    first = np.arange(len(sampled.dense)).reshape(GROUPS, -1)[:, : _DENSE // GROUPS].ravel()
+    known = sampled.base_damping[0][solved_rows], sampled.base_damping[1][first]
+    bands, errors = quantiles(
+        sampled.scores[solved_rows], logs[solved_rows], sampled.dense[first], SHARES, known,
+        of_points,
+    )  # fmt: skip
+    bands = np.exp(bands)
+    return plain._replace(
+        bands=bands[:, 2:],
+        peak_bands=bands[:, :2],
+        error=float(np.max(errors[:, 0])),
+        beyond=float(peaks.beyond.mean()),
+    )
+
+
+def frequency_responses(
+    part: StructurePart, joint: ReducedJoint, state: Preload, modes: tuple[Mode, ...]
+) -> tuple[FrequencyResponse, ...]:
+    """Motion of the sensor over each force: the modes that were asked for, and all others linear.
+
+    From half the frequency of the lowest of them to a quarter above the highest.
+    """
+    forces = () if part.force is None else part.force.amplitude
+    rows = [joint.sensor(name) for name in (("sensor", "force") if forces else ())]
+    return tuple(_frequency_response(part, rows, joint, state, modes, force) for force in forces)
+
+
+def _frequency_response(
+    part: StructurePart,
+    rows: list[Floats],
+    joint: ReducedJoint,
+    state: Preload,
+    modes: tuple[Mode, ...],
+    force: float,
+) -> FrequencyResponse:
+    model, base, power = state.model, float(part.base_damping_ratio), POWERS[part.quantity]
+    linear = np.ones(model.size, dtype=bool)
+    linear[[mode.number - 1 for mode in modes]] = False
+    at_rest = [mode.curve.linear_frequency for mode in modes]
+    low, high = 0.5 * min(at_rest), 1.25 * max(at_rest)
+    natural = np.sqrt(model.squares[linear])
+    peaks = natural[(natural > 2.0 * math.pi * low) & (natural < 2.0 * math.pi * high)]
+    near = np.outer(peaks / (2.0 * math.pi), 1.0 + base * np.linspace(-_WIDTHS, _WIDTHS, 41))
+    of_modes = [forced.frequency for mode in modes for forced in mode.forced
+                if forced.force == force]  # fmt: skip
+    at = np.concatenate([np.geomspace(low, high, _BETWEEN), near.ravel(), *of_modes])
+    at = six_digits(at[(at >= low) & (at <= high)])
+    omega = 2.0 * math.pi * at
+    gains, free = (
+        (rows[0] @ shapes) * (rows[1] @ shapes) for shapes in (model.shapes[:, linear], model.free)
+    )
+    stiffness = natural[:, None] ** 2 - omega**2 + 2j * base * natural[:, None] * omega
+    value = (gains[:, None] / stiffness).sum(axis=0) - free.sum() / omega**2
+    for mode in modes:
+        curve, solved = mode.curve, mode.curve.converged
+        gain = _gain(curve, joint)[solved]
+        columns = [curve.frequency[solved], curve.damping_ratio[solved] - base, abs(gain)]
+        fine, (values,) = refined(part.amplitudes[solved], np.log(columns)[None])
+        frequency, of_joint, size = values
+        fine = fine / (2.0 * math.pi * frequency) ** power
+        moved = with_phase(fine, frequency, of_joint + base, force * size, at)
+        value = value + np.sign(gain[0].real) * moved / force
+    known = np.isfinite(value)
+    value = value[known] * (1j * omega[known]) ** power
+    return FrequencyResponse(at[known], value, part.quantity, force, *_nodes(part))
+
+
+def _nodes(part: StructurePart) -> tuple[Node, Node]:
+    """Points at which it is measured and pushed."""
+    places = [part.sensors[name] for name in ("sensor", "force")]
+    pushed = 1 if places[0][0] == places[1][0] else 2
+    words = [
+        f"{name} at {' '.join(f'{1e3 * x:g}' for x in at)} mm, {direction}"
+        for name, (at, direction) in zip(("sensor", "force"), places, strict=True)
+    ]
+    return Node(1, places[0][1], words[0]), Node(pushed, places[1][1], words[1])

@@ -1,0 +1,400 @@
+"""From a scan as measured to the heights to evaluate: form, outliers, gaps, band of wavelengths."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Literal, TypeVar
+
+import numpy as np
+
+from microslip._core.checks import Floats
+from microslip._core.errors import InputError
+from microslip._core.frozen import lock
+from microslip._core.units import engineering
+from microslip._core.wording import did_you_mean, quoted, show
+from microslip.surfaces.checks import length_of
+from microslip.surfaces.filters import robust_mean, smooth, spline_mean
+from microslip.surfaces.height_map import HeightMap, noise_std
+from microslip.surfaces.levelling import Level
+from microslip.surfaces.levelling import level as without_form
+from microslip.surfaces.options import FILTERS, LEVELS, OUTLIERS
+
+Map = TypeVar("Map", bound=HeightMap)
+Filter = Literal["gaussian", "robust", "spline"]
+
+_ROUNDING = 1e-14  # of the heights: less is left of an exact plane
+_MEANS = {"gaussian": smooth, "robust": robust_mean, "spline": spline_mean}
+_FILTERS = dict(zip(FILTERS, ("Gaussian", "robust Gaussian regression", "spline"), strict=True))
+
+
+def condition(
+    scan: Map,
+    *,
+    level: Level | None = None,
+    outliers: float | None = None,
+    fill: Literal["interpolate"] | None = None,
+    cutoff: float | str | None = None,
+    long_cutoff: float | str | None = None,
+    filter: Filter = "gaussian",
+    crop: Any = None,
+) -> Map:
+    """Crop, remove outliers, level, fill and limit the band of wavelengths, in this order.
+
+    Parameters
+    ----------
+    level : {"plane", "quadratic", "cylinder", "lines", "mean"}, optional
+        Form to be removed, by least squares on the points there are. "cylinder" is a plane
+        and a parabola across one direction, whichever fits best; "lines" a straight line of
+        each row (along x) by itself, which takes away steps and drift from row to row, and
+        with them the waves along y that a row sees as a constant.
+    outliers : float, optional
+        Points farther than so many robust standard deviations from the median of their
+        neighbours go missing; 6 is usual.
+    fill : {"interpolate"}, optional
+        Fill missing points from those around them (see Notes).
+    cutoff : float or str, optional
+        Short-wave cut-off [m], or such as "10 um": shorter waves are removed.
+    long_cutoff : float or str, optional
+        Long-wave cut-off [m]: longer waves, the mean among them, are removed.
+    filter : {"gaussian", "robust", "spline"}
+        Filter of the long-wave cut-off. "robust" is a Gaussian regression of second order that
+        scratches and pits do not pull (ISO 16610-31:2016, -71:2014), "spline" a smoothing
+        cubic spline (ISO 16610-22:2015; of areas a plate, the same in all directions). Neither
+        bends at the ends.
+    crop : float, str or pair of them, optional
+        Length [m] that is cut off each end, or one along x and one along y.
+
+    Returns
+    -------
+    Scan
+        The conditioned scan; its notes and cut-offs tell what was done.
+
+    Notes
+    -----
+    In words of ISO 25178-3 ``cutoff`` is the nesting index of the S-filter, ``level`` the
+    F-operation and ``long_cutoff`` the nesting index of the L-filter. The form goes first here,
+    so that a tilt does not leak through the ends of the S-filter; inside the two orders agree.
+    The Gaussian filters transmit half the amplitude at the cut-off (ISO 16610-61:2015; of
+    profiles, ISO 16610-21:2011). At edges and gaps the weights of the points there are sum to
+    one, by normalised convolution. Filling solves the discrete Laplace equation in the gaps
+    approximately, from coarse to fine grids: smooth, the same on every machine, and in a time
+    that grows with the number of points.
+    """
+    if crop is not None:
+        scan = _cropped(scan, crop)
+    limit = _threshold(outliers)
+    _check_choice("level", level, LEVELS)
+    _check_choice("filter", filter, FILTERS)
+    _check_choice("fill", fill, ("interpolate",))
+    short, long = band(scan, cutoff, long_cutoff)
+    heights, notes = scan.heights, list(scan.notes)
+    if limit is not None:
+        heights, note = _without_outliers(scan, limit)
+        notes.append(note)
+    else:
+        scan.measurable()
+    if level is not None:
+        before = float(np.nanmax(np.abs(heights)))
+        heights, removed = without_form(heights, scan.pixel, level)
+        if float(np.nanmax(np.abs(heights))) <= _ROUNDING * before:
+            raise InputError(
+                f'{scan.name[:60]}: `level="{level}"` leaves nothing but '
+                "rounding: no roughness to measure"
+            )
+        notes.append(f"level: {level} removed, {engineering(removed, 'm')} high.")
+    unfiltered = scan._unfiltered
+    if unfiltered is None and (fill, short, long) != (None, None, None):
+        unfiltered = scan.changed(lock(heights) if heights is not scan.heights else heights)
+    if fill is not None:
+        count = int(np.count_nonzero(np.isnan(heights)))
+        if count:
+            heights = filled(heights)
+        notes.append(f"fill: {count} of {heights.size} points interpolated from around them.")
+    ends = {"cutoff": scan.cutoff, "long_cutoff": scan.long_cutoff}
+    noise = scan._noise_before
+    if short is not None:
+        if scan.cutoff is None and not scan.is_profile:
+            noise = scan.noise if heights is scan.heights else noise_std(heights)
+        heights = smooth(heights, scan.pixel, short)
+        # The exponents of two Gaussians add.
+        both = ends["cutoff"] = math.hypot(scan.cutoff or 0.0, short)
+        sum_ = "" if scan.cutoff is None else f", {engineering(both, 'm')} with the one before"
+        notes.append(
+            f"cutoff: waves shorter than {engineering(short, 'm')} removed{sum_} (Gaussian filter, "
+            "half the amplitude there)."
+        )
+    if long is not None:
+        heights = heights - _MEANS[filter or "gaussian"](heights, scan.pixel, long)
+        ends["long_cutoff"] = min(long, scan.long_cutoff or math.inf)
+        notes.append(
+            f"long_cutoff: waves longer than {engineering(long, 'm')} removed "
+            f"({_FILTERS[filter or 'gaussian']} filter, half the amplitude there)."
+        )
+    if heights is not scan.heights:
+        lock(heights)
+    return scan.changed(
+        heights, notes=tuple(notes), noise_before=noise, unfiltered=unfiltered, **ends
+    )
+
+
+def _cropped(scan: Map, crop: Any) -> Map:
+    """The scan without its ends; one length of all, or one along x and one along y."""
+    lengths = tuple(crop) if isinstance(crop, (tuple, list)) else (crop,)
+    if not 1 <= len(lengths) <= len(scan.pixel):
+        raise InputError(f"`crop` must be a length, or one an axis, got {show(crop)}")
+    ends = [length_of("crop", length, "0.4 mm") for length in lengths]
+    ends = ends * len(scan.pixel) if len(ends) == 1 else ends
+    counts = [math.ceil(end / step - 1e-9) for end, step in zip(ends, scan.pixel, strict=True)]
+    if min(n - 2 * c for n, c in zip(scan.heights.shape[::-1], counts, strict=True)) < 4:
+        raise InputError(
+            f"`crop` must leave four points along each axis, got {show(crop)} off each end of "
+            f"{' x '.join(_readable(size) for size in scan.size)}"
+        )
+    middle = tuple(
+        slice(c, n - c) for n, c in zip(scan.heights.shape, reversed(counts), strict=True)
+    )
+    note = f"crop: {' x '.join(_readable(end) for end in ends)} cut off each end."
+    unfiltered = scan._unfiltered
+    if unfiltered is not None:
+        unfiltered = unfiltered.changed(lock(np.array(unfiltered.heights[middle])))
+    heights = lock(np.array(scan.heights[middle]))
+    return scan.changed(heights, notes=(*scan.notes, note), unfiltered=unfiltered)
+
+
+def band(scan: HeightMap, cutoff: Any, long_cutoff: Any) -> tuple[float | None, float | None]:
+    """Both cut-offs [m], if this scan can be filtered so."""
+    shortest, longest = 2.0 * max(scan.pixel), min(scan.size)
+    cutoffs: list[float | None] = []
+    for name, value in (("cutoff", cutoff), ("long_cutoff", long_cutoff)):
+        if value is None:
+            cutoffs.append(None)
+            continue
+        length = length_of(name, value, "10 um")
+        if not shortest < length < longest:
+            where = _beside_bounds(length, shortest, longest)
+            raise InputError(
+                f"`{name}` must be between two pixels ({_readable(shortest)}) and the size of "
+                f"the scan ({_readable(longest)}), got {_readable(length)}: {where}"
+            )
+        cutoffs.append(length)
+    short, long = cutoffs
+    if long is not None and (before := short or scan.cutoff) is not None and long <= before:
+        raise InputError(
+            f"`long_cutoff` must be longer than `cutoff`, got {_readable(long)} and "
+            f"{_readable(before)}"
+        )
+    if short is not None and scan.long_cutoff is not None and short >= scan.long_cutoff:
+        raise InputError(
+            f"`cutoff` must be shorter than the `long_cutoff` {_readable(scan.long_cutoff)} "
+            f"that was applied before, got {_readable(short)}"
+        )
+    return short, long
+
+
+def remaining(scan: HeightMap, cutoff: float | None) -> float | None:
+    """Cut-off of the filter that takes a scan to a cut-off, whatever was filtered before."""
+    before = scan.cutoff
+    if cutoff is None or before is None:
+        return cutoff
+    if math.isclose(cutoff, before, rel_tol=1e-9):
+        return None
+    shortest = 2.0 * max(scan.pixel)
+    length = math.sqrt(max(cutoff - before, 0.0) * (cutoff + before))
+    if length > shortest:
+        return length
+    came, applied = (engineering(value, "m", 4, trim=True) for value in (cutoff, before))
+    if cutoff < before:
+        raise InputError(
+            f"`cutoff` must not be shorter than the {applied} that was applied before, got "
+            f"{came}: removed waves cannot be restored; write None, or filter the scan as read"
+        )
+    next_one = engineering(math.hypot(before, 1.01 * shortest), "m", 4, trim=True)
+    raise InputError(
+        f"`cutoff` must be the {applied} that was applied before, or at least "
+        f"{next_one}, got {came}: what is between takes a filter of two pixels or less"
+    )
+
+
+def _readable(length: float) -> str:
+    return engineering(length, "m", 5, trim=True)
+
+
+def _beside_bounds(length: float, shortest: float, longest: float) -> str:
+    if math.isclose(length, shortest, rel_tol=1e-12):
+        return "exactly two pixels"
+    if math.isclose(length, longest, rel_tol=1e-12):
+        return "exactly the size of the scan"
+    return "below two pixels" if length < shortest else "beyond the size of the scan"
+
+
+def _threshold(value: Any) -> float | None:
+    if value is None:
+        return None
+    limit: float = OUTLIERS.checked(value)
+    return limit
+
+
+def _check_choice(name: str, value: Any, words: tuple[str, ...]) -> None:
+    if value is not None and (not isinstance(value, str) or value not in words):
+        hint = did_you_mean(value, words) if isinstance(value, str) else ""
+        raise InputError(f"`{name}` must be {quoted(words)} or None, got {show(value)}{hint}")
+
+
+def _without_outliers(scan: HeightMap, limit: float) -> tuple[np.ndarray, str]:
+    spots = outliers(scan.heights, limit)
+    count = int(np.count_nonzero(spots))
+    heights = np.where(spots, np.nan, scan.heights) if count else scan.heights
+    minimum = 4 if scan.is_profile else 9
+    if (remaining_count := int(np.count_nonzero(~np.isnan(heights)))) < minimum:
+        raise InputError(
+            f"`outliers`: only {remaining_count} of {heights.size} points would be left"
+        )
+    return heights, (
+        f"outliers: {count} of {heights.size} points farther than {limit:g} robust standard "
+        "deviations from the median of their neighbours are missing now."
+    )
+
+
+_PASSES = 40  # of conjugate gradients on each grid: bounds the time; a guess is there already
+_TOLERANCE = 1e-5  # residual, beside that of the first guess
+
+
+def outliers(heights: Floats, threshold: float) -> np.ndarray:
+    """Outliers among neighbouring points."""
+    from scipy.ndimage import median_filter
+
+    gaps = np.isnan(heights)
+    flat = _untilted(filled(heights) if gaps.any() else heights)
+    away = np.abs(flat - median_filter(flat, size=5, mode="mirror"))
+    away[gaps] = 0.0
+    usual = float(np.median(away[~gaps]))
+    if usual == 0.0:  # few digits: most points are their neighbours' median
+        steps = np.concatenate([np.diff(flat, axis=a).ravel() for a in range(flat.ndim)])
+        steps = np.abs(steps[steps != 0.0])
+        usual = float(np.median(steps)) if steps.size else 0.0
+    return np.asarray(away > threshold * 1.4826 * usual)
+
+
+def _untilted(heights: Floats) -> Floats:
+    """Heights without their tilt, which mirrored edges would bend; outliers do not count."""
+    result = heights
+    for axis, count in enumerate(heights.shape):
+        step = max(1, heights.size // 200_000)
+        slope = float(np.median(np.diff(heights, axis=axis).ravel()[::step]))
+        result = result - slope * np.expand_dims(
+            np.arange(count, dtype=float), [a for a in range(heights.ndim) if a != axis]
+        )
+    return result
+
+
+def filled(heights: Floats) -> Floats:
+    """Heights with the gaps filled smoothly from around them.
+
+    In the gaps the discrete Laplace equation is solved, nothing flowing over the edges of the
+    scan: each point is the mean of its neighbours, so no filled point is higher or lower than all
+    points around its gap, but for what is left of a plane of the whole scan, which is taken out
+    before and put back after. A coarser grid gives the first guess, and so on down; on each the
+    conjugate gradients are stopped after at most 40 passes.
+    """
+    grid = heights[None] if heights.ndim == 1 else heights
+    gaps = np.isnan(grid)
+    if not gaps.any():
+        return np.array(heights)
+    plane: Floats | float = 0.0
+    try:
+        flat, _ = without_form(heights, (1.0,) * heights.ndim, "plane")
+        flat = flat.reshape(grid.shape)
+        plane = _extended(grid, flat, gaps)
+    except ValueError:  # too few points for a plane
+        flat = np.array(grid)
+    _fill(flat, gaps)
+    flat += plane
+    np.copyto(flat, grid, where=~gaps)
+    return flat.reshape(heights.shape)
+
+
+def _extended(grid: Floats, flat: Floats, gaps: np.ndarray) -> Floats:
+    """The plane that was taken out, at every point."""
+    rows, columns = (np.linspace(-1.0, 1.0, n) if n > 1 else np.zeros(1) for n in grid.shape)
+    there = np.flatnonzero(~gaps.ravel())
+    if there.size > 10_000:
+        there = there[:: there.size // 10_000]
+    row, column = np.divmod(there, grid.shape[1])
+    removed = grid.ravel()[there] - flat.ravel()[there]
+    basis = np.stack([np.ones(there.size), columns[column], rows[row]], axis=1)
+    a, b, c = np.linalg.lstsq(basis, removed, rcond=1e-12)[0]
+    return np.asarray(a + b * columns[None, :] + c * rows[:, None])
+
+
+def _fill(values: Floats, gaps: np.ndarray) -> None:
+    """Fill the gaps of an array in place."""
+    if not gaps.any():
+        return
+    coarse, coarse_gaps = _coarser(values, gaps)
+    if coarse.shape != values.shape:
+        _fill(coarse, coarse_gaps)
+        np.copyto(values, _finer(coarse, values.shape), where=gaps)
+    _relax(values, gaps)
+
+
+def _coarser(values: Floats, gaps: np.ndarray) -> tuple[Floats, np.ndarray]:
+    """Means of the points there are of each two by two."""
+    sums, counts = np.where(gaps, 0.0, values), np.subtract(1.0, gaps)
+    for axis in (0, 1):
+        starts = np.arange(0, values.shape[axis], 2)
+        sums, counts = (np.add.reduceat(part, starts, axis=axis) for part in (sums, counts))
+    empty = counts == 0.0
+    return np.where(empty, np.nan, sums / np.where(empty, 1.0, counts)), empty
+
+
+def _finer(coarse: Floats, shape: tuple[int, ...]) -> Floats:
+    """Linear interpolation between the centres of the blocks."""
+    result = coarse
+    for axis in (0, 1):
+        place = np.clip(0.5 * np.arange(shape[axis]) - 0.25, 0.0, coarse.shape[axis] - 1)
+        low = place.astype(int)
+        high = np.minimum(low + 1, coarse.shape[axis] - 1)
+        share = np.expand_dims(place - low, 1 - axis)
+        result = result.take(low, axis) * (1.0 - share) + result.take(high, axis) * share
+    return result
+
+
+def _relax(values: Floats, gaps: np.ndarray) -> None:
+    """Make each missing point the mean of its neighbours, by conjugate gradients."""
+    from scipy.sparse import coo_matrix
+
+    count = int(np.count_nonzero(gaps))
+    number = np.full(gaps.shape, -1, dtype=np.int32)
+    number[gaps] = np.arange(count, dtype=np.int32)
+    degree, fixed = np.zeros(count), np.zeros(count)
+    entries = []
+    for axis in (0, 1):
+        for ours, theirs in ((slice(1, None), slice(None, -1)), (slice(None, -1), slice(1, None))):
+            here = (ours, slice(None)) if axis == 0 else (slice(None), ours)
+            there = (theirs, slice(None)) if axis == 0 else (slice(None), theirs)
+            mine = gaps[here]
+            row, neighbour = number[here][mine], number[there][mine]
+            degree[row] += 1.0  # each point has at most one neighbour on each side
+            inside = neighbour >= 0
+            fixed[row[~inside]] += values[there][mine][~inside]
+            entries.append((row[inside], neighbour[inside]))
+    rows, columns = (np.concatenate(part) for part in zip(*entries, strict=True))
+    # The parts are counted, not stored as numbers of eight bytes: a scan may have millions.
+    links = coo_matrix((np.ones(rows.size, dtype=np.float32), (rows, columns)), (count, count))
+    links = links.tocsr().astype(float)
+    guess = values[gaps]
+    residual = fixed - degree * guess + links @ guess
+    # Those with the most known neighbours are the surest: scale each row to one.
+    step = residual / degree
+    size = first = float(residual @ step)
+    for _ in range(_PASSES):
+        if size <= _TOLERANCE**2 * first:
+            break
+        image = degree * step - links @ step
+        share = size / float(step @ image)
+        guess += share * step
+        residual -= share * image
+        scaled = residual / degree
+        size, before = float(residual @ scaled), size
+        step = scaled + (size / before) * step
+    values[gaps] = guess

@@ -1,0 +1,259 @@
+"""From a file to a scan: format, units, pixel size, missing points, and the notes."""
+
+from __future__ import annotations
+
+import math
+import numbers
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from microslip._core.errors import InputError
+from microslip._core.units import LENGTH, QuantityError, engineering, to_si
+from microslip._core.verdicts import Remark
+from microslip._core.wording import shorten, show
+from microslip.readers.files import POINTS, reading
+from microslip.surfaces.checks import absurd, exact_zeros, height_array, pixel_of, repeated, spikes
+from microslip.surfaces.faults import faults
+from microslip.surfaces.heights_in_files import RawHeights, Wishes, read_heights
+
+SUSPECT = "suspect"
+"""Kind of a remark that tells of points which may stand for "nothing measured"."""
+
+UNIT_QUESTION = "likely unit error"
+"""Kind of one that asks whether units are right."""
+
+_TEXTS = ("csv", "txt", "tsv", "dat", "prn")  # endings that say no more than that it is text
+
+
+class Understood(NamedTuple):
+    """Content of a file as a scan."""
+
+    heights: np.ndarray
+    """[m], NaN where missing."""
+    pixel: tuple[float, ...]
+    """Distance of neighbours [m]."""
+    name: str
+    notes: tuple[str, ...]
+
+
+def read(path: Path, wishes: Wishes, limit: int = POINTS) -> Understood:
+    """Heights of a file as what is stated of it says; an InputError names the file."""
+    with reading(path, "a scan", limit, shorten(str(path), 200)):
+        _check(wishes)
+        wishes = replace(wishes, format=_format(wishes.format))
+        if not path.is_dir() and path.exists() and not path.is_file():
+            raise ValueError("wanted a file, got a device or a pipe")
+        return _understood(read_heights(path, wishes), path, wishes)
+
+
+def _check(wishes: Wishes) -> None:
+    for name, value in (("format", wishes.format), ("key", wishes.key)):
+        if value is not None and not isinstance(value, str):
+            raise InputError(f"`{name}` must be text, got {show(value)}")
+
+
+def _format(name: str | None) -> str | None:
+    """The name of a format, from what can stand for it: an ending, or in capitals."""
+    if name is None:
+        return None
+    word = name.strip().lower().removeprefix(".")
+    return "text" if word in _TEXTS else word
+
+
+def _understood(raw: RawHeights, path: Path, wishes: Wishes) -> Understood:
+    raw = _line(raw)
+    factors, notes = _units(raw, wishes)
+    pixel, origin = _pixel(raw, wishes, factors[0])
+    heights = _metres(raw.values, factors[1])
+    notes += _valid(heights, wishes.valid)
+    heights = height_array(heights)
+    pixel = pixel_of(pixel, heights.ndim)
+    name = shorten(path.name, 100)
+    counts = " x ".join(str(n) for n in heights.shape[::-1])
+    steps = " x ".join(engineering(step, "m", 4) for step in dict.fromkeys(pixel))
+    first = f"{name}: {raw.kind}, {counts} points, pixel {steps} {origin}."
+    low, high = np.nanmin(heights), np.nanmax(heights)
+    if low == high:
+        raise ValueError(
+            f"all heights are {engineering(float(low), 'm', 6, trim=True)}: nothing to measure; "
+            "another channel or key?"
+        )
+    missing = float(np.count_nonzero(np.isnan(heights)) / heights.size)
+    if missing:
+        notes.append(f"missing: {missing:.3g} of the points.")
+    if count := spikes(heights):
+        spiky = (
+            f"spikes: {count} points lie more than a million times farther from the median "
+            f"than usual, up to {engineering(float(max(abs(low), abs(high))), 'm')}; "
+            "remove them by `outliers` or `valid`."
+        )
+        notes.append(spiky)
+    elif atom := repeated(heights):
+        value, count, *limits = atom
+        lowest, highest = (engineering(limit, "m", 6, trim=True) for limit in limits)
+        words = (
+            f"{count} points are all {_length(value)}, far from all others; if that "
+            'stands for "nothing measured", leave them out by '
+            f'`valid=("{lowest}", "{highest}")`.'
+        )
+        notes.append(Remark(SUSPECT, words))
+    if (zeros := exact_zeros(heights)) is not None:
+        words = (
+            f"{zeros} points are exactly 0, and no other height is there nearly as "
+            'often; if that stands for "nothing measured", mark them as missing first, or '
+            "leave them out by `outliers=6`."
+        )
+        notes.append(Remark(SUSPECT, words))
+    notes += [Remark(UNIT_QUESTION, question) for question in absurd(heights, pixel)]
+    notes += faults(heights)
+    return Understood(heights, pixel, name, (first, *raw.notes, *notes))
+
+
+def _line(raw: RawHeights) -> RawHeights:
+    """One row or column as what it is: a profile."""
+    shape = np.shape(raw.values)
+    if len(shape) != 2 or min(shape) != 1 or max(shape) < 4:
+        return raw
+    row = shape[0] == 1
+    lines = "one row" if row else "one column"
+    pixel = raw.pixel if raw.pixel is None or len(raw.pixel) == 1 else raw.pixel[int(not row) :][:1]
+    return replace(
+        raw,
+        values=raw.values.reshape(-1),
+        pixel=pixel,
+        notes=(*raw.notes, f"profile: {lines} of {max(shape)} points, taken for a profile."),
+    )
+
+
+def _units(raw: RawHeights, wishes: Wishes) -> tuple[tuple[float, float], list[str]]:
+    """Metres of one unit of the coordinates and of the heights."""
+    if raw.unit is not None:
+        if wishes.unit is not None:
+            raise InputError(
+                f'the file says that heights are in "{shorten(raw.unit, 20)}"; leave out `unit`'
+            )
+        factor = _factor(raw.unit)
+        return (factor, factor), [f"heights: in {shorten(raw.unit, 20)}, as the file says."]
+    across, up = raw.columns
+    if wishes.unit is None:
+        if up is None:
+            unit = '"um"' if across is None else f'("{across}", "um")'
+            raise InputError(
+                f"the file does not say the unit of its heights; write `unit={unit}`, say"
+            )
+        if across is None and raw.steps is not None:
+            raise InputError(
+                f'the file says that heights are in "{up}", but not the unit of coordinates; '
+                f'write `unit=("mm", "{up}")`, say'
+            )
+        return _factors((across or up, up), raw, "as the file says")
+    pair = wishes.unit if isinstance(wishes.unit, (list, tuple)) else (wishes.unit,) * 2
+    if len(pair) != 2:
+        raise InputError(
+            '`unit`: wanted one such as "um", or one of the coordinates and one of the '
+            f'heights, `unit=("mm", "um")`, got {show(wishes.unit)}'
+        )
+    for axis, file_unit, stated in zip(("coordinates", "heights"), (across, up), pair, strict=True):
+        if file_unit is not None and _factor(file_unit) != _factor(stated):
+            units = f'("{across or pair[0]}", "{up or pair[1]}")'
+            raise InputError(
+                f'the file says that {axis} are in "{file_unit}", not "{shorten(stated, 20)}"; '
+                + ("leave out `unit`" if across and up else f"write `unit={units}`")
+            )
+    return _factors((pair[0], pair[1]), raw, "as stated")
+
+
+def _factors(
+    pair: tuple[Any, Any], raw: RawHeights, source: str
+) -> tuple[tuple[float, float], list[str]]:
+    notes = [f"heights: in {shorten(str(pair[1]), 20)}, {source}."]
+    if raw.steps is not None and pair[0] != pair[1]:
+        notes.append(f"coordinates: in {shorten(str(pair[0]), 20)}, {source}.")
+    return (_factor(pair[0]), _factor(pair[1])), notes
+
+
+def _factor(unit: Any) -> float:
+    if not isinstance(unit, str) or not unit.strip():
+        raise InputError(f'`unit`: wanted a unit of length such as "um", got {show(unit)}')
+    try:
+        return to_si(f"1 {unit.strip()}", LENGTH, "1 um")
+    except QuantityError as error:
+        raise InputError(f"`unit`: {error}") from None
+
+
+def _pixel(raw: RawHeights, wishes: Wishes, factor: float) -> tuple[tuple[float, ...], str]:
+    """Distance of neighbours [m], and who says it."""
+    axes = np.ndim(raw.values)
+    if wishes.pixel is not None:
+        if axes not in (1, 2):
+            axes = 2
+        before = raw.pixel
+        source = "as stated"
+        if before is not None:
+            steps = " x ".join(engineering(step, "m", 4) for step in dict.fromkeys(before))
+            source += f" (the file says {steps})"
+        return pixel_of(wishes.pixel, axes), source
+    if raw.pixel is not None:
+        return raw.pixel, "as the file says"
+    if raw.steps is not None:
+        return tuple(step * factor for step in raw.steps), "by its coordinates"
+    raise InputError(
+        'the file does not say the distance of neighbouring points; write `pixel="1.66 um"`, say'
+    )
+
+
+def _metres(heights: np.ndarray, factor: float) -> np.ndarray:
+    """Heights [m] in an array of our own, missing ones NaN."""
+    mask = np.ma.getmaskarray(heights) if np.ma.isMaskedArray(heights) else None
+    values = np.ma.getdata(heights)
+    if values.dtype.kind not in "iuf":
+        raise ValueError(f"wanted real heights, got an array of {values.dtype}")
+    values = values.astype(np.float64, copy=False)  # first: shorter floats would round
+    with np.errstate(all="ignore"):  # what overflows is refused as a height
+        # Through the reciprocal where it is whole: 0.3 um becomes 3e-7 and not its neighbour.
+        reciprocal = round(1.0 / factor) if factor < 1.0 else 0
+        exact = reciprocal and math.isclose(reciprocal * factor, 1.0, rel_tol=1e-15)
+        result = values / float(reciprocal) if exact else values * factor
+    result = np.ascontiguousarray(result, dtype=np.float64)
+    if mask is not None and mask.any():
+        result[mask] = np.nan
+    return result
+
+
+def _valid(heights: np.ndarray, limits: Any) -> list[str]:
+    """Make what is beyond the possible heights missing, in place."""
+    if limits is None:
+        return []
+    if not isinstance(limits, (list, tuple)) or len(limits) != 2:
+        raise InputError(
+            f'`valid` must be two heights such as ("-1 mm", "1 mm"), got {show(limits)}'
+        )
+    low, high = (_height(limit) for limit in limits)
+    if not low < high:
+        raise InputError(
+            f"`valid`: the first must be the lower, got {_length(low)} and {_length(high)}"
+        )
+    beyond = (heights < low) | (heights > high)
+    count = int(np.count_nonzero(beyond))
+    heights[beyond] = np.nan
+    points = "1 point" if count == 1 else f"{count} points"
+    verb = "is" if count == 1 else "are"
+    return [f"valid: {points} below {_length(low)} or above {_length(high)} {verb} missing."]
+
+
+def _length(value: float) -> str:
+    return engineering(value, "m", 4, trim=True)
+
+
+def _height(value: Any) -> float:
+    if isinstance(value, str):
+        try:
+            return to_si(value, LENGTH, "1 mm", sign="any")
+        except QuantityError as error:
+            raise InputError(f"`valid`: {error}") from None
+    if isinstance(value, numbers.Real) and not isinstance(value, bool) and not math.isnan(value):
+        return float(value)
+    raise InputError(f'`valid`: wanted a height [m] or such as "1 mm", got {show(value)}')

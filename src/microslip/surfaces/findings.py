@@ -1,0 +1,234 @@
+"""Evaluation of a scan for ``microslip surface``: the request and its findings."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from microslip._core.checks import Progress
+from microslip._core.errors import InputError
+from microslip._core.units import engineering
+from microslip._core.verdicts import Verdict
+from microslip._core.wording import shorten
+from microslip.contact.materials import Material, MaterialPair
+from microslip.friction import Interface
+from microslip.surfaces import Scan
+from microslip.surfaces.conditioning import condition
+from microslip.surfaces.height_map import HeightMap
+from microslip.surfaces.joints import PointByPoint, point_by_point
+from microslip.surfaces.moments import Statistics
+from microslip.surfaces.options import READING
+from microslip.surfaces.scan_rules import judged, radius_in_pixels, verdicts
+from microslip.surfaces.spectrum import Spectrum, spectrum
+from microslip.surfaces.summit_statistics import SummitStatistics
+from microslip.surfaces.summits import Summits, find_summits
+
+_OF_A_PROFILE = (
+    "A profile has peaks but no summits: moments estimate them, as if it were of an isotropic "
+    "Gaussian surface."
+)
+
+
+def single_value(values: Any) -> Any:
+    """Return the value of an option that was given once."""
+    return values[0] if isinstance(values, tuple) and len(values) == 1 else values
+
+
+@dataclass(frozen=True)
+class Request:
+    """Options of ``microslip surface`` by their names, in SI units."""
+
+    path: Path
+    cutoff: float | None = None
+    cutoff_given: bool = False
+    """Whether a cut-off was given, "none" included."""
+    long_cutoff: float | None = None
+    level: Any = "plane"
+    outliers: float | None = None
+    fill: bool = False
+    filter: Any = "gaussian"
+    crop: tuple[float, ...] | None = None
+    prominence: float | None = None
+    area: float | None = None
+    materials: tuple[str, str] | None = None
+    normal_load: float | None = None
+    friction_coefficient: float = 0.5
+    amplitude: float | None = None
+    direction: float | None = None
+    point_by_point: bool = False
+    reading: Mapping[str, Any] = field(default_factory=dict)
+    """Keywords of :meth:`~microslip.Scan.read`."""
+
+    @classmethod
+    def of(cls, path: Path, *, cutoff_given: bool, **options: Any) -> Request:
+        """Make a request from the options of the command, in SI units."""
+        reading = {option.name: options.pop(option.name, None) for option in READING}
+        channel = reading["channel"]
+        if isinstance(channel, str) and channel.isdecimal() and channel.isascii():
+            reading["channel"] = int(channel)
+        for name in ("unit", "pixel"):
+            reading[name] = single_value(reading[name])
+        reading = {name: value for name, value in reading.items() if value is not None}
+        return cls(path, cutoff_given=cutoff_given, reading=reading, **options)
+
+    def pair(self) -> MaterialPair | None:
+        """Return the two bodies of the joint, or None if no joint was requested."""
+        metals, load = '`materials=("steel", "steel")`', '`normal_load="500 N"`'
+        if self.materials is None and self.normal_load is None:
+            if self.amplitude is None:
+                return None
+            raise InputError(f"`amplitude` goes with {metals} and {load}")
+        if self.materials is None:
+            raise InputError(f"`normal_load` goes with {metals}")
+        if self.normal_load is None:
+            raise InputError(f"`materials` goes with {load}")
+        first, second = map(Material.named, self.materials)
+        return MaterialPair(first, second)
+
+    @property
+    def is_filtered(self) -> bool:
+        """Whether there is a cut-off of either kind."""
+        return self.cutoff is not None or self.long_cutoff is not None
+
+
+@dataclass(frozen=True)
+class Findings:
+    """All findings of a scan."""
+
+    request: Request
+    raw: Scan
+    """The scan as in the file."""
+    scan: HeightMap
+    """The conditioned scan, which all parameters describe."""
+    statistics: Statistics
+    summit_statistics: SummitStatistics | None
+    """Density, radius and spread of the counted summits; of a profile, by its moments."""
+    missing: str
+    """Reason why no summits were counted, or empty."""
+    summits: Summits | None
+    whole_spectrum: Spectrum
+    """Spectrum of the scan without outliers and form, before any cut-off."""
+    spectrum: Spectrum
+    verdicts: tuple[Verdict, ...]
+    contact: PointByPoint | None = None
+    """The scan solved point by point under the load, if materials and a load were given."""
+    joint: Interface | None = None
+    """Joint at the load: of the solved face, else of the chapter's model of its summits."""
+
+    @property
+    def makes_surface(self) -> bool:
+        """Whether the summits make a surface of the chapter's model."""
+        return self.summit_statistics is not None and self.summit_statistics.std > 0.0
+
+    @property
+    def area(self) -> float | None:
+        """Apparent area of the joint [m^2]; None of a profile without one."""
+        if self.request.area is not None or self.scan.is_profile:
+            return self.request.area
+        return self.scan.area
+
+    def cutoff_text(self) -> str:
+        """Return the cut-offs in words, never empty."""
+        if self.request.cutoff is not None:
+            text = f"cut-off {engineering(self.request.cutoff, 'm', 4, trim=True)}"
+        elif self.request.cutoff_given:
+            text = "no cut-off: limited by the pixel"
+        else:
+            text = "no cut-off given: limited by the pixel"
+        if self.request.long_cutoff is None:
+            return text
+        return f"{text}, long-wave {engineering(self.request.long_cutoff, 'm', 4, trim=True)}"
+
+    def title(self, subject: str) -> str:
+        """Return the title of a figure, which names the scan and the cut-off."""
+        return f"{subject} of {shorten(self.raw.name, 50)}, {self.cutoff_text()}"
+
+
+def analyse(request: Request, progress: Progress | None = None) -> Findings:
+    """Measure a scan: parameters, spectrum, summits and, with a load, the joint."""
+    report = progress or (lambda share: None)
+    pair = request.pair()
+    raw = condition(Scan.read(request.path, **request.reading), crop=request.crop)
+    report(0.1)
+    conditioned = condition(
+        raw,
+        level=request.level,
+        outliers=request.outliers,
+        fill="interpolate" if request.fill else None,
+    )
+    levelled = condition(conditioned, long_cutoff=request.long_cutoff, filter=request.filter)
+    report(0.2)
+    if pair is not None and levelled.is_profile and request.area is None:
+        raise InputError('`area="2 cm^2"` goes with a profile, which has none')
+    summits, missing = None, _OF_A_PROFILE if levelled.is_profile else ""
+    if not levelled.is_profile:
+        try:
+            summits = find_summits(levelled, request.cutoff, prominence=request.prominence)
+        except InputError as error:
+            missing = f"No summits were counted: {error.text}."
+    scan = condition(levelled, cutoff=request.cutoff) if summits is None else summits.scan
+    report(0.3)
+    summit_statistics = None if summits is None else summits.statistics()
+    if scan.is_profile:
+        with suppress(InputError):  # moments that no Gaussian surface has
+            summit_statistics = scan.moments().mccool()
+    whole_spectrum = spectrum(conditioned)
+    on_scan = _verdicts(scan, summits, summit_statistics)
+    report(0.5)
+    findings = Findings(
+        request=request,
+        raw=raw,
+        scan=scan,
+        statistics=scan.statistics(),
+        summit_statistics=summit_statistics,
+        missing=missing,
+        summits=summits,
+        whole_spectrum=whole_spectrum,
+        spectrum=spectrum(scan) if request.is_filtered else whole_spectrum,
+        verdicts=on_scan,
+    )
+    if pair is not None:
+        findings = _with_joint(findings, pair, lambda share: report(0.5 + 0.5 * share))
+    report(1.0)
+    return findings
+
+
+def _with_joint(findings: Findings, pair: MaterialPair, report: Progress) -> Findings:
+    """Add the joint at the load: of the face if it can be solved, else of its summits."""
+    request = findings.request
+    load, area = request.normal_load or math.nan, findings.area or math.nan
+    contact = None
+    if not findings.scan.is_profile:
+        contact = point_by_point(
+            findings.scan,
+            pair,
+            load,
+            area=request.area,
+            friction_coefficient=request.friction_coefficient,
+            direction=request.direction,
+            asked=request.point_by_point,
+            report=report,
+        )
+    joint = None if contact is None else contact.joint
+    statistics = findings.summit_statistics
+    if joint is None and statistics is not None and statistics.std > 0.0:
+        surface = statistics.to_surface(pair, area)
+        joint = Interface(surface, request.friction_coefficient, normal_load=load)
+    on_joint = () if joint is None else joint.validity
+    return replace(findings, contact=contact, joint=joint, verdicts=(*findings.verdicts, *on_joint))
+
+
+def _verdicts(
+    scan: HeightMap, summits: Summits | None, statistics: SummitStatistics | None
+) -> tuple[Verdict, ...]:
+    on_scan = verdicts(scan)
+    if scan.is_profile and statistics is not None:
+        on_scan += judged(radius_in_pixels(statistics.radius, scan.pixel))
+    if summits is not None:
+        names = {verdict.name for verdict in on_scan}
+        on_scan += tuple(v for v in summits.validity() if v.name not in names)
+    return on_scan

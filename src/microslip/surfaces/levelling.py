@@ -1,0 +1,158 @@
+"""The form of a surface, plane or curved, by least squares on the points that are there."""
+
+from __future__ import annotations
+
+import math
+from typing import Literal
+
+import numpy as np
+
+from microslip._core.checks import Floats
+from microslip._core.errors import InputError
+
+Level = Literal["plane", "quadratic", "cylinder", "lines", "mean"]
+
+# Powers of the Legendre polynomials of x and y, those of the plane first.
+_TERMS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
+_COUNT = {"mean": 1, "plane": 3, "quadratic": 6, "cylinder": 6}
+
+
+def level(heights: Floats, pixel: tuple[float, ...], form: str) -> tuple[Floats, float]:
+    """Heights above the form that fits them best.
+
+    Legendre polynomials of coordinates from -1 to 1 keep the normal equations well conditioned;
+    a second pass over the residual takes away what rounding has left. "lines" is a straight line
+    of each row by itself, as instruments that scan row by row need it.
+    """
+    if form == "lines":
+        return _line_by_line(heights)
+    grid = heights[None] if heights.ndim == 1 else heights
+    terms = [t for t in _TERMS[: _COUNT[form]] if heights.ndim == 2 or t[1] == 0]
+    along = [_legendre(n) for n in grid.shape[::-1]]
+    gaps = np.isnan(grid)
+    gapless = not gaps.any()
+    matrix = _normal_matrix(None if gapless else ~gaps, along, terms)
+    _check(matrix, form, int(grid.size - np.count_nonzero(gaps)))
+    result = np.array(grid)
+    # The mean first: heights may be far from zero.
+    total: Floats = np.zeros(len(terms))
+    for turn in range(3):
+        right = _right(result if gapless else np.where(gaps, 0.0, result), along, terms)
+        if turn == 0:
+            step: Floats = np.zeros(len(terms))
+            step[0] = right[0] / matrix[0, 0]
+        elif form == "cylinder" and heights.ndim == 2:
+            step = _cylinder(matrix, right, pixel, grid.shape)
+        else:
+            step = np.asarray(np.linalg.solve(matrix, right), dtype=float)
+        total += step
+        result -= _surface(step, along, terms)
+        if form == "cylinder" and heights.ndim == 2 and turn == 1:
+            break  # another direction would be found in what is left
+    shape = _surface(total, along, terms)
+    return result.reshape(heights.shape), float(shape.max() - shape.min())
+
+
+def _line_by_line(heights: Floats) -> tuple[Floats, float]:
+    """Each row above its own straight line."""
+    grid = np.atleast_2d(heights)
+    there = ~np.isnan(grid)
+    count = there.sum(axis=1, keepdims=True)
+    if (short := (count > 0) & (count < 3)).any():
+        raise InputError(
+            f'`level="lines"`: {np.count_nonzero(short)} rows have fewer than three points; wanted '
+            'more of them, or `level="plane"`'
+        )
+    count = np.maximum(count, 1)
+    place = np.where(there, np.linspace(-1.0, 1.0, grid.shape[1]), 0.0)
+    away = np.where(there, place - place.sum(axis=1, keepdims=True) / count, 0.0)
+    result = grid
+    for _ in range(2):  # the second time of rounding
+        values = np.where(there, result, 0.0)
+        mean = values.sum(axis=1, keepdims=True) / count
+        square = np.maximum((away * away).sum(axis=1, keepdims=True), 1e-300)
+        slope = (away * (values - mean)).sum(axis=1, keepdims=True) / square
+        result = np.where(there, result - mean - slope * away, math.nan)
+    removed = grid - result
+    return result.reshape(heights.shape), float(np.nanmax(removed) - np.nanmin(removed))
+
+
+def _legendre(count: int) -> Floats:
+    """Legendre polynomials of degree 0, 1, 2 at the points of an axis."""
+    t = np.linspace(-1.0, 1.0, count) if count > 1 else np.zeros(1)
+    return np.stack([np.ones(count), t, 1.5 * t * t - 0.5])
+
+
+def _normal_matrix(
+    present: np.ndarray | None, along: list[Floats], terms: list[tuple[int, int]]
+) -> Floats:
+    x, y = along
+    pairs_x = np.einsum("in,jn->ijn", x, x)
+    pairs_y = np.einsum("in,jn->ijn", y, y)
+    if present is None:
+        sums = np.einsum("ij,kl->ikjl", pairs_x.sum(-1), pairs_y.sum(-1))
+    else:
+        # Rows of the mask summed against each product, a block at a time: no copy of it all.
+        rows = np.concatenate(
+            [
+                np.asarray(part, dtype=float) @ pairs_x.reshape(9, -1).T
+                for part in np.array_split(present, max(1, present.size >> 20))
+            ]
+        )
+        sums = (pairs_y.reshape(9, -1) @ rows).reshape(3, 3, 3, 3).transpose(2, 0, 3, 1)
+    # sums[i, k, j, l]: x of degrees i and j, y of degrees k and l.
+    return np.array([[sums[i, k, j, m] for j, m in terms] for i, k in terms])
+
+
+def _right(values: Floats, along: list[Floats], terms: list[tuple[int, int]]) -> Floats:
+    sums = along[1] @ (values @ along[0].T)
+    return np.array([sums[k, i] for i, k in terms])
+
+
+def _surface(factors: Floats, along: list[Floats], terms: list[tuple[int, int]]) -> Floats:
+    square = np.zeros((3, 3))
+    for factor, (i, k) in zip(factors, terms, strict=True):
+        square[k, i] = factor
+    return np.asarray(along[1].T @ (square @ along[0]))
+
+
+def _check(matrix: Floats, form: str, count: int) -> None:
+    scale = 1.0 / np.sqrt(np.maximum(matrix.diagonal(), 1e-300))
+    values = np.linalg.eigvalsh(matrix * np.outer(scale, scale))
+    if not values[0] > 1e-9 * values[-1]:
+        raise InputError(
+            f'`level="{form}"`: the {count} points that are there do not determine '
+            'that form; wanted more of them, or `level="plane"` or `level="mean"`'
+        )
+
+
+def _cylinder(
+    matrix: Floats, right: Floats, pixel: tuple[float, ...], shape: tuple[int, ...]
+) -> Floats:
+    """Factors of a plane and one parabola, in the direction that leaves the least residual."""
+    from scipy.optimize import minimize_scalar
+
+    flat, bent, mixed = matrix[:3, :3], matrix[3:, 3:], matrix[:3, 3:]
+    reduced = bent - mixed.T @ np.linalg.solve(flat, mixed)
+    moments = right[3:] - mixed.T @ np.linalg.solve(flat, right[:3])
+    half = [0.5 * (n - 1) * step for n, step in zip(shape[::-1], pixel, strict=True)]
+    longer = max(half)
+    a, b = half[0] / longer, half[1] / longer
+
+    def parabola(angle: float) -> Floats:
+        # (x cos + y sin)^2 in the polynomials; what is constant in it belongs to the plane.
+        c, s = a * math.cos(angle), b * math.sin(angle)
+        return np.array([2.0 / 3.0 * c * c, 2.0 * c * s, 2.0 / 3.0 * s * s])
+
+    def lost(angle: float) -> float:
+        p = parabola(angle)
+        return -float((p @ moments) ** 2 / (p @ reduced @ p))
+
+    angles = np.linspace(0.0, math.pi, 181)
+    best = float(angles[int(np.argmin([lost(angle) for angle in angles]))])
+    solution = minimize_scalar(
+        lost, bounds=(best - 0.02, best + 0.02), method="bounded", options={"xatol": 1e-10}
+    )
+    p = parabola(float(solution.x))
+    p = p * float((p @ moments) / (p @ reduced @ p))
+    return np.concatenate([np.linalg.solve(flat, right[:3] - mixed @ p), p])

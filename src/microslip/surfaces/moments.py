@@ -1,0 +1,321 @@
+"""Spectral moments of a measured surface, and McCool's summits.
+
+Slopes and curvatures are finite differences of the sampled heights, along rows and along columns:
+
+    slope      (z[i+1] - z[i]) / h                in the middle between two points
+    curvature  (z[i+1] - 2 z[i] + z[i-1]) / h^2   at a point
+
+These are central differences about the place they are for, wherever all their points are present.
+Both have the same transfer function, K = (2/h) sin(q h/2) in place of the wavenumber q, K once and
+twice. So m0, m2 and m4 are moments of one spectrum, and m0 m4 >= m2^2 holds for the numbers
+measured as for the true ones, but for the edges. A wave of ten pixels loses 3 % of its m2 and 6 %
+of its m4; for surfaces whose waves are all long beside the pixel the moments converge with its
+square. Differences over two pixels would be blind to waves of two pixels, and make the slopes of
+noise half as large without its curvatures.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from microslip._core.checks import Floats, positive
+from microslip._core.errors import InputError
+from microslip.surfaces.summit_statistics import SummitStatistics
+
+SUMMIT_SHARE = 1.0 - 3.0 * math.sqrt(3.0) + 16.0 / math.pi
+"""McCool's 0.8968: the variance m0 of the heights less that of the summits, times alpha/m0."""
+
+_BLOCK = 1 << 18  # points at a time: the differences of a block stay in the cache
+
+
+@dataclass(frozen=True)
+class Moments:
+    """Spectral moments of a surface: variances of its heights, slopes and curvatures.
+
+    m2 and m4 are those of profiles, in the mean over both axes (Nayak 1971,
+    DOI 10.1115/1.3451608; McCool 1987, DOI 10.1115/1.3261349).
+
+    Parameters
+    ----------
+    m0 : float
+        Variance of the heights [m^2], above zero.
+    m2 : float
+        Mean square slope of a profile [-], above zero.
+    m4 : float
+        Mean square curvature of a profile [1/m^2], above zero.
+    m2_axes : tuple of float
+        m2 [-] along x and along y; of a profile, along it.
+    m4_axes : tuple of float
+        m4 [1/m^2] along x and along y.
+    m11 : float
+        Mean product of the slopes along x and along y [-].
+    """
+
+    m0: float
+    m2: float
+    m4: float
+    m2_axes: tuple[float, ...] = ()
+    m4_axes: tuple[float, ...] = ()
+    m11: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name, unit in (("m0", "m^2"), ("m2", ""), ("m4", "1/m^2")):
+            # Squares of what a surface has may leave the range that the quantities stay in.
+            value = getattr(self, name)
+            if not (isinstance(value, float) and 0.0 < value < math.inf):
+                positive(name, value, unit)
+                object.__setattr__(self, name, float(value))
+
+    @property
+    def rms(self) -> float:
+        """Root mean square height [m]."""
+        return math.sqrt(self.m0)
+
+    @property
+    def rms_slope(self) -> float:
+        """Root mean square slope of a profile [-]."""
+        return math.sqrt(self.m2)
+
+    @property
+    def rms_curvature(self) -> float:
+        """Root mean square curvature of a profile [1/m]."""
+        return math.sqrt(self.m4)
+
+    @property
+    def nayak(self) -> float:
+        """Nayak's alpha, m0 m4/m2^2 [-]: the breadth of the spectrum; at least 1.5 if isotropic."""
+        return self.m0 / self.m2 * (self.m4 / self.m2)
+
+    @property
+    def slopes(self) -> tuple[float, float]:
+        """Largest and smallest mean square slope [-] of all directions."""
+        if len(self.m2_axes) < 2:
+            return self.m2, self.m2
+        a, b = self.m2_axes
+        middle, half = 0.5 * (a + b), math.hypot(0.5 * (a - b), self.m11)
+        return middle + half, max(middle - half, 0.0)
+
+    @property
+    def anisotropy(self) -> float:
+        """Rms slope across the lay over that along it [-]: 1 if isotropic."""
+        large, small = self.slopes
+        return math.sqrt(large / small) if small > 0.0 else math.inf
+
+    @property
+    def lay(self) -> float:
+        """Direction in which slopes are least [rad], from x towards y, above -pi/2 to pi/2."""
+        if len(self.m2_axes) < 2:
+            return 0.0
+        a, b = self.m2_axes
+        angle = 0.5 * math.atan2(2.0 * self.m11, a - b) + 0.5 * math.pi
+        return angle - math.pi if angle > 0.5 * math.pi else angle
+
+    def mccool(self) -> SummitStatistics:
+        """Greenwood and Williamson's parameters by McCool (1987), DOI 10.1115/1.3261349.
+
+        They are exact means over the summits of an isotropic Gaussian surface with these moments
+        (Nayak 1971, DOI 10.1115/1.3451608): the radius is one over the mean curvature.
+
+        Returns
+        -------
+        SummitStatistics
+            Density (m4/m2)/(6 pi sqrt 3), radius (3/8) sqrt(pi/m4), mean height
+            4 sqrt(m0/(pi alpha)), std sqrt((1 - 0.8968/alpha) m0).
+        """
+        alpha = self.nayak
+        variance = (1.0 - SUMMIT_SHARE / alpha) * self.m0
+        if not variance > 0.0:
+            raise InputError(
+                f"Nayak's alpha must be above {SUMMIT_SHARE:.4f} (1.5 or more if the surface is "
+                f"isotropic and Gaussian), got {alpha:.4g}: no summit statistics after McCool"
+            )
+        return SummitStatistics(
+            density=self.m4 / self.m2 / (6.0 * math.pi * math.sqrt(3.0)),
+            radius=0.375 * math.sqrt(math.pi / self.m4),
+            std=math.sqrt(variance),
+            mean_height=4.0 * math.sqrt(self.m0 / (math.pi * alpha)),
+        )
+
+
+def moments_of(heights: Floats, pixel: tuple[float, ...]) -> Moments:
+    """Spectral moments of heights, as they are: level them and choose their band first."""
+    profile = heights.ndim == 1
+    grid = heights[None, :] if profile else heights
+    m0 = variance(heights)
+    m2x, m4x = _Mean(), _Mean()
+    m2y, m4y, m11 = _Mean(), _Mean(), _Mean()
+    for rows, below in _blocks(grid):
+        # With the row below the block, which its last cells reach to.
+        along = np.diff(below[: rows.shape[0] + 1], axis=1)
+        step = along[: rows.shape[0]]
+        m2x.add(step)
+        m4x.add(np.diff(step, axis=1))
+        if profile:
+            continue
+        # Rows of the next block are here too, for the differences that reach into it.
+        down = np.diff(below, axis=0)
+        m2y.add(down[: rows.shape[0]])
+        m4y.add(np.diff(down, axis=0))
+        # Twice the mean slopes of a cell along x and y, at its centre, if all its corners are here:
+        # the same cells on either side, or the lay of the gaps would be taken for that of slopes.
+        m11.add_products(
+            along[1:] + along[:-1], down[: rows.shape[0], 1:] + down[: rows.shape[0], :-1]
+        )
+    dx = pixel[0]
+    second, fourth = [m2x.value(dx, 2, "x")], [m4x.value(dx, 4, "x")]
+    mixed = 0.0
+    if not profile:
+        dy = pixel[1]
+        second.append(m2y.value(dy, 2, "y"))
+        fourth.append(m4y.value(dy, 4, "y"))
+        mixed = m11.total / max(m11.count, 1) / (4.0 * dx * dy)
+    m2, m4 = math.fsum(second) / len(second), math.fsum(fourth) / len(fourth)
+    if not (m0 > 0.0 and m2 > 0.0 and m4 > 0.0):
+        raise InputError(
+            "the heights must vary and not lie on a plane: variances of heights, slopes and "
+            f"curvatures are {m0:g} m^2, {m2:g} and {m4:g} 1/m^2"
+        )
+    return Moments(m0, m2, m4, tuple(second), tuple(fourth), mixed)
+
+
+def lost_to_pixel(heights: Floats, pixel: tuple[float, ...]) -> float:
+    """About what share of m4 finite differences miss, because waves are of few pixels."""
+    profile = heights.ndim == 1
+    grid = heights[None, :] if profile else heights
+    thirds, fourths = [_Mean(), _Mean()], [_Mean(), _Mean()]
+    for rows, below in _blocks(grid, 3):
+        along = np.diff(rows, 2, axis=1)
+        fourths[0].add(along)
+        thirds[0].add(np.diff(along, axis=1))
+        if not profile:
+            down = np.diff(below, 2, axis=0)
+            fourths[1].add(down[: rows.shape[0]])
+            thirds[1].add(np.diff(down, axis=0))
+    m6, m4 = 0.0, 0.0
+    for third, fourth, step in zip(thirds, fourths, pixel, strict=False):
+        m6 += third.total / max(third.count, 1) / step**4  # times the square of the pixel
+        m4 += fourth.total / max(fourth.count, 1) / step**4
+    return m6 / (6.0 * m4) if m4 > 0.0 else 0.0
+
+
+def variance(heights: Floats) -> float:
+    """Variance of the heights that are present [m^2]."""
+    flat = heights.reshape(-1)
+    count, total, square = 0, 0.0, 0.0
+    parts = [flat[start : start + _BLOCK] for start in range(0, flat.size, _BLOCK)]
+    for part in parts:
+        values = present(part)
+        count, total = count + values.size, total + float(values.sum())
+    mean = total / max(count, 1)
+    for part in parts:
+        off = present(part) - mean
+        square += dot(off, off)
+    return square / max(count, 1)
+
+
+def present(values: Floats) -> Floats:
+    """The values that are not missing; the same array if none is."""
+    missing = np.isnan(values)
+    return values[~missing] if missing.any() else values
+
+
+def dot(a: Floats, b: Floats) -> float:
+    """Sum of products, in this thread: a product of vectors starts others, which wait."""
+    return float(np.einsum("i,i->", a, b))
+
+
+class _Mean:
+    """Mean of squares or products, of those that are not missing."""
+
+    def __init__(self) -> None:
+        self.total, self.count = 0.0, 0
+
+    def add(self, values: Floats) -> None:
+        flat = values.reshape(-1)
+        self.add_products(flat, flat)
+
+    def add_products(self, a: Floats, b: Floats) -> None:
+        a, b = a.reshape(-1), b.reshape(-1)
+        total, count = dot(a, b), a.size
+        if math.isnan(total):
+            products = a * b
+            missing = np.isnan(products)
+            np.copyto(products, 0.0, where=missing)
+            total, count = float(products.sum()), count - int(np.count_nonzero(missing))
+        self.total += total
+        self.count += count
+
+    def value(self, step: float, power: int, axis: str) -> float:
+        if self.count == 0:
+            raise InputError(
+                f"no three neighbouring points along {axis} are present: there is nothing to "
+                'take slopes and curvatures from; fill the scan first, `fill="interpolate"`'
+            )
+        return self.total / self.count / step**power
+
+
+def _blocks(grid: Floats, overlap: int = 2) -> Iterator[tuple[Floats, Floats]]:
+    """Blocks of rows, and the same with some rows of the next."""
+    rows, columns = grid.shape
+    height = max(1, _BLOCK // columns)
+    for start in range(0, rows, height):
+        yield grid[start : start + height], grid[start : start + height + overlap]
+
+
+@dataclass(frozen=True)
+class Statistics:
+    """Height parameters of a scan, after ISO 25178-2:2021; of a profile, after ISO 21920-2:2021."""
+
+    mean: float
+    """Mean height [m]."""
+    rms: float
+    """Root mean square height Sq [m] about the mean."""
+    mean_deviation: float
+    """Mean absolute height Sa [m] about the mean."""
+    skewness: float
+    """Skewness Ssk [-]: 0 for a Gaussian surface, below it where plateaus prevail."""
+    kurtosis: float
+    """Kurtosis Sku [-]: 3 for a Gaussian surface."""
+    flatness: float
+    """From the lowest valley to the highest peak [m]: Sz."""
+    count: int
+    """Points present."""
+    missing: float
+    """Share of points that are missing [-]."""
+
+
+def statistics_of(heights: Floats) -> Statistics:
+    """Height parameters, as they are: level the heights first."""
+    flat = heights.reshape(-1)
+    parts = [flat[start : start + _BLOCK] for start in range(0, flat.size, _BLOCK)]
+    count, total, low, high = 0, 0.0, math.inf, -math.inf
+    for part in parts:
+        values = present(part)
+        if values.size:
+            count, total = count + values.size, total + float(values.sum())
+            low, high = min(low, float(values.min())), max(high, float(values.max()))
+    # No spread means one height for all: the sums below would be rounding only.
+    if not high > low:
+        raise InputError(f"the heights must vary, got {count} that are all the same")
+    mean = total / count
+    scale = high - low  # so that fourth powers stay in range
+    sums = np.zeros(4)
+    for part in parts:
+        off = (present(part) - mean) / scale
+        square = off * off
+        sums += (np.abs(off).sum(), square.sum(), dot(square, off), dot(square, square))
+    deviation, second, third, fourth = (float(value) / count for value in sums)
+    return Statistics(
+        mean=mean,
+        rms=math.sqrt(second) * scale,
+        mean_deviation=deviation * scale,
+        skewness=third / second**1.5,
+        kurtosis=fourth / (second * second),
+        flatness=scale,
+        count=count,
+        missing=1.0 - count / flat.size,
+    )

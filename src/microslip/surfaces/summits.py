@@ -1,0 +1,158 @@
+"""Find the summits of a scan: positions, heights and radii."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from microslip._core.checks import LARGEST, is_whole, number, show
+from microslip._core.errors import InputError
+from microslip._core.units import engineering, significant
+from microslip.surfaces.checks import length_of
+from microslip.surfaces.conditioning import band, condition, remaining
+from microslip.surfaces.height_map import HeightMap, present
+from microslip.surfaces.levelling import Level
+from microslip.surfaces.peaks import Peaks, equivalent_radii, find_peaks, fitted
+from microslip.surfaces.summit_set import Summits as Summits
+
+TIMES_NOISE = 3.0
+"""Prominence that makes a summit, in standard deviations of the noise.
+
+Of the peaks that white noise makes by itself one in two hundred is as prominent.
+"""
+
+
+def find_summits(
+    scan: HeightMap,
+    cutoff: float | str | None,
+    *,
+    prominence: float | str | None = None,
+    level: Level | None = None,
+    window: int = 3,
+) -> Summits:
+    """Find the summits, after levelling if that is asked for, and the short-wave cut-off.
+
+    Parameters
+    ----------
+    cutoff : float, str or None
+        Short-wave cut-off [m], or such as "10 um". It decides the result and has no default;
+        None must be written and says that the pixel decides. What :meth:`condition` has cut
+        off counts: nothing is filtered twice.
+    prominence : float or str, optional
+        Least rise of a summit above the saddle to a higher one [m], or such as "2 nm"; by default
+        three standard deviations of the noise that passes the cut-off.
+    level : {"plane", "quadratic", "cylinder", "lines", "mean"}, optional
+        Form to be removed before, where :meth:`condition` has not done so.
+    window : int
+        Points along a side of the square that a quadric is fitted to: 3, 5, 7 ... 15.
+
+    Returns
+    -------
+    Summits
+        Positions, heights and radii.
+    """
+    if not isinstance(scan, HeightMap):
+        raise InputError(f"`scan` must be a Scan, got {show(scan)}")
+    scan = scan.measurable()
+    if scan.is_profile:
+        raise InputError(
+            f"{scan.name[:60]}: a profile has peaks but no summits; use "
+            "condition(cutoff=...).moments().mccool(), which has to_surface(pair, area)"
+        )
+    if not is_whole(window) or window not in range(3, 16, 2):
+        raise InputError(f"`window` must be an odd number from 3 to 15, got {show(window)}")
+    rise = None if prominence is None else _rise(prominence)
+    short = remaining(scan, band(scan, cutoff, None)[0])
+    noise = scan.noise_behind(short)
+    scan = condition(scan, level=level, cutoff=short)
+    heights = scan.heights
+    peaks = find_peaks(heights)
+    # What rises by less may be a plateau that levelling tilted.
+    rounding = 16.0 * np.finfo(float).eps * float(np.nanmax(np.abs(heights)))
+    peaks = _selected(peaks, peaks.prominences > rounding)
+    inner = present(heights, 1).reshape(-1)
+    maxima = _selected(peaks, inner[peaks.places])
+    if not maxima.places.size:
+        raise InputError(
+            f"{scan.name[:60]}: no point is above its eight neighbours: no summit; is it "
+            'levelled? `level="plane"`'
+        )
+    flat = heights.reshape(-1)
+    mean = float(np.nanmean(heights))
+    threshold = TIMES_NOISE * noise if rise is None else rise
+    reach = window // 2
+    if reach > 1:
+        inner = present(heights, reach).reshape(-1)
+    candidates = _selected(maxima, inner[maxima.places] & (maxima.prominences >= threshold))
+    places = candidates.places
+    tops = fitted(heights, places, scan.pixel, int(window))
+    radii, good = equivalent_radii(tops.curvatures)
+    clamped = int(np.count_nonzero(good & ~tops.inside))
+    if not good.any():
+        raise InputError(
+            f"{scan.name[:60]}: none of {maxima.places.size} peaks rises "
+            f"{engineering(threshold, 'm')} above the saddle to a higher one and is round; try a "
+            "smaller prominence or another cut-off"
+        )
+    rows, columns = np.divmod(places, heights.shape[1])
+    positions = (np.stack([columns, rows], axis=1) + tops.shifts) * np.array(scan.pixel)
+    notes = (
+        *scan.notes,
+        *_notes(scan, int(window), threshold, rise is None, noise),
+        f"summits: {np.count_nonzero(good)} counted of {maxima.places.size} points above their "
+        f"eight neighbours; {np.count_nonzero(~good)} dropped as not round; {clamped} kept where "
+        "they are, since their fit puts the top outside its points.",
+    )
+    return Summits(
+        positions=positions[good],
+        heights=(flat[places] + tops.rises - mean)[good],
+        radii=radii[good],
+        curvatures=tops.curvatures[good],
+        prominences=candidates.prominences[good],
+        scan=scan,
+        cutoff=scan.cutoff,
+        area=float(np.count_nonzero(inner) * math.prod(scan.pixel)),
+        threshold=float(threshold),
+        dropped=int(np.count_nonzero(~good)),
+        peaks=maxima.places.size,
+        notes=notes,
+    )
+
+
+def _rise(prominence: float | str) -> float:
+    """Prominence [m]; zero is one, too."""
+    if isinstance(prominence, str):
+        return length_of("prominence", prominence, "2 nm")
+    rise = number("prominence", prominence, "m")
+    if rise < 0.0:
+        raise InputError(f"`prominence` must not be below zero [m], got {rise:g}")
+    if rise > LARGEST:
+        raise InputError(f"`prominence` must be at most {LARGEST:g} m, got {rise:g}")
+    return rise
+
+
+def _selected(peaks: Peaks, selection: NDArray[np.bool_]) -> Peaks:
+    return Peaks(peaks.places[selection], peaks.prominences[selection])
+
+
+def _notes(
+    scan: HeightMap, window: int, threshold: float, by_noise: bool, noise: float
+) -> tuple[str, ...]:
+    pixel = " x ".join(engineering(step, "m", 4) for step in dict.fromkeys(scan.pixel))
+    band = (
+        f"summits: no short-wave cut-off: the pixel of {pixel} determines density and radius."
+        if scan.cutoff is None
+        else f"summits: short-wave cut-off {engineering(scan.cutoff, 'm')}; it determines "
+        "density and radius."
+    )
+    why = (
+        f", {significant(TIMES_NOISE, 1)} times the noise of {engineering(noise, 'm')}"
+        if by_noise
+        else ""
+    )
+    return band, (
+        f"summits: prominence at least {engineering(threshold, 'm')}{why}; quadric through "
+        f"{window} x {window} points; radius 1/sqrt(k1 k2)."
+    )

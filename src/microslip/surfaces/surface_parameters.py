@@ -1,0 +1,254 @@
+"""Spatial, hybrid and profile parameters after ISO 25178-2:2021 and ISO 21920-2:2021.
+
+Each is checked against closed forms: a sine, a plane with steps, Gaussian heights. Nothing is
+levelled or filtered but for the mean height of each line: give the scan as it is to be judged, a
+profile with its long-wave cut-off applied. Of areas the parameters of profiles are the means over
+their lines.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+
+from microslip._core.checks import Floats, show
+from microslip._core.errors import InputError
+from microslip._core.parameters import parameter
+from microslip.surfaces.checks import length_of
+from microslip.surfaces.height_map import HeightMap
+
+
+def of(symbol: str, unit: str, meaning: str) -> Any:
+    """A field that says what its parameter is."""
+    return field(metadata=parameter(symbol, unit, meaning))
+
+
+_DECAY = 0.2
+"""Correlation at which the autocorrelation length is read."""
+
+
+@dataclass(frozen=True)
+class ArealParameters:
+    """Spatial and hybrid parameters after ISO 25178-2:2021, in SI units."""
+
+    autocorrelation_length: float = of("Sal", "m", "autocorrelation length")
+    """Shortest distance at which the autocorrelation has fallen to 0.2; not a number where it
+    does not within half of the scan."""
+    texture_aspect_ratio: float = of("Str", "", "texture aspect ratio")
+    """Sal over the longest such distance: 1 if isotropic, near 0 with a lay."""
+    developed_area_ratio: float = of("Sdr", "", "developed area ratio")
+    rms_gradient: float = of("Sdq", "", "rms gradient")
+
+
+def areal_parameters(scan: HeightMap) -> ArealParameters:
+    """Compute Sal, Str, Sdr and Sdq of ISO 25178-2:2021, in SI units.
+
+    :meth:`Scan.statistics` has Sq, Sa, Ssk, Sku and Sz. Both describe the scan as it is: level and
+    filter it first, and state its cut-offs with them. Errors as :meth:`measurable`; a profile has
+    none.
+    """
+    if scan.is_profile:
+        raise InputError("a profile has no areal parameters; its heights and moments are known")
+    scan = scan.measurable()
+    shortest, longest = _decay_lengths(_autocorrelation(scan), scan.pixel)
+    area_ratio, gradient = _gradients(scan)
+    return ArealParameters(
+        shortest if math.isfinite(shortest) else math.nan,
+        shortest / longest if math.isfinite(shortest) else math.nan,
+        area_ratio,
+        gradient,
+    )
+
+
+def _autocorrelation(scan: HeightMap) -> Floats:
+    """Return the normalised autocorrelation [-] of the points that are present, centred."""
+    there = ~np.isnan(scan.heights)
+    z = np.where(there, scan.heights - np.nanmean(scan.heights), 0.0)
+    shape = [2 * n for n in z.shape]  # zeros around it, so that nothing wraps
+
+    def correlated(a: Floats) -> Floats:
+        waves = np.fft.rfft2(a, shape)
+        return np.asarray(np.fft.irfft2(np.abs(waves) ** 2, shape))
+
+    pairs = np.maximum(np.rint(correlated(there.astype(float))), 1.0)
+    full = np.fft.fftshift(correlated(z) / pairs)
+    rows, columns = z.shape
+    middle = full[
+        rows - rows // 2 : rows - rows // 2 + rows,
+        columns - columns // 2 : columns - columns // 2 + columns,
+    ]
+    return np.asarray(middle / full[rows, columns])
+
+
+def _decay_lengths(correlation: Floats, pixel: tuple[float, ...]) -> tuple[float, float]:
+    """Return the shortest and longest distance [m] at which the correlation falls to 0.2.
+
+    Along the rays from the middle, a degree apart and linear between lags; infinite where it does
+    not fall so far within half of the scan.
+    """
+    from scipy.ndimage import map_coordinates
+
+    rows, columns = correlation.shape
+    centre = np.array([rows // 2, columns // 2])
+    step = 0.5 * min(pixel)
+    reach = min(columns // 2 * pixel[0], rows // 2 * pixel[1])
+    radius = np.arange(0.0, reach, step)
+    angles = np.radians(np.arange(0.0, 180.0))[:, None]
+    places = np.stack(
+        [
+            centre[0] + radius * np.sin(angles) / pixel[1],
+            centre[1] + radius * np.cos(angles) / pixel[0],
+        ]
+    )
+    along = map_coordinates(correlation, places.reshape(2, -1), order=1, mode="nearest")
+    along = along.reshape(angles.size, radius.size)
+    below = along < _DECAY
+    first = below.argmax(axis=1)
+    lengths = np.full(angles.size, math.inf)
+    for ray in np.flatnonzero(below.any(axis=1)):
+        k = int(first[ray])
+        high, low = along[ray, k - 1], along[ray, k]
+        lengths[ray] = radius[k - 1] + step * (high - _DECAY) / (high - low)
+    return float(lengths.min()), float(lengths.max())
+
+
+def _gradients(scan: HeightMap) -> tuple[float, float]:
+    """Sdr from the triangles of each cell, both ways of cutting it, and Sdq from its gradient."""
+    z, (dx, dy) = scan.heights, scan.pixel
+    a, b, c, d = z[:-1, :-1], z[:-1, 1:], z[1:, :-1], z[1:, 1:]
+    pairs = [
+        *(((b - a) / dx, (c - a) / dy), ((d - c) / dx, (d - b) / dy)),
+        *(((b - a) / dx, (d - b) / dy), ((d - c) / dx, (c - a) / dy)),
+    ]
+    areas = [np.sqrt(1.0 + p * p + q * q) for p, q in pairs]
+    ratio = float(np.nanmean(sum(areas) / 4.0)) - 1.0
+    square = sum(p * p + q * q for p, q in pairs) / 4.0
+    return ratio, math.sqrt(float(np.nanmean(square)))
+
+
+_SECTIONS = 5
+"""Sections of an evaluation length where no cut-off says how long one is (ISO 21920-3)."""
+_THRESHOLD = 0.1
+"""Share of Rp and Rv that the hill and the dale of a profile element must exceed."""
+_SLOPE = np.array([1.0, -9.0, 45.0, 0.0, -45.0, 9.0, -1.0]) / 60.0
+"""Weights of the local slope (ISO 21920-2), of heights ahead first."""
+
+
+@dataclass(frozen=True)
+class ProfileParameters:
+    """Height, spacing and hybrid parameters after ISO 21920-2:2021, in SI units."""
+
+    mean_deviation: float = of("Ra", "m", "arithmetic mean height")
+    rms: float = of("Rq", "m", "rms height")
+    skewness: float = of("Rsk", "", "skewness")
+    kurtosis: float = of("Rku", "", "kurtosis")
+    height: float = of("Rz", "m", "mean height of the sections")
+    spacing: float = of("Rsm", "m", "mean width of the profile elements")
+    """Not a number without two elements: hills and dales that exceed a tenth of Rp and Rv."""
+    rms_gradient: float = of("Rdq", "", "rms gradient")
+    section: float = of("lsc", "m", "section length")
+    sections: float = of("nsc", "", "sections")
+
+
+def profile_parameters(
+    scan: HeightMap, section: float | str | None = None, axis: Literal["x", "y"] = "x"
+) -> ProfileParameters:
+    """Compute Ra, Rq, Rz, Rsk, Rku, Rsm and Rdq of ISO 21920-2:2021, in SI units.
+
+    Of the heights as they are, each line above its mean: level them first, and apply the
+    long-wave cut-off that goes with the numbers.
+
+    Parameters
+    ----------
+    section : float or str, optional
+        Section length [m], or such as "0.8 mm"; by default the long-wave cut-off, or a fifth
+        of the profile where there is none.
+    axis : {"x", "y"}
+        Of an area the lines along x or along y: the parameters are the means over all lines
+        without gaps.
+
+    Returns
+    -------
+    ProfileParameters
+        The parameters, with the section length and how many sections there are.
+    """
+    if not isinstance(axis, str) or axis not in ("x", "y") or (axis == "y" and scan.is_profile):
+        raise InputError(f'`axis` must be "x", or "y" of an area, got {show(axis)}')
+    lines = np.atleast_2d(scan.measurable().heights)
+    lines = lines if axis == "x" else lines.T
+    step = scan.pixel[0 if axis == "x" else -1]
+    if scan.is_profile:  # ends that are missing, as a filter leaves them
+        there = np.flatnonzero(~np.isnan(lines[0]))
+        lines = lines[:, there[0] : there[-1] + 1]
+    lines = lines[~np.isnan(lines).any(axis=1)]
+    if not lines.size:
+        raise InputError(
+            f"{scan.name[:60]}: no line is without gaps; fill them first: "
+            'scan.condition(fill="interpolate")'
+        )
+    length = lines.shape[1] * step
+    if section is not None:
+        length_asked = length_of("section", section, "0.8 mm")
+    elif scan.long_cutoff is not None and scan.long_cutoff <= length:
+        length_asked = scan.long_cutoff
+    else:
+        length_asked = length / _SECTIONS
+    points = math.floor(length_asked / step + 1e-9)
+    if not 4 <= points <= lines.shape[1]:
+        raise InputError(
+            f"`section` must be four points or more and no longer than the profile, {length:.4g} "
+            f"m, got {length_asked:.4g} m"
+        )
+    z = lines - lines.mean(axis=1, keepdims=True)
+    rms = np.sqrt((z * z).mean(axis=1))
+    flat = rms <= 1e-12 * np.abs(lines).max()
+    if flat.all():
+        raise InputError(f"{scan.name[:60]}: the heights along {axis} must vary")
+    z, rms = z[~flat], rms[~flat]
+    unit = z / rms[:, None]
+    count = z.shape[1] // points
+    parts = z[:, : count * points].reshape(z.shape[0], count, points)
+    peaks, pits = parts.max(axis=2).mean(axis=1), -parts.min(axis=2).mean(axis=1)
+    slopes = (
+        sum(weight * z[:, 6 - k : z.shape[1] - k] for k, weight in enumerate(_SLOPE)) / step
+        if z.shape[1] > _SLOPE.size
+        else np.full((1, 1), math.nan)
+    )
+    spacings = [_spacing(*line) * step for line in zip(z, peaks, pits, strict=True)]
+    widths = [width for width in spacings if math.isfinite(width)]
+    return ProfileParameters(
+        float(np.abs(z).mean(axis=1).mean()),
+        float(rms.mean()),
+        float((unit**3).mean(axis=1).mean()),
+        float((unit**4).mean(axis=1).mean()),
+        float((peaks + pits).mean()),
+        float(np.mean(widths)) if widths else math.nan,
+        float(np.sqrt((slopes * slopes).mean(axis=1)).mean()),
+        float(points * step),
+        float(count),
+    )
+
+
+def _spacing(line: Floats, peak: float, pit: float) -> float:
+    """Mean width of the profile elements, in points; not a number where there are not two.
+
+    An element is a hill and the dale after it, or a dale and its hill, each beyond its threshold;
+    they are bounded by crossings of the mean line, seen from both ends (ISO 21920-2).
+    """
+    widths: list[Floats] = []
+    for values in (line, line[::-1]):
+        side = np.where(values > _THRESHOLD * peak, 1, np.where(values < -_THRESHOLD * pit, -1, 0))
+        beyond = np.flatnonzero(side)
+        changes = np.flatnonzero(np.diff(side[beyond]))
+        # The last crossing before the next hill or dale is entered.
+        sign = np.where(values > 0.0, 1, -1)
+        crossings = np.flatnonzero(np.diff(sign))
+        if changes.size < 3 or not crossings.size:
+            continue
+        last = crossings[np.searchsorted(crossings, beyond[changes + 1]) - 1]
+        places = last + values[last] / (values[last] - values[last + 1])
+        widths.append(places[2:] - places[:-2])
+    return float(np.concatenate(widths).mean()) if widths else math.nan

@@ -17,7 +17,8 @@ import numpy as np
 from click.testing import CliRunner
 
 import microslip as ms
-from microslip import friction, heights
+from microslip import friction
+from microslip.contact import heights
 from microslip.friction import laws
 from own_laws import Hyperbola, Ramp
 

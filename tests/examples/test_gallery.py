@@ -115,7 +115,7 @@ released: 55.93 nm remain, slips back outside 0.8780
 """,
     "13_from_a_scan": """
 rms height 200.0 nm, Nayak's alpha 25.04
-at a cut-off of 5 µm: 4735 summits/mm^2, radius 121 µm, std 195 nm (counted)
+at a cut-off of 5 µm: 4735 summits/mm^2, radius 121 µm, std 195 nm
 no cut-off: 1052 summits of 85 µm; 39412 touch, ζ = 0.358 at 0.2 µm
 cut-off 10 µm: 314 summits of 221 µm; 23473 touch, ζ = 0.355 at 0.2 µm
 cut-off 20 µm: 98 summits of 503 µm; 14847 touch, ζ = 0.352 at 0.2 µm

@@ -350,11 +350,11 @@ def test_a_scan_cut_out(bench: Bench) -> None:
     text = bench.json("POST", f"/api/uploads/{study['id']}/look", {"what": "study"})["text"]
     # It holds the counted summits as numbers and names no file, so that it runs here.
     _, _, summary = bench.ask("GET", f"/runs/{run['id']}/files/summary.json")
-    counted = json.loads(summary)["summits"]["counted"]
+    summits = json.loads(summary)["summits"]
     surface = ms.Study.from_toml(text).surface
     found = {"radius": surface.radius, "density": surface.density, "std": surface.heights.std}
-    assert found == {name: counted[name]["value"] for name in found}
-    assert surface.heights.mean == counted["mean_height"]["value"]
+    assert found == {name: summits[name] for name in found}
+    assert surface.heights.mean == summits["mean_height"]
     predicted = {"kind": "predict", "uploads": [study["id"]]}
     assert bench.finished(bench.json("POST", "/api/runs", predicted)["id"])["state"] == "done"
 

@@ -101,13 +101,11 @@ class Run:
         if "surface.toml" not in files:
             return None
         summary = json.loads(files["summary.json"].read_text(encoding="utf-8"))
-        counted = summary["summits"].get("counted")
-        if counted is None:
+        summits = summary.get("summits")
+        if summits is None:
             return None
-        std, mean, radius, density = (
-            f"{counted[name]['value']!r} {counted[name]['unit']}"
-            for name in ("std", "mean_height", "radius", "density")
-        )
+        units = {"std": "m", "mean_height": "m", "radius": "m", "density": "1/m^2"}
+        std, mean, radius, density = (f"{summits[name]!r} {unit}" for name, unit in units.items())
         values: dict[tuple[str, ...], Any] = {
             ("surface", "heights"): {"kind": "gaussian", "std": std, "mean": mean},
             ("surface", "radius"): radius,

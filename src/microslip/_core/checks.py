@@ -43,19 +43,23 @@ def exact(value: float) -> str:
 _PLAIN: frozenset[type] = frozenset({np.ndarray, float, int, bool, np.float64, np.float32, str})
 
 
-def without_unit(name: str, value: Any, unit: str) -> Any:
+_DEEPEST_LIST = 4
+"""Levels of nested lists in which quantities are looked for; an input has at most three."""
+
+
+def without_unit(name: str, value: Any, unit: str, depth: int = 0) -> Any:
     """Return the magnitude of a quantity in ``unit``, and any other value unchanged.
 
     A quantity has ``to`` and ``magnitude`` (pint), or ``to``, ``value`` and ``unit`` (astropy); it
-    may be the data of an xarray object or an item of a list. Raises InputError for a quantity of
-    another dimension.
+    may be the data of an xarray object or an item of a list. ``depth`` counts the lists around the
+    value. Raises InputError for a quantity of another dimension.
     """
     if type(value) in _PLAIN:
         return value
     if isinstance(value, (list, tuple)):
-        if set(map(type, value)) <= _PLAIN:
+        if depth == _DEEPEST_LIST or set(map(type, value)) <= _PLAIN:
             return value
-        return [without_unit(name, item, unit) for item in value]
+        return [without_unit(name, item, unit, depth + 1) for item in value]
     quantity = _quantity_of(value)
     if quantity is None:
         return value

@@ -40,6 +40,7 @@ from .friction import PressedJoint as PressedJoint
 from .friction import Pressure as Pressure
 from .friction import SegalmanFit as SegalmanFit
 from .friction import SegalmanIwan as SegalmanIwan
+from .friction import SliderLaw as SliderLaw
 from .friction import Sliders as Sliders
 from .friction import VectorCycle as VectorCycle
 from .friction import Verdict as Verdict

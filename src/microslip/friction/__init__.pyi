@@ -22,6 +22,7 @@ from .parallel import Parallel as Parallel
 from .pressed_joint import PressedJoint as PressedJoint
 from .pressure import Pressure as Pressure
 from .segalman import SegalmanIwan as SegalmanIwan
+from .slider_law import SliderLaw as SliderLaw
 from .sliders import Sliders as Sliders
 from .straight_step import FirstLoading as FirstLoading
 from .straight_step import first_loading as first_loading

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -15,6 +15,7 @@ from microslip._core.errors import InputError
 from microslip.identification.answers import Answers, delayed
 from microslip.identification.coordinates import Datum, Quantity
 from microslip.identification.options import NUISANCES
+from microslip.identification.whitening import Metric, metric_of
 from microslip.laboratory.folding import Folded
 from microslip.laboratory.motion import phase_derivative
 
@@ -358,39 +359,3 @@ def columns_of(folded: Folded, names: Sequence[str]) -> Floats:
         size = float(np.linalg.norm(column))
         columns.append(column / (size or 1.0))
     return np.array(columns).T.reshape(folded.phase.size, len(names))
-
-
-# -- weights without what nuisances take ----------------------------------------------------------
-
-_SMALL = 0.02  # of the noise: a nuisance that moves the answer less is left where it is
-
-
-@dataclass(frozen=True, eq=False)
-class Metric:
-    """Weights of the residuals of a record once its nuisances are taken out."""
-
-    directions: Floats
-    shrink: Floats
-
-    def apply(self, rows: Floats) -> Floats:
-        """Rows (..., bins) of weighted residuals or derivatives, whitened."""
-        return rows - ((rows @ self.directions) * self.shrink) @ self.directions.T
-
-    @property
-    def log_determinant(self) -> float:
-        """Log-determinant of the covariance, over that of the force's noise alone."""
-        limited = self.shrink[self.shrink < 1.0]
-        return float(-2.0 * np.log1p(-limited).sum())
-
-
-def metric_of(flat: Floats, uncertain: Floats) -> Metric:
-    """The metric of nuisances without limits and of variance 1 (bins, nuisances)."""
-    basis, _ = np.linalg.qr(flat)
-    uncertain = uncertain - basis @ (basis.T @ uncertain)
-    square, turned = np.linalg.eigh(uncertain.T @ uncertain)
-    matters = square > _SMALL**2
-    basis_uncertain = (uncertain @ turned[:, matters]) / np.sqrt(square[matters])
-    shrink = 1.0 - 1.0 / np.sqrt(1.0 + square[matters])
-    return Metric(
-        np.hstack((basis, basis_uncertain)), np.concatenate((np.ones(basis.shape[1]), shrink))
-    )

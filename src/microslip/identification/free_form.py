@@ -1,0 +1,271 @@
+"""Masing law of free form: a density of sliders, by one convex fit to folded cycles."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from microslip._core import kernels
+from microslip._core.checks import Floats
+from microslip.identification.branches import Cycle, cycle_of
+from microslip.identification.nonnegative import Cone, cone_of, minimum
+from microslip.identification.whitening import Metric, metric_of
+from microslip.laboratory.folding import Folded
+
+THRESHOLDS = 110
+"""Thresholds of the first grid, in geometric steps."""
+_FINEST = 150.0
+"""Smallest amplitude over the finest threshold."""
+_FLOOR = 1e-5
+"""Noise of a force over its range below which the grid of thresholds counts more."""
+_REFINEMENTS, _BETWEEN, _VISIBLE = 2, 3, 4.0
+"""Rounds in which thresholds are put beside those that carry stiffness, and how many."""
+NEVER = 1e3
+"""Threshold of the slider that never slips, over the largest amplitude."""
+_SHIFT_STEP, _SHIFT_ROUNDS = 0.02, 12
+"""Step of the difference by a shift, over the largest amplitude, and most steps of the search."""
+
+
+@dataclass(eq=False)
+class Rows:
+    """Columns of stop elements of one record, in the bins of its phase."""
+
+    folded: Folded
+    load: int
+    """Number of its load among the different ones, the highest being 0."""
+
+    def __post_init__(self) -> None:
+        self.cycle: Cycle = cycle_of(self.folded)
+        self.weight = np.sqrt(self.folded.count) / self.noise
+        self.metric: Metric = metric_of(self.weight[:, None], np.zeros((self.weight.size, 0)))
+
+    @cached_property
+    def noise(self) -> float:
+        """Standard deviation of one sample of force [N], not below what the grid resolves."""
+        floor = _FLOOR * 0.5 * float(np.ptp(self.folded.force))
+        return max(self.folded.force_noise, floor * math.sqrt(float(self.folded.count.mean())))
+
+    @cached_property
+    def amplitude(self) -> float:
+        """Half the range of the displacement [m]."""
+        return float(self.cycle.half.max())
+
+    def sums(self, rises: Floats) -> Floats:
+        """Return means over the bins of what accumulates along the branches (places, columns)."""
+        cycle = self.cycle
+        rises = np.ascontiguousarray(rises)
+        kernels.compiled.accumulate(cycle.parent, rises, np.zeros(rises.shape[1]))
+        return np.asarray(0.5 * (rises[cycle.first] + rises[cycle.second]))
+
+    def columns(self, y: Floats) -> Floats:
+        """Return the deflection [m] of a stop element of each threshold (bins, thresholds)."""
+        cycle = self.cycle
+        reach = np.maximum(y, 0.0)
+        return self.sums(np.minimum(cycle.half[:, None], reach) * cycle.sign[:, None])
+
+    def stiffness(self, y: Floats, k: Floats) -> Floats:
+        """Return the tangent stiffness [N/m] at each place of the cycle."""
+        order = np.argsort(y)
+        left = np.append(np.cumsum(k[order][::-1])[::-1], 0.0)
+        return np.asarray(left[np.searchsorted(y[order], self.cycle.half, side="right")])
+
+    def by_displacement(self, y: Floats, k: Floats) -> Floats:
+        """Return the change of the force by each coefficient of the displacement (terms, bins)."""
+        cycle = self.cycle
+        above = np.where(cycle.parent < 0, 0, cycle.parent)
+        moves = cycle.basis - cycle.basis[:, above]
+        return self.sums((self.stiffness(y, k) * moves).T).T
+
+    def weigh(self, y: Floats, k: Floats) -> None:
+        """Whiten by the noise of the bins and the effect of errors of the displacement."""
+        folded = self.folded
+        root = np.linalg.cholesky(folded.covariance)
+        rows = [root.T @ self.by_displacement(y, k)]
+        rows += [np.atleast_2d(part) for part in (folded.drifted, folded.stepped) if part.size]
+        uncertain = (np.vstack(rows) * self.weight).T
+        self.metric = metric_of(self.weight[:, None], np.asarray(uncertain))
+
+    def whitened(self, columns: Floats) -> Floats:
+        """Return weighted columns (bins, columns) with the nuisances eliminated."""
+        return self.metric.apply((columns * self.weight[:, None]).T).T
+
+
+@dataclass(eq=False)
+class FreeForm:
+    """Density of sliders that fits the records best, at the highest of their loads.
+
+    At a lower load every threshold is less by one shift (section 20 of the theory).
+    """
+
+    rows: Sequence[Rows]
+    loads: Sequence[float | None]
+    """Different normal loads [N], falling."""
+    y: Floats = field(init=False)
+    """Thresholds [m], rising; the last one is never reached."""
+    shifts: Floats = field(init=False)
+    """Shift of the thresholds at each load [m], zero at the first."""
+
+    def __post_init__(self) -> None:
+        self.largest = max(rows.amplitude for rows in self.rows)
+        self.smallest = min(rows.amplitude for rows in self.rows)
+        told = np.median([math.sqrt(_mean_variance(rows.folded)) for rows in self.rows])
+        finest = min(max(2.0 * float(told), self.smallest / _FINEST), 0.2 * self.smallest)
+        grid = np.geomspace(finest, self.largest, THRESHOLDS)
+        self.y = np.append(grid, NEVER * self.largest)
+        levels = sorted({rows.load for rows in self.rows})
+        self.level = {load: number for number, load in enumerate(levels)}
+        self.shifts = np.zeros(len(self.loads))
+        self.k = np.zeros(self.y.size)
+        self._assemble()
+        self.separate: list[FreeForm] = []
+        if len(self.loads) > 1:
+            self._search_shifts()
+        for _ in range(_REFINEMENTS):
+            self._solve()
+            self._reweigh()
+            self._refine()
+            self._assemble()
+        self._solve()
+
+    # -- the convex problem -----------------------------------------------------------------------
+
+    def _assemble(self) -> None:
+        """Assemble Gram matrix and right-hand side of all records."""
+        count, loads = self.y.size, len(self.loads)
+        self.blocks: list[Floats] = []
+        for rows in self.rows:
+            level = self.level[rows.load]
+            shift = float(self.shifts[level])
+            columns = rows.columns(self.y + shift)
+            by_shift = np.zeros((columns.shape[0], loads - 1))
+            if level and self.k.any():
+                step = _SHIFT_STEP * self.largest
+                more, less = (rows.columns(self.y + shift + way * step) @ self.k for way in (1, -1))
+                by_shift[:, level - 1] = (more - less) / (2.0 * step)
+            force = rows.folded.force[:, None]
+            self.blocks.append(rows.whitened(np.hstack((columns, by_shift, force))))
+        whole = np.vstack(self.blocks)
+        design, self.measured = whole[:, :-1], whole[:, -1]
+        scale = np.sqrt(np.einsum("ij,ij->j", design, design))
+        scale[:count][scale[:count] < 1e-9 * scale[:count].max()] = math.inf
+        scale[scale == 0.0] = math.inf
+        self.scale = scale
+        self.design = design / scale
+        self.free = np.arange(count + loads - 1) >= count
+        self.free &= np.isfinite(scale)
+        gram = self.design.T @ self.design
+        empty = ~np.isfinite(scale)
+        gram[empty, empty] = 1.0
+        self.cone: Cone = cone_of(gram, self.free)
+
+    def _solve(self) -> None:
+        h = self.design.T @ self.measured
+        g = minimum(self.cone, h)
+        for _ in range(2):
+            # Against the rounding of the Gram matrix: the same about the residual of the rows.
+            h = self.cone.gram @ g + self.design.T @ (self.measured - self.design @ g)
+            g = minimum(self.cone, h, g > 0.0)
+        self.h, self.g = h, g
+        x = g / self.scale
+        self.k = x[: self.y.size]
+        self.moved = x[self.y.size :]
+        self.residual = self.measured - self.design @ g
+        self.chi_squared = float(self.residual @ self.residual)
+
+    def _reweigh(self) -> None:
+        for rows in self.rows:
+            rows.weigh(self.y + self.shifts[self.level[rows.load]], self.k)
+
+    def _refine(self) -> None:
+        """Put thresholds between two that carry stiffness where their distance shows.
+
+        A slider that yields between two thresholds a distance D apart is rendered with an error of
+        up to k D/4, which counts where it is not small beside the noise of the bins.
+        """
+        y, k = self.y[:-1], self.k[:-1]
+        noise = min(float((1.0 / rows.weight).mean()) for rows in self.rows)
+        wide = (k[1:] + k[:-1]) * np.diff(y) > _VISIBLE * noise
+        if not wide.any():
+            return
+        parts = np.arange(1, _BETWEEN + 1) / (_BETWEEN + 1)
+        new = y[:-1][wide, None] + np.diff(y)[wide, None] * parts
+        grid = np.union1d(y, new.ravel())
+        spread = np.zeros(grid.size + 1)
+        spread[np.searchsorted(grid, y)] = k
+        spread[-1] = self.k[-1]
+        self.y, self.k = np.append(grid, self.y[-1]), spread
+
+    def _search_shifts(self) -> None:
+        """Find the shift of each lower load, first from the backbones of separate fits.
+
+        The backbone at a lower load is the tail of that at the highest one,
+        B_low(u) = B_high(u* + u) - B_high(u*), at a shift of -u*.
+        """
+        alone = [
+            FreeForm([rows for rows in self.rows if rows.load == load], [self.loads[load]])
+            for load in range(len(self.loads))
+        ]
+        self.separate = alone
+        high = alone[0]
+        for load, low in enumerate(alone[1:], 1):
+            u = np.linspace(0.0, low.largest, 41)[1:]
+            wanted = low.backbone(u)
+            starts = np.linspace(0.0, high.largest, 401)
+            tail = high.backbone(starts[:, None] + u) - high.backbone(starts)[:, None]
+            miss = np.sum((tail - wanted) ** 2, axis=1)
+            self.shifts[load] = -float(starts[int(np.argmin(miss))])
+        self.y = np.append(
+            np.union1d(high.y[:-1], np.geomspace(self.y[0], self.largest, THRESHOLDS)[-1:]),
+            NEVER * self.largest,
+        )
+        for rows in self.rows:
+            rows.weigh(alone[rows.load].y, alone[rows.load].k)
+        self._assemble()
+        self._solve()
+        for _ in range(_SHIFT_ROUNDS):
+            self._assemble()
+            self._solve()
+            limit = 0.2 * np.maximum(-self.shifts[1:], 0.05 * self.largest)
+            step = np.clip(self.moved, -limit, limit)
+            self.shifts[1:] = np.minimum(self.shifts[1:] + step, 0.0)
+            if np.all(np.abs(step) < 1e-4 * self.largest):
+                break
+
+    # -- what follows -----------------------------------------------------------------------------
+
+    def thresholds(self, load: int = 0) -> Floats:
+        """Return the thresholds [m] at a load, none below zero."""
+        return np.maximum(self.y + self.shifts[load], 0.0)
+
+    def backbone(self, u: Floats, load: int = 0) -> Floats:
+        """Return the force of first loading [N]."""
+        return backbone_of(self.thresholds(load), self.k, np.asarray(u))
+
+    @property
+    def freedom(self) -> int:
+        """Number of forces less what was fitted."""
+        used = np.flatnonzero(self.g)
+        # Columns that are nearly equal count as the directions that noise can tell.
+        part = self.cone.gram[np.ix_(used, used)]
+        told = np.linalg.eigvalsh(part) * float(np.max(self.g, initial=0.0)) ** 2 > 1.0
+        return max(self.measured.size - len(self.rows) - int(np.count_nonzero(told)), 1)
+
+
+def _mean_variance(folded: Folded) -> float:
+    """Return the mean variance of the displacement [m^2] over the cycle."""
+    basis = folded.basis(folded.phase)
+    return float(np.einsum("ij,jk,ik->i", basis, folded.covariance, basis).mean())
+
+
+def backbone_of(y: Floats, k: Floats, u: Floats) -> Floats:
+    """Return the sum of k min(u, y) [N] at displacements u of any shape."""
+    order = np.argsort(y)
+    y, k = y[order], k[order]
+    slipped = np.append(0.0, np.cumsum(k * y))
+    stuck = np.append(np.cumsum(k[::-1])[::-1], 0.0)
+    at = np.searchsorted(y, u, side="right")
+    return np.asarray(slipped[at] + u * stuck[at])

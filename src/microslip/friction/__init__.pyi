@@ -15,6 +15,7 @@ from .interface import Interface as Interface
 from .iwan import Iwan as Iwan
 from .iwan import IwanFit as IwanFit
 from .jenkins import Jenkins as Jenkins
+from .law_bands import LawBand as LawBand
 from .law_files import load_law as load_law
 from .law_files import save_law as save_law
 from .laws import LAWS as LAWS

@@ -15,7 +15,8 @@ from microslip.contact import (
 )
 from microslip.contact.elastic_plastic import MODELS
 from microslip.friction import BackboneLaw, Interface, PressedJoint
-from microslip.friction.law_files import load_law
+from microslip.friction.law_bands import LawBand
+from microslip.friction.law_files import load_law_and_band
 from microslip.study.fields import (
     LOAD,
     YIELD_STRESS,
@@ -147,16 +148,18 @@ class LawJoint(Part):
     )
     friction_law: BackboneLaw
     """The law in the file."""
+    band: LawBand | None
+    """Intervals of the law in the file; None for a law that was not identified."""
 
     def check(self, place: Place) -> None:
         """Read the law."""
         reading = place.reading
         try:
-            law = load_law(reading.path(self.law_file))
+            law, band = load_law_and_band(reading.path(self.law_file))
         except InputError as error:
             message = reading.message(str(error), self.law_file)
             raise KeyedError(".law_file", message.replace("`", "")) from None
-        self.keep(friction_law=law)
+        self.keep(friction_law=law, band=band)
 
     @property
     def law(self) -> str:

@@ -127,7 +127,8 @@ def _number(result: Prediction) -> Number:
     if (scatter := result.scatter) is not None:
         ends = scatter.bands["loss_factor"].values[[0, -1], load, place].tolist()
         shares = " to ".join(f"{100.0 * share:g}" for share in scatter.quantiles[[0, -1]])
-        band = f"{shares} %: {' to '.join(map(significant, ends))}; {band}"
+        told = "not measured" if np.isnan(ends).any() else " to ".join(map(significant, ends))
+        band = f"{shares} %: {told}; {band}"
     elif every.size > 1:
         ends = [float(every.min()), float(every.max())]
         band += f"; from {' to '.join(map(significant, ends))} "

@@ -343,7 +343,8 @@ def pictures(result: Prediction) -> tuple[Picture, ...]:
             between = " to ".join(f"{100.0 * end:g}" for end in result.scatter.quantiles[[0, -1]])
             edges = "Dashed" if name == "loops" else "Shaded"
             if name in ("loops", "backbone", "energy_damping", "force_damping", "contact_state"):
-                caption += f" {edges}: the {between} % band of the uncertain inputs."
+                of = "uncertain inputs" if result.scatter.inputs else "identified law"
+                caption += f" {edges}: the {between} % band of the {of}."
         figure = FIGURES[name]
         figures.append(Picture(name, caption, lambda figure=figure: figure(result), alternative))  # type: ignore[misc]
     return tuple(figures)

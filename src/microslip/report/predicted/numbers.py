@@ -78,7 +78,7 @@ def files(study: StudyDescription) -> tuple[str, ...]:
         "history": study.excitation.history is not None,
         "structure": study.structure is not None,
         **dict.fromkeys(FORCED_TABLES, _is_forced(study)),
-        "bands": _scatters(study),
+        "bands": _scatters(study) or getattr(study.joint, "band", None) is not None,
     }
     pictures = [kind for kind in ("svg", "png", "pdf") if kind in formats]
     return (

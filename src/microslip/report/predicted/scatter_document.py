@@ -38,6 +38,10 @@ def sections(result: Prediction) -> tuple[Section, ...]:
     scatter = result.scatter
     if scatter is None:
         return ()
+    if not scatter.inputs:  # the interval of an identified law
+        tables = (_bands(result, scatter, name) for name in _BANDS)
+        words = (Note(note, small=True) for note in scatter.notes)
+        return (Section("Scatter", (*tables, *words)),)
     inputs = ((entry.key, entry.written) for entry in scatter.inputs)
     blocks: list[Block] = [
         Facts("Uncertain inputs", (*inputs, ("Samples", str(scatter.samples)))),
@@ -72,14 +76,17 @@ def _bands(result: Prediction, scatter: Scatter, name: str) -> Table:
     columns = (
         *_LOOP,
         *(replace(column, label=f"{100.0 * q:g} %") for q in scatter.quantiles),
-        Column("error", "90 % interval of these, ±", "", write=cells.percent, short="± (90 %)"),
     )
-    widths = _half_widths(scatter, name)
-    rows = tuple(
-        (load, a, *band[:, i, j].tolist(), json_value(np.max(widths[:, i, j])))
-        for i, j, load, a in _places(result)
-    )
-    return Table(column.label, columns, rows, keys=2, noun="loops")
+    rows = [(load, a, *json_value(band[:, i, j])) for i, j, load, a in _places(result)]
+    if name in scatter.intervals:
+        label = "90 % interval of these, ±"
+        columns = (*columns, Column("error", label, "", write=cells.percent, short="± (90 %)"))
+        widest = np.max(_half_widths(scatter, name), axis=0)
+        places = _places(result)
+        rows = [
+            (*row, json_value(widest[i, j])) for row, (i, j, _, _) in zip(rows, places, strict=True)
+        ]
+    return Table(column.label, columns, tuple(rows), keys=2, noun="loops")
 
 
 def _half_widths(scatter: Scatter, name: str) -> Floats:
@@ -186,10 +193,14 @@ def numbers(scatter: Scatter) -> dict[str, Any]:
         "bands": {
             name: {
                 "quantiles": json_value(scatter.bands[name].values),
-                "intervals": json_value(scatter.intervals[name]),
+                **(
+                    {"intervals": json_value(scatter.intervals[name])}
+                    if name in scatter.intervals
+                    else {}
+                ),
             }
             for name in (*RANKED, "force_amplitude", "damping_ratio", "tangential_stiffness")
-            if name in scatter.intervals
+            if name in scatter.bands and (name in scatter.intervals or not scatter.inputs)
         },
         "decisions": [
             {

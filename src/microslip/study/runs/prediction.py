@@ -15,11 +15,12 @@ from microslip._core.netcdf import Variable
 from microslip._core.quantities import QUANTITIES
 from microslip._core.units import engineering
 from microslip._core.wording import plural
-from microslip.friction import Interface
+from microslip.friction import Interface, LawBand
 from microslip.friction.input_slopes import input_slopes
 from microslip.friction.loops import Loop
 from microslip.study.build import at_middle, blame, build_joints, is_uncertain
 from microslip.study.description import StudyDescription
+from microslip.study.joints import LawJoint
 from microslip.study.measured_face import MeasuredFace
 from microslip.study.runs.columns import (
     AmplitudeCurve,
@@ -227,7 +228,42 @@ def run(
         result, defaults = _scattered(study, progress, workers)
     else:
         result, defaults = _computed(study, progress)
+        if isinstance(study.joint, LawJoint) and study.joint.band is not None:
+            result = replace(result, scatter=_measured_scatter(result, study.joint.band))
     return result, defaults
+
+
+def _measured_scatter(result: Prediction, band: LawBand) -> Scatter:
+    """Return the intervals of an identified law; NaN for what its records do not tell."""
+    law = result.joints[0]
+    bands = {
+        name: variable._replace(
+            dims=("quantile", *variable.dims), values=np.full((2, *variable.values.shape), np.nan)
+        )
+        for name, variable in variables(result).items()
+        if variable.values.dtype.kind == "f" and "sample" not in variable.dims[-1]
+    }
+    for prefix, (table,) in (("", result.rows[:1]), ("curve_", result.curves[:1])):
+        a = table.amplitude
+        ends = band.of(law, a)
+        columns = {
+            "force_amplitude": ends["force"],
+            "force_ratio": ends["force"] / law.force_limit,
+            "secant_stiffness": ends["force"] / a,
+            "dissipated_energy": ends["dissipated_energy"],
+            "damping_ratio": ends["damping_ratio"],
+            "loss_factor": 2.0 * ends["damping_ratio"],
+        }
+        for name, values in columns.items():
+            if prefix + name in bands:
+                bands[prefix + name].values[:, 0] = values
+    low, high = (engineering(float(end), "m", 3, trim=True) for end in band.amplitude[[0, -1]])
+    tail = 0.5 * (1.0 - band.confidence)
+    notes = (
+        f"Intervals of the identified law at {100.0 * band.confidence:g} % each, measured between "
+        f"amplitudes of {low} and {high}; beyond these its records tell nothing.",
+    )
+    return Scatter((), 0, np.array([tail, 1.0 - tail]), bands, {}, (), notes)
 
 
 def _scattered(

@@ -387,7 +387,7 @@ MESH = """sensor = { at = ["0.1 m", "0 m", "0 m"], direction = "z" }
 [structure.mesh]
 file = "strip.inp"
 unit = "mm"
-bodies = ["left", "right", "bolts"]
+bodies = ["left", "right", "bolts", "heads"]
 contacts = [["low face", "high face"]]
 bolts = ["bolt 1"]
 along = [1, 0, 0]
@@ -426,7 +426,7 @@ def with_mesh(folder: Path) -> Path:
 def test_the_template_of_a_mesh_is_a_study_within_the_limits(with_mesh: Path) -> None:
     text = template("mesh", name="mesh.toml")
     names = {
-        "parts.msh": "strip.inp", '["lower", "upper", "bolt"]': '["left", "right", "bolts"]',
+        "parts.msh": "strip.inp", '["lower", "upper", "bolt"]': '["left", "right", "bolts", "heads"]',
         "lower face": "low face", "upper face": "high face", '"shank"': '"bolt 1"',
     }  # fmt: skip
     for old, new in names.items():
@@ -470,18 +470,21 @@ def test_a_mesh_of_ones_own_is_predicted_as_its_drawing_is(
         ("along = [1, 0, 0]", "along = [0, 0, 1]", "structure.mesh.along: along must not be normal to the contact faces"),
         ("strip.inp", "nameless.vtk", "structure.mesh: nameless.vtk: has no names; name its volumes and faces"),
         ('"low face", "high', '"lo face", "high', 'structure.mesh: strip.inp: has no face "lo face"; did you mean "low face"?'),
-        ('["left", "right", "bolts"]', '["left", "right"]', "structure.mesh: strip.inp: 256 of 656 cells belong to none of the bodies"),
+        ('["left", "right", "bolts", "heads"]', '["left", "right"]', "structure.mesh: strip.inp: 448 of 848 cells belong to none of the bodies"),
         ('unit = "mm"', "", "structure.mesh: strip.inp: reaches over 200 m; if it is in millimetres, write unit = "),
-        ('unit = "mm"', 'materials = ["steel"]', "structure.mesh.materials: wanted one a body, 3 of them, got 1"),
+        ('unit = "mm"', 'materials = ["steel"]', "structure.mesh.materials: wanted one a body, 4 of them, got 1"),
         ('unit = "mm"', 'unit = "mm"\nmaterials = ["steel", "steel", "stel"]', "structure.mesh.materials, item 3: wanted a metal of the table"),
         ('sensor = { at = ["0.1 m", "0 m", "0 m"], direction = "z" }', "", "structure.sensor: missing; write for example sensor = { at ="),
         ('density = "7800 kg/m^3"', "", 'structure.density: missing; write for example density = "7850 kg/m^3"'),
         ('density = "7800 kg/m^3"', 'length = "1 m"', "structure.length: wanted none beside structure.mesh"),
         ('density = "7800 kg/m^3"', 'density = "7800 kg/m^3"\nconverge = true', "structure.converge: wanted none beside structure.mesh"),
+        ('tension = { mean = "5 kN", cv = 0.15 }', 'size = "M8"\ngrade = "8.8"\ntorque = "60 N m"\nnut_factor = 0.2',
+         "structure: `tension` must be at most 2"),
+        ('tension = { mean = "5 kN", cv = 0.15 }', 'grade = "8.8"\ntension = "5 kN"', "structure: `grade` needs the size of the bolts"),
         ("[structure.bolts]", '[structure.bolts]\nshank = "6 mm"', "structure.bolts.shank: wanted none beside structure.mesh"),
         ('tension = { mean = "5 kN", cv = 0.15 }', 'torque = "6 N m"', "structure: a torque needs the nominal diameter of the thread"),
         ('tension = { mean = "5 kN", cv = 0.15 }', 'torque = "6 N m"\nthread = "6 mm"\npitch = "1 mm"\nthread_friction = 0.1\nbearing_friction = 0.1',
-         "structure: friction under the head needs the diameters of hole and washer"),
+         "structure: friction under the head needs the diameters of hole and head, or a size"),
     ],
 )  # fmt: skip
 def test_each_wrong_mesh_gets_its_own_line(

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
@@ -321,6 +321,10 @@ class Part:
     def __repr__(self) -> str:
         values = (f"{a}={getattr(self, a)!r}" for a in self.attributes.values())
         return f"{type(self).__name__}({', '.join(values)})"
+
+    def written(self, names: Iterable[str]) -> list[str]:
+        """Return which of some keys the file has."""
+        return [name for name in names if name in self._keys_in_file]
 
     def keep(self, **values: Any) -> None:
         """Attributes that are no keys: what was found when the keys were checked."""

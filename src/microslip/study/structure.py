@@ -9,8 +9,7 @@ import numpy as np
 
 from microslip._core.checks import Floats
 from microslip.structures.bolt_tightening import BoltForces
-from microslip.structures.bolts import TIGHTENING as RULES
-from microslip.structures.bolts import Bolts, tensions
+from microslip.structures.bolts import tensions, yield_tension
 from microslip.structures.lap_joint import LapJoint
 from microslip.structures.mesh import loosened, tight
 from microslip.study.bodies import (
@@ -139,7 +138,8 @@ class StructurePart(Part):
             _require(self.bolts, ".bolts", ("positions", "shank", "hole", "washer"))
         else:
             _refuse(self, "", (*DRAWING_KEYS, "element_size"))
-            _refuse(self.bolts, ".bolts", ("positions", "shank", "across", "head"))
+            drawn = ("positions", "shank", "across", "head", "washer_thickness", "mass")
+            _refuse(self.bolts, ".bolts", self.bolts.written(drawn))
             _require(self, "", ("sensor", *(() if self.mesh.densities else ("density",))))
             _require(self.bolts, ".bolts", ("clamp_length",) if self.bolts.embeds else ())
             if self.style != "half-lap":
@@ -204,8 +204,7 @@ class StructurePart(Part):
         """Tension that each bolt is meant to have [N]."""
         if self.mesh is None:
             return self.build().tension
-        tightening = {name: getattr(self.bolts, name) for name in RULES}
-        return tensions(len(self.mesh.bolts), **tightening, bearing=self.bolts.bearing)
+        return tensions(self.bolts, len(self.mesh.bolts))
 
     @property
     def bolt_forces(self) -> BoltForces | None:
@@ -217,15 +216,11 @@ class StructurePart(Part):
             length = self.thickness * (1.0 if self.style == "half-lap" else 2.0)  # type: ignore[operator]
         if length is None:
             return None
-        tensions = tight(self._tensions, self.bolts.slack)
+        forces = tight(self._tensions, self.bolts.slack)
         utilisation = None
         if self.bolts.grade is not None:
-            tight_one = Bolts(
-                [0.0], size=self.bolts.size, grade=self.bolts.grade, tension=tensions.max(),
-                thread_friction=self.bolts.thread_friction,
-            )  # fmt: skip
-            utilisation = float(tight_one.utilisation[0])
-        return self.bolts.forces(float(tensions.min()), float(length), utilisation)
+            utilisation = float(forces.max() / yield_tension(self.bolts))
+        return self.bolts.forces(float(forces.min()), float(length), utilisation)
 
     @property
     def tension(self) -> Floats:

@@ -103,7 +103,7 @@ def test_a_washer_is_bonded_where_it_is_pressed_and_its_whole_mass_counts() -> N
     assert (sized.head, sized.washer, sized.washer_thickness) == pytest.approx(
         (0.013, 0.016, 0.0016)
     )
-    with pytest.raises(ms.InputError, match="`head` must be a width above the hole"):
+    with pytest.raises(ms.InputError, match="head must be a width above the hole"):
         ms.Bolts([0.0], head=0.007, **given)
 
 

@@ -125,8 +125,8 @@ def beam_mesh(
         check_count(count, lengths)
         flat = plan(columns, rows, lap.bolts, half, scale, side)
         flat = flat._replace(points=flat.points + np.array([lap.at, 0.0]))
-        rings = [quad for ring in (*flat.head, *flat.pressed) for quad in ring]
-        faces = [*flat.plate, *rings]
+        bolted = [*flat.head, *flat.pressed]
+        faces = [*flat.plate, *(quad for cells in bolted for quad in cells)]
         lower, upper = (left, right) if left.lower else (right, left)
         layered = []
         for part in (lower, upper):
@@ -166,8 +166,10 @@ def beam_mesh(
             for side, name in ((-1.0, lower.name), (1.0, upper.name)):
                 levels = side * (arm + np.array([0.0, thick, thick + tall]))[:: int(side)]
                 quads = (washer, disc)[:: int(side)]
-                for low, faces in enumerate(quads):
-                    fixings += solids.extrude(flat.points, faces, levels[low : low + 2], [name] * 2)
+                for place, ring in enumerate(quads):
+                    fixings += solids.extrude(
+                        flat.points, ring, levels[place : place + 2], [name] * 2
+                    )
             inside = ["shank"] * (2 * layers + 1)
             shank = solids.extrude(
                 flat.points, flat.shank[k], grip, [lower.name, *inside, upper.name]

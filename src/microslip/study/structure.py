@@ -154,7 +154,10 @@ class StructurePart(Part):
                 )
         if len({test.fit for test in self.measured if test.fit}) > 1:
             raise KeyedError(".measured.fit", "wanted the same in all tests, or in one of them")
-        if "form" in self.fitted and self.form is None:
+        if self.form is not None and self.form.is_random and self.form.correlation is None:
+            longest = self._lap_length
+            self.form.keep(correlation=Spread.between(longest / 8.0, longest, log=True))
+        if "form" in self.fitted and (self.form is None or self.form.table is None):
             raise KeyedError(
                 ".measured.fit", 'wanted "form" only with a table structure.form, got none'
             )
@@ -198,6 +201,15 @@ class StructurePart(Part):
         if self.mesh is not None:
             return float(np.ptp(self.mesh.joint.mesh.points, axis=0).max())
         return cast(float, self.length)
+
+    @property
+    def _lap_length(self) -> float:
+        """Largest size of a contact [m]."""
+        if self.mesh is None:
+            return float(cast(float, self.lap))
+        mesh = self.mesh.joint.mesh
+        return max(float(np.ptp(mesh.points[c.lower].reshape(-1, 3), axis=0).max())
+                   for c in mesh.contacts)  # fmt: skip
 
     @property
     def _tensions(self) -> Floats:
@@ -288,7 +300,9 @@ class StructurePart(Part):
     @property
     def gaps(self) -> Floats | None:
         """Columns x, y and gap of the form [m]; None of flat faces."""
-        return None if self.form is None else self.form.table * [1.0, 1.0, self.form.factor]
+        if self.form is None or self.form.table is None:
+            return None
+        return np.asarray(self.form.table * [1.0, 1.0, self.form.factor])
 
     @property
     def patch_size(self) -> float:

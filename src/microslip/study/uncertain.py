@@ -30,9 +30,9 @@ _LOST = 1e-3
 class Spread(float):
     """A number with its scatter: as a float it is its middle.
 
-    Between ``low`` and ``high`` every value is as likely as any other, or every logarithm. With ``mean`` and the
-    coefficient of variation ``cv`` it is lognormal, so that it keeps its sign, or normal and cut
-    off at zero. Of ``values`` each is as likely as any other.
+    Between ``low`` and ``high`` every value is as likely as any other, or every logarithm.
+    With ``mean`` and the coefficient of variation ``cv`` it is lognormal, so that it keeps its
+    sign, or normal and cut off at zero. Of ``values`` each is as likely as any other.
     """
 
     low: float | None = None

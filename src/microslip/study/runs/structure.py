@@ -50,15 +50,20 @@ _NAMES = {
     "structure.bolts.torque": "bolt torque",
     "structure.bolts.embedding": "embedding of the bolts",
     "structure.form.factor": "factor on the form",
+    "structure.form.flatness": "flatness of the faces",
+    "structure.form.correlation": "correlation length of the faces",
+    "structure.form.rim": "rim around the holes",
     "structure.base_damping_ratio": "base damping ratio",
 }
 _OF_LAWS = ("bolts.tension", "bolts.torque", "bolts.nut_factor", "bolts.thread_friction",
             "bolts.bearing_friction", "bolts.embedding", "bolts.rz", "bolts.clamp_length",
-            "form.factor", "base_damping_ratio")  # fmt: skip
+            "form.factor", "form.flatness", "form.correlation", "form.rim",
+            "base_damping_ratio")  # fmt: skip
 """Keys of a structure that leave its reduced model as it is."""
 _SIDES = ["structure.lap", "structure.width"]
 BASE = "structure.base_damping_ratio"
 _CANDIDATES = 12  # modes among which one with all bolts tight is looked for
+_FACES = 44  # stream of the random faces of samples
 _DENSE = 16_384  # points at which bands interpolate between the samples
 
 
@@ -248,11 +253,16 @@ def _identified(
     )
 
 
-def tightened(study: StudyDescription, joint: ReducedJoint) -> tuple[ReducedJoint, Preload]:
-    """The joint with the form and the tension of a study, and its state under them."""
+def tightened(
+    study: StudyDescription, joint: ReducedJoint, rng: np.random.Generator | None = None
+) -> tuple[ReducedJoint, Preload]:
+    """Return the joint with the form and tension of a study, and its state under them.
+
+    Random faces are drawn by ``rng``; without it they are flat.
+    """
     part = study.bolted
     if part.form is not None:
-        joint = joint.with_form(part.form.table, part.form.factor)
+        joint = part.form.apply(joint, part.holes, rng)
     joint = joint.with_tension(part.tension)
     return joint, joint.tightened(build_surface(study), study.joint.friction_coefficient)
 
@@ -315,7 +325,8 @@ def _samples(
                 model = _reduced(sample, joint.layout * [1.0, lap, lap, width, width])
             else:
                 model = joint.scaled(*scales(middle, sample, scaled))
-            _, state = tightened(sample, model)
+            rng = np.random.default_rng([design.part.seed, _FACES, row])
+            _, state = tightened(sample, model, rng)
             for index, number in enumerate(sample_part.modes):
                 curve = _curve(sample_part, model, state, number)
                 samples[index, :, row] = numbers(curve, model)

@@ -14,9 +14,13 @@ from numpy.typing import ArrayLike, NDArray
 from microslip._core.checks import Floats, floats, plain, positive
 from microslip._core.errors import InputError
 from microslip._core.frozen import Locked, lock
+from microslip.contact.materials import MaterialPair
+from microslip.friction import Interface
 from microslip.friction.slider_law import SliderLaw
 from microslip.identification.bands import Bands, widened
 from microslip.identification.free_form import NEVER, FreeForm, Rows
+from microslip.identification.interface_step import interface_step
+from microslip.identification.second_step import NOT, Parameter, SecondStep, Statistics
 from microslip.laboratory.folding import Folded
 
 _STEP = 0.02
@@ -100,6 +104,46 @@ class _At(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
+class InterfaceStep(SecondStep):
+    """A Greenwood interface fitted to what loops determine."""
+
+    _model: Any = None
+    _materials: Any = None
+    _loads: tuple[float, ...] = ()
+
+    def joint(self, normal_load: float | None = None) -> Interface:
+        """Return the interface of the best values, without its rig.
+
+        Parameters
+        ----------
+        normal_load : float, optional
+            Normal load [N]; without it the highest measured.
+
+        Raises
+        ------
+        InputError
+            If the rig is unknown, because the stiffness of the joint is then not determined.
+        """
+        undetermined = [one.name for one in self.parameters.values() if one.verdict == NOT]
+        if undetermined:
+            raise InputError(
+                f"the loops do not determine {', '.join(undetermined)}: they cannot tell the joint "
+                "from the rig; give `rig_stiffness=(value, error)`"
+            )
+        load = (
+            max(self._loads)
+            if normal_load is None
+            else positive("normal_load", normal_load, "N", 500.0)
+        )
+        radius = self.parameters.get("radius")
+        materials = self._materials
+        if radius is not None:
+            materials = materials._replace(radius=radius.value)
+        joint: Interface = self._model.build(self.values, load, materials)
+        return joint
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class Identification(Locked):
     """What loops determine: a friction law of free form, its energies and forces, with intervals.
 
@@ -117,6 +161,8 @@ class Identification(Locked):
     """Relative standard deviations of the gains of the sensors [-]."""
     notes: tuple[str, ...] = ()
     """Remarks on the fit, a sentence each."""
+    step: InterfaceStep | None = None
+    """Physical parameters, where materials were given or a law was asked for."""
 
     # -- where it holds ---------------------------------------------------------------------------
 
@@ -368,6 +414,72 @@ class Identification(Locked):
         if self._compliance:
             y, k = _joint_alone(y, k, self._compliance)
         return SliderLaw(y, k, *self.amplitudes)
+
+    # -- the second step --------------------------------------------------------------------------
+
+    def interface(
+        self,
+        pair: MaterialPair | None = None,
+        *,
+        area: float | None = None,
+        heights: Any = None,
+        known: Mapping[str, Any] | None = None,
+        contact_area: tuple[float, float, float] | None = None,
+    ) -> InterfaceStep:
+        """Fit the Greenwood interface to what the loops determine.
+
+        Parameters
+        ----------
+        pair : MaterialPair, optional
+            The two materials, which turn the slip scale into a height.
+        area : float, optional
+            Apparent area [m^2], for densities of summits.
+        heights : optional
+            Distribution of heights or a surface whose shape counts; by default Gaussian heights.
+        known : mapping, optional
+            Data from elsewhere as (value, standard deviation) by the names of parameters; "radius"
+            or "density" separate the two; "summits" is the number of all summits, whose random
+            heights widen the intervals.
+        contact_area : tuple, optional
+            Measured real contact area (value [m^2], uncertainty [m^2], normal load [N]), which
+            separates radius and density of the summits.
+
+        Returns
+        -------
+        InterfaceStep
+            Parameters with intervals and verdicts, and the joint they make.
+
+        Raises
+        ------
+        InputError
+            For records without a normal load, or wrong data.
+        """
+        fit = self.fits[0]
+        rig = self.rig_stiffness
+        bands = self._bands[id(fit)]
+        statistics = Statistics(fit, bands, rig, rig is None)
+        loads = [load for load in fit.loads if load is not None]
+        force = float(fit.k @ np.minimum(fit.largest, fit.thresholds()))
+        stiff = self.stiffness.value
+        if not math.isfinite(stiff):
+            stiff = 2.0 * self.stiffness.low
+        step, model, materials = interface_step(
+            statistics,
+            loads,
+            force,
+            stiff,
+            pair=pair,
+            area=area,
+            heights=heights,
+            known=known,
+            contact_area=contact_area,
+        )
+        return InterfaceStep(**vars(step), _model=model, _materials=materials, _loads=tuple(loads))
+
+    @property
+    def parameters(self) -> Mapping[str, Parameter]:
+        """Parameters of the interface by name; empty without a second step."""
+        return {} if self.step is None else self.step.parameters
 
     # -- the rig ----------------------------------------------------------------------------------
 

@@ -24,6 +24,8 @@ _FLOOR = 1e-5
 """Noise of a force over its range below which the grid of thresholds counts more."""
 _REFINEMENTS, _BETWEEN, _VISIBLE = 2, 3, 4.0
 """Rounds in which thresholds are put beside those that carry stiffness, and how many."""
+_OF_LOWER, _APART = 0.6, 0.5
+"""Share of these for each lower load; least distance of two over the finest threshold."""
 NEVER = 1e3
 """Threshold of the slider that never slips, over the largest amplitude."""
 _SHIFT_STEP, _SHIFT_ROUNDS = 0.02, 12
@@ -218,10 +220,7 @@ class FreeForm:
             tail = high.backbone(starts[:, None] + u) - high.backbone(starts)[:, None]
             miss = np.sum((tail - wanted) ** 2, axis=1)
             self.shifts[load] = -float(starts[int(np.argmin(miss))])
-        self.y = np.append(
-            np.union1d(high.y[:-1], np.geomspace(self.y[0], self.largest, THRESHOLDS)[-1:]),
-            NEVER * self.largest,
-        )
+        self._put_thresholds(alone)
         for rows in self.rows:
             rows.weigh(alone[rows.load].y, alone[rows.load].k)
         self._assemble()
@@ -234,6 +233,19 @@ class FreeForm:
             self.shifts[1:] = np.minimum(self.shifts[1:] + step, 0.0)
             if np.all(np.abs(step) < 1e-4 * self.largest):
                 break
+
+    def _put_thresholds(self, alone: Sequence[FreeForm]) -> None:
+        """Put thresholds as fine about the shift of each load as its own loops resolve."""
+        places = [
+            np.geomspace(fit.y[0], fit.largest, int(THRESHOLDS * (1.0 if i == 0 else _OF_LOWER)))
+            - self.shifts[i]
+            for i, fit in enumerate(alone)
+        ]
+        y = np.sort(np.concatenate([*places, -self.shifts[1:]]))
+        self.largest = float(y[-1])
+        apart = np.append(True, np.diff(y) > _APART * alone[0].y[0])
+        self.y = np.append(y[apart], NEVER * self.largest)
+        self.k = np.zeros(self.y.size)
 
     # -- what follows -----------------------------------------------------------------------------
 
@@ -248,11 +260,16 @@ class FreeForm:
     @property
     def freedom(self) -> int:
         """Number of forces less what was fitted."""
+        return max(self.measured.size - len(self.rows) - self.used, 1)
+
+    @property
+    def used(self) -> int:
+        """Number of independent columns that carry stiffness, as far as noise can tell them."""
         used = np.flatnonzero(self.g)
         # Columns that are nearly equal count as the directions that noise can tell.
         part = self.cone.gram[np.ix_(used, used)]
         told = np.linalg.eigvalsh(part) * float(np.max(self.g, initial=0.0)) ** 2 > 1.0
-        return max(self.measured.size - len(self.rows) - int(np.count_nonzero(told)), 1)
+        return int(np.count_nonzero(told))
 
 
 def _mean_variance(folded: Folded) -> float:

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from scipy.special import chdtri
 
 from microslip._core.checks import members, number, positive, show
 from microslip._core.errors import InputError
 from microslip._core.threads import single_threaded
+from microslip.contact.materials import MaterialPair
 from microslip.identification.coordinates import groups_of
 from microslip.identification.found import Identification, result_of
 from microslip.identification.free_form import FreeForm, Rows
@@ -20,10 +23,11 @@ from microslip.laboratory.record import Record
 
 _MOST_FORCES = 1 << 14
 """Most bins of all records together."""
+_UNLIKELY = 1e-3
+"""Probability of a rise of chi-squared from which on each load has a density of its own."""
 _GAINS = {
     "force_gain": "force",
     "displacement_gain": "displacement",
-    "normal_load_gain": "normal_load",
 }
 
 
@@ -34,7 +38,12 @@ def identify(
     normal_load: float | Sequence[float] | None = None,
     rig_stiffness: float | tuple[float, float] | None = None,
     noise: tuple[float, float] | None = None,
-    known: Mapping[str, tuple[float, float]] | None = None,
+    law: str | None = None,
+    pair: MaterialPair | None = None,
+    area: float | None = None,
+    heights: Any = None,
+    known: Mapping[str, Any] | None = None,
+    contact_area: tuple[float, float, float] | None = None,
 ) -> Identification:
     """Find the friction law that measured loops determine, with intervals.
 
@@ -47,13 +56,19 @@ def identify(
     rig_stiffness : float or (float, float), optional
         Measured stiffness of the rig [N/m] in series with the joint, and its standard error. With
         it results are those of the joint alone; without it those of joint and rig in series,
-        because loops cannot tell the two apart.
+        because loops cannot tell the two apart. Infinity states that the rig is rigid.
     noise : (float, float), optional
         Standard deviations of each force [N] and each displacement [m]: then every record is one
         cycle that was averaged already, whose scatter does not tell the noise.
+    law : str, optional
+        "interface" fits the Greenwood interface in a second step; so does giving ``pair``.
+    pair, area, heights, contact_area : optional
+        Materials, apparent area [m^2] and more for the second step, as
+        :meth:`Identification.interface` takes them.
     known : mapping, optional
-        Data from elsewhere as (value, standard deviation): "force_gain", "displacement_gain" and
-        "normal_load_gain", relative gains of the sensors such as ``(1.0, 0.01)``.
+        Data from elsewhere as (value, standard deviation): "force_gain" and "displacement_gain",
+        gains of the sensors relative to those used, such as ``(1.0, 0.01)``; and for the second
+        step parameters of the interface such as ``{"std": (5e-7, 2e-8)}``.
 
     Returns
     -------
@@ -93,8 +108,38 @@ def identify(
         if one.normal_load is not None:
             level = next(i for i, group in enumerate(groups) if one.normal_load in group)
         rows.append(Rows(one, level))
-    fit = FreeForm(rows, means)
-    return result_of([fit], rows, rig, gains, [])
+    fits, notes = _fitted(rows, means)
+    result = result_of(fits, rows, rig, gains, notes)
+    if law is None and pair is None:
+        return result
+    if law not in (None, "interface"):
+        raise InputError(
+            f'`law` must be "interface" or left out, got {show(law)}; ms.compare fits other laws'
+        )
+    further = {name: datum for name, datum in (known or {}).items() if name not in _GAINS}
+    step = result.interface(
+        pair, area=area, heights=heights, known=further, contact_area=contact_area
+    )
+    return replace(result, step=step)
+
+
+def _fitted(rows: list[Rows], loads: list[float | None]) -> tuple[list[FreeForm], list[str]]:
+    """Return one fit of all loads, or one for each where one density does not hold for all."""
+    fit = FreeForm(rows, loads)
+    if len(loads) == 1:
+        return [fit], []
+    alone = fit.separate
+    apart = fit.chi_squared - sum(one.chi_squared for one in alone)
+    used = sum(one.used for one in alone) - fit.used
+    noise = max(1.0, sum(one.chi_squared for one in alone) / sum(one.freedom for one in alone))
+    if apart <= noise * float(chdtri(max(used, 1) + len(loads), _UNLIKELY)):
+        return [fit], []
+    note = (
+        "one density of sliders does not hold for all normal loads (chi-squared rises by "
+        f"{apart:.3g} where noise explains {used:.3g}), so each load has its own: tightening, wear "
+        "or the rig differ between the loads"
+    )
+    return list(alone), [note]
 
 
 def _rig(given: Any) -> tuple[float, float] | None:
@@ -106,6 +151,8 @@ def _rig(given: Any) -> tuple[float, float] | None:
             "`rig_stiffness` must be a stiffness or (stiffness, standard error) [N/m], such as "
             f"(5e8, 1e7), got {show(given)}"
         )
+    if parts[0] == math.inf:
+        return (math.inf, 0.0)
     value = positive("rig_stiffness", parts[0], "N/m", 5e8)
     error = number("rig_stiffness", parts[1], "N/m", 1e7)
     if not 0.0 <= error < value:
@@ -118,6 +165,10 @@ def _rig(given: Any) -> tuple[float, float] | None:
 
 def _gains(known: Mapping[str, Any] | None) -> dict[str, float]:
     gains = {}
+    if known is not None and not isinstance(known, Mapping):
+        raise InputError(
+            f"`known` must be a dict such as {{'std': (5e-7, 5e-8)}}, got {show(known)}"
+        )
     for name, datum in (known or {}).items():
         if name in _GAINS:
             gains[_GAINS[name]] = float(datum[1]) / float(datum[0])

@@ -23,7 +23,7 @@ FULL = edited(
     (CURVE, f"{CURVE}\n{HISTORY}"),
     FORMATS,
 )
-MEASURED = 'law = "measured"\nscan = "z.npy"\nunit = "um"\npixel = "1 um"\n'
+MEASURED = 'law = "face"\nscan = "z.npy"\nunit = "um"\npixel = "1 um"\n'
 STUDIES = {
     "full": FULL,
     "by force": edited((f"amplitudes = {AMPLITUDES}", 'force_amplitudes = ["50 N"]'), FORMATS),

@@ -32,7 +32,7 @@ def _heights_rule(name: str, faces: str) -> Rule:
         meaning="the peaks of the face are as high as on a Gaussian one",
         reason="in boundary-element solutions of faces of one spectrum the stiffness follows the "
         f"mean height above the bearing level: 0.5 to 3 times at kurtoses of 4 to 7 ({faces})",
-        remedy='correct by it for an estimate, or solve the scan point by point, law = "measured"',
+        remedy='correct by it for an estimate, or solve the scan point by point, law = "face"',
     )
 
 
@@ -53,7 +53,7 @@ RULES: tuple[Rule, ...] = (
         reason="a boundary-element solution is up to 20 % stiffer at 0.01 (7 % in the mean), 5 to "
         "20 % at 0.02, 20 to 50 % at 0.06 and 30 to 80 % at 0.1 (Gaussian surfaces, "
         "benchmarks/real_area.py)",
-        remedy='a smaller load, or a law with interacting contacts: "rough", or "measured"',
+        remedy='a smaller load, or a law with interacting contacts: "rough", or "face"',
     ),
     Rule(
         name="real over apparent area at tightening",
@@ -87,7 +87,7 @@ RULES: tuple[Rule, ...] = (
         reason="Greenwood and Williamson (1966): elastic below 0.6, plastic above 1",
         remedy="take the surface as tightening leaves it, its highest summits yielded: "
         "tightening_load in a study, surface.tightened in Python; under the bolts of a [structure] "
-        'law = "rough", or a scan with law = "measured"',
+        'law = "rough", or a scan with law = "face"',
         missing="give the hardness of the softer material [Pa]",
     ),
     Rule(
@@ -128,7 +128,7 @@ RULES: tuple[Rule, ...] = (
         meaning="the joint is not loosened far below its tightening",
         reason="at a fifth of the tightening load the stiffness is within 20 % of boundary "
         "elements, at a hundredth up to twice as large",
-        remedy='a larger load, or a scan (law = "measured")',
+        remedy='a larger load, or a scan (law = "face")',
     ),
     Rule(
         name=OVER_HARDNESS,

@@ -97,7 +97,7 @@ class Joint(Part):
         if not isinstance(surface, (GreenwoodWilliamson, AsperityPopulation)):
             raise InputError(
                 "`tightening_load` wanted only for a surface of summits that can yield, such as "
-                'law = "greenwood-williamson", "population", "scan" or "measured", got '
+                'law = "greenwood-williamson", "population" or "face", got '
                 f"{type(surface).__name__}"
             )
         hardness = surface.pair.hardness if self.yield_stress is None else None

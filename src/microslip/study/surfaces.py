@@ -282,7 +282,7 @@ SURFACE_TABLES: dict[str, type[Any]] = {
         for kind in NORMAL_LAWS
         if (name := key_of(kind)) in _OWN_TABLES or parameters_of(kind)
     },
-    "measured": MeasuredFace,
+    "face": MeasuredFace,
 }
 """Tables of the normal laws by their name, and that of a measured face."""
 

@@ -73,6 +73,11 @@ def faults(heights: Floats) -> list[Remark]:
     return [Remark(FAULT, text) for text in words]
 
 
+def is_bow(note: str) -> bool:
+    """Whether a note of a scan is the fault of a bowed form."""
+    return isinstance(note, Remark) and note.kind == FAULT and note.words.startswith("bow:")
+
+
 def _levelled(heights: Floats) -> tuple[Floats, float]:
     """Heights without plane and bow, and the standard deviation of the bow."""
     plane, _ = level(heights, (1.0, 1.0), "plane")

@@ -195,7 +195,7 @@ LAWS = {
     "population": ("given summits", "of a given population of summits"),
     "sphere": ("one sphere on a flat", "of one sphere on a flat"),
     "table": ("a table", "with a tabulated normal law"),
-    "measured": ("a measured face", "of a measured face"),
+    "face": ("a measured face", "of a measured face"),
     "rough": ("rough, by its drawing", "of a rough face by its drawing"),
 }
 """Normal laws by themselves, and in a sentence about their joint."""

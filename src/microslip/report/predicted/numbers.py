@@ -189,7 +189,7 @@ def load_notes(study: StudyDescription, joint: Interface) -> list[str]:
         notes.append(
             f"surface.law: summits that stay elastic bear the bolts here, though at a plasticity "
             f'index of {index:.3g} most yield. law = "rough" (rq, roll_off, shortest) and law = '
-            '"measured" yield under the pressure of each patch: take one of these.'
+            '"face" yield under the pressure of each patch: take one of these.'
         )
     return notes
 

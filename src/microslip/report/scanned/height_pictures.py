@@ -52,8 +52,9 @@ def height_plot(findings: Findings) -> Plot:
         return trace_figure(findings.scan, findings.title("Heights"))
     scan, summits = findings.scan, findings.summits
     unit, letter = length_prefix(max(scan.size))
-    low, high = np.nanquantile(scan.heights, (SHARE, 1.0 - SHARE)).tolist()
-    middle = float(np.nanmean(scan.heights))
+    heights = np.where(np.isnan(scan.unfiltered.heights), np.nan, scan.heights)
+    low, high = np.nanquantile(heights, (SHARE, 1.0 - SHARE)).tolist()
+    middle = float(np.nanmean(heights))
     rows, columns = _detail(scan, summits)
     dx, dy = (step / unit for step in scan.pixel)
     map_panel, right = (
@@ -67,8 +68,8 @@ def height_plot(findings: Findings) -> Plot:
         for place in (0, 1)
     )
     for panel, part, start in (
-        (map_panel, scan.heights, (0, 0)),
-        (right, scan.heights[rows, columns], (rows.start, columns.start)),
+        (map_panel, heights, (0, 0)),
+        (right, heights[rows, columns], (rows.start, columns.start)),
     ):
         x, y = (start[1] - 0.5) * dx, (start[0] - 0.5) * dy
         ends = x, x + part.shape[1] * dx, y, y + part.shape[0] * dy

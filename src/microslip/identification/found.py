@@ -20,6 +20,7 @@ from microslip.friction.slider_law import SliderLaw
 from microslip.identification.bands import Bands, widened
 from microslip.identification.free_form import NEVER, FreeForm, Rows
 from microslip.identification.interface_step import interface_step
+from microslip.identification.masing import Masing, masing_of
 from microslip.identification.second_step import NOT, Parameter, SecondStep, Statistics
 from microslip.laboratory.folding import Folded
 
@@ -490,6 +491,11 @@ class Identification(Locked):
             value, error = self.rig_stiffness
             return Estimate(*widened(value, value, value, [error]))
         return Estimate(math.nan, self.stiffness.low, math.inf)
+
+    @cached_property
+    def masing(self) -> Masing:
+        """Test whether the loops obey Masing's rules, with the cause where one is found."""
+        return masing_of(self.fits)
 
     # -- the fit ----------------------------------------------------------------------------------
 

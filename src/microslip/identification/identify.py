@@ -88,6 +88,31 @@ def identify(
     load all thresholds are less by one shift. Intervals hold all densities whose sum of squares is
     within a calibrated quantile of the minimum.
     """
+    result, _ = fitted_records(
+        records, normal_load=normal_load, rig_stiffness=rig_stiffness, noise=noise, known=known
+    )
+    if law is None and pair is None:
+        return result
+    if law not in (None, "interface"):
+        raise InputError(
+            f'`law` must be "interface" or left out, got {show(law)}; ms.compare fits other laws'
+        )
+    further = {name: datum for name, datum in (known or {}).items() if name not in _GAINS}
+    step = result.interface(
+        pair, area=area, heights=heights, known=further, contact_area=contact_area
+    )
+    return replace(result, step=step)
+
+
+def fitted_records(
+    records: Any,
+    *,
+    normal_load: float | Sequence[float] | None = None,
+    rig_stiffness: float | tuple[float, float] | None = None,
+    noise: tuple[float, float] | None = None,
+    known: Mapping[str, Any] | None = None,
+) -> tuple[Identification, list[Rows]]:
+    """Return the fit of free form to records, and the rows of each of them."""
     gains = _gains(known)
     rig = _rig(rig_stiffness)
     folded = folded_records(records, normal_load, noise)
@@ -109,18 +134,7 @@ def identify(
             level = next(i for i, group in enumerate(groups) if one.normal_load in group)
         rows.append(Rows(one, level))
     fits, notes = _fitted(rows, means)
-    result = result_of(fits, rows, rig, gains, notes)
-    if law is None and pair is None:
-        return result
-    if law not in (None, "interface"):
-        raise InputError(
-            f'`law` must be "interface" or left out, got {show(law)}; ms.compare fits other laws'
-        )
-    further = {name: datum for name, datum in (known or {}).items() if name not in _GAINS}
-    step = result.interface(
-        pair, area=area, heights=heights, known=further, contact_area=contact_area
-    )
-    return replace(result, step=step)
+    return result_of(fits, rows, rig, gains, notes), rows
 
 
 def _fitted(rows: list[Rows], loads: list[float | None]) -> tuple[list[FreeForm], list[str]]:

@@ -64,29 +64,11 @@ def interface_step(
     pair, area, heights, known, contact_area
         As for :func:`microslip.identify`.
     """
-    if not loads:
-        raise InputError(
-            "an interface needs the normal load of each record; write "
-            "Record(..., normal_load=500.0) or `normal_load=500.0`"
-        )
     if pair is not None and not isinstance(pair, MaterialPair):
         raise InputError(f"`pair` must be a MaterialPair of two materials, got {show(pair)}")
     area = None if area is None else positive("area", area, "m^2", 2e-4)
-    model = InterfaceModel.create(heights=heights)
-    model = model.prepared([None] * len(loads), list(loads))
+    law, model = interface_law(loads, heights, force, stiffness)
     materials = Materials(pair, area)
-    law = Law(
-        "interface",
-        (
-            Unknown(FRICTION, "", min(force / max(loads), 2.0)),
-            Unknown(SCALE, "m", force / stiffness),
-            Unknown(SEPARATION, "", 1.0, False, *model.template.bounds()),
-        ),
-        lambda u, values, load: np.asarray(model.curve(u, values, load)[0]),
-    )
-    starts = [
-        {SCALE: share * force / stiffness, SEPARATION: h} for share in _SCALES for h in _SEPARATIONS
-    ]
     known = dict(known or {})
     summits = known.pop("summits", None)
     data, measured = _data(known, model, materials, list(loads), contact_area)
@@ -94,7 +76,7 @@ def interface_step(
     if summits is not None:
         count = float(summits[0]) if isinstance(summits, (tuple, list)) else float(summits)
         scatter = _scatter(statistics, model, loads, count)
-    starts = _best(statistics, law, starts, force / max(loads))
+    starts = interface_starts(statistics, law, force, stiffness, max(loads))
     problem, q, least, covariance = solve(statistics, law, data, scatter, starts)
     parameters = parameters_of(problem, q, least, covariance)
     for name in known:
@@ -132,19 +114,46 @@ def interface_step(
     return step_of(statistics, law, problem, least, parameters, q), model, materials
 
 
-def _best(
-    statistics: Statistics, law: Law, starts: Sequence[dict[str, float]], mu: float
+def interface_law(
+    loads: Sequence[float], heights: Any, force: float, stiffness: float
+) -> tuple[Law, InterfaceModel]:
+    """Return the law of an interface with its unknowns, for loads that are known."""
+    if not loads:
+        raise InputError(
+            "an interface needs the normal load of each record; write "
+            "Record(..., normal_load=500.0) or `normal_load=500.0`"
+        )
+    model = InterfaceModel.create(heights=heights).prepared([None] * len(loads), list(loads))
+    unknowns = (
+        Unknown(FRICTION, "", min(force / max(loads), 2.0)),
+        Unknown(SCALE, "m", force / stiffness),
+        Unknown(SEPARATION, "", 1.0, False, *model.template.bounds()),
+    )
+    law = Law(
+        "interface",
+        unknowns,
+        lambda u, values, load: np.asarray(model.curve(u, values, load)[0]),
+    )
+    return law, model
+
+
+def interface_starts(
+    statistics: Statistics, law: Law, force: float, stiffness: float, load: float
 ) -> list[dict[str, float]]:
-    """Return the two starts with the least sum of squares."""
+    """Return the two starts of a grid with the least sum of squares."""
+    starts = [
+        {SCALE: share * force / stiffness, SEPARATION: h} for share in _SCALES for h in _SEPARATIONS
+    ]
+    mu = force / load
     rig = statistics.rig
-    stiffness = rig[0] if rig else math.inf
+    series = rig[0] if rig else math.inf
     if statistics.free_rig:
-        stiffness = 3.0 * float(statistics.fit.k.sum())
+        series = 3.0 * float(statistics.fit.k.sum())
     sums = []
     for start in starts:
         values = {FRICTION: mu} | start
         g = statistics.sliders(
-            lambda u, load, values=values: law.backbone(u, values, load), 1.0 / stiffness
+            lambda u, load, values=values: law.backbone(u, values, load), 1.0 / series
         )
         sums.append(float(np.sum(np.nan_to_num(statistics.residuals(g), nan=1e9) ** 2)))
     return [starts[i] for i in np.argsort(sums)[:2]]

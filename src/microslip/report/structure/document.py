@@ -9,9 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from microslip._core.checks import Floats
-from microslip._core.netcdf import Variable
-from microslip._core.quantities import QUANTITIES, json_value, named
+from microslip._core.quantities import json_value, named
 from microslip._core.units import engineering
 from microslip.figures.picture import Picture
 from microslip.report import cells
@@ -23,6 +21,7 @@ from microslip.report.structure.bolts import (
     names,
     tight_numbers,
 )
+from microslip.report.structure.data import curves
 from microslip.report.structure.driven import (
     FORCED_FIGURE,
     force_plot,
@@ -199,34 +198,12 @@ def numbers(prediction: StructurePrediction) -> dict[str, Any]:
     }
 
 
-def columns(prediction: StructurePrediction) -> dict[str, Floats]:
-    """The curves of all modes in long form, for a CSV file."""
-    parts = [
-        {"mode": np.full(mode.curve.amplitude.size, float(mode.number)), **_curves(mode)}
-        for mode in prediction.modes
-    ]
-    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
-
-
-def _curves(mode: Mode) -> dict[str, Floats]:
-    """The curves of a mode by the names that they have everywhere."""
-    curves = {
-        "amplitude": mode.curve.amplitude,
-        "modal_frequency": mode.curve.frequency,
-        "modal_damping_ratio": mode.curve.damping_ratio,
-    }
-    for name in ("frequency", "damping_ratio") if mode.bands is not None else ():
-        for word, row in zip(("low", "median", "high"), getattr(mode.bands, name), strict=True):
-            curves[f"modal_{name}_{word}"] = row
-    return curves
-
-
 def _mode_numbers(mode: Mode) -> dict[str, Any]:
-    bands, curves = mode.bands, _curves(mode)
+    bands, columns = mode.bands, curves(mode)
     result: dict[str, Any] = {
         "mode": mode.number,
         **named(mode.curve, "linear_frequency", "message"),
-        **{c.key: json_value(curves[c.key]) for c in _COLUMNS[:3] if c.key in curves},
+        **{c.key: json_value(columns[c.key]) for c in _COLUMNS[:3]},
         "harmonic_error": json_value(mode.curve.harmonic_error),
         "loss_share": json_value(mode.loss()),
         "mac": json_value(mode.curve.mac),
@@ -284,13 +261,13 @@ _COLUMNS = (
 
 
 def _table(mode: Mode, unit: str) -> Table:
-    curves = _curves(mode)
+    columns = curves(mode)
     listed = tuple(
         replace(column, unit=unit) if column.key == "amplitude" else column
         for column in _COLUMNS
-        if column.key in curves
+        if column.key in columns
     )
-    rows = tuple(zip(*(json_value(curves[column.key]) for column in listed), strict=True))
+    rows = tuple(zip(*(json_value(columns[column.key]) for column in listed), strict=True))
     title = f"Mode {mode.number}, {mode.curve.linear_frequency:.5g} Hz fully stuck"
     return Table(title, listed, rows, caption=mode.curve.message, noun="amplitudes")
 
@@ -375,51 +352,3 @@ def _ranking(mode: Mode) -> Table:
         Column("share", "Share in the scatter of ln ζ", "", write=cells.percent),
     )
     return Table(f"Mode {mode.number}", listed, mode.bands.ranking, noun="inputs")
-
-
-AMPLITUDE, PATCH = "structure_amplitude", "patch"
-"""Dimensions beside `mode`."""
-
-Labelled = dict[str, Variable]
-
-
-def labelled(prediction: StructurePrediction) -> tuple[dict[str, int], Labelled, Labelled]:
-    """Dimensions, coordinates and variables."""
-    table = columns(prediction)
-    modes, amplitude = len(prediction.modes), prediction.modes[0].curve.amplitude
-    joint, state = prediction.joint, prediction.state
-    dims = {"mode": modes, AMPLITUDE: amplitude.size, PATCH: joint.patches}
-    numbers = np.array([mode.number for mode in prediction.modes], dtype=np.int32)
-    coords = {
-        "mode": Variable(("mode",), numbers, QUANTITIES["mode"].attributes),
-        AMPLITUDE: _named(
-            (AMPLITUDE,),
-            amplitude,
-            prediction.part.unit,
-            f"{prediction.part.quantity} amplitude at the sensor",
-        ),
-        "patch_x": _named((PATCH,), joint.patch_centres[:, 0], "m", "place along the lap"),
-        "patch_y": _named((PATCH,), joint.patch_centres[:, 1], "m", "place across the lap"),
-    }
-    variables = {
-        name: Variable(("mode", AMPLITUDE), values.reshape(modes, -1), QUANTITIES[name].attributes)
-        for name, values in table.items()
-        if name not in ("mode", "amplitude")
-    }
-    loss = np.stack([mode.loss() for mode in prediction.modes])
-    slip = np.stack([mode.slip(joint) for mode in prediction.modes])
-    largest = "at the largest amplitude"
-    for name, values, unit, meaning in (
-        ("area", joint.patch_areas, "m^2", "area of a patch"),
-        ("gap", joint.patch_gaps, "m", "gap of a patch where nothing presses"),
-        ("normal_load", state.normal_loads, "N", "normal load of a patch after tightening"),
-        ("loss_share", loss, "1", f"share of a patch in the loss of a cycle {largest}"),
-        ("slip", slip, "m", f"relative tangential amplitude of a patch {largest}"),
-    ):
-        along = ("mode", PATCH)[2 - values.ndim :]
-        variables[f"patch_{name}"] = _named(along, values, unit, meaning)
-    return dims, coords, variables
-
-
-def _named(dims: tuple[str, ...], values: Floats, unit: str, meaning: str) -> Variable:
-    return Variable(dims, np.ascontiguousarray(values), {"units": unit, "long_name": meaning})

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from microslip._core.checks import Floats, Progress, whole_number
-from microslip._core.netcdf import Variable
+from microslip._core.dataset import Variable
 from microslip._core.quantities import QUANTITIES
 from microslip._core.units import engineering
 from microslip._core.wording import plural

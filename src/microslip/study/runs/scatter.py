@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from microslip._core.checks import Floats, Progress
+from microslip._core.dataset import Variable
 from microslip._core.errors import InputError, StudyError
-from microslip._core.netcdf import Variable
 from microslip.friction.sweeps.quantiles import intervals, ranking
 from microslip.study.build import Design, Input
 from microslip.study.description import StudyDescription

@@ -34,7 +34,7 @@ KERNEL := $(wildcard src/microslip/_core/kernels/*.[ch])
 # An editable install sees edits of the Python sources by itself, a built one does not.
 SOURCES := $(if $(INSTALL),,$(shell find src/microslip -type f ! -name '*.so' ! -name '*.pyc'))
 
-.PHONY: help install demo test slow attack laboratory attack-sanitized hosts browser lint format format-check types check bench reference \
+.PHONY: help install demo test slow attack laboratory record attack-sanitized hosts browser lint format format-check types check bench reference \
     validation notebooks coverage docs dist lock clean \
     distclean
 
@@ -110,6 +110,9 @@ attack: $(READY) $(EXTRA)  ## attack everything public with generated input
 
 laboratory: $(READY) $(DEV)  ## how often intervals hold the truth and what wrong physics passes, into docs/identify.md
 	@cd tests && PYTHONPATH=. OPENBLAS_NUM_THREADS=1 "$(abspath $(PY))" -m laboratory --write
+
+record: $(READY) $(EXTRA)  ## predict every published measurement of record/, into docs/record.md
+	@OPENBLAS_NUM_THREADS=1 "$(PY)" record/run.py
 
 attack-sanitized: $(READY)  ## the same on a kernel built with sanitizers
 	@tools/sanitize.sh "$(abspath $(PY))" --only histories --only states --only varying --inputs $(INPUTS)

@@ -2,7 +2,7 @@
 """Compare microslip with what there is, and write the table of docs/validation.md.
 
 References of many digits, models that share no code with it, closed forms of others, other
-programs, published measurements: each row says what was compared, with what, how often, and the
+programs: each row says what was compared, with what, how often, and the
 largest difference; those that are no agreement say so.
 
 Usage: make_validation.py [--page]
@@ -23,14 +23,12 @@ from pathlib import Path
 import numpy as np
 
 import microslip as ms
-from microslip._core.units import engineering
 
 ROOT = Path(__file__).parents[1]
 sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "benchmarks")]
 PAGE = ROOT / "docs" / "validation.md"
 BEGIN = "<!-- validation: written by tools/make_validation.py --page -->"
 END = "<!-- validation: end -->"
-DATA = ROOT.parent / "shared" / "data"
 
 Row = tuple[str, str, str, str, str]
 ABSENT = "not here"
@@ -170,33 +168,6 @@ def browser() -> Iterator[Row]:
     yield "energy of a cycle", "the explorer's JavaScript", "300 joints", f"{worst:.1e}", "agrees"
 
 
-def measurements() -> Iterator[Row]:
-    """Records and scans of others, where they lie beside the repository."""
-    file = DATA / "reciprocating" / "test_data_2.txt"
-    source = "a reciprocating rig (FrictionModels.jl, MIT), read by hand"
-    if not file.exists():
-        yield "measured loops", source, "", ABSENT, ""
-        return
-    found = ms.measure(ms.Record.read(file, sign=-1))
-    for words, name, unit, low, high in (
-        ("energy of a measured cycle", "dissipated_energy", "J", 506e-6, 535e-6),
-        ("peak friction of measured cycles", "friction_peak", "", 0.48, 0.50),
-        ("energy over 4 N times the sliding distance", "friction_energy", "", 0.450, 0.463),
-    ):
-        value = found.mean[name].value
-        off = max(low / value, value / high, 1.0) - 1.0
-        ends = (
-            f"{engineering(low, unit)} to {engineering(high, unit)}"
-            if unit
-            else (f"{low:g} to {high:g}")
-        )
-        yield (
-            words, f"{source}: {ends}", f"{len(found)} cycles",
-            f"{engineering(value, unit, 4) if unit else f'{value:.4g}'}",
-            "agrees" if off == 0.0 else f"differs: {100.0 * off:.1f} % beyond",
-        )  # fmt: skip
-
-
 def programs() -> Iterator[Row]:
     """The joint in programs of others, as `make hosts` runs it, and how they differ from Python."""
     sys.path[:0] = [str(ROOT / "tests" / "physics")]
@@ -255,32 +226,8 @@ def half_space() -> Iterator[Row]:
         )  # fmt: skip
 
 
-def brake_reuss() -> Iterator[Row]:
-    """A published beam, DOI 10.1016/j.ymssp.2023.110210, meshed and pressed here."""
-    sys.path[:0] = [str(ROOT / "tests" / "physics")]
-    file, source = DATA / "scans" / "brb_surface_data.mat", "Porter and Brake 2023"
-    try:
-        import test_lap_joint as beam
-        from scipy import io
-
-        form = io.loadmat(file)["mesoscale_xygap"]
-        flat = beam.brake_reuss().reduce(
-            beam.BEAM_STEEL, 7784.3, sensors={"tip": ((0.36, 0, 0), "z")}
-        )
-    except (ImportError, FileNotFoundError):
-        yield "frequencies of the Brake-Reuss beam", source, "", ABSENT, ""
-        return
-    for factor, words in ((0.0, "flat"), (1.0, "with its measured form")):
-        error = relative(beam.bending(flat, form, factor)[0], beam.PUBLISHED[factor])
-        yield (
-            f"frequencies of the Brake-Reuss beam, {words}", f"{source}, another code and mesh",
-            "3 modes", f"{100.0 * error:.1f} %", "agrees within the difference of two meshes",
-        )  # fmt: skip
-
-
 COMPARISONS: tuple[Callable[[], Iterator[Row]], ...] = (
-    references, populations, mindlin, browser, half_space, programs, brake_reuss, conversions,
-    measurements,
+    references, populations, mindlin, browser, half_space, programs, conversions,
 )  # fmt: skip
 
 

@@ -20,6 +20,7 @@ from functools import lru_cache
 from typing import Any, ClassVar, NoReturn, Self
 
 from microslip._core.errors import InputError
+from microslip._core.frozen import ByValue
 from microslip._core.units import LARGEST, SMALLEST, Kind, kind_of, to_si
 from microslip._core.wording import show
 
@@ -348,7 +349,7 @@ def says_all(kind: type) -> bool:
     return bool(names) and names == {item.name for item in parameters_of(kind)}
 
 
-class Parametric:
+class Parametric(ByValue):
     """A frozen dataclass whose numbers are checked when it is made, by what their fields say."""
 
     key: ClassVar[str] = ""

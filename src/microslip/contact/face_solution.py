@@ -14,7 +14,7 @@ import numpy as np
 
 from microslip._core.checks import Floats
 from microslip._core.errors import InputError
-from microslip._core.frozen import LockedArrays
+from microslip._core.frozen import ByValue, LockedArrays
 from microslip._core.threads import single_threaded
 from microslip.contact.boundary_elements import HalfSpace, closing, press, sliding
 
@@ -30,7 +30,7 @@ NEAR_REST = (0.985, 0.95, 0.87, 0.72)
 
 
 @dataclass(frozen=True, eq=False)
-class FaceSolution(LockedArrays):
+class FaceSolution(ByValue, LockedArrays):
     """Solution of a face, heaviest load first; pressures over E*, lengths in pixels along x."""
 
     separation: Floats

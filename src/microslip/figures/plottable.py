@@ -8,6 +8,20 @@ if TYPE_CHECKING:
     from microslip.figures.plot import Plot
 
 
+def notebook_view(instance: Any, plot: Plot) -> str:
+    """Return what a notebook shows of an object: its text and its figure, as HTML."""
+    import base64
+    from html import escape
+
+    from microslip.figures.svg import svg
+
+    image = base64.b64encode(svg(plot)).decode("ascii")
+    return (
+        f"<pre>{escape(repr(instance))}</pre>"
+        f'<img src="data:image/svg+xml;base64,{image}" alt="Figure of the object above">'
+    )
+
+
 class Plottable:
     """Gives ``plot`` to a class that says its figure as data."""
 
@@ -36,6 +50,9 @@ class Plottable:
         from microslip.figures import draw
 
         return draw(self._figure(), ax, color=color, label=label)
+
+    def _repr_html_(self) -> str:
+        return notebook_view(self, self._figure())
 
 
 class PlottableAtSensor:

@@ -216,6 +216,12 @@ class CycleMeasures(ABC):
 
         return draw(law_figure(self, quantity, amplitudes), ax, color=color, label=label)
 
+    def _repr_html_(self) -> str:
+        from microslip.figures.plottable import notebook_view
+        from microslip.friction.figures import law_figure
+
+        return notebook_view(self, law_figure(self, "backbone", None))
+
     def loop(self, amplitude: float, samples: int = 512) -> Loop:
         """Compute the closed loop between +amplitude and -amplitude.
 

@@ -22,7 +22,7 @@ from microslip._core.checks import (
     sized,
 )
 from microslip._core.errors import InputError
-from microslip._core.frozen import Locked, assign, lock
+from microslip._core.frozen import ByValue, Locked, assign, lock
 from microslip.contact.base import NormalLaw
 from microslip.contact.load_curve import LoadCurve, check_surface, shared_curve
 from microslip.friction.base import BackboneLaw
@@ -40,7 +40,7 @@ _UNITS = {
 
 
 @dataclass(frozen=True, eq=False)
-class JointField(SettledField, Locked):
+class JointField(ByValue, SettledField, Locked):
     """Many joints on one kind of surface, each with its area, load and friction: *nodes*.
 
     A law depends on the pressure alone and scales with the area, so that all nodes share one load

@@ -24,7 +24,7 @@ from microslip._core.checks import (
     whole_number,
 )
 from microslip._core.errors import InputError
-from microslip._core.frozen import Locked, assign, lock
+from microslip._core.frozen import ByValue, Locked, assign, lock
 from microslip._core.quadrature import gauss_legendre
 from microslip._core.wording import did_you_mean, quoted
 
@@ -79,7 +79,7 @@ BOLTS = MappingProxyType(
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Pressure(Locked):
+class Pressure(ByValue, Locked):
     """Distribution of a normal load over the faces: areas, and pressure on each for a unit load.
 
     Made by :meth:`cone`, :meth:`parabola`, :meth:`annulus`, :meth:`bolt`, :meth:`table` or

@@ -68,6 +68,18 @@ class Statistical(DensityHeights):
             )
         assign(self, _index=index, edge=low)
 
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Statistical):
+            return NotImplemented
+        one, two = self.distribution, other.distribution
+        return one is two or (
+            type(one.dist) is type(two.dist)
+            and tuple(one.dist._parse_args(*one.args, **one.kwds))
+            == tuple(two.dist._parse_args(*two.args, **two.kwds))
+        )
+
+    __hash__ = DensityHeights.__hash__
+
     def _scaled(self, factor: float) -> Statistical:
         frozen = self.distribution
         try:

@@ -29,5 +29,4 @@ from .straight_step import FirstLoading as FirstLoading
 from .straight_step import first_loading as first_loading
 from .two_directions import IsotropicField as IsotropicField
 from .two_directions import IsotropicJoint as IsotropicJoint
-from .validity import Verdict as Verdict
 from .vector_cycles import VectorCycle as VectorCycle

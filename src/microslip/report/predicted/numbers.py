@@ -11,8 +11,8 @@ import numpy as np
 
 from microslip._core.quantities import UNITS, json_value, named
 from microslip._core.units import engineering, significant
-from microslip.contact import SphereOnFlat, TightenedSurface
-from microslip.friction import Interface, PressedJoint, Verdict
+from microslip.contact import SphereOnFlat, TightenedSurface, Verdict
+from microslip.friction import Interface, PressedJoint
 from microslip.report.files import header
 from microslip.report.predicted.scatter_document import FIGURES as SCATTER_FIGURES
 from microslip.report.predicted.scatter_document import numbers as scatter_numbers

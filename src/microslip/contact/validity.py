@@ -217,10 +217,10 @@ class _Joint(Protocol):
 
 def validity(joint: _Joint, **known: float | None) -> tuple[Verdict, ...]:
     """Verdicts on an interface at its load, in the order of the rules; some values are known."""
-    return _verdicts(joint.surface, joint.separation, known)
+    return verdicts(joint.surface, joint.separation, known)
 
 
-def _verdicts(
+def verdicts(
     surface: NormalLaw, separation: float | None, known: Mapping[str, float | None] | None = None
 ) -> tuple[Verdict, ...]:
     """Verdicts on a surface at a separation; None is one at which nothing touches."""

@@ -24,20 +24,35 @@ class Cycle(NamedTuple):
     basis: Floats
     """Terms of the displacement (rows) at each place."""
     first: NDArray[np.int64]
-    """Index of the first of the two nodes of each bin."""
+    """Index of the first node of each bin."""
     second: NDArray[np.int64]
+    """Index of its last node, the first one where all samples of the bin have one phase."""
+    begin: NDArray[np.int64]
+    """Nodes at which the pieces of the bins begin; none where bins are points."""
+    end: NDArray[np.int64]
+    """Nodes at which they end."""
+    bin: NDArray[np.int64]
+    """Bin of each piece."""
+    share: Floats
+    """Share of each piece in its bin [-]."""
 
 
-def cycle_of(folded: Folded) -> Cycle:
-    """The tree of a record: two places a bin, which integrate it, and the turning points."""
-    low, high = folded.phase - folded.spread, folded.phase + folded.spread
+def cycle_of(folded: Folded, even: float = 1.0) -> Cycle:
+    """Return the tree of a record: nodes of its bins, corners and turning points.
+
+    A bin reaches from its mean phase by ``even`` standard deviations of its phases, the root of 3
+    for phases that are even over the bin.
+    """
     is_wide = bool(np.any(folded.spread > 0.0))
+    width = even * folded.spread
+    low, high = folded.phase - width, folded.phase + width
     corners = low[0] + np.mod(folded.corners - low[0], 2.0 * math.pi)
     nodes = np.concatenate((low, high, corners) if is_wide else (low, corners))
     turns = low[0] + np.mod(turning_points(folded) - low[0], 2.0 * math.pi)
     # One that a bin meets is not doubled: there would be a cycle of rounding's size.
     away = np.abs((turns[:, None] - nodes + math.pi) % (2.0 * math.pi) - math.pi)
     phase = np.concatenate((nodes, turns[away.min(axis=1) > _COINCIDENT]))
+    phase = low[0] + np.mod(phase - low[0], 2.0 * math.pi)
     order = np.argsort(phase, kind="stable")
     phase = phase[order]
     basis = folded.basis(phase)
@@ -47,15 +62,44 @@ def cycle_of(folded: Folded) -> Cycle:
     place = np.empty(order.size, dtype=np.int64)
     place[order] = (np.arange(order.size) - root) % order.size
     x = np.ascontiguousarray(np.roll(x, -root))
+    phase = np.roll(phase, -root)
     tree = Memory().tree(x)
     count = folded.phase.size
+    first = place[:count]
+    second = place[count : 2 * count] if is_wide else first
+    pieces = [np.zeros(0, dtype=np.int64)] * 3
+    share = np.zeros(0)
+    if is_wide:
+        size = order.size
+        number = (second - first) % size
+        bins = np.repeat(np.arange(count), number)
+        along = np.arange(bins.size) - np.repeat(np.cumsum(number) - number, number)
+        begin = (first[bins] + along) % size
+        end = (begin + 1) % size
+        length = np.mod(phase[end] - phase[begin], 2.0 * math.pi)
+        whole = np.bincount(bins, length, minlength=count)
+        point = whole <= 0.0
+        share = length / np.where(point, 1.0, whole)[bins]
+        keep = share > 0.0
+        pieces, share = [begin[keep], end[keep], bins[keep]], share[keep]
+        alone = np.flatnonzero(np.bincount(pieces[2], minlength=count) == 0)
+        pieces = [
+            np.append(pieces[0], first[alone]),
+            np.append(pieces[1], first[alone]),
+            np.append(pieces[2], alone),
+        ]
+        share = np.append(share, np.ones(alone.size))
     return Cycle(
         np.maximum(tree.half - folded.play, 0.0) if folded.play else tree.half,
         tree.sign,
         tree.parent,
         np.ascontiguousarray(np.roll(basis, -root, axis=0).T),
-        place[:count],
-        place[count : 2 * count] if is_wide else place[:count],
+        first,
+        second,
+        pieces[0],
+        pieces[1],
+        pieces[2],
+        share,
     )
 
 

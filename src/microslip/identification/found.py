@@ -28,6 +28,8 @@ _STEP = 0.02
 """Step of a difference, over the displacement, where a polygon is taken for a smooth curve."""
 _BEYOND = 0.01
 """Share of the largest amplitude by which an amplitude may exceed it."""
+_NOTHING = 1e-9
+"""Share of the upper end below which a lower end is zero."""
 _FLAT = 0.02
 """Share of the force that another amplitude may add at gross slip."""
 
@@ -324,7 +326,10 @@ class Identification(Locked):
             errors = factor * (errors_e - energy / force * errors_f)
             errors[2] -= gain_x * value
         middle, low, high = at.bands.interval(c)
-        return widened(value, value + low - middle, value + high - middle, errors.tolist())
+        ends = widened(value, value + low - middle, value + high - middle, errors.tolist())
+        # All quantities are sums of stiffnesses with factors that are not negative.
+        low = ends[1] if ends[1] > _NOTHING * abs(ends[2]) else 0.0
+        return ends[0], low, ends[2]
 
     def force(self, amplitude: ArrayLike, *, normal_load: float | None = None) -> Estimate:
         """Return the force T [N] at an amplitude.

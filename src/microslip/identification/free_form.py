@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
+from scipy.sparse import csr_array
 
 from microslip._core import kernels
 from microslip._core.checks import Floats
@@ -28,8 +29,9 @@ _OF_LOWER, _APART = 0.6, 0.5
 """Share of these for each lower load; least distance of two over the finest threshold."""
 NEVER = 1e3
 """Threshold of the slider that never slips, over the largest amplitude."""
-_SHIFT_STEP, _SHIFT_ROUNDS = 0.02, 12
-"""Step of the difference by a shift, over the largest amplitude, and most steps of the search."""
+_SHIFT_STEP, _SHIFT_ROUNDS, _STILL = 0.02, 12, 2e-5
+"""Step of the difference by a shift, over the largest amplitude; most steps of the search of the
+shifts, and the step over the largest amplitude at which it ends."""
 
 
 @dataclass(eq=False)
@@ -41,7 +43,7 @@ class Rows:
     """Number of its load among the different ones, the highest being 0."""
 
     def __post_init__(self) -> None:
-        self.cycle: Cycle = cycle_of(self.folded)
+        self.cycle: Cycle = cycle_of(self.folded, math.sqrt(3.0))
         self.weight = np.sqrt(self.folded.count) / self.noise
         self.metric: Metric = metric_of(self.weight[:, None], np.zeros((self.weight.size, 0)))
 
@@ -61,13 +63,51 @@ class Rows:
         cycle = self.cycle
         rises = np.ascontiguousarray(rises)
         kernels.compiled.accumulate(cycle.parent, rises, np.zeros(rises.shape[1]))
-        return np.asarray(0.5 * (rises[cycle.first] + rises[cycle.second]))
+        if not cycle.bin.size:
+            return np.asarray(rises[cycle.first])
+        return self._means(0.5 * (rises[cycle.begin] + rises[cycle.end]))
+
+    def _means(self, pieces: Floats) -> Floats:
+        """Return means over the bins of means over their pieces (pieces, columns)."""
+        return np.asarray(self._bins @ pieces)
+
+    @cached_property
+    def _bins(self) -> csr_array:
+        cycle = self.cycle
+        shape = self.weight.size, cycle.bin.size
+        return csr_array((cycle.share, (cycle.bin, np.arange(cycle.bin.size))), shape=shape)
 
     def columns(self, y: Floats) -> Floats:
-        """Return the deflection [m] of a stop element of each threshold (bins, thresholds)."""
+        """Return the deflection [m] of a stop element of each threshold (bins, thresholds).
+
+        A bin has the mean over its phases, exact where a stop element yields inside it.
+        """
         cycle = self.cycle
         reach = np.maximum(y, 0.0)
-        return self.sums(np.minimum(cycle.half[:, None], reach) * cycle.sign[:, None])
+        half, sign = cycle.half[:, None], cycle.sign[:, None]
+        values = np.minimum(half, reach) * sign
+        kernels.compiled.accumulate(cycle.parent, values, np.zeros(y.size))
+        if not cycle.bin.size:
+            return np.asarray(values[cycle.first])
+        begin, end = cycle.begin, cycle.end
+        starts = cycle.parent[end] == begin  # the branch begins where the piece does
+        along = (starts | (cycle.parent[begin] == cycle.parent[end])) & (cycle.parent[end] >= 0)
+        along &= begin != end
+        pieces = 0.5 * (values[begin] + values[end])
+        start, stop = begin[along], end[along]
+        low = np.where(starts[along], 0.0, cycle.half[start])[:, None]
+        high = cycle.half[stop][:, None]
+        over = (
+            np.maximum(np.maximum(low, high) - reach, 0.0),
+            np.maximum(np.minimum(low, high) - reach, 0.0),
+        )
+        # The mean of min(h, y) over h between two ends is that of h less the excess over y.
+        width = np.maximum(np.abs(high - low), 1e-300)
+        lost = (over[0] ** 2 - over[1] ** 2) / (2.0 * width)
+        lost = np.where(np.abs(high - low) > 1e-9 * high, lost, 0.5 * (over[0] + over[1]))
+        mean = 0.5 * (low + high) - lost
+        pieces[along] = values[cycle.parent[stop]] + cycle.sign[stop][:, None] * mean
+        return self._means(pieces)
 
     def stiffness(self, y: Floats, k: Floats) -> Floats:
         """Return the tangent stiffness [N/m] at each place of the cycle."""
@@ -132,6 +172,8 @@ class FreeForm:
             self._refine()
             self._assemble()
         self._solve()
+        if len(self.loads) > 1:
+            self._settle()
 
     # -- the convex problem -----------------------------------------------------------------------
 
@@ -144,10 +186,12 @@ class FreeForm:
             shift = float(self.shifts[level])
             columns = rows.columns(self.y + shift)
             by_shift = np.zeros((columns.shape[0], loads - 1))
-            if level and self.k.any():
+            used = np.flatnonzero(self.k)
+            if level and used.size:
                 step = _SHIFT_STEP * self.largest
-                more, less = (rows.columns(self.y + shift + way * step) @ self.k for way in (1, -1))
-                by_shift[:, level - 1] = (more - less) / (2.0 * step)
+                both = np.concatenate([self.y[used] + shift + way * step for way in (1, -1)])
+                weights = np.concatenate((self.k[used], -self.k[used])) / (2.0 * step)
+                by_shift[:, level - 1] = rows.columns(both) @ weights
             force = rows.folded.force[:, None]
             self.blocks.append(rows.whitened(np.hstack((columns, by_shift, force))))
         whole = np.vstack(self.blocks)
@@ -225,14 +269,18 @@ class FreeForm:
             rows.weigh(alone[rows.load].y, alone[rows.load].k)
         self._assemble()
         self._solve()
+        self._settle()
+
+    def _settle(self) -> None:
+        """Move the shifts by Gauss and Newton's method until they stay."""
         for _ in range(_SHIFT_ROUNDS):
             self._assemble()
             self._solve()
             limit = 0.2 * np.maximum(-self.shifts[1:], 0.05 * self.largest)
             step = np.clip(self.moved, -limit, limit)
-            self.shifts[1:] = np.minimum(self.shifts[1:] + step, 0.0)
-            if np.all(np.abs(step) < 1e-4 * self.largest):
+            if np.all(np.abs(step) < _STILL * self.largest):
                 break
+            self.shifts[1:] = np.minimum(self.shifts[1:] + step, 0.0)
 
     def _put_thresholds(self, alone: Sequence[FreeForm]) -> None:
         """Put thresholds as fine about the shift of each load as its own loops resolve."""

@@ -18,11 +18,13 @@ from microslip.identification.coordinates import groups_of
 from microslip.identification.found import Identification, result_of
 from microslip.identification.free_form import FreeForm, Rows
 from microslip.laboratory.cycles import check_direction
-from microslip.laboratory.folding import MOST_BINS, Folded, averaged, fold, stated_noise
+from microslip.laboratory.folding import Folded, averaged, fold, stated_noise
 from microslip.laboratory.record import Record
 
 _MOST_FORCES = 1 << 14
 """Most bins of all records together."""
+_MOST_BINS = 256
+"""Most bins of a record."""
 _UNLIKELY = 1e-3
 """Probability of a rise of chi-squared from which on each load has a density of its own."""
 _GAINS = {
@@ -207,7 +209,7 @@ def folded_records(
             else replace(one, normal_load=positive("normal_load", float(load), "N", 500.0))
             for one, load in zip(listed, given, strict=True)
         ]
-    bins = max(64, min(MOST_BINS, _MOST_FORCES // len(listed)))
+    bins = max(64, min(_MOST_BINS, _MOST_FORCES // len(listed)))
     stated = None if noise is None else stated_noise(noise)
     folded = []
     for record in listed:

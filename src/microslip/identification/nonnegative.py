@@ -13,6 +13,8 @@ from microslip._core.checks import Floats
 
 _RIDGE = 1e-10
 """Ridge over the mean diagonal of the Gram matrix. It keeps nearly equal columns solvable."""
+_SMALL = 1e-4
+"""Gradient along a column of norm 1, in standard deviations of noise, that is not followed."""
 _MOST_CHANGES = 20
 """Changes of the passive set per column until a search stops."""
 
@@ -55,7 +57,7 @@ def minimum(cone: Cone, h: Floats, passive: NDArray[np.bool_] | None = None) -> 
     size = h.size
     p = free.copy() if passive is None else passive | free
     g = np.zeros(size)
-    tolerance = 1e-12 * float(np.abs(h).max(initial=0.0)) + 1e-300
+    tolerance = max(1e-12 * float(np.abs(h).max(initial=0.0)), _SMALL)
     barred = np.zeros(size, dtype=bool)
     for _ in range(_MOST_CHANGES * size):
         while True:
@@ -108,7 +110,7 @@ class Path:
     """
 
     def __init__(self, cone: Cone, h: Floats, g: Floats, c: Floats) -> None:
-        self.cone, self.h, self.c = cone, h, c
+        self.cone, self.h, self.c, self.g = cone, h, c, g
         self.start = objective(cone, h, g)
         self.passive = (g > 0.0) | cone.free
 
@@ -123,7 +125,7 @@ class Path:
         (gram, free), h, c = self.cone, self.h, self.c
         p, at_l = self.passive.copy(), 0.0
         last = -1
-        reached, rise = np.nan, 0.0
+        reached, rise = float(c @ self.g), 0.0
         for _ in range(12 * h.size):
             at = np.flatnonzero(p)
             if not at.size:

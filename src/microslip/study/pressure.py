@@ -64,7 +64,9 @@ class TightenedBolts(Part):
         if self.torque is None or isinstance(self.torque, Spread):
             return {}
         low, high = tension_band(self.tightening_factor or TIGHTENING_FACTOR)
-        return {"torque": Spread.between(low * self.torque, high * self.torque)}
+        spread = Spread.between(low * self.torque, high * self.torque)
+        spread.unit = "N m"
+        return {"torque": spread}
 
     def check(self, place: Place) -> None:
         """Refuse embedding given twice or without a size; a given factor always scatters."""

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal, cast
 import numpy as np
 
 from microslip._core.checks import Floats
+from microslip._core.parameters import JsonSchema
 from microslip.structures.bolt_tightening import BoltForces
 from microslip.structures.bolts import tensions, yield_tension
 from microslip.structures.lap_joint import LapJoint
@@ -48,8 +49,23 @@ if TYPE_CHECKING:
     from microslip.structures import Convergence
     from microslip.structures.reduction import Reducer
 
+LABORATORY = Spread.between(2e-4, 1e-3, log=True)
+"""Damping ratio of free steel structures without a joint [-], see docs/bolted-structures.md."""
 MOST_SAMPLES = 4096
 USUAL_PATCHES = (15, 2)
+
+
+class BaseDamping(Unsure):
+    """A damping ratio, a range, or "laboratory"."""
+
+    def read(self, raw_value: object, place: Place) -> Any:
+        """Return the ratio or its spread."""
+        return LABORATORY if raw_value == "laboratory" else super().read(raw_value, place)
+
+    def schema(self) -> JsonSchema:
+        """Return the JSON Schema of what may stand here."""
+        inner = super().schema()
+        return {**inner, "anyOf": [{"const": "laboratory"}, *inner["anyOf"]]}
 
 
 class StructurePart(Part):
@@ -101,11 +117,11 @@ class StructurePart(Part):
         '{ amplitude = "5 N" }',
     )
     base_damping_ratio: float = key(
-        Unsure(VISCOUS_RATIO),
-        "Damping of all but the joint, which is added: an input, no result; 0.01 to 0.1 %, as free "
-        "structures of steel have, unless given.",
-        "{ low = 0.0001, high = 0.001 }",
-        default=Spread.between(1e-4, 1e-3),
+        BaseDamping(VISCOUS_RATIO),
+        'Damping of all but the joint, which is added: an input, no result. "laboratory", also '
+        "unless given: 0.02 to 0.1 %, log-uniform, of steel on strings with its sensors.",
+        '"laboratory"',
+        default=LABORATORY,
     )
     harmonics: tuple[int, ...] = key(
         Items(whole_number(0, 16, "1"), "[0, 1, 2, 3]", (1, 17), distinct=True),
@@ -156,7 +172,9 @@ class StructurePart(Part):
             raise KeyedError(".measured.fit", "wanted the same in all tests, or in one of them")
         if self.form is not None and self.form.is_random and self.form.correlation is None:
             longest = self._lap_length
-            self.form.keep(correlation=Spread.between(longest / 8.0, longest, log=True))
+            correlation = Spread.between(longest / 8.0, longest, log=True)
+            correlation.unit = "m"
+            self.form.keep(correlation=correlation)
         if "form" in self.fitted and (self.form is None or self.form.table is None):
             raise KeyedError(
                 ".measured.fit", 'wanted "form" only with a table structure.form, got none'
@@ -261,6 +279,17 @@ class StructurePart(Part):
             return self.mesh.joint.shank_sections(self.mesh.along)
         bolts = self.build().bolts
         return [(float(x), float(y), bolts.hole, 0) for x, y in bolts.positions]
+
+    @property
+    def washers(self) -> list[tuple[float, float, float, int]]:
+        """Place along and across [m], pressed diameter [m] and contact of each bolt's washer.
+
+        A mesh does not name its washers: two shank diameters stand for them.
+        """
+        if self.mesh is not None:
+            return [(x, y, 2.0 * d, contact) for x, y, d, contact in self.holes]
+        bolts = self.build().bolts
+        return [(float(x), float(y), bolts.pressed, 0) for x, y in bolts.positions]
 
     @property
     def _body(self) -> tuple[Material, float]:

@@ -188,6 +188,9 @@ class TableSurface(Surface):
         return TabulatedNormalLaw(pair, separation=separation, load=load, tail=self.tail)  # type: ignore[arg-type]
 
 
+_STEEPEST = 0.1  # Rq or Ra over the longest wave, whose slope is then 0.6
+
+
 class RoughFaceSurface(Surface):
     """A rough face by what a drawing says of it; no summits, and what is pressed flat yields."""
 
@@ -225,6 +228,14 @@ class RoughFaceSurface(Surface):
                 came = "both; remove one" if given else "neither"
                 where = names[1 if given else 0]
                 raise KeyedError(f".{where}", f"wanted {names[0]} or {names[1]}, got {came}")
+        name = "ra" if self.rq is None else "rq"
+        height = float(getattr(self, name))
+        if height > _STEEPEST * self.roll_off:
+            raise KeyedError(
+                f".{name}",
+                f"wanted at most a tenth of roll_off, {engineering(self.roll_off, 'm')}, as waves "
+                f"of roughness are flat, got {engineering(height, 'm')}; is the unit right?",
+            )
         super().check(place)
 
     @property

@@ -151,7 +151,9 @@ class FormPart(Part):
         if self.machining is not None:
             if self.flatness is not None:
                 raise KeyedError(".machining", "wanted flatness or machining, got both; remove one")
-            self.keep(flatness=Spread.between(*MACHINING[self.machining], log=True))
+            flatness = Spread.between(*MACHINING[self.machining], log=True)
+            flatness.unit = "m"
+            self.keep(flatness=flatness)
         if self.file is None and self.flatness is None and self.rim is None:
             raise KeyedError(
                 ".flatness", 'missing; write for example flatness = "20 um", machining = "ground", '

@@ -83,12 +83,17 @@ def _size(cost: Cost) -> Facts:
     low, high = cost.seconds
     unit, name = (1.0, "s") if high < 120.0 else (60.0, "min")
     duration = f"{math.floor(low / unit)} to {math.ceil(high / unit)} {name}"
+    measured = ", ".join(
+        f"{name} {time:.2g} s"
+        for name, time in zip(("factorisation", "reduction", "balance"), cost.measured, strict=True)
+    )
     rows = (
         ("Finite elements", f"{cost.degrees_of_freedom} degrees of freedom"),
         ("Patches", str(cost.patches)),
         ("Reductions", str(cost.reductions)),
         ("Curves of modes", str(cost.balances)),
-        ("Time on one core", duration),
+        ("Measured here", measured),
+        ("Time of a run, by these", duration),
         ("Memory, about", f"{cost.gigabytes:.1f} GB"),
     )
     return Facts("Size", rows)

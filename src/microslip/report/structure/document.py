@@ -36,6 +36,7 @@ from microslip.report.structure.pictures import (
     shape_plot,
     slip_plot,
 )
+from microslip.report.structure.tested import tested_numbers, tested_section
 from microslip.structures import Convergence
 from microslip.structures.modal_curve import Resonance
 from microslip.study.runs.structure_prediction import Bands, Mode, StructurePrediction
@@ -55,8 +56,21 @@ def answer(prediction: StructurePrediction) -> str:
         f"Mode {mode.number}: {curve.linear_frequency:.5g} Hz fully stuck{slack}; at an amplitude "
         f"of {place} at the sensor "
         f"{curve.frequency[last]:.5g} Hz, with a damping ratio in steady motion of "
-        f"{cells.ratio(float(curve.damping_ratio[last]))}{band}. {_errors(prediction)}"
+        f"{cells.ratio(float(curve.damping_ratio[last]))}{band}.{_outside(prediction)} "
+        f"{_errors(prediction)}"
     )
+
+
+def _outside(prediction: StructurePrediction) -> str:
+    """Tests and responses that the answer does not cover, in words."""
+    away = [verdict for verdict in prediction.judged if verdict.word != "inside"]
+    text = f" {len(away)} of {len(prediction.judged)} tested quantities are not inside." * bool(
+        away
+    )
+    beyond = [f for mode in prediction.modes for f in mode.forced if f.beyond]
+    if beyond:
+        text += " Not covered: forced responses beyond the largest amplitude."
+    return text
 
 
 def _errors(prediction: StructurePrediction) -> str:
@@ -71,6 +85,8 @@ def _errors(prediction: StructurePrediction) -> str:
     errors = f"Errors: of patches, mesh and reduction {model}; of truncated harmonics ±{left:.1%}"
     if mode.bands is None:
         return f"{errors}."
+    if math.isnan(mode.bands.damping_error):
+        return f"{errors}; no sample has a solution, so there is no band."
     if not math.isfinite(mode.bands.damping_error):
         return f"{errors}; sampling error of the band's ends unknown: too few samples."
     return f"{errors}; sampling error of the band's ends ±{mode.bands.damping_error:.1%}."
@@ -97,6 +113,8 @@ def sections(prediction: StructurePrediction) -> tuple[Section, ...]:
     blocks: list[Block] = [_table(mode, prediction.part.unit) for mode in prediction.modes]
     ranking = [_ranking(mode) for mode in prediction.modes if mode.bands is not None]
     parts.append(Section("Frequency and damping", (*blocks, Note(_remark(prediction), small=True))))
+    if (tested := tested_section(prediction)) is not None:
+        parts.append(tested)
     if prediction.tight:
         parts.append(comparison(prediction))
     if prediction.part.force is not None:
@@ -194,6 +212,7 @@ def numbers(prediction: StructurePrediction) -> dict[str, Any]:
             )
         ],
         "modes": [_mode_numbers(mode) for mode in prediction.modes],
+        **tested_numbers(prediction),
         **{name: part for name, part in parts.items() if part is not None},
     }
 
@@ -245,9 +264,23 @@ def _model(prediction: StructurePrediction) -> Facts:
         ("Largest pressure", engineering(float(state.pressures.max()), "Pa", 3)),
         ("Residual of the tightened state", f"{state.equilibrium_error:.1e} of the largest force"),
         ("Base damping, an input", cells.ratio(part.base_damping_ratio)),
+        ("Form", _form(prediction)),
     ]
     rows += [(f"Uncertain inputs: {name}", text) for name, text in prediction.inputs]
     return Facts("Model", tuple(rows))
+
+
+def _form(prediction: StructurePrediction) -> str:
+    """The form of the faces in words."""
+    form = prediction.part.form
+    if form is None:
+        return "faces taken as flat"
+    words = [] if form.table is None else [f"table of {form.file}"]
+    if form.is_random:
+        words.append("random faces in the samples, flat in the middle")
+    if form.rim is not None:
+        words.append("rims around the holes")
+    return ", ".join(words)
 
 
 _COLUMNS = (
@@ -272,11 +305,32 @@ def _table(mode: Mode, unit: str) -> Table:
     return Table(title, listed, rows, caption=mode.curve.message, noun="amplitudes")
 
 
+def _patches_remark(prediction: StructurePrediction) -> list[str]:
+    """Warn of patches too large for the waves of random faces."""
+    form, joint = prediction.part.form, prediction.joint
+    if form is None or not form.is_random:
+        return []
+    correlation = form.correlation
+    shortest = float(getattr(correlation, "low", None) or correlation or 0.0)
+    longest = float(np.diff(joint.patch_boxes)[:, [0, 2]].max())
+    if longest <= 0.5 * shortest:
+        return []
+    return [
+        f"Patches of {engineering(longest, 'm')} are longer than half the shortest correlation "
+        f"length, {engineering(shortest, 'm')}: give more patches, or a longer correlation."
+    ]
+
+
 def _remark(prediction: StructurePrediction) -> str:
-    error = max(float(np.nanmax(abs(m.curve.harmonic_error))) for m in prediction.modes)
+    errors = np.concatenate([abs(m.curve.harmonic_error) for m in prediction.modes])
     harmonics = ", ".join(map(str, prediction.part.harmonics))
-    text = f"Harmonics beyond {harmonics} would change the joint's damping by {error:.1%}."
-    shapes = min(float(np.nanmin(m.curve.mac)) for m in prediction.modes)
+    text = f"The effect of harmonics beyond {harmonics} is not known."
+    if (known := errors[np.isfinite(errors)]).size:
+        text = (
+            f"Harmonics beyond {harmonics} would change the joint's damping by {known.max():.1%}."
+        )
+    macs = np.concatenate([m.curve.mac for m in prediction.modes])
+    shapes = float(np.min(macs, where=np.isfinite(macs), initial=1.0))
     if shapes < _SAME_SHAPE:
         text += f" Shapes change: their MAC with those of stuck joints falls to {shapes:.3f}."
     near = (_resonance(mode, other) for mode in prediction.modes for other in mode.curve.near)
@@ -284,6 +338,7 @@ def _remark(prediction: StructurePrediction) -> str:
         [
             text,
             *near,
+            *_patches_remark(prediction),
             *(_bands_remark(m, prediction.part.mesh is not None) for m in prediction.modes),
         ]
     )
@@ -306,6 +361,11 @@ def _bands_remark(mode: Mode, meshed: bool) -> str:
     if mode.bands is None:
         return ""
     error = mode.bands.damping_error
+    if math.isnan(error):
+        return (
+            f"Mode {mode.number} has no bands: none of the samples has a solution; narrow the "
+            "uncertain inputs or take smaller amplitudes."
+        )
     text = (
         f"Bands of mode {mode.number} are the 5, 50 and 95 % quantiles of harmonic balances at "
         "Sobol' points, interpolated where the inputs explain the result. The sampling error "

@@ -290,15 +290,6 @@ def test_new_with_a_name_to_be_quoted(name: str) -> None:
     assert last.split("predict ")[1] in Path(name).read_text("utf-8")
 
 
-def test_new_with_a_name_that_is_no_title() -> None:
-    if os.name == "nt":
-        pytest.skip("no such names there")
-    outcome = run("new", "new\nline.toml")
-    assert outcome.exit_code == 0, outcome.output
-    assert "'new\\nline.toml'" in outcome.stdout
-    assert ms.Study.load("new\nline.toml").title == "A joint"
-
-
 def test_new_points_to_the_schema_only_where_it_lies_beside() -> None:
     assert run("new", "first.toml").exit_code == 0
     assert "#:schema" not in Path("first.toml").read_text("utf-8")
@@ -308,11 +299,6 @@ def test_new_points_to_the_schema_only_where_it_lies_beside() -> None:
         Path("second.toml").read_text("utf-8").startswith("#:schema study.schema.json\n# A study")
     )
     assert ms.Study.load("second.toml").title == "second"
-
-
-def test_the_demo_is_the_example() -> None:
-    example = (Path(__file__).parents[2] / "examples" / "al2017.toml").read_text("utf-8")
-    assert demo_text() == example
 
 
 def test_the_beam_is_the_example_and_fine() -> None:

@@ -19,7 +19,7 @@ from microslip.figures.layout import SMALL, TEXT, TITLE, Frame, lay_out, text_wi
 from microslip.figures.matplotlib_figure import figure, png
 from microslip.figures.plot import DASHED, Line, LineName, Marks, Panel, Pixels, Plot, Rule, Stems
 from microslip.figures.svg import svg
-from microslip.report.predicted.curves import MOST_LOADS, force_exponent
+from microslip.report.predicted.curves import force_exponent
 from microslip.report.predicted.figures import FIGURES, names, slipping_share
 from microslip.report.predicted.history_figure import MOST_SAMPLES, envelope, path
 from microslip.report.predicted.numbers import files
@@ -125,13 +125,6 @@ def test_energy_damping_and_exponent_are_drawn_over_both_amplitudes(result: ms.R
                 assert item.y[-1] == pytest.approx(top, rel=0.05)
 
 
-def test_the_force_limits_are_marked_over_the_force_amplitude(result: ms.Result) -> None:
-    for panel in draw(result, "force_damping").panels:
-        marked = [i.value for i in panel.items if isinstance(i, Rule) and i.axis == "x"]
-        limits = [joint.force_limit / 1e3 for joint in result.joints]
-        np.testing.assert_allclose(sorted(marked), sorted(limits), rtol=1e-12)
-
-
 @pytest.mark.parametrize("joint", ms.Interface.examples()[::4], ids=repr)
 def test_the_exponent_in_the_force_is_its_logarithmic_slope(joint: ms.Interface) -> None:
     from microslip.report import AmplitudeCurve
@@ -199,12 +192,6 @@ def test_contacts_are_drawn_over_the_load(result: ms.Result) -> None:
         np.testing.assert_array_equal(share.y, curve.stick_share)
 
 
-def test_a_sphere_has_no_panel_of_its_one_contact() -> None:
-    result = study((SURFACE, SURFACES["sphere"]), (LOADS, '"50 N"')).run()
-    labels = [panel.y.label for panel in draw(result, "contact_state").panels]
-    assert labels == ["Contact area [mm²]", "Sticking share of the contact area"]
-
-
 def test_a_history_with_times_is_drawn_against_them(tmp_path: Path) -> None:
     rows = "".join(f"{2e-3 * i},{0.1 * (i % 7)}\n" for i in range(30))
     (tmp_path / "record.csv").write_text(f"t [s],x [um]\n{rows}")
@@ -234,14 +221,6 @@ def test_the_history_is_drawn(result: ms.Result) -> None:
         np.testing.assert_allclose(drawn[1].y, response.dissipated_energy / 1e-3)
         np.testing.assert_array_equal(drawn[2].y, response.force / 1e3)
         np.testing.assert_array_equal(drawn[2].x, response.displacement / 1e-6)
-
-
-def test_force_amplitudes_are_the_titles_of_their_loops() -> None:
-    forces = (f"amplitudes = {AMPLITUDES}", 'force_amplitudes = ["50 N", "270 N"]')
-    panels = draw(study(forces, (LOADS, '["500 N", "200 kN"]')).run(), "loops").panels
-    assert [panel.title for panel in panels] == ["Force amplitude 50 N", "Force amplitude 270 N"]
-    assert all("amplitude" in panel.x.label for panel in panels), "too far apart"
-    assert all(panel.y.label == "Force [N]" for panel in panels)
 
 
 # -- that it can be read ------------------------------------------------------------------------
@@ -367,16 +346,6 @@ def has_unit(label: str) -> bool:
     )
 
 
-def test_loads_differ_in_more_than_colour() -> None:
-    result = study((LOADS, MANY)).run()
-    for name, look in (("backbone", "marker"), ("loops", "dash")):
-        plot = draw(result, name)
-        looks = {getattr(entry, look) for entry in plot.legend}
-        assert len(looks) == len({entry.color for entry in plot.legend}) == MOST_LOADS
-    assert plot.legend_title == "Normal load (23 more in the tables)"
-    assert [entry.label for entry in plot.legend][::5] == ["100 N", "2.9 kN"]
-
-
 def test_lines_that_would_hide_each_other_show_side_by_side() -> None:
     """With exponential heights damping does not depend on the load."""
     result = study((SURFACE, SURFACES["exponential"]), (LOADS, '["50 N", "60 N", "70 N"]')).run()
@@ -385,16 +354,6 @@ def test_lines_that_would_hide_each_other_show_side_by_side() -> None:
     assert widths == sorted(set(widths), reverse=True)
     assert len(widths) == 3
     assert len({line.width for line in lines(by_label(plot, "energy"))}) == 1
-
-
-def test_the_panels_of_loops_have_one_kind_of_axis() -> None:
-    """Displacements that are far apart at one force are drawn over their own amplitude at all."""
-    by_force = (f"amplitudes = {AMPLITUDES}", 'force_amplitudes = ["100 N", "274.9 N"]')
-    result = study((LOADS, '["500 N", "5 kN"]'), by_force).run()
-    soft, stiff = (row.amplitude for row in result.rows)
-    assert list(soft / stiff > 20.0) == [False, True]
-    panels = draw(result, "loops").panels
-    assert [panel.x.label for panel in panels] == ["Displacement / amplitude, δ/δₘ"] * 2
 
 
 # -- ticks ---------------------------------------------------------------------------------------

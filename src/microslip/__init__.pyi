@@ -28,6 +28,7 @@ from .friction import CoupledCycle as CoupledCycle
 from .friction import CoupledHarmonics as CoupledHarmonics
 from .friction import CoupledResponse as CoupledResponse
 from .friction import FieldCycle as FieldCycle
+from .friction import FieldHarmonics as FieldHarmonics
 from .friction import FirstLoading as FirstLoading
 from .friction import HarmonicForce as HarmonicForce
 from .friction import Interface as Interface

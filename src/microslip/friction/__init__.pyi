@@ -8,6 +8,7 @@ from .coupled_cycles import CoupledHarmonics as CoupledHarmonics
 from .cycles import PeriodicResponse as PeriodicResponse
 from .field import JointField as JointField
 from .field_cycles import FieldCycle as FieldCycle
+from .field_harmonics import FieldHarmonics as FieldHarmonics
 from .fields import AsperityFields as AsperityFields
 from .fields import Zone as Zone
 from .harmonics import HarmonicForce as HarmonicForce

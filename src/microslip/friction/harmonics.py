@@ -32,8 +32,9 @@ _SHARES = np.sin(0.5 * math.pi * _NODES) ** 2
 _SHARE_WEIGHTS = 0.5 * math.pi * np.sin(math.pi * _NODES) * _WEIGHTS
 _MAX_PIECES = 1 << 15  # pieces at a time
 _LEVELS = 48
+_NO_REST = np.zeros(1)
 _MOST_SAMPLES = 1 << 20
-_MOST_ORDERS = 200  # highest harmonic that the kernel takes: its work grows with the square
+MOST_ORDERS = 200  # highest harmonic that the kernel takes: its work grows with the square
 
 
 class KinkedBackbone(Backbone, Protocol):
@@ -113,7 +114,7 @@ class Basis:
     @property
     def in_kernel(self) -> bool:
         """Whether the kernel takes harmonics of this order."""
-        return self.orders[-1] <= _MOST_ORDERS
+        return self.orders[-1] <= MOST_ORDERS
 
     def integrated(
         self, rows: Floats, begin: Floats | float, tolerance: float, kernel: Any, *line: Any
@@ -196,6 +197,16 @@ def harmonic_force(
         values, slopes = basis.integrated(
             c[None], begin, tolerance, kernels.compiled.table_harmonics, *table.arguments
         )
+        return HarmonicForce(values[0], slopes[0] * moves)
+    pieces = getattr(law, "_pieces", None)
+    if pieces is not None and basis.in_kernel:
+
+        def kernel(dense: Floats, size: int, wide: int, rtol: float, *out: Floats) -> Any:
+            return kernels.compiled.field_harmonics(
+                dense, size, wide, rtol, *out, _NO_REST, *pieces.arguments
+            )
+
+        values, slopes = basis.integrated(c[None], begin, tolerance, kernel)
         return HarmonicForce(values[0], slopes[0] * moves)
     motion = _Motion(basis, c, begin, moves)
     if motion.turns.size < 2:

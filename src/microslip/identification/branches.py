@@ -23,6 +23,8 @@ class Cycle(NamedTuple):
     parent: NDArray[np.int64]
     basis: Floats
     """Terms of the displacement (rows) at each place."""
+    phase: Floats
+    """Phase of each place [rad]."""
     first: NDArray[np.int64]
     """Index of the first node of each bin."""
     second: NDArray[np.int64]
@@ -94,6 +96,7 @@ def cycle_of(folded: Folded, even: float = 1.0) -> Cycle:
         tree.sign,
         tree.parent,
         np.ascontiguousarray(np.roll(basis, -root, axis=0).T),
+        phase,
         first,
         second,
         pieces[0],

@@ -215,10 +215,8 @@ class Identification(Locked):
         return self._between(load)
 
     def _level(self, fit: FreeForm, level: int) -> _At:
-        weights = np.zeros(len(fit.loads) - 1)
-        if level:
-            weights[level - 1] = 1.0
-        return _At(fit, self._bands[id(fit)], fit.y + fit.shifts[level], weights)
+        gradient = fit.shift_gradient(level)
+        return _At(fit, self._bands[id(fit)], fit.y + fit.shifts[level], gradient)
 
     def _between(self, load: float) -> _At:
         """Return the fit at a load that was not measured, inside the range of those that were."""
@@ -231,6 +229,9 @@ class Identification(Locked):
                 + (" or between them" if len(self.fits) == 1 and len(loads) > 1 else "")
                 + f", got {load:.4g} N; measure at this load"
             )
+        if fit.friction is not None:
+            shift, slope = fit.shift_at(load)
+            return _At(fit, self._bands[id(fit)], fit.y + shift, np.array([slope]))
         # B(u*) = mu (N_high - N), with mu that of the two measured loads about this one.
         reach = fit.backbone(-fit.shifts)
         after = next(i for i, measured in enumerate(loads) if measured <= load)
@@ -565,7 +566,7 @@ def result_of(
     records = []
     for one in rows:
         fit = of[id(one)]
-        force = one.columns(fit.y + fit.shifts[fit.level[one.load]]) @ fit.k
+        force = fit.force_of(one)
         away = one.folded.force - force
         offset = float(np.average(away, weights=one.folded.count))
         records.append(RecordFit(one.folded, lock(force + offset)))

@@ -15,7 +15,7 @@ from microslip._core.checks import Floats
 from microslip.identification.branches import Cycle, cycle_of
 from microslip.identification.nonnegative import Cone, cone_of, minimum
 from microslip.identification.whitening import Metric, metric_of
-from microslip.laboratory.folding import Folded
+from microslip.laboratory.folding import Folded, load_basis
 
 THRESHOLDS = 110
 """Thresholds of the first grid, in geometric steps."""
@@ -25,13 +25,16 @@ _FLOOR = 1e-5
 """Noise of a force over its range below which the grid of thresholds counts more."""
 _REFINEMENTS, _BETWEEN, _VISIBLE = 2, 3, 4.0
 """Rounds in which thresholds are put beside those that carry stiffness, and how many."""
-_OF_LOWER, _APART = 0.6, 0.5
-"""Share of these for each lower load; least distance of two over the finest threshold."""
+_OF_LOWER, _APART, _REGRIDS = 0.6, 0.6, 2
+"""Share of these for each lower load; least distance of two over that of the grid; and how often
+they are put where the shifts have come to."""
 NEVER = 1e3
 """Threshold of the slider that never slips, over the largest amplitude."""
-_SHIFT_STEP, _SHIFT_ROUNDS, _STILL = 0.02, 12, 2e-5
+_FRICTION_STEP = 0.01
+"""Step of the difference by the friction, over it."""
+_SHIFT_STEP, _SHIFT_ROUNDS, _ROUGH, _STILL = 0.02, 12, 1e-3, 2e-5
 """Step of the difference by a shift, over the largest amplitude; most steps of the search of the
-shifts, and the step over the largest amplitude at which it ends."""
+shifts, and the steps over the largest amplitude at which it ends, in between and at last."""
 
 
 @dataclass(eq=False)
@@ -109,6 +112,45 @@ class Rows:
         pieces[along] = values[cycle.parent[stop]] + cycle.sign[stop][:, None] * mean
         return self._means(pieces)
 
+    @cached_property
+    def loads(self) -> Floats | None:
+        """Normal load [N] at each place of the cycle; None where it does not vary."""
+        terms = self.folded.load_terms
+        if not terms.size or self.folded.normal_load is None:
+            return None
+        return self.folded.normal_load + load_basis(self.cycle.phase, terms.size) @ terms
+
+    def varying_columns(self, y: Floats, shift: Floats) -> Floats:
+        """Return the columns of thresholds y + shift, with a shift [m] at each place of the cycle.
+
+        A slider whose threshold rises above zero during a step moves only after its entry.
+        """
+        x = self.cycle.basis.T @ self.folded.coefficients
+        limits = y + shift[:, None]
+        values = np.empty_like(limits)
+        state = np.minimum(np.maximum(limits[0], 0.0), self.amplitude)
+        before, size = limits[-1], x.size
+        bounds = np.maximum(limits, 0.0)
+        enters = (limits > 0.0) & (np.roll(limits, 1, axis=0) <= 0.0)
+        any_enters = enters.any(axis=1)
+        steps = np.diff(x, prepend=x[-1])
+        # From the largest displacement on; the second cycle is the settled one.
+        for turn in range(2):
+            for i in range(1 if turn == 0 else 0, size):
+                if any_enters[i]:
+                    before = limits[i - 1]
+                    gone = np.where(enters[i], limits[i] / (limits[i] - before), 1.0)
+                    state = state + gone * steps[i]
+                else:
+                    state = state + steps[i]
+                np.minimum(state, bounds[i], out=state)
+                np.maximum(state, -bounds[i], out=state)
+                values[i] = state
+        cycle = self.cycle
+        if not cycle.bin.size:
+            return np.asarray(values[cycle.first])
+        return self._means(0.5 * (values[cycle.begin] + values[cycle.end]))
+
     def stiffness(self, y: Floats, k: Floats) -> Floats:
         """Return the tangent stiffness [N/m] at each place of the cycle."""
         order = np.argsort(y)
@@ -146,6 +188,8 @@ class FreeForm:
     rows: Sequence[Rows]
     loads: Sequence[float | None]
     """Different normal loads [N], falling."""
+    follow: bool = True
+    """Whether loads that vary within the cycle are followed; else their means count."""
     y: Floats = field(init=False)
     """Thresholds [m], rising; the last one is never reached."""
     shifts: Floats = field(init=False)
@@ -156,44 +200,68 @@ class FreeForm:
         self.smallest = min(rows.amplitude for rows in self.rows)
         told = np.median([math.sqrt(_mean_variance(rows.folded)) for rows in self.rows])
         finest = min(max(2.0 * float(told), self.smallest / _FINEST), 0.2 * self.smallest)
+        self.finest = finest
         grid = np.geomspace(finest, self.largest, THRESHOLDS)
         self.y = np.append(grid, NEVER * self.largest)
         levels = sorted({rows.load for rows in self.rows})
         self.level = {load: number for number, load in enumerate(levels)}
         self.shifts = np.zeros(len(self.loads))
         self.k = np.zeros(self.y.size)
+        self._columns: dict[int, Floats] = {}
+        self.friction: float | None = None
+        self.reference: float | None = self.loads[0]
         self._assemble()
         self.separate: list[FreeForm] = []
         if len(self.loads) > 1:
             self._search_shifts()
+        if self.follow and any(rows.loads is not None for rows in self.rows):
+            self._follow_loads()
+        if self.extra:
+            for _ in range(_REGRIDS):
+                self._put_thresholds()
+                self._settle(_ROUGH)
         for _ in range(_REFINEMENTS):
             self._solve()
             self._reweigh()
             self._refine()
             self._assemble()
         self._solve()
-        if len(self.loads) > 1:
-            self._settle()
+        if self.extra:
+            self._settle(_STILL)
 
     # -- the convex problem -----------------------------------------------------------------------
 
     def _assemble(self) -> None:
         """Assemble Gram matrix and right-hand side of all records."""
-        count, loads = self.y.size, len(self.loads)
+        count = self.y.size
         self.blocks: list[Floats] = []
+        used = np.flatnonzero(self.k)
+        if self.friction is not None:
+            self.shifts = np.array([self.shift_at(load)[0] for load in self.loads])
         for rows in self.rows:
             level = self.level[rows.load]
             shift = float(self.shifts[level])
-            columns = rows.columns(self.y + shift)
-            by_shift = np.zeros((columns.shape[0], loads - 1))
-            used = np.flatnonzero(self.k)
-            if level and used.size:
-                step = _SHIFT_STEP * self.largest
-                both = np.concatenate([self.y[used] + shift + way * step for way in (1, -1)])
-                weights = np.concatenate((self.k[used], -self.k[used])) / (2.0 * step)
-                by_shift[:, level - 1] = rows.columns(both) @ weights
+            by_extra = np.zeros((rows.weight.size, self.extra))
+            if self.friction is not None and rows.loads is not None:
+                columns = rows.varying_columns(self.y, self._path(rows, self.friction))
+                step = _FRICTION_STEP * self.friction
+                more, less = (
+                    rows.varying_columns(self.y[used], self._path(rows, self.friction + way * step))
+                    @ self.k[used]
+                    for way in (1.0, -1.0)
+                )
+                by_extra[:, 0] = (more - less) / (2.0 * step)
+            else:
+                columns = rows.columns(self.y + shift)
+                gradient = self.shift_gradient(level)
+                if gradient.any() and used.size:
+                    step = _SHIFT_STEP * self.largest
+                    both = np.concatenate([self.y[used] + shift + way * step for way in (1, -1)])
+                    weights = np.concatenate((self.k[used], -self.k[used])) / (2.0 * step)
+                    by_extra[:] = np.outer(rows.columns(both) @ weights, gradient)
+            self._columns[id(rows)] = columns
             force = rows.folded.force[:, None]
-            self.blocks.append(rows.whitened(np.hstack((columns, by_shift, force))))
+            self.blocks.append(rows.whitened(np.hstack((columns, by_extra, force))))
         whole = np.vstack(self.blocks)
         design, self.measured = whole[:, :-1], whole[:, -1]
         scale = np.sqrt(np.einsum("ij,ij->j", design, design))
@@ -201,7 +269,7 @@ class FreeForm:
         scale[scale == 0.0] = math.inf
         self.scale = scale
         self.design = design / scale
-        self.free = np.arange(count + loads - 1) >= count
+        self.free = np.arange(count + self.extra) >= count
         self.free &= np.isfinite(scale)
         gram = self.design.T @ self.design
         empty = ~np.isfinite(scale)
@@ -252,7 +320,9 @@ class FreeForm:
         B_low(u) = B_high(u* + u) - B_high(u*), at a shift of -u*.
         """
         alone = [
-            FreeForm([rows for rows in self.rows if rows.load == load], [self.loads[load]])
+            FreeForm(
+                [rows for rows in self.rows if rows.load == load], [self.loads[load]], follow=False
+            )
             for load in range(len(self.loads))
         ]
         self.separate = alone
@@ -264,36 +334,128 @@ class FreeForm:
             tail = high.backbone(starts[:, None] + u) - high.backbone(starts)[:, None]
             miss = np.sum((tail - wanted) ** 2, axis=1)
             self.shifts[load] = -float(starts[int(np.argmin(miss))])
-        self._put_thresholds(alone)
         for rows in self.rows:
             rows.weigh(alone[rows.load].y, alone[rows.load].k)
-        self._assemble()
-        self._solve()
-        self._settle()
+        self.y, self.k = high.y.copy(), high.k.copy()
 
-    def _settle(self) -> None:
-        """Move the shifts by Gauss and Newton's method until they stay."""
+    def _settle(self, still: float) -> None:
+        """Move the shifts, or the friction, by Gauss and Newton's method until they stay."""
         for _ in range(_SHIFT_ROUNDS):
             self._assemble()
             self._solve()
+            if self.friction is not None:
+                step = np.clip(self.moved[0], -0.2 * self.friction, 0.2 * self.friction)
+                self.friction += float(step)
+                if abs(step) < still * self.friction:
+                    break
+                continue
             limit = 0.2 * np.maximum(-self.shifts[1:], 0.05 * self.largest)
             step = np.clip(self.moved, -limit, limit)
-            if np.all(np.abs(step) < _STILL * self.largest):
+            if np.all(np.abs(step) < still * self.largest):
                 break
             self.shifts[1:] = np.minimum(self.shifts[1:] + step, 0.0)
+        if self.friction is not None:
+            self._assemble()
+            self._solve()
 
-    def _put_thresholds(self, alone: Sequence[FreeForm]) -> None:
-        """Put thresholds as fine about the shift of each load as its own loops resolve."""
-        places = [
-            np.geomspace(fit.y[0], fit.largest, int(THRESHOLDS * (1.0 if i == 0 else _OF_LOWER)))
-            - self.shifts[i]
-            for i, fit in enumerate(alone)
-        ]
-        y = np.sort(np.concatenate([*places, -self.shifts[1:]]))
-        self.largest = float(y[-1])
-        apart = np.append(True, np.diff(y) > _APART * alone[0].y[0])
-        self.y = np.append(y[apart], NEVER * self.largest)
-        self.k = np.zeros(self.y.size)
+    # -- loads that vary within the cycle ---------------------------------------------------------
+
+    @property
+    def extra(self) -> int:
+        """Number of free coefficients beside stiffnesses: shifts, or the friction."""
+        return 1 if self.friction is not None else len(self.loads) - 1
+
+    def _corners(self) -> tuple[Floats, Floats]:
+        """Return displacements and forces of the corners of first loading at the reference."""
+        u = np.append(0.0, self.y)
+        return backbone_of(self.y, self.k, u), u
+
+    def _path(self, rows: Rows, friction: float) -> Floats:
+        """Return the shift at each place of a record, by B(-s) = mu (N_reference - N)."""
+        assert self.reference is not None
+        assert rows.loads is not None
+        force, u = self._corners()
+        return -np.interp(friction * (self.reference - rows.loads), force, u)
+
+    def shift_at(self, load: float | None) -> tuple[float, float]:
+        """Return the shift [m] at a load [N] and its derivative by the friction."""
+        if self.friction is None or load is None or self.reference is None:
+            return 0.0, 0.0
+        force, u = self._corners()
+        drop = self.reference - load
+        step = _FRICTION_STEP * self.friction
+        at = (self.friction, self.friction + step, self.friction - step)
+        here, more, less = (-float(np.interp(mu * drop, force, u)) for mu in at)
+        return here, (more - less) / (2.0 * step)
+
+    def shift_gradient(self, level: int) -> Floats:
+        """Return the derivatives of the shift at a load by the free coefficients."""
+        gradient = np.zeros(self.extra)
+        if self.friction is not None:
+            gradient[0] = self.shift_at(self.loads[level])[1]
+        elif level:
+            gradient[level - 1] = 1.0
+        return gradient
+
+    def _follow_loads(self) -> None:
+        """Refer the thresholds to the largest load of all, and the shifts to one friction."""
+        high = self.loads[0]
+        assert high is not None
+        top = max(
+            float(rows.loads.max()) if rows.loads is not None else (rows.folded.normal_load or 0.0)
+            for rows in self.rows
+        )
+        if len(self.loads) == 1:
+            self._solve()
+        force = float(backbone_of(self.y, self.k, np.array([self.largest]))[0])
+        self.friction = force / high
+        if len(self.loads) > 1:
+            low = self.loads[-1]
+            assert low is not None
+            self.friction = float(self.backbone(-self.shifts[-1:])[0]) / (high - low)
+        self.reference = top
+        further = self.friction * (top - high) / float(self.k.sum())
+        self.y = self.y + further
+        self.shifts = self.shifts - further
+
+    def force_of(self, rows: Rows) -> Floats:
+        """Return the force of the law in the bins of a record [N], without an offset."""
+        return self._columns[id(rows)] @ self.k
+
+    def _put_thresholds(self) -> None:
+        """Put thresholds as fine about the shift of each load as its loops resolve.
+
+        The stiffnesses go to the two neighbours of each old threshold.
+        """
+        places, wanted = [], []
+        for number, fit in enumerate(self.separate or [self]):
+            count = int(THRESHOLDS * (1.0 if number == 0 else _OF_LOWER))
+            largest = max(rows.amplitude for rows in fit.rows)
+            places.append(np.geomspace(self.finest, largest, count) - self.shifts[number])
+            wanted.append(-self.shifts[number])
+        start = -float(self.shifts[0])
+        if start > 0.0:  # sliders that enter only when the load is above its mean
+            places.append(np.linspace(0.1 * start, start, 10))
+        y = np.sort(np.concatenate([*places, np.array(wanted)[np.array(wanted) > 0.0]]))
+        # As close as the finest grid wants them at each place, and no closer.
+        ratio = (self.largest / self.finest) ** (1.0 / THRESHOLDS) - 1.0
+        above = np.where(y[:, None] >= np.array(wanted), y[:, None] - np.array(wanted), math.inf)
+        room = _APART * np.maximum(ratio * above.min(axis=1), ratio * self.finest)
+        kept, last = [], -math.inf
+        for place, apart in zip(y, np.where(np.isfinite(room), room, 0.05 * start), strict=True):
+            if place - last >= apart and place > 0.0:
+                kept.append(place)
+                last = place
+        grid = np.array(kept)
+        self.largest = float(grid[-1])
+        old_y, old_k = self.y[:-1], self.k[:-1]
+        at = np.clip(np.searchsorted(grid, old_y), 1, grid.size - 1)
+        share = np.clip((old_y - grid[at - 1]) / (grid[at] - grid[at - 1]), 0.0, 1.0)
+        k = np.zeros(grid.size + 1)
+        np.add.at(k, at, share * old_k)
+        np.add.at(k, at - 1, (1.0 - share) * old_k)
+        k[-1] += self.k[-1]
+        self.y, self.k = np.append(grid, NEVER * self.largest), k
 
     # -- what follows -----------------------------------------------------------------------------
 

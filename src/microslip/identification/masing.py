@@ -162,8 +162,7 @@ def _even(fits: Sequence[FreeForm]) -> float:
     even = total = 0.0
     for fit in fits:
         for rows in fit.rows:
-            force = rows.columns(fit.y + fit.shifts[fit.level[rows.load]]) @ fit.k
-            residual = rows.folded.force - force
+            residual = rows.folded.force - fit.force_of(rows)
             residual = residual - np.average(residual, weights=rows.folded.count)
             other = np.interp(
                 rows.folded.phase + math.pi, rows.folded.phase, residual, period=2.0 * math.pi

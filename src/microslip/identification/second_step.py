@@ -157,22 +157,26 @@ class Statistics:
         force[1:-2] += bend[:-1] / 12.0
         slope = np.diff(force) / width
         k = np.append(slope[:-1] - slope[1:], slope[-1])
-        return np.concatenate((k, shifts - fit.shifts[1:])) * np.where(
-            np.isfinite(fit.scale), fit.scale, 0.0
-        )
+        return np.concatenate((k, shifts)) * np.where(np.isfinite(fit.scale), fit.scale, 0.0)
 
     def _series(
         self, curve: Callable[[Floats, float | None], Floats], compliance: float, nodes: Floats
     ) -> tuple[Floats, Floats]:
-        """Return the force at displacements in series, and the shift at each lower load."""
+        """Return the force at displacements in series, and changes of the free coefficients."""
         fit = self.fit
-        load = fit.loads[0]
-        if not compliance and len(fit.loads) == 1:
+        load = fit.reference
+        if not compliance and not fit.extra:
             return curve(nodes, load), np.zeros(0)
         end = nodes[-1] * 1.01
         x = np.append(0.0, np.geomspace(1e-5 * end, end, _FINE))
         force = curve(x, load)
         u = x + compliance * force
+        if fit.friction is not None:
+            assert load is not None
+            far = np.array([1e3 * end])
+            fall = float((curve(far, load) - curve(far, 0.5 * load))[0])
+            moved = np.array([fall / (0.5 * load) - fit.friction])
+            return np.interp(nodes, u, force), moved
         shifts = []
         for low in fit.loads[1:]:
             # B_high(u*) is what the limit falls by: mu (N_high - N_low).
@@ -180,7 +184,7 @@ class Statistics:
             assert low is not None
             fall = (curve(np.array([1e3 * end]), load) - curve(np.array([1e3 * end]), low))[0]
             shifts.append(-float(np.interp(fall, force, u)))
-        return np.interp(nodes, u, force), np.array(shifts)
+        return np.interp(nodes, u, force), np.array(shifts) - fit.shifts[1:]
 
     def residuals(self, g: Floats) -> Floats:
         """Return whitened residuals of scaled coefficients."""

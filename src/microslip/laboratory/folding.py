@@ -39,6 +39,9 @@ _CHANGED = 0.2
 """Range of the loads of the cycles, of their mean, that no law with one load stands for."""
 
 
+_LOAD_HARMONICS, _UNVARIED = 4, 5e-4
+"""Harmonics of the normal load within a cycle, and the share of the mean that goes unnoticed."""
+
 CLIPPED = "found from a record that looks clipped"
 """The doubt on a record whose sensors reached the ends of their range."""
 
@@ -88,6 +91,9 @@ class Folded(Locked):
     """Notes on the folding itself, not on the record."""
     late: str = ""
     """Note on a delay of the force that shows in its cycles."""
+    load_terms: NDArray[np.float64] = field(default_factory=lambda: lock(np.zeros(0)))
+    """Cosine and sine of each of the first harmonics of the normal load [N]; none where it is the
+    same all over the cycle."""
     load_error: float = 0.0
     """Standard error of the mean normal load [N]; 0 of one that was given as a number."""
     drift: float = 0.0
@@ -257,6 +263,7 @@ def _fold(
     del gone
     noise_f = curve.noise(level.residual, 1)
     load, load_error = _mean_load(record, inside, place, curve)
+    load_terms = _load_terms(record, inside, phase)
     drifts = judgement.drifts(counting.selection)
     said = (
         *(note for note in judgement.notes(counting) if note not in judgement.excess_loss),
@@ -306,6 +313,7 @@ def _fold(
         said=said,
         late="" if judgement.delay is None else judgement.delay.note(),
         load_error=load_error,
+        load_terms=lock(load_terms),
         drift=drift.slope,
         growth=growth,
         drifted=lock(drifted),
@@ -392,6 +400,29 @@ def _mean_load(
             f"{high:.4g} N in their means; take a record of one load, or `cycles=slice(0, 10)`, say"
         )
     return mean, error
+
+
+def load_basis(phase: Floats, terms: int) -> Floats:
+    """Return cosine and sine of the first harmonics at phases [rad] (phases, terms)."""
+    angles = np.outer(phase, np.arange(1, terms // 2 + 1))
+    return np.stack((np.cos(angles), np.sin(angles)), axis=2).reshape(phase.size, terms)
+
+
+def _load_terms(record: Record, inside: NDArray[np.bool_], phase: Floats) -> Floats:
+    """Return the course of the normal load over the cycle [N], where it stands out of its noise."""
+    if not isinstance(record.normal_load, np.ndarray):
+        return np.zeros(0)
+    load = record.normal_load[inside]
+    away = load - load.mean()
+    basis = load_basis(phase, 2 * _LOAD_HARMONICS)
+    terms = np.linalg.lstsq(basis.T @ basis, basis.T @ away, rcond=None)[0]
+    rest = away - basis @ terms
+    noise = math.sqrt(float(rest @ rest) / max(away.size - terms.size, 1))
+    size = float(np.linalg.norm(terms))
+    error = noise * math.sqrt(2.0 * terms.size / away.size)
+    if size <= max(4.0 * error, _UNVARIED * abs(float(load.mean()))):
+        return np.zeros(0)
+    return np.asarray(terms)
 
 
 # -- loops that were averaged before they came here -----------------------------------------------

@@ -56,10 +56,10 @@ _GAPS = (
 )
 _HEIGHTS = {
     "rms": ("Sq, rms height", "m"),
-    "mean_deviation": ("Sa, arithmetic mean height", "m"),
+    "mean_deviation": ("Sa, arithmetical mean height", "m"),
     "skewness": ("Ssk, skewness", ""),
     "kurtosis": ("Sku, kurtosis", ""),
-    "flatness": ("Sz, maximum height", "m"),
+    "maximum_height": ("Sz, maximum height", "m"),
 }
 _SUMMITS = {
     "density": ("density", "1/m^2"),
@@ -233,7 +233,7 @@ def _summits(findings: Findings, data: dict[str, Any]) -> tuple[Block, ...]:
 
 def _written(value: float | None, unit: str) -> str:
     if value is None:
-        return "–"
+        return "not determined"
     if unit == "1/m^2":
         return f"{significant(1e-6 * value)} 1/mm²"
     if not unit and float(value).is_integer():

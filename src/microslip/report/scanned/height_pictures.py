@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from contextlib import suppress
 
 import numpy as np
 
 from microslip._core.checks import Floats
-from microslip._core.errors import InputError
 from microslip._core.units import engineering, prefix
 from microslip.figures.kit import (
     EDGE,
@@ -165,11 +163,6 @@ def spectrum_plot(findings: Findings) -> Plot:
         panel.add(between(x, density * (1.0 + error), density * (1.0 - error), _SCATTER))
         legend.append(Entry("± its uncertainty", _SCATTER))
         _fill(panel, findings, unit, before, after)
-        with suppress(InputError):  # too few rings for a power law
-            fit = unfiltered_spectrum.self_affine_fit()
-            at = np.array([fit.shortest, fit.longest])
-            panel.add(_line(at / unit, fit.density(at) / _MICRO**4, COLORS[3], 1.6, DASHED))
-            legend.append(Entry(f"H = {fit.hurst:.2f}", COLORS[3], DASHED))
         panels.append(panel)
     before = [
         _line(p.wavelength / unit, p.density / _MICRO**3, *under) for p in unfiltered_spectrum.axes

@@ -20,6 +20,9 @@ REMOTENESS = 3.0
 """Distance from all other points, in ranges of those, beyond which one height of several points
 may stand for "nothing measured"."""
 
+_LEAST_SLOPE = 3e-4
+"""Rms slope from point to point below which heights are likely in another unit."""
+
 _ATOM = 1e-10  # [m] no surface varies less: smaller is rounding
 
 
@@ -94,6 +97,15 @@ def absurd(heights: NDArray[np.float64], pixel: tuple[float, ...]) -> list[str]:
         questions.append(
             f"heights over {engineering(height, 'm')} on {engineering(size, 'm')}: is their unit "
             "right?"
+        )
+    slopes = [
+        float(np.sqrt(np.nanmean(np.diff(heights, axis=axis) ** 2))) / distance
+        for axis, distance in zip(range(heights.ndim), pixel[::-1], strict=True)
+    ]
+    if 0.0 < max(slopes) < _LEAST_SLOPE:
+        questions.append(
+            f"an rms slope of {max(slopes):.2g}, less than polished faces have: are the heights in "
+            "another unit?"
         )
     if not 1e-10 < step < 5e-3:
         questions.append(f"a pixel of {engineering(step, 'm')}: is its unit right?")

@@ -17,6 +17,7 @@ from microslip.surfaces.height_map import HeightMap
 Map = TypeVar("Map", bound=HeightMap)
 
 _NORMAL = 1.4826  # standard deviation over median distance
+_RISE = 2.0  # of a spike over its surroundings, in robust rms heights of the scan
 _ABOVE = 6.0  # of a spike over its surroundings, in robust deviations from the local median
 _RING = np.ones((5, 5), dtype=bool)
 _RING[1:4, 1:4] = False
@@ -34,7 +35,7 @@ def spikes(heights: Floats) -> NDArray[np.bool_]:
     """Return the points that stand out of the ring of 16 points around them.
 
     A point (or a group of up to 3 x 3) is a spike if it is higher than the highest point of that
-    ring, or lower than the lowest one, by the rms height of the scan, as its median deviation
+    ring, or lower than the lowest one, by twice the rms height of the scan, as its median deviation
     gives it, and by six robust standard deviations of the heights from their local medians.
     Summits, scratches and ridges that the pixel resolves are continued on the ring.
     """
@@ -47,7 +48,7 @@ def spikes(heights: Floats) -> NDArray[np.bool_]:
     flat = filled(heights) if gaps.any() else heights
     away = flat - ndimage.median_filter(flat, size=5, mode="mirror")
     rms = _NORMAL * float(np.median(np.abs(flat - np.median(flat))))
-    least = max(rms, _ABOVE * _NORMAL * float(np.median(np.abs(away))))
+    least = max(_RISE * rms, _ABOVE * _NORMAL * float(np.median(np.abs(away))))
     if not least > 0.0:
         return nothing
     if float(np.abs(away).max()) <= least:
@@ -65,7 +66,7 @@ def repaired(scan: Map) -> Map:
     """Return the scan without fill values and spikes, with all missing points interpolated.
 
     Fill values are heights such as -9999 that many points share exactly, far from all others.
-    Spikes are points that stand out of all their surroundings by the rms height of the scan. The
+    Spikes are points that stand out of all their surroundings by twice the rms height. The
     notes state the number of each; a profile keeps its gaps.
 
     Returns

@@ -64,7 +64,11 @@ QUANTITIES: dict[str, Quantity] = {
     "contact_area_fraction": Quantity("-", "real over apparent contact area"),
     "mean_contact_pressure": Quantity("Pa", "normal load over real contact area"),
     "normal_stiffness": Quantity("N/m", "normal stiffness"),
-    "tangential_stiffness": Quantity("N/m", "tangential stiffness at rest"),
+    "tangential_stiffness": Quantity("N/m", "tangential stiffness at rest, contact alone"),
+    "rig_normal_stiffness": Quantity("N/m", "normal stiffness with the solid behind the contact"),
+    "rig_tangential_stiffness": Quantity(
+        "N/m", "tangential stiffness at rest with the solid behind the contact"
+    ),
     "force_limit": Quantity("N", "force of gross slip"),
     "slip_per_indentation": Quantity("-", "slip limit of a contact over its indentation"),
     "slip_scale": Quantity("m", "displacement over which the joint goes from sticking to sliding"),

@@ -226,8 +226,11 @@ class StructurePart(Part):
         if self.mesh is None:
             return float(cast(float, self.lap))
         mesh = self.mesh.joint.mesh
-        return max(float(np.ptp(mesh.points[c.lower].reshape(-1, 3), axis=0).max())
-                   for c in mesh.contacts)  # fmt: skip
+        sides = ((c.lower, c.upper) for c in mesh.contacts)
+        return max(
+            min(float(np.ptp(mesh.points[side].reshape(-1, 3), axis=0).max()) for side in both)
+            for both in sides
+        )
 
     @property
     def _tensions(self) -> Floats:

@@ -75,6 +75,11 @@ def joint_table(joints: Rows, law: str) -> Table:
         Column("mean_contact_pressure", "Mean pressure", "Pa", 3, short="N/real area", brief=False),
         Column("normal_stiffness", "kₙ", "N/m", 3, brief=False),
         Column("tangential_stiffness", "kₜ", "N/m", 3),
+        *(
+            [Column("rig_tangential_stiffness", "kₜ at a rig", "N/m", 3, short="kₜ, rig")]
+            if joints[0].get("rig_tangential_stiffness") is not None
+            else []
+        ),
         Column("force_limit", "μN", "N", 3),
         Column("slip_scale", "Slip scale", "m", 3, short="slip scale"),
         Column("standardised_separation", "h", "", write=cells.decimals),
@@ -82,7 +87,9 @@ def joint_table(joints: Rows, law: str) -> Table:
     scale = joints[0]["slip_scale_meaning"]
     h = joints[0]["standardised_separation"] is not None
     caption = (
-        "kₙ and kₜ are the normal and the tangential stiffness with all contacts sticking, μN is "
+        "kₙ and kₜ are the stiffnesses of the contact alone with all contacts sticking; kₜ at a "
+        "rig is in series with the solid behind a round contact of the apparent area, as two "
+        "half-spaces (Johnson 1985), as sensors beside a small contact measure it. μN is "
         f"the force of gross slip. The slip scale is {_SCALES.get(scale, scale)}"
         + ("; h is the separation of the surfaces over the spread of the heights." if h else ".")
     )

@@ -15,6 +15,8 @@ from microslip._core.dataset import Variable
 from microslip._core.quantities import QUANTITIES
 from microslip._core.units import engineering
 from microslip._core.wording import plural
+from microslip.contact.half_space import in_series, solid_stiffness
+from microslip.contact.materials import MaterialPair
 from microslip.friction import Interface, LawBand
 from microslip.friction.input_slopes import input_slopes
 from microslip.friction.loops import Loop
@@ -119,9 +121,30 @@ def scalars(study: StudyDescription, joint: Interface) -> dict[str, float | None
         "mean_contact_pressure": joint.normal_load / contact if contact else None,
         "normal_stiffness": getattr(joint, "normal_stiffness", None),
         "tangential_stiffness": joint.tangential_stiffness,
+        **_at_rig(study, joint, area),
         "force_limit": joint.force_limit,
         "slip_per_indentation": getattr(joint, "slip_per_indentation", None),
         "slip_scale": joint._slip_scale[0],
+    }
+
+
+def _at_rig(
+    study: StudyDescription, joint: Interface, area: float | None
+) -> dict[str, float | None]:
+    """Stiffnesses in series with half-spaces [N/m]; None where finite elements carry the solid."""
+    names = ("rig_normal_stiffness", "rig_tangential_stiffness")
+    pair = getattr(getattr(joint, "surface", None), "pair", None)
+    if area is None or study.structure is not None or not isinstance(pair, MaterialPair):
+        return dict.fromkeys(names)
+    alone = joint.normal_stiffness, joint.tangential_stiffness
+    pressure, hole, count = getattr(study.joint, "pressure", None), 0.0, 1
+    if (outer := getattr(pressure, "outer", None)) is not None:
+        hole, count = float(pressure.inner or 0.0) / outer, pressure.count
+        area = count * math.pi * outer**2 * (1.0 - hole**2)
+    solid = solid_stiffness(pair, area / count, hole)
+    return {
+        name: in_series(stiff, count * behind)
+        for name, stiff, behind in zip(names, alone, solid, strict=True)
     }
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,10 +18,8 @@ from microslip.structures import (
     ReducedJoint,
 )
 from microslip.structures.tie_limits import TieLimits
+from microslip.study.runs.structure_verdicts import Change, QuantityVerdict
 from microslip.study.structure import StructurePart
-
-if TYPE_CHECKING:
-    from microslip.study.runs.structure_tests import Change, QuantityVerdict
 
 SHARES = (0.05, 0.5, 0.95)
 """Quantiles of the bands."""

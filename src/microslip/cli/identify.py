@@ -253,10 +253,7 @@ def _read(
     rigs = options["rigs"]
     for index, path in enumerate(paths):
         try:
-            record = reading.read(path, index)
-            loaded.append(
-                record if files.manifest is None else files.manifest.loaded(record, index)
-            )
+            loaded.append(reading.read(path, index, files.manifest))
         except InputError as error:
             if len(paths) == 1 or (index == len(paths) - 1 and not loaded):
                 raise

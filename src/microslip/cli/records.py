@@ -204,16 +204,21 @@ class Reading(NamedTuple):
     drift: bool
     limit: int
 
-    def read(self, path: str, index: int = 0) -> Record:
-        """Read one file, the so many-th."""
+    def read(self, path: str, index: int = 0, manifest: Manifest | None = None) -> Record:
+        """Read one file, with the columns and the load that its row of a manifest names."""
         from microslip.laboratory import Record
 
         loads = self.normal_load
+        given = {
+            **named(self, "displacement", "force", "sample_rate", "frequency", "limit"),
+            "normal_load": _or_none(loads[index if len(loads) > 1 else 0] if loads else None),
+            "time": _or_none(self.time),
+        }
+        if manifest is not None:
+            given |= manifest.reading(index)
         record = Record.read(
             path,
-            **named(self, "displacement", "force", "sample_rate", "frequency", "limit"),
-            normal_load=_or_none(loads[index if len(loads) > 1 else 0] if loads else None),
-            time=_or_none(self.time),
+            **given,
             cycle_number=_or_none(self.cycle_number),
             sign=-1 if self.flip_sign else None,
             units=pairs("unit", self.units) or None,
@@ -221,6 +226,8 @@ class Reading(NamedTuple):
             zero=pairs("zero", self.zero) or None,
             rows=slice_of("--rows", self.rows),
         )
+        if manifest is not None:
+            record = manifest.loaded(record, index)
         if self.cutoff is None and not self.drift:
             return record
         from microslip.laboratory import condition

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import numbers
 import os
+import stat
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -83,6 +84,7 @@ def usable(path: Path, noun: str) -> Iterator[None]:
     if "\0" in os.fspath(path):
         raise ValueError("cannot be read: no file has such a name")
     try:
+        refuse_special(path, noun)
         yield
     except FileNotFoundError:
         raise ValueError(f"no such file{_near(path)}") from None
@@ -90,6 +92,23 @@ def usable(path: Path, noun: str) -> Iterator[None]:
         if os.path.isdir(path):  # noqa: PTH112 - Windows says "permission denied"; never raises
             raise ValueError(f"wanted {noun}, got a folder") from None
         raise ValueError(f"cannot be read: {reason(error)}") from None
+
+
+def refuse_special(path: Path, noun: str = "a file") -> None:
+    """Refuse what is no regular file, such as a named pipe without a writer, which never ends.
+
+    Raises
+    ------
+    ValueError
+        If the path is neither a regular file nor a folder.
+    OSError
+        If the path does not exist or cannot be read.
+    """
+    mode = path.stat().st_mode
+    kinds = {"a named pipe": stat.S_ISFIFO, "a socket": stat.S_ISSOCK, "a device": stat.S_ISCHR}
+    for kind, is_kind in kinds.items():
+        if is_kind(mode):
+            raise ValueError(f"wanted {noun}, got {kind}; save its content to a file")
 
 
 @contextmanager

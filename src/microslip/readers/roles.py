@@ -47,24 +47,25 @@ _RAW = (
 
 NEEDED = ("displacement", "force")
 
-# Words of names, in English, German and French.
-_TIME = {"time", "elapsed", "timestamp", "zeit", "temps"}
+# Words of names, in English, German, French and Japanese.
+_TIME = {"time", "elapsed", "timestamp", "zeit", "temps", "時間", "時刻", "経過時間"}
 _COMMANDED = {"commanded", "command", "cmd", "setpoint", "target", "demand", "soll", "sollwert"}
 _MOVED = {
     "displacement", "displacements", "disp", "position", "pos", "stroke", "slip", "travel",
     "deflection", "lvdt", "elongation", "weg", "verfahrweg", "verschiebung", "auslenkung",
-    "déplacement", "deplacement", "glissement",
+    "déplacement", "deplacement", "glissement", "変位", "変位量", "位置",
 }  # fmt: skip
 _ALONG = {
     "friction", "frictional", "tangential", "lateral", "shear", "traction", "reibkraft",
     "reibungskraft", "reibung", "tangentialkraft", "querkraft", "tangentielle", "tangentiel",
-    "frottement",
+    "frottement", "摩擦力", "接線力", "せん断力",
 }  # fmt: skip
 _ACROSS = {
-    "normal", "normalkraft", "normale", "normallast", "clamping", "preload", "vertical",
+    "normal", "normalkraft", "normale", "normallast", "clamp", "clamping", "preload", "vertical",
+    "垂直荷重", "垂直力", "法線力",
 }  # fmt: skip
-_FORCES = {"force", "forces", "kraft", "effort", "loadcell"}
-_LOADS = {"load", "last", "charge"}
+_FORCES = {"force", "forces", "kraft", "effort", "loadcell", "力"}
+_LOADS = {"load", "last", "charge", "荷重"}
 _NEITHER = {
     "coefficient", "coeff", "cof", "ratio", "velocity", "speed", "acceleration", "temperature",
     "temp", "torque", "energy", "moment", "power", "rate", "error", "stiffness", "stress", "wear",
@@ -79,7 +80,17 @@ _COUNTED = {
     "zyklenzahl", "zyklusnummer", "lastwechselzahl", "lastspielzahl",
 }  # fmt: skip
 
-_COEFFICIENTS = {"cof", "mu", "µ", "μ", "reibwert", "reibungszahl", "reibzahl", "reibkoeffizient"}
+_COEFFICIENTS = {
+    "cof",
+    "mu",
+    "µ",
+    "μ",
+    "reibwert",
+    "reibungszahl",
+    "reibzahl",
+    "reibkoeffizient",
+    "摩擦係数",
+}
 
 _TELLING = _TIME | _COMMANDED | _MOVED | _ALONG | _ACROSS | _FORCES | _LOADS | _NEITHER
 
@@ -87,7 +98,7 @@ _TELLING = _TIME | _COMMANDED | _MOVED | _ALONG | _ACROSS | _FORCES | _LOADS | _
 _SYMBOLS = {
     "x": "displacement", "X": "displacement", "δ": "displacement", "delta": "displacement",
     "F": "force", "Ft": "force", "FT": "force", "Ff": "force", "Fx": "force", "F_t": "force",
-    "F_T": "force", "F_x": "force", "F_f": "force",
+    "F_T": "force", "F_x": "force", "F_f": "force", "F_R": "force", "FR": "force",
     "Fn": "normal_load", "FN": "normal_load", "Fz": "normal_load", "F_n": "normal_load",
     "F_N": "normal_load", "F_z": "normal_load", "t": "time",
 }  # fmt: skip

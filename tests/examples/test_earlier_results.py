@@ -21,7 +21,7 @@ RESULTS = EARLIER / "results"
 WORDS = {"slip_scale_meaning", "meaning", "message", "notes", "reason", "remedy", "files"}
 WORDS |= {"generator", "version", "limit", "word", "caption", "warnings"}
 """Prose, lists of files, versions, and limits of rules, which judge a number and are none."""
-CHANGED = {"reversal_stiffness", "evaluations", "oscillator", "frequency", "frequency_at_rest"}
+CHANGED = {"chord_stiffness", "evaluations", "oscillator", "frequency", "frequency_at_rest"}
 CHANGED |= {"frequency_in_slip", "interface_damping_ratio", "varying_normal_load", "energy_share"}
 CHANGED |= {"smallest_normal_load", "largest_normal_load", "flatness"}
 """Meant: noise has no part in the stiffness at reversals any more, fits go another way to the

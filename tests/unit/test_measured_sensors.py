@@ -49,7 +49,7 @@ def test_gains_of_sensors_are_in_all_intervals(tmp_path: Path) -> None:
     for name, relative in (
         ("friction_energy", math.hypot(0.02, 0.005)),
         ("dissipated_energy", math.hypot(0.02, 0.01)),
-        ("reversal_stiffness", math.hypot(0.02, 0.01)),
+        ("chord_stiffness", math.hypot(0.02, 0.01)),
         ("amplitude", 0.01),
         ("loss_factor", 0.0),
     ):

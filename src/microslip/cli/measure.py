@@ -114,9 +114,7 @@ def measure(
             skipped: list[tuple[str, str]] = []
             for index, path in enumerate(paths):
                 try:
-                    record = reading.read(path)
-                    if files.manifest is not None:
-                        record = files.manifest.loaded(record, index)
+                    record = reading.read(path, index, files.manifest)
                     result = measured(
                         record,
                         model=_at_the_load_of(record, joints),

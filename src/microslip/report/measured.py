@@ -36,7 +36,7 @@ _FIRST = (
     "loss_factor",
     "friction_peak",
     "friction_energy",
-    "reversal_stiffness",
+    "chord_stiffness",
 )
 """Columns of a single record in a terminal; the page and summary.json have all."""
 Say = Callable[[str], str]
@@ -121,7 +121,8 @@ def _regime(measured: Measurement) -> str:
     """Such as "mostly gross slip", or which ones it may be where the cycles do not tell."""
     possible = measured.possible_regimes
     if len(possible) < 2:
-        return f"mostly {measured.regime}"
+        is_same = measured.regimes.count(measured.regime) == len(measured)
+        return measured.regime if is_same else f"mostly {measured.regime}"
     shares = " or ".join(f"{name} ({100.0 * share:.0f} %)" for name, share in possible.items())
     return shares if measured.is_settled else shares.replace(" or ", ", ")
 

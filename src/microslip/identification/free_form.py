@@ -80,6 +80,16 @@ class Rows:
         shape = self.weight.size, cycle.bin.size
         return csr_array((cycle.share, (cycle.bin, np.arange(cycle.bin.size))), shape=shape)
 
+    @cached_property
+    def _bends(self) -> Floats:
+        """Mean of the displacement over each piece less the mean of its ends [m]."""
+        cycle, folded = self.cycle, self.folded
+        begin = cycle.phase[cycle.begin]
+        end = begin + np.mod(cycle.phase[cycle.end] - begin, 2.0 * math.pi)
+        ends = folded.displacement(np.concatenate((begin, 0.5 * (begin + end), end)))
+        first, middle, last = ends.reshape(3, -1)
+        return np.asarray((2.0 * middle - first - last) / 3.0)
+
     def columns(self, y: Floats) -> Floats:
         """Return the deflection [m] of a stop element of each threshold (bins, thresholds).
 
@@ -110,6 +120,9 @@ class Rows:
         lost = np.where(np.abs(high - low) > 1e-9 * high, lost, 0.5 * (over[0] + over[1]))
         mean = 0.5 * (low + high) - lost
         pieces[along] = values[cycle.parent[stop]] + cycle.sign[stop][:, None] * mean
+        # The displacement bends inside a piece: what sticks goes with it.
+        sticks = 1.0 - np.clip((over[0] - over[1]) / width, 0.0, 1.0)
+        pieces[along] += self._bends[along][:, None] * sticks
         return self._means(pieces)
 
     @cached_property

@@ -4,6 +4,7 @@ from ._core.errors import StudyError as StudyError
 from ._core.units import units as units
 from .contact import AsperityPopulation as AsperityPopulation
 from .contact import DrawnFace as DrawnFace
+from .contact import Finish as Finish
 from .contact import GreenwoodWilliamson as GreenwoodWilliamson
 from .contact import MeasuredContact as MeasuredContact
 from .contact import NormalLaw as NormalLaw
@@ -95,4 +96,3 @@ from .structures import identify_modal as identify_modal
 from .structures import read_decay as read_decay
 from .surfaces import Scan as Scan
 from .surfaces import Summits as Summits
-from .surfaces import SurfaceFinish as SurfaceFinish

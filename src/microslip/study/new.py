@@ -48,7 +48,7 @@ def template(
 
     ``name`` is that of its file, for the title and the commands in its comments. A joint has a
     surface of one of :data:`LAWS`, or faces as a ``process`` of
-    :data:`microslip.surfaces.finish.PROCESSES` leaves them.
+    :data:`microslip.contact.finish.PROCESSES` leaves them.
     """
     if law not in LAWS:
         near = did_you_mean(law, LAWS) if isinstance(law, str) else ""
@@ -62,7 +62,7 @@ def template(
         "table": command_line(file.with_suffix(".csv")),
     }
     if process is not None:
-        from microslip.surfaces.finish import PROCESSES, sampling_length
+        from microslip.contact.finish import PROCESSES, sampling_length
 
         leaves = PROCESSES[process]
         words |= {"process": process, "source": leaves.source}
@@ -83,7 +83,7 @@ def write(
 ) -> list[str]:
     """Write a commented study into a new file, whose name ends in `.toml`.
 
-    A ``process`` of :data:`microslip.surfaces.finish.PROCESSES` makes it one of bolted plates with
+    A ``process`` of :data:`microslip.contact.finish.PROCESSES` makes it one of bolted plates with
     faces as that process leaves them. Returns the commands that come next. A batch has its table of
     changes beside it.
     """

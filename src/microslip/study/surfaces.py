@@ -23,6 +23,7 @@ from microslip.contact import (
     RoughSurface,
     TabulatedNormalLaw,
 )
+from microslip.contact.finish import GAUSSIAN_RQ
 from microslip.contact.materials import Material, MaterialPair, metals
 from microslip.contact.rough import ERROR as ROUGH_ERROR
 from microslip.study.fields import (
@@ -45,7 +46,6 @@ from microslip.study.measured_face import MeasuredFace
 from microslip.study.part import Key, Part, SurfaceTable, Table, key, optional_key, tag
 from microslip.study.readers import KeyedError, Place
 from microslip.study.uncertain import Spread, Unsure
-from microslip.surfaces.finish import GAUSSIAN_RQ
 from microslip.surfaces.options import RA, RQ
 
 __all__ = [

@@ -1,4 +1,3 @@
-from .finish import SurfaceFinish as SurfaceFinish
 from .moments import Moments as Moments
 from .moments import Statistics as Statistics
 from .patches import cut as cut

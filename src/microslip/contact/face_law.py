@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from typing import NamedTuple
 
 import numpy as np
@@ -58,19 +59,19 @@ class FaceLaw(TabulatedNormalLaw):
     # -- the face ----------------------------------------------------------------------------------
 
     @property
+    @abstractmethod
     def first_loading(self) -> FirstLoading:
         """First loading up to the tightening: pressures, separations, stiffnesses."""
-        raise NotImplementedError
 
     @property
+    @abstractmethod
     def _tightening(self) -> float:
         """Largest pressure [Pa] that the face has borne."""
-        raise NotImplementedError
 
     @property
+    @abstractmethod
     def _tangential(self) -> Floats:
         """Tangential over normal stiffness in the plane [-], (2, 2)."""
-        raise NotImplementedError
 
     def slip_per_indentation(self, direction: float | None = None) -> float:
         """Return kappa/mu, the slip of a contact over its indentation at mu = 1 [-].

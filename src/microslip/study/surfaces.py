@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Iterator, Mapping
 from typing import Any, cast
 
 import numpy as np
 
-from microslip._core.parameters import key_of, parameter_of, parameters_of
+from microslip._core.parameters import JsonSchema, key_of, parameter_of, parameters_of
 from microslip._core.quantities import named
 from microslip._core.units import (
     FORCE,
@@ -26,6 +27,7 @@ from microslip.contact import (
 from microslip.contact.finish import GAUSSIAN_RQ
 from microslip.contact.materials import Material, MaterialPair, metals
 from microslip.contact.rough import ERROR as ROUGH_ERROR
+from microslip.study.drawn_face import DrawnSurface
 from microslip.study.fields import (
     AREA,
     HEIGHT,
@@ -50,6 +52,7 @@ from microslip.surfaces.options import RA, RQ
 
 __all__ = [
     "SURFACE_TABLES",
+    "DrawnSurface",
     "Elastic",
     "ExponentialHeights",
     "GaussianHeights",
@@ -297,7 +300,28 @@ SURFACE_TABLES: dict[str, type[Any]] = {
 }
 """Tables of the normal laws by their name, and that of a measured face."""
 
-ANY_SURFACE = Table(*SURFACE_TABLES.values(), tag="law")
+
+class _AnySurface(Table):
+    """A surface by its law; a face by its scan or, without one, by its drawing."""
+
+    def read(self, raw_value: object, place: Place) -> Any:
+        """The table, frozen."""
+        if isinstance(raw_value, Mapping) and raw_value.get("law") == "face":
+            table = MeasuredFace if "scan" in raw_value else DrawnSurface
+            return table.read(raw_value, place)
+        return super().read(raw_value, place)
+
+    def schema(self) -> JsonSchema:
+        """Schema of the tables."""
+        return {"oneOf": [*super().schema()["oneOf"], DrawnSurface.schema()]}
+
+    def tables(self) -> Iterator[tuple[str, type[Part]]]:
+        """Table of each law, and that of a drawing."""
+        yield from super().tables()
+        yield ' with law = "face" and no scan', DrawnSurface
+
+
+ANY_SURFACE = _AnySurface(*SURFACE_TABLES.values(), tag="law")
 
 
 ANY_MATERIAL = Table(

@@ -7,8 +7,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from laps import STRIP
 
 import microslip as ms
+from microslip.study.new import template
+from microslip.study.runs.structure import _bands
+from microslip.study.runs.structure_prediction import Sampled, joint_damping
 from microslip.study.runs.structure_tests import changes, judge
 
 AMPLITUDE = np.geomspace(1e-6, 1e-4, 5)
@@ -82,3 +86,33 @@ def test_rise_over_fall_tells_microslip_from_geometry() -> None:
     assert (predicted.base_damping, predicted.doubt) == (5e-4, "")
     assert measured.ratio == pytest.approx(0.05)
     assert "large bending" in measured.doubt
+
+
+def test_stuck_joints_have_a_damping_that_has_a_logarithm() -> None:
+    curve: Any = SimpleNamespace(
+        damping_ratio=np.array([5e-4, 5e-4 - 1e-19, 6e-4, np.nan]), base_damping=5e-4
+    )
+    found = joint_damping(curve)
+    np.testing.assert_allclose(found[:3], [1e-14, 1e-14, 1e-4], rtol=1e-10)
+    assert np.isnan(found[3])
+
+
+@pytest.mark.filterwarnings("error")
+def test_samples_without_a_solution_give_no_band_and_no_warning() -> None:
+    part = ms.Study.from_toml(STRIP).structure
+    rng = np.random.default_rng(0)
+    scores, dense = rng.standard_normal((32, 2)), rng.standard_normal((64, 2))
+    nothing = np.full((32, part.amplitudes.size), np.nan)
+    base = np.full(32, 5e-4), np.full(64, 5e-4)
+    sampled = Sampled(scores, dense, nothing, nothing, nothing, base)
+    bands = _bands(sampled, part, ("friction coefficient", "bolt tension"), None)
+    assert bands is not None
+    assert bands.unsolved == 32
+    assert np.isnan(bands.damping_error)
+    assert np.isnan(bands.damping_ratio).all()
+
+
+def test_roughness_must_be_flat_beside_its_waves() -> None:
+    text = template("structure").replace('rq = "1.6 um"', 'rq = "30 mm"')
+    with pytest.raises(ms.StudyError, match=r"surface\.rq: wanted at most a tenth of roll_off"):
+        ms.Study.from_toml(text)

@@ -286,11 +286,11 @@ def test_identify_takes_several_tests_of_a_structure(folder: Path, ring: Path) -
 
 
 def test_the_curves_are_in_the_labelled_arrays(result: ms.Result) -> None:
-    from microslip.report.predicted.result import contents
+    from microslip.report.predicted.data import data_set
 
-    held, found = contents(result), result.structure
-    assert held.dims["mode"] == 1
-    assert held.dims["patch"] == 6
+    held, found = data_set(result), result.structure
+    assert held.sizes["mode"] == 1
+    assert held.sizes["patch"] == 6
     for name in ("modal_frequency", "modal_damping_ratio"):
         assert held.variables[name].dims == ("mode", "structure_amplitude")
     curve = found.modes[0].curve

@@ -445,6 +445,8 @@ def _ranking(
 
     What the inputs leave unexplained is the share of random faces, where faces are random.
     """
+    if np.isfinite(logs).sum() <= scores.shape[1]:
+        return tuple((name, 0.0) for name in names)
     shares, explained = ranking(scores, logs)
     pairs = [(name, float(share)) for name, share in zip(names, shares, strict=True)]
     if random:

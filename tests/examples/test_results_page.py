@@ -13,7 +13,6 @@ from studies import AMPLITUDES, CURVE, LOADS, SURFACE, SURFACES, edited
 
 import microslip as ms
 from microslip._core.quantities import QUANTITIES
-from microslip.report.predicted.data import data_set
 
 PAGE = (Path(__file__).parents[2] / "docs" / "results.md").read_text(encoding="utf-8")
 FORMATS = ('formats = ["csv"]', 'formats = ["netcdf", "csv", "svg", "png"]')
@@ -74,7 +73,7 @@ def test_every_variable_is_a_dimension_a_quantity_or_a_verdict(results: list[ms.
     dims = {names(row[0])[0] for row in rows(section("result.nc").split("| attribute")[0])}
     found: set[str] = set()
     for result in results:
-        labelled = data_set(result)
+        labelled = result.data
         assert set(labelled.sizes) <= dims
         found |= set(labelled.sizes)
         for name in {*labelled.coords, *labelled.variables} - dims:
@@ -86,7 +85,7 @@ def test_every_variable_is_a_dimension_a_quantity_or_a_verdict(results: list[ms.
 def test_every_attribute_of_the_file_is_named(results: list[ms.Result]) -> None:
     table = section("result.nc").rpartition("| attribute of the file |")[2]
     told = {n for row in rows("| attribute of the file |" + table) for n in names(row[0])}
-    assert told == {name for result in results for name in data_set(result).attributes}
+    assert told == {name for result in results for name in result.data.attributes}
 
 
 def test_every_column_is_a_quantity(results: list[ms.Result]) -> None:

@@ -83,7 +83,9 @@ def test_an_existing_folder_is_refused_before_anything_is_computed(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     assert run("predict", "joint.toml", "-o", "out").exit_code == 0
-    monkeypatch.setattr("microslip.report.predicted.result.run", lambda *_: pytest.fail("computed"))
+    monkeypatch.setattr(
+        "microslip.report.predicted.result.run_prediction", lambda *_: pytest.fail("computed")
+    )
     assert fails("predict", "joint.toml", "-o", "out") == (
         "error: out: exists; replace it with --overwrite or name another with -o"
     )
@@ -143,7 +145,7 @@ def test_an_internal_error_is_one_line_and_exits_1(monkeypatch: pytest.MonkeyPat
     def fail(*_: object) -> None:
         raise RuntimeError("a\nbug")
 
-    monkeypatch.setattr("microslip.report.predicted.result.run", fail)
+    monkeypatch.setattr("microslip.report.predicted.result.run_prediction", fail)
     assert fails("predict", "joint.toml", code=1) == (
         "error: internal error: RuntimeError: a bug (MICROSLIP_DEBUG=1 shows where)"
     )
@@ -155,7 +157,7 @@ def test_too_little_memory_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(*_: object) -> None:
         raise MemoryError
 
-    monkeypatch.setattr("microslip.report.predicted.result.run", fail)
+    monkeypatch.setattr("microslip.report.predicted.result.run_prediction", fail)
     assert fails("predict", "joint.toml") == "error: not enough memory for this"
 
 

@@ -16,7 +16,7 @@ import pytest
 from command import STUDY, fails, names, run
 
 import microslip as ms
-from microslip.study.new import LAWS, TEMPLATES, demo_text, template
+from microslip.study.new import TEMPLATE_LAWS, TEMPLATES, demo_text, template
 
 
 @pytest.fixture(autouse=True)
@@ -138,7 +138,7 @@ def test_check_finds_what_predict_would_find() -> None:
 # -- new, demo -------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("law", TEMPLATE_LAWS)
 def test_a_new_study_runs_as_it_is(law: str) -> None:
     outcome = run("new", "mine.toml", "--law", law)
     assert (outcome.exit_code, outcome.stderr) == (0, "")
@@ -161,7 +161,7 @@ def test_a_new_study_runs_as_it_is(law: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("law", TEMPLATE_LAWS)
 def test_every_key_of_a_new_study_can_be_used(law: str) -> None:
     """Each line in a comment counts without its #, in place of the one that it excludes."""
     rows = "\n".join(f"{0.1 * i},{0.2 * i},{9 - 0.25 * i + 0.002 * i**2}" for i in range(20))

@@ -16,13 +16,13 @@ from studies import AMPLITUDES, CURVE, LOADS, SURFACE, SURFACES, edited
 import microslip as ms
 from microslip.figures.kit import linear, log_label, logarithmic
 from microslip.figures.layout import SMALL, TEXT, TITLE, Frame, lay_out, text_width
-from microslip.figures.matplotlib_figure import figure, png
+from microslip.figures.matplotlib_figure import png, to_matplotlib
 from microslip.figures.plot import DASHED, Line, LineName, Marks, Panel, Pixels, Plot, Rule, Stems
 from microslip.figures.svg import svg
 from microslip.report.predicted.curves import force_exponent
-from microslip.report.predicted.figures import FIGURES, names, slipping_share
-from microslip.report.predicted.history_figure import MOST_SAMPLES, envelope, path
-from microslip.report.predicted.numbers import files
+from microslip.report.predicted.figures import FIGURES, figure_names_of, slipping_share
+from microslip.report.predicted.history_figure import MOST_DRAWN_SAMPLES, envelope, motion_path
+from microslip.report.predicted.numbers import file_names
 
 PICTURES = ('["csv"]', '["svg", "png"]')
 STRAIGHT = 'law = "table"\nseparation = ["0 um", "1 um", "2 um"]\nload = ["2 kN", "1 kN", "0 N"]\n'
@@ -71,9 +71,9 @@ def by_label(plot: Plot, word: str) -> Panel:
 def test_what_there_is_to_draw_is_what_the_summary_lists(surface: str, result: ms.Result) -> None:
     plain = study((SURFACE, SURFACES[surface]), (LOADS, '"50 N"')).run()
     for drawn in (result, plain):
-        listed = [name[:-4] for name in files(drawn.study) if name.endswith(".png")]
-        assert listed == list(names(drawn))
-    assert ("contact_state" in names(plain)) == (surface == "sphere")
+        listed = [name[:-4] for name in file_names(drawn.study) if name.endswith(".png")]
+        assert listed == list(figure_names_of(drawn))
+    assert ("contact_state" in figure_names_of(plain)) == (surface == "sphere")
 
 
 # -- what they draw -----------------------------------------------------------------------------
@@ -257,7 +257,7 @@ def test_nothing_is_cut_off_or_covered(case: str, result: ms.Result, tmp_path: P
         edits = ODD[case]
         record = 0.1 * np.sin(np.linspace(0.0, 20.0, 100)) if case == "far" else None
         result = study(*edits, record=record, folder=tmp_path).run()
-    for name in names(result):
+    for name in figure_names_of(result):
         check(draw(result, name), name)
 
 
@@ -321,7 +321,7 @@ def around(frame: Frame) -> Box:
 @pytest.mark.parametrize("name", ["loops", "energy_damping", "history"])
 def test_matplotlib_draws_the_same(name: str, result: ms.Result) -> None:
     plot = draw(result, name)
-    made, page = figure(plot), lay_out(plot)
+    made, page = to_matplotlib(plot), lay_out(plot)
     made.draw_without_rendering()
     for axes, frame in zip(made.axes, page.frames, strict=True):
         assert axes.get_ylabel().replace(r"\$", "$") == frame.panel.y.label
@@ -393,7 +393,7 @@ def test_ticks_are_round_numbers_that_say_where_they_stand() -> None:
 # -- long records -------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("size", [MOST_SAMPLES + 1, 100_000, 123_457])
+@pytest.mark.parametrize("size", [MOST_DRAWN_SAMPLES + 1, 100_000, 123_457])
 def test_the_envelope_of_a_long_record_has_all_its_extremes(size: int) -> None:
     values = np.random.default_rng(0).normal(size=size)
     values[size // 3], values[-1] = 50.0, -60.0
@@ -415,7 +415,7 @@ def test_each_stroke_of_a_long_path_is_drawn_once() -> None:
     cycle = np.array([0.0, 1.0, 0.5, -1.0])
     x = np.tile(cycle, 10_000)
     y = np.append(x[1:], 7.0)  # the last stroke is its own
-    drawn_x, drawn_y = path(x, y)
+    drawn_x, drawn_y = motion_path(x, y)
     assert drawn_x.size < 20
     strokes = {
         (a, b, c, d)
@@ -441,7 +441,7 @@ def test_pixels_do_not_depend_on_the_settings_and_leave_them_alone(result: ms.Re
 
 
 def test_svg_files_are_small_and_well_formed(result: ms.Result) -> None:
-    for name in names(result):
+    for name in figure_names_of(result):
         plot = draw(result, name)
         data = svg(plot)
         assert data == svg(draw(result, name)), "the same figure gives the same file"

@@ -18,7 +18,7 @@ import microslip as ms
 from microslip.figures.plot import Words
 from microslip.identification.figures import intervals, pictures
 from microslip.report.document import Judged, Table
-from microslip.report.files import write
+from microslip.report.files import write_document
 from microslip.report.identified import numbers
 from microslip.report.identified.document import (
     Identified,
@@ -144,7 +144,7 @@ def test_records_that_differ_leave_a_trace(tmp_path: Path) -> None:
     def say(text: str) -> str:
         return text.replace("`rigs=...`", "--rig LABEL")
 
-    write(document(found, say, files=True), tmp_path)
+    write_document(document(found, say, files=True), tmp_path)
     text = (tmp_path / "joint.toml").read_text("utf-8")
     assert "# RECORDS DIFFER: RIGS" in text
     assert "# IN DOUBT: friction coefficient μ" in text
@@ -161,7 +161,7 @@ def test_records_that_differ_leave_a_trace(tmp_path: Path) -> None:
 def _written(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("written")
     shares: list[float] = []
-    told = write(document(rich(), files=True), folder, progress=shares.append)
+    told = write_document(document(rich(), files=True), folder, progress=shares.append)
     assert shares == sorted(shares)
     assert shares[-1] == pytest.approx(1.0)
     assert told.data == json.loads((folder / "summary.json").read_text("utf-8"))
@@ -180,7 +180,7 @@ def test_files(written: Path) -> None:
 
 
 def test_the_page_names_unknown_numbers(tmp_path: Path) -> None:
-    write(document(poor(), files=True), tmp_path)
+    write_document(document(poor(), files=True), tmp_path)
     page = (tmp_path / "report.html").read_text("utf-8")
     assert "Not identified</h2>" in page
     assert "To determine it:" in page
@@ -217,7 +217,7 @@ def test_no_study_without_materials() -> None:
 
 def test_the_study_of_another_law_names_its_file(tmp_path: Path) -> None:
     jenkins = identified([record(500.0, 6e-6)], ["jenkins"], None, OPTIONS, lambda share: None)
-    write(document(jenkins), tmp_path)
+    write_document(document(jenkins), tmp_path)
     (joint,) = ms.Study.load(tmp_path / "joint.toml").run().joints
     assert isinstance(joint, ms.Jenkins)
     assert joint.stiffness == jenkins.first.joint().stiffness
@@ -250,7 +250,7 @@ def test_intervals_say_the_verdict() -> None:
 
 
 def test_the_same_files_each_time(written: Path, tmp_path: Path) -> None:
-    write(document(rich(), files=True), tmp_path)
+    write_document(document(rich(), files=True), tmp_path)
     for path in sorted(written.iterdir()):
         assert path.read_bytes() == (tmp_path / path.name).read_bytes(), path.name
 
@@ -273,7 +273,7 @@ def test_page_terminal_and_python_say_the_same_of_a_fit(which: Any, tmp_path: Pa
     outcome = which()
     fitted = {**outcome.first.parameters, **outcome.first.derived}
     whole = document(outcome)
-    write(whole, tmp_path)
+    write_document(whole, tmp_path)
     stream = io.StringIO()
     print_document(whole, stream, full=True)
     printed = stream.getvalue()

@@ -18,7 +18,7 @@ from microslip.report.cells import quantity
 from microslip.report.html import page as html_page
 from microslip.report.predicted import document as predicted_document
 from microslip.report.predicted.document import document
-from microslip.report.predicted.figures import _CAPTIONS, FIGURES, names
+from microslip.report.predicted.figures import _CAPTIONS, FIGURES, figure_names_of
 from microslip.study import surfaces
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "al2017.toml"
@@ -76,7 +76,7 @@ def test_names_on_the_page_are_unique_and_links_lead_somewhere(text: str) -> Non
 
 def test_every_figure_is_on_the_page(text: str, demo: ms.Result) -> None:
     images = [attrs for tag, attrs in Page(text).tags if tag == "img"]
-    assert len(images) == len(names(demo)) == text.count("<figcaption>")
+    assert len(images) == len(figure_names_of(demo)) == text.count("<figcaption>")
     for attrs in images:
         kind, data = (attrs["src"] or "").split(",")
         assert kind == "data:image/svg+xml;base64"
@@ -202,7 +202,7 @@ def test_every_surface_has_a_page_with_its_law(name: str) -> None:
     found = page((SURFACE, SURFACES[name]), (LOADS, '"50 N"'))
     law = re.search(r'law = "([\w-]+)"', SURFACES[name])
     assert law
-    assert predicted_document.LAWS[law[1]][0] in found.words["td"]
+    assert predicted_document.LAW_WORDS[law[1]][0] in found.words["td"]
     equations = found.words["span"]
     numbers = {
         "greenwood-williamson": "(19.8)",
@@ -260,4 +260,4 @@ def test_equations_are_well_formed_mathml(text: str) -> None:
 
 def test_no_law_is_without_its_words() -> None:
     laws = {model.tag_value("law") for model in surfaces.SURFACE_TABLES.values()}
-    assert laws == set(predicted_document.LAWS)
+    assert laws == set(predicted_document.LAW_WORDS)

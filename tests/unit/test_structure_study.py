@@ -16,7 +16,7 @@ from scipy import stats
 import microslip as ms
 from microslip.figures.plot import Area, Marks
 from microslip.report.predicted.document import document
-from microslip.report.predicted.numbers import files
+from microslip.report.predicted.numbers import file_names
 from microslip.report.predicted.preview import preview
 from microslip.report.structure.pictures import curve_plot, shape_plot
 from microslip.study.build import Design, at_middle, build_surface
@@ -329,8 +329,8 @@ def test_cycles_of_the_joint_are_there_where_they_are_asked_for(folder: Path) ->
     study = ms.Study.from_toml(text, folder=folder)
     assert study.asks_for_joint
     assert not ms.Study.from_toml(STUDY, folder=folder).asks_for_joint
-    assert "loops.csv" in files(study)
-    assert "loops.csv" not in files(ms.Study.from_toml(STUDY, folder=folder))
+    assert "loops.csv" in file_names(study)
+    assert "loops.csv" not in file_names(ms.Study.from_toml(STUDY, folder=folder))
 
 
 @pytest.mark.slow

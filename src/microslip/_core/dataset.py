@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from microslip._core.errors import InputError
 from microslip._core.packages import needed_for
 from microslip._core.quantities import json_value
-from microslip._core.wording import show
+from microslip._core.wording import quote
 
 _BLOCK = 20_000  # rows of a CSV file that are made at once
 
@@ -55,7 +55,7 @@ class DataSet(Mapping[str, Variable]):
         for group in (self.variables, self.coords):
             if isinstance(name, str) and name in group:
                 return group[name]
-        raise InputError(f"`name` must be one of {', '.join(self)}, got {show(name)}")
+        raise InputError(f"`name` must be one of {', '.join(self)}, got {quote(name)}")
 
     def __contains__(self, name: object) -> bool:
         return name in self.variables or name in self.coords

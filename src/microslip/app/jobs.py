@@ -16,7 +16,7 @@ from secrets import token_hex
 from typing import Any
 
 from microslip._core.errors import InputError
-from microslip._core.wording import show
+from microslip._core.wording import quote
 from microslip.study.toml_text import FILE_KEYS, tables_of, text_of
 
 LOOK = "look"
@@ -142,7 +142,7 @@ class Workspace:
         kind = request.get("kind")
         commands = [name for name in self.forms if not name.startswith(LOOK)]
         if not isinstance(kind, str) or kind not in commands:
-            raise InputError(f"kind must be one of {', '.join(commands)}, got {show(kind)}")
+            raise InputError(f"kind must be one of {', '.join(commands)}, got {quote(kind)}")
         inputs = request.get("uploads")
         if not isinstance(inputs, list) or not 1 <= len(inputs) <= _JOB_LIMIT:
             raise InputError(f"uploads must be a list of 1 to {_JOB_LIMIT}")
@@ -182,7 +182,7 @@ class Workspace:
         for name, value in options.items():
             field = fields.get(name)
             if field is None:
-                raise InputError(f"{kind} has no option {show(name)} here")
+                raise InputError(f"{kind} has no option {quote(name)} here")
             if field.kind == "flag":
                 arguments += [f"--{name}"] * bool(value)
                 continue

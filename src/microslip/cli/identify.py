@@ -179,7 +179,7 @@ def identify(
     if values["free_delay"] and values["lag"] is not None:
         raise click.UsageError("--delay and --free-delay contradict each other; give one of them")
     with stoppable():
-        from microslip.report.files import write
+        from microslip.report.files import write_document
         from microslip.report.identified.document import (
             KIND,
             document,
@@ -235,7 +235,7 @@ def identify(
             page = document(replace(result, campaign=campaign), in_options, files=stage is not None)
             if stage is not None:
                 with progress("Drawing and writing") as report:
-                    page = write(page, stage, output.kinds, report)
+                    page = write_document(page, stage, output.kinds, report)
     output.tell(page)
 
 

@@ -64,7 +64,7 @@ def surface(
     matters is printed, the rest with --all and in the report. The scan is only read.
     """
     with stoppable():
-        from microslip.report.files import write
+        from microslip.report.files import write_document
         from microslip.report.scanned.document import KIND, document
         from microslip.surfaces.findings import Request, analyse
 
@@ -79,6 +79,6 @@ def surface(
             result = document(findings, output.folder, in_options)
             if stage is not None:
                 with progress("Drawing and writing") as report:
-                    result = write(result, stage, output.kinds, report)
+                    result = write_document(result, stage, output.kinds, report)
     hint = "" if every_table else "All tables, what the verdicts assume and how it was read: --all"
     output.tell(result, full=every_table, hint=hint)

@@ -12,7 +12,7 @@ from typing import Any
 
 from microslip._core.errors import InputError
 from microslip._core.units import FORCE, LENGTH, VOLUME, Kind, QuantityError, engineering, to_si
-from microslip._core.wording import quoted, show
+from microslip._core.wording import quote, quoted
 from microslip.laboratory.blocks import Count
 from microslip.laboratory.measurement import Measurement
 from microslip.laboratory.record import Record, path_text
@@ -219,7 +219,7 @@ def _column(name: str, unit: str | None, texts: list[str], rows: list[int]) -> t
             for row, text, number in zip(rows, texts, numbers, strict=True)
             if number is None
         )
-        raise ValueError(f'row {row}, column "cycle": wanted a number, got {show(text)}')
+        raise ValueError(f'row {row}, column "cycle": wanted a number, got {quote(text)}')
     return tuple(text or None for text in texts)
 
 
@@ -231,7 +231,7 @@ def _quantity(name: str, unit: str | None, text: str, row: int) -> float:
     if number is not None and unit is None:
         example = _EXAMPLES[name]
         raise ValueError(
-            f'{where}{show(text)} has no unit; write "{example}", or '
+            f'{where}{quote(text)} has no unit; write "{example}", or '
             f'"{name} [{example.split()[1]}]" above the column'
         )
     if number is not None and (number < 0.0 or (number == 0.0 and name != "worn_volume")):

@@ -19,7 +19,7 @@ from pathlib import Path
 from microslip._core.errors import InputError
 from microslip._core.files import reason
 from microslip._core.options import option
-from microslip._core.wording import did_you_mean, shorten, show
+from microslip._core.wording import did_you_mean, quote, shorten
 
 _HEAD = 1024
 POINTS = 50_000_000
@@ -171,7 +171,7 @@ def first_line(error: BaseException, path: Path | None = None) -> str:
 def limited(points: object) -> Iterator[None]:
     """Read files of at most so many numbers."""
     if not isinstance(points, numbers.Integral) or isinstance(points, bool) or points < 1:
-        raise InputError(f"`limit` must be a number of points above zero, got {show(points)}")
+        raise InputError(f"`limit` must be a number of points above zero, got {quote(points)}")
     token = _limit.set(int(points))
     try:
         yield

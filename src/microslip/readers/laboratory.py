@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from microslip._core.checks import Floats
-from microslip._core.wording import show
+from microslip._core.wording import quote
 from microslip.readers.child import parsed
 from microslip.readers.dialect import NUMBER, Line, find_layout, is_missing
 from microslip.readers.files import Unusable, decoded, refuse_beyond
@@ -178,7 +178,7 @@ def excel_table(path: Path) -> Table:
         return [_numbers(*places[at], columns[at].heading) for at in selection]
 
     first = parts[0][1].first
-    words = f"Excel workbook, sheet {show(parts[0][0])}"
+    words = f"Excel workbook, sheet {quote(parts[0][0])}"
     if len(parts) > 1:
         words = f"Excel workbook, {len(parts)} sheets"
     return Table(words, tuple(columns), load, lambda row: f"row {row + first + 1}")
@@ -198,7 +198,7 @@ def _numbers(rows: Rows, first: int, place: int, heading: str) -> Floats:
             values[at] = float(cell)
         elif not is_missing(cell):
             raise ValueError(
-                f'row {at + first + 1}, column "{heading}": wanted a number, got {show(cell)}'
+                f'row {at + first + 1}, column "{heading}": wanted a number, got {quote(cell)}'
             )
     return values
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 from microslip._core.checks import Floats
 from microslip._core.errors import InputError
 from microslip._core.units import Kind, QuantityError, factor_of, is_unit
-from microslip._core.wording import did_you_mean, quoted, shorten, show
+from microslip._core.wording import did_you_mean, quote, quoted, shorten
 from microslip.readers.files import refuse_beyond
 
 # Text that units are made of, and that is none here.
@@ -154,7 +154,7 @@ def find(columns: Sequence[Named], text: object, role: str = "") -> Named:
     before = f"`{role}`: " if role else ""
     if not isinstance(text, str) or not text.strip():
         raise InputError(
-            f'{before}wanted the name of a column, or "#2" for the second, got {show(text)}'
+            f'{before}wanted the name of a column, or "#2" for the second, got {quote(text)}'
         )
     query = text.strip()
     small = query.casefold()

@@ -108,7 +108,7 @@ def write_all(files: Sequence[File], folder: Path, progress: Progress | None = N
         part(1.0)
 
 
-def write(
+def write_document(
     document: Document,
     folder: Path,
     kinds: Sequence[str] = ("svg",),

@@ -20,7 +20,7 @@ from microslip.laboratory.reading import ChannelNote
 from microslip.laboratory.settling import CERTAIN
 from microslip.report import cells
 from microslip.report import measured_campaign as together
-from microslip.report.document import Block, Column, Document, Items, Note, Number, Section, Table
+from microslip.report.document import Block, Column, Document, Headline, Items, Note, Section, Table
 from microslip.report.files import csv_text, header, text_cell, text_file
 
 KIND = "microslip-measurement"
@@ -146,7 +146,7 @@ def _ends(measured: Measurement) -> str:
     return f"each dissipates {low}, to {high}"
 
 
-def _number(measurements: Sequence[Measurement]) -> Number:
+def _number(measurements: Sequence[Measurement]) -> Headline:
     """Energy a cycle with its interval; over several records its range."""
     energies = [measured.mean["dissipated_energy"] for measured in measurements]
     first, measured = energies[0], measurements[0]
@@ -154,7 +154,7 @@ def _number(measurements: Sequence[Measurement]) -> Number:
         values = [energy.value for energy in energies]
         mean = _joules(float(np.mean(sorted(values))))
         band = f"{_joules(min(values), max(values))} over {len(energies)} records"
-        return Number("dissipated a cycle, the mean of the records", mean, band)
+        return Headline("dissipated a cycle, the mean of the records", mean, band)
     band = ""
     if first.number > 1:
         level = f"{100.0 * measured.confidence:g} % interval of the mean"
@@ -162,7 +162,7 @@ def _number(measurements: Sequence[Measurement]) -> Number:
             level = "range of the cycles"
         band = f"{_joules(first.low, first.high)} ({level})"
     value = _joules(first.value, digits=interval_digits(first.low, first.high))
-    return Number("dissipated a cycle", value, band)
+    return Headline("dissipated a cycle", value, band)
 
 
 def _sections(measured: Measurement, say: Say, is_alone: bool) -> tuple[Section, Section]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from microslip._core import units
 from microslip._core.errors import InputError
-from microslip._core.wording import show
+from microslip._core.wording import quote
 from microslip.contact.materials import Material
 from microslip.friction.pressure import BOLTS
 from microslip.structures.bolts import SIZED, Bolts, by_size
@@ -179,7 +179,7 @@ class MeshPart(Part):
                     f".{name}",
                     f"wanted one a body, {len(self.bodies)} of them, got {len(values)}",
                 )
-        refusal = f'wanted a unit such as "mm", got {show(self.unit)}'
+        refusal = f'wanted a unit such as "mm", got {quote(self.unit)}'
         try:
             scale = units.factor_of(self.unit, units.LENGTH, refusal)
         except ValueError as error:

@@ -24,7 +24,7 @@ from microslip.study.fields import (
     one_of,
     text,
 )
-from microslip.study.part import Part, Table, key, optional_key
+from microslip.study.part import Part, SubTable, key, optional_key
 from microslip.study.pressure import ANY_PRESSURE, PressurePart
 from microslip.study.readers import Items, KeyedError, Place
 from microslip.study.uncertain import Unsure
@@ -181,4 +181,4 @@ def _model_name(raw: Any) -> str:
     return "LawJoint" if "law_file" in raw else "Joint"
 
 
-ANY_JOINT = Table(Joint, LawJoint, tell=_model_name)
+ANY_JOINT = SubTable(Joint, LawJoint, tell=_model_name)

@@ -15,7 +15,7 @@ from microslip._core.options import option
 from microslip._core.parameters import JsonSchema
 from microslip._core.quantities import named
 from microslip._core.units import PRESSURE, engineering
-from microslip._core.wording import shorten, show
+from microslip._core.wording import quote, shorten
 from microslip.contact import MeasuredContact, NormalLaw
 from microslip.study.fields import MATERIALS, text
 from microslip.study.part import SurfaceTable, tag
@@ -72,7 +72,7 @@ class _Channel(Reader):
     def read(self, raw_value: object, place: Place) -> str | int:
         """Return the name or number of the channel."""
         if isinstance(raw_value, bool) or not isinstance(raw_value, (str, int)) or raw_value == "":
-            raise ValueError(f'wanted a channel such as "Topography" or 0, got {show(raw_value)}')
+            raise ValueError(f'wanted a channel such as "Topography" or 0, got {quote(raw_value)}')
         return raw_value
 
     def schema(self) -> JsonSchema:

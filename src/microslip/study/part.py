@@ -15,7 +15,7 @@ from typing import Any, ClassVar, Self
 from microslip._core.errors import StudyError
 from microslip._core.options import Option
 from microslip._core.parameters import REQUIRED, JsonSchema, Number
-from microslip._core.wording import did_you_mean, nearest, quoted, show
+from microslip._core.wording import did_you_mean, nearest, quote, quoted
 from microslip.study.readers import (
     FAILED,
     Constant,
@@ -112,7 +112,7 @@ def tag(value: object, help: str, *, default: Any = REQUIRED) -> Any:
     return key(Constant(value), help, default=default)
 
 
-class Table(Reader):
+class SubTable(Reader):
     """A table, one of several told apart by a key, or by a function of what stands there."""
 
     def __init__(
@@ -148,7 +148,7 @@ class Table(Reader):
                 raise KeyedError(f".{self.tag}", removed)
             near = did_you_mean(choice, self.models) if isinstance(choice, str) else ""
             raise KeyedError(
-                f".{self.tag}", f"wanted {quoted(self.models)}, got {show(choice)}{near}"
+                f".{self.tag}", f"wanted {quoted(self.models)}, got {quote(choice)}{near}"
             )
         return self.models[choice].read(raw_value, place)
 
@@ -272,7 +272,7 @@ class Part:
             if item.required and (item.example or item.reader.example)
         ]
         form = f"such as {{ {', '.join(needed)} }}" if needed else f"[{place.key}]"
-        return f"wanted a table {form}, got {show(raw_value)}"
+        return f"wanted a table {form}, got {quote(raw_value)}"
 
     @classmethod
     def missing(cls, name: str, item: Key, place: Place) -> str:

@@ -20,7 +20,7 @@ from microslip.structures.bolt_tightening import (
 )
 from microslip.structures.bolts import Bolts
 from microslip.study.fields import ANGLE, SHARE, Numbers, one_of, optional, quantity, whole_number
-from microslip.study.part import Part, Table, key, optional_key, tag
+from microslip.study.part import Part, SubTable, key, optional_key, tag
 from microslip.study.readers import Items, KeyedError, Place
 from microslip.study.uncertain import Spread, Unsure
 
@@ -321,7 +321,7 @@ class BoltPressure(TightenedBolts, PressurePart):
         return Pressure.bolt(self.size, self.plates, rings=rings, **sizes)
 
 
-ANY_PRESSURE = Table(
+ANY_PRESSURE = SubTable(
     *(ConePressure, ParabolaPressure, AnnulusPressure, TablePressure, PatchesPressure),
     BoltPressure,
     tag="kind",

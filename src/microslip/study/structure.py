@@ -28,7 +28,7 @@ from microslip.study.fields import (
     optional,
     whole_number,
 )
-from microslip.study.part import Part, Table, key, optional_key
+from microslip.study.part import Part, SubTable, key, optional_key
 from microslip.study.readers import Items, KeyedError, Place
 from microslip.study.uncertain import Spread, Unsure
 from microslip.study.vibration import (
@@ -81,10 +81,10 @@ class StructurePart(Part):
         default="half-lap",
     )
     mesh: MeshPart | None = optional_key(
-        Table(MeshPart), "Your own mesh in place of length, width, thickness and lap."
+        SubTable(MeshPart), "Your own mesh in place of length, width, thickness and lap."
     )
     density: float | None = optional_key(Unsure(MASS_DENSITY), "Mass density of the parts.")
-    bolts: BoltsPart = key(Table(BoltsPart), "The bolts.")
+    bolts: BoltsPart = key(SubTable(BoltsPart), "The bolts.")
     patches: tuple[int, int] | None = optional_key(
         Items(whole_number(1, 100), "[15, 2]", (2, 2)),
         "Contact patches along and across the lap; 15 x 2 unless given, those that lose most of "
@@ -96,23 +96,25 @@ class StructurePart(Part):
         "width, whichever is less, unless given.",
         '"5 mm"',
     )
-    form: FormPart | None = optional_key(Table(FormPart), "Form of the faces; flat unless given.")
+    form: FormPart | None = optional_key(
+        SubTable(FormPart), "Form of the faces; flat unless given."
+    )
     modes: tuple[int, ...] = key(
         Items(MODE, "[1, 3]", (1, MOST_MODES), distinct=True),
         "Elastic modes, counted from 1.",
         default=(1,),
     )
     amplitude: AmplitudeRange | None = optional_key(
-        Table(AmplitudeRange),
+        SubTable(AmplitudeRange),
         "Amplitudes at the sensor; from 1e-7 to 5e-5 of the length unless given.",
     )
     sensor: SensorPart | None = optional_key(
-        Table(SensorPart),
+        SubTable(SensorPart),
         "Point of the amplitudes; the right end unless given, and required with a mesh.",
         '{ at = ["0.36 m", "0 m", "0 m"], direction = "z" }',
     )
     force: ForcePart | None = optional_key(
-        Table(ForcePart),
+        SubTable(ForcePart),
         "A harmonic force and the response near each mode.",
         '{ amplitude = "5 N" }',
     )
@@ -140,7 +142,7 @@ class StructurePart(Part):
         default=False,
     )
     measured: tuple[MeasuredPart, ...] = key(
-        Items(Table(MeasuredPart), '[{ file = "test.csv" }]', (0, 20), single=True),
+        Items(SubTable(MeasuredPart), '[{ file = "test.csv" }]', (0, 20), single=True),
         "A test, or several of them as [[structure.measured]], drawn over the prediction.",
         default=(),
     )

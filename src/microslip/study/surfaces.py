@@ -45,7 +45,7 @@ from microslip.study.fields import (
 )
 from microslip.study.heights import ANY_HEIGHTS, HEIGHTS_TABLES, GivenHeights, ScipyHeights
 from microslip.study.measured_face import MeasuredFace
-from microslip.study.part import Key, Part, SurfaceTable, Table, key, optional_key, tag
+from microslip.study.part import Key, Part, SubTable, SurfaceTable, key, optional_key, tag
 from microslip.study.readers import KeyedError, Place
 from microslip.study.uncertain import Spread, Unsure
 from microslip.surfaces.options import RA, RQ
@@ -142,7 +142,7 @@ class PopulationSurface(Surface):
 
     law: str = tag("population", "Given summits.")
     heights: GivenHeights = key(
-        Table(GivenHeights, tag="kind"),
+        SubTable(GivenHeights, tag="kind"),
         "Heights of the summits.",
         '{ kind = "values", values = ["0.4 um", "0.7 um"] }',
     )
@@ -301,7 +301,7 @@ SURFACE_TABLES: dict[str, type[Any]] = {
 """Tables of the normal laws by their name, and that of a measured face."""
 
 
-class _AnySurface(Table):
+class _AnySurface(SubTable):
     """A surface by its law; a face by its scan or, without one, by its drawing."""
 
     def read(self, raw_value: object, place: Place) -> Any:
@@ -324,7 +324,7 @@ class _AnySurface(Table):
 ANY_SURFACE = _AnySurface(*SURFACE_TABLES.values(), tag="law")
 
 
-ANY_MATERIAL = Table(
+ANY_MATERIAL = SubTable(
     Elastic, Rigid, tell=lambda raw: "Elastic" if raw.get("rigid", False) is False else "Rigid"
 )
 # Names that results still ask for.

@@ -11,7 +11,7 @@ import numpy as np
 from microslip._core.checks import Floats
 from microslip._core.parameters import JsonSchema
 from microslip._core.units import engineering
-from microslip._core.wording import did_you_mean, quoted, show
+from microslip._core.wording import did_you_mean, quote, quoted
 from microslip.study.part import Part
 from microslip.study.readers import KeyedError, Place, Plain
 
@@ -158,34 +158,34 @@ class Unsure(Plain):
         if "values" in table:
             values = table["values"]
             if not isinstance(values, list) or not 2 <= len(values) <= _MOST_VALUES:
-                raise ValueError(f"wanted two values or more in a list, got {show(values)}")
+                raise ValueError(f"wanted two values or more in a list, got {quote(values)}")
             return Spread.among([inner(value) for value in values])
         if "mean" in table:
             return self._about(table)
         low, high = inner(table["low"]), inner(table["high"])
         if not low < high:
-            raise ValueError(f"wanted low below high, got {show(table['low'])} and "
-                             f"{show(table['high'])}")  # fmt: skip
+            raise ValueError(f"wanted low below high, got {quote(table['low'])} and "
+                             f"{quote(table['high'])}")  # fmt: skip
         kind = table.get("distribution", _RANGES[0])
         if kind not in _RANGES:
-            raise ValueError(f"wanted distribution {quoted(_RANGES)}, got {show(kind)}")
+            raise ValueError(f"wanted distribution {quoted(_RANGES)}, got {quote(kind)}")
         if kind == _RANGES[1] and not low > 0.0:
-            raise ValueError(f"wanted low above zero for log-uniform, got {show(table['low'])}")
+            raise ValueError(f"wanted low above zero for log-uniform, got {quote(table['low'])}")
         return Spread.between(low, high, kind == _RANGES[1])
 
     def _about(self, table: dict[str, object]) -> Spread:
         cv, kind = table["cv"], table.get("distribution", _KINDS[0])
         plain = isinstance(cv, (int, float)) and not isinstance(cv, bool)
         if not plain or not 0.0 < float(cv) <= 1.0:  # type: ignore[arg-type]
-            raise ValueError(f"wanted cv above 0 and at most 1, such as 0.15, got {show(cv)}")
+            raise ValueError(f"wanted cv above 0 and at most 1, such as 0.15, got {quote(cv)}")
         if kind not in _KINDS:
-            raise ValueError(f"wanted distribution {quoted(_KINDS)}, got {show(kind)}")
+            raise ValueError(f"wanted distribution {quoted(_KINDS)}, got {quote(kind)}")
         from scipy.special import ndtr
 
         lost = float(ndtr(-1.0 / float(cv)))  # type: ignore[arg-type]
         if kind == "normal" and lost > _LOST:
             raise ValueError(
-                f"wanted a cv of at most 0.32 for a normal distribution, got {show(cv)}: "
+                f"wanted a cv of at most 0.32 for a normal distribution, got {quote(cv)}: "
                 f"{lost:.2g} of it would lie below zero; leave distribution out, and it is "
                 "lognormal"
             )
@@ -258,7 +258,7 @@ def with_followers(tables: dict[str, Any]) -> dict[str, Any]:
         key, factor = table["of"], table.get("factor", 1.0)
         plain = isinstance(factor, (int, float)) and not isinstance(factor, bool)
         if not plain or not 0.0 < factor < math.inf:
-            raise KeyedError(where, f"wanted a factor above zero such as 2.0, got {show(factor)}")
+            raise KeyedError(where, f"wanted a factor above zero such as 2.0, got {quote(factor)}")
         if key in passed:
             circle = " -> ".join((*passed[passed.index(key) :], key))
             raise KeyedError(where, f"wanted the key of a number, got keys in a circle, {circle}")
@@ -267,7 +267,7 @@ def with_followers(tables: dict[str, Any]) -> dict[str, Any]:
             source = source.get(name) if isinstance(source, dict) else None
         if source is None or isinstance(source, list):
             raise KeyedError(
-                where, f'wanted of = "the key of one number of this study", got {show(key)}'
+                where, f'wanted of = "the key of one number of this study", got {quote(key)}'
             )
         if follower(source):
             first = followed(source, where, (*passed, key))

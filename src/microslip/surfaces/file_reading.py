@@ -13,7 +13,7 @@ import numpy as np
 from microslip._core.errors import InputError
 from microslip._core.units import LENGTH, QuantityError, engineering, to_si
 from microslip._core.verdicts import Remark
-from microslip._core.wording import shorten, show
+from microslip._core.wording import quote, shorten
 from microslip.readers.files import POINTS, reading
 from microslip.surfaces.checks import (
     absurd,
@@ -59,7 +59,7 @@ def read(path: Path, wishes: Wishes, limit: int = POINTS) -> Understood:
 
 def _check(wishes: Wishes) -> None:
     if wishes.format is not None and not isinstance(wishes.format, str):
-        raise InputError(f"`format` must be text, got {show(wishes.format)}")
+        raise InputError(f"`format` must be text, got {quote(wishes.format)}")
 
 
 def _format(name: str | None) -> str | None:
@@ -162,7 +162,7 @@ def _units(raw: RawHeights, wishes: Wishes) -> tuple[tuple[float, float], list[s
     if len(pair) != 2:
         raise InputError(
             '`unit`: wanted one such as "um", or one of the coordinates and one of the '
-            f'heights, `unit=("mm", "um")`, got {show(wishes.unit)}'
+            f'heights, `unit=("mm", "um")`, got {quote(wishes.unit)}'
         )
     for axis, file_unit, stated in zip(("coordinates", "heights"), (across, up), pair, strict=True):
         if file_unit is not None and _factor(file_unit) != _factor(stated):
@@ -185,7 +185,7 @@ def _factors(
 
 def _factor(unit: Any) -> float:
     if not isinstance(unit, str) or not unit.strip():
-        raise InputError(f'`unit`: wanted a unit of length such as "um", got {show(unit)}')
+        raise InputError(f'`unit`: wanted a unit of length such as "um", got {quote(unit)}')
     try:
         return to_si(f"1 {unit.strip()}", LENGTH, "1 um")
     except QuantityError as error:
@@ -237,7 +237,7 @@ def _valid(heights: np.ndarray, limits: Any) -> list[str]:
         return []
     if not isinstance(limits, (list, tuple)) or len(limits) != 2:
         raise InputError(
-            f'`valid` must be two heights such as ("-1 mm", "1 mm"), got {show(limits)}'
+            f'`valid` must be two heights such as ("-1 mm", "1 mm"), got {quote(limits)}'
         )
     low, high = (_height(limit) for limit in limits)
     if not low < high:
@@ -264,4 +264,4 @@ def _height(value: Any) -> float:
             raise InputError(f"`valid`: {error}") from None
     if isinstance(value, numbers.Real) and not isinstance(value, bool) and not math.isnan(value):
         return float(value)
-    raise InputError(f'`valid`: wanted a height [m] or such as "1 mm", got {show(value)}')
+    raise InputError(f'`valid`: wanted a height [m] or such as "1 mm", got {quote(value)}')

@@ -21,7 +21,7 @@ from microslip.contact import GreenwoodWilliamson
 from microslip.contact.heights import Gaussian
 from microslip.contact.materials import Material, metals
 from microslip.contact.validity import RULES
-from microslip.figures.html import script
+from microslip.figures.picture import script
 from microslip.friction import Interface
 
 _FOLDER = Path(__file__).parent

@@ -18,7 +18,7 @@ from microslip.identification import Identification
 from microslip.identification.caveats import HAS_VALUE, ends_text, label, number_text
 from microslip.identification.result import law_study
 from microslip.identification.verdicts import verdicts
-from microslip.report.document import Number
+from microslip.report.document import Headline
 from microslip.study.toml_text import dump
 
 if TYPE_CHECKING:
@@ -99,7 +99,7 @@ def headline(fit: Summary) -> str:
     return f"{fit['law']}: {identified} of {len(free)} parameters identified ({fit['status']})"
 
 
-def first_number(fit: Summary) -> Number | None:
+def first_number(fit: Summary) -> Headline | None:
     """The first parameter that was identified, with its interval; None where none was."""
     every = {**fit["parameters"], **fit["derived"]}
     identified = (name for name, number in every.items() if number["verdict"] == "identified")
@@ -108,7 +108,7 @@ def first_number(fit: Summary) -> Number | None:
         return None
     level = f"{100.0 * fit['confidence']:g} % interval"
     text = label(name, every[name].get("normal_load"))
-    return Number(text, value_text(every[name]), f"{interval_text(every[name])} ({level})")
+    return Headline(text, value_text(every[name]), f"{interval_text(every[name])} ({level})")
 
 
 def sentence(fit: Summary) -> str:

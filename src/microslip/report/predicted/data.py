@@ -8,10 +8,10 @@ from dataclasses import fields
 import numpy as np
 
 from microslip._core.dataset import DataSet, Variable
-from microslip.report.predicted.numbers import verdicts
+from microslip.report.predicted.numbers import joint_verdicts
 from microslip.report.structure.data import AMPLITUDE, structure_arrays
 from microslip.study.runs.columns import AmplitudeCurve, HistoryResponse
-from microslip.study.runs.prediction import Prediction, labelled, variables
+from microslip.study.runs.prediction import Prediction, variable_of, variables_of
 
 FLAGS = ("ok", "watch", "outside", "not judged")
 """Words of the verdicts; a variable holds their index, in the order of earlier files."""
@@ -34,19 +34,19 @@ def data_set(result: Prediction) -> DataSet:
         "point": curves[0].amplitude.size,
     }
     coords = {
-        "load": labelled(("load",), loads, "normal_load"),
-        by: labelled((by,), getattr(rows[0], by), by),
+        "load": variable_of(("load",), loads, "normal_load"),
+        by: variable_of((by,), getattr(rows[0], by), by),
         "sample": _index("sample", sizes["sample"], "sample of a loop"),
         "point": _index("point", sizes["point"], "point of the curves"),
-        "curve_amplitude": labelled(("point",), curves[0].amplitude, "amplitude"),
+        "curve_amplitude": variable_of(("point",), curves[0].amplitude, "amplitude"),
     }
-    arrays = {**variables(result), **_validity(result)}
+    arrays = {**variables_of(result), **_validity(result)}
     if result.histories:
         sizes["history_sample"] = size = result.histories[0].force.size
         coords["history_sample"] = _index("history_sample", size, "sample of the history")
     if result.scatter is not None:
         sizes["quantile"] = result.scatter.quantiles.size
-        coords["quantile"] = labelled(("quantile",), result.scatter.quantiles, "quantile")
+        coords["quantile"] = variable_of(("quantile",), result.scatter.quantiles, "quantile")
         arrays |= {f"{name}_bands": band for name, band in result.scatter.bands.items()}
     if result.structure is not None:
         structure = structure_arrays(result.structure)
@@ -95,7 +95,7 @@ def _index(dim: str, size: int, meaning: str) -> Variable:
 def _validity(result: Prediction) -> dict[str, Variable]:
     """Verdicts: of each its value and the index of its word."""
     arrays = {}
-    judged = [verdicts(result.study, joint) for joint in result.joints]
+    judged = [joint_verdicts(result.study, joint) for joint in result.joints]
     for place, verdict in enumerate(judged[0][: len(getattr(result.joints[0], "validity", ()))]):
         name = "validity_" + re.sub(r"\W+", "_", verdict.name)
         of_loads = [of_load[place] for of_load in judged]

@@ -30,7 +30,7 @@ from microslip.study.description import StudyDescription
 from microslip.study.runs.columns import AmplitudeCurve as AmplitudeCurve
 from microslip.study.runs.columns import HistoryResponse as HistoryResponse
 from microslip.study.runs.columns import Limits as Limits
-from microslip.study.runs.prediction import Prediction, run
+from microslip.study.runs.prediction import Prediction, run_prediction
 
 
 def files(result: Result, destination: Path) -> tuple[File, ...]:
@@ -189,6 +189,6 @@ class Study(StudyDescription):
         Result
             Joints, loops, curves and the summary.
         """
-        prediction, defaults = run(self, progress, workers)
+        prediction, defaults = run_prediction(self, progress, workers)
         summary = summarise(prediction, defaults)
         return Result(**{**vars(prediction), "summary": summary})

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from microslip._core.checks import Floats
-from microslip._core.quantities import json_value, named
+from microslip._core.quantities import QUANTITIES, json_value, named
 from microslip._core.units import engineering
 from microslip.figures.kit import box
 from microslip.figures.picture import Picture
@@ -20,20 +20,14 @@ from microslip.report.document import Block, Column, Facts, Note, Section, Table
 from microslip.study.runs.prediction import Prediction
 from microslip.study.runs.scatter import RANKED, Decision, Scatter
 
-_BANDS = {
-    "loss_factor": Column("loss_factor", "Loss factor η", "", 3, write=cells.ratio),
-    "dissipated_energy": Column("dissipated_energy", "Dissipated energy", "J", 3),
-}
-_LOOP = (
-    Column("normal_load", "Normal load", "N", 4, short="load"),
-    Column("amplitude", "Amplitude", "m", 4, short="amplitude"),
-)
+_BANDS = ("loss_factor", "dissipated_energy")
+_LOOP = tuple(map(cells.column, ("normal_load", "amplitude")))
 _MOST_BARS = 10
-FIGURES = ("tornado",)
+SCATTER_FIGURES = ("tornado",)
 """Names of the figures."""
 
 
-def sections(result: Prediction) -> tuple[Section, ...]:
+def scatter_sections(result: Prediction) -> tuple[Section, ...]:
     """The part of a document that is about the scatter."""
     scatter = result.scatter
     if scatter is None:
@@ -72,10 +66,10 @@ def _places(result: Prediction) -> list[tuple[int, int, float | None, float]]:
 
 
 def _bands(result: Prediction, scatter: Scatter, name: str) -> Table:
-    band, column = scatter.bands[name].values, _BANDS[name]
+    band, column = scatter.bands[name].values, cells.column(name)
     columns = (
         *_LOOP,
-        *(replace(column, label=f"{100.0 * q:g} %") for q in scatter.quantiles),
+        *(replace(column, label=f"{100.0 * q:g} %", short="") for q in scatter.quantiles),
     )
     rows = [(load, a, *json_value(band[:, i, j])) for i, j, load, a in _places(result)]
     if name in scatter.intervals:
@@ -173,7 +167,7 @@ def tornado(result: Prediction, scatter: Scatter) -> Plot:
     load = getattr(joint, "normal_load", None)
     at += f", {engineering(load, 'N', 3, trim=True)}" if load is not None else ""
     panel = Panel(
-        Axis("Loss factor η"),
+        Axis(QUANTITIES["loss_factor"].label),
         Axis(low=-0.6, high=len(ticks) - 0.4, ticks=ticks),
         note=f"at {at}; pale: 5 % of the input, dark: 95 %",
     )
@@ -184,7 +178,7 @@ def tornado(result: Prediction, scatter: Scatter) -> Plot:
     return Plot([panel], 1.2 + 0.42 * len(ticks), title=result.study.title)
 
 
-def numbers(scatter: Scatter) -> dict[str, Any]:
+def scatter_numbers(scatter: Scatter) -> dict[str, Any]:
     """Scatter in the summary: plain values in SI units."""
     return {
         "inputs": {entry.key: entry.written for entry in scatter.inputs},

@@ -22,10 +22,10 @@ from microslip.report.document import (
     Block,
     Column,
     Document,
+    Headline,
     Items,
     Listing,
     Note,
-    Number,
     Section,
     Table,
     Verdicts,
@@ -91,7 +91,7 @@ def document(findings: Findings, folder: Path | None = None, say: Say = str) -> 
         files.append(text_file(NAME, lambda: text))
         sections.append(Section("Study of the joint", (Listing(text),), brief=False))
     sections.append(Section("Reading of the file", (Items(tuple(map(say, notes))),), brief=False))
-    number = Number("rms height Sq", engineering(findings.statistics.rms, "m", 4))
+    number = Headline("rms height Sq", engineering(findings.statistics.rms, "m", 4))
     return Document(
         KIND, findings.raw.name, _answer(findings), tuple(sections), data, remarks, number,
         "heights", tuple(files),

@@ -13,12 +13,12 @@ from microslip._core.quantities import json_value, named
 from microslip._core.units import engineering
 from microslip.figures.picture import Picture
 from microslip.report import cells
-from microslip.report.document import Block, Column, Facts, Note, Number, Section, Table
+from microslip.report.document import Block, Column, Facts, Headline, Note, Section, Table
 from microslip.report.structure.bolts import (
     comparison,
     force_numbers,
     force_rows,
-    names,
+    slack_names,
     tight_numbers,
 )
 from microslip.report.structure.data import curves
@@ -42,15 +42,15 @@ from microslip.structures.modal_curve import Resonance
 from microslip.study.runs.structure_prediction import Bands, Mode, StructurePrediction
 
 _PATCH = ("x", "y", "area", "gap", "normal_load")
-FIGURES = ("modal_curves", "pressure_map", "slip_map", "loss_map", "mode_shapes")
+STRUCTURE_FIGURES = ("modal_curves", "pressure_map", "slip_map", "loss_map", "mode_shapes")
 """Names of the figures."""
 
 
-def answer(prediction: StructurePrediction) -> str:
+def structure_answer(prediction: StructurePrediction) -> str:
     """The result in a sentence."""
     mode, curve, last = prediction.modes[0], prediction.modes[0].curve, prediction.modes[0].last
     band = "" if mode.bands is None else f" (5–95 %: {_band(mode.bands, last)})"
-    slack = f" with {names(prediction)} slack" if prediction.tight else ""
+    slack = f" with {slack_names(prediction)} slack" if prediction.tight else ""
     place = engineering(float(curve.amplitude[last]), prediction.part.unit, 3)
     return (
         f"Mode {mode.number}: {curve.linear_frequency:.5g} Hz fully stuck{slack}; at an amplitude "
@@ -92,7 +92,7 @@ def _errors(prediction: StructurePrediction) -> str:
     return f"{errors}; sampling error of the band's ends ±{mode.bands.damping_error:.1%}."
 
 
-def number(prediction: StructurePrediction) -> Number:
+def structure_headline(prediction: StructurePrediction) -> Headline:
     """The damping ratio at the largest amplitude, with its band."""
     mode, last = prediction.modes[0], prediction.modes[0].last
     place = engineering(float(mode.curve.amplitude[last]), prediction.part.unit, 3)
@@ -100,14 +100,14 @@ def number(prediction: StructurePrediction) -> Number:
     if mode.bands is not None:
         band = f"5 to 95 %: {_band(mode.bands, last)}"
     value = cells.ratio(float(mode.curve.damping_ratio[last]))
-    return Number(f"steady damping ratio ζ of mode {mode.number} at {place}", value, band)
+    return Headline(f"steady damping ratio ζ of mode {mode.number} at {place}", value, band)
 
 
 def _band(bands: Bands, place: int) -> str:
     return " to ".join(cells.ratio(bands.damping_ratio[end, place]) for end in (0, -1))
 
 
-def sections(prediction: StructurePrediction) -> tuple[Section, ...]:
+def structure_sections(prediction: StructurePrediction) -> tuple[Section, ...]:
     """The parts of a document that are about the structure, the first ones to read."""
     parts = [Section("Structure", (_model(prediction),))]
     blocks: list[Block] = [_table(mode, prediction.part.unit) for mode in prediction.modes]
@@ -125,11 +125,11 @@ def sections(prediction: StructurePrediction) -> tuple[Section, ...]:
         parts.append(Section("Contributions to the scatter", tuple(ranking)))
     if prediction.identified is not None:
         parts.append(fitted_section(prediction, prediction.identified))
-    parts.append(Section("Structure in figures", pictures(prediction), brief=False))
+    parts.append(Section("Structure in figures", structure_pictures(prediction), brief=False))
     return tuple(parts)
 
 
-def pictures(prediction: StructurePrediction) -> tuple[Picture, ...]:
+def structure_pictures(prediction: StructurePrediction) -> tuple[Picture, ...]:
     """The figures."""
     markers = " Markers are the tests." if prediction.tests else ""
     if any(test.motion == "decay" for test in prediction.tests):
@@ -184,7 +184,7 @@ def pictures(prediction: StructurePrediction) -> tuple[Picture, ...]:
     )
 
 
-def numbers(prediction: StructurePrediction) -> dict[str, Any]:
+def structure_numbers(prediction: StructurePrediction) -> dict[str, Any]:
     """Structure in the summary: plain values in SI units."""
     joint, state, convergence = prediction.joint, prediction.state, prediction.convergence
     parts = {
@@ -199,7 +199,7 @@ def numbers(prediction: StructurePrediction) -> dict[str, Any]:
         "identified": prediction.identified and fitted_numbers(prediction.identified),
     }
     return {
-        "answer": answer(prediction),
+        "answer": structure_answer(prediction),
         "amplitude_quantity": prediction.part.quantity,
         "degrees_of_freedom": {"elements": joint.full_size, "reduced": joint.size},
         "equilibrium_error": state.equilibrium_error,
@@ -259,7 +259,7 @@ def _model(prediction: StructurePrediction) -> Facts:
         ("Reduced to", f"{joint.patches} patches, {bolts}, {joint.size} in all"),
         ("Bolt tension", ", ".join(engineering(float(t), "N", 4) for t in tensions)),
         *force_rows(part.bolt_forces),
-        *([("Slack", names(prediction))] if prediction.tight else []),
+        *([("Slack", slack_names(prediction))] if prediction.tight else []),
         ("Patches in contact", f"{pressed} of {joint.patches}"),
         ("Largest pressure", engineering(float(state.pressures.max()), "Pa", 3)),
         ("Residual of the tightened state", f"{state.equilibrium_error:.1e} of the largest force"),
@@ -284,12 +284,9 @@ def _form(prediction: StructurePrediction) -> str:
 
 
 _COLUMNS = (
-    Column("amplitude", "Amplitude at the sensor", "m", 3, short="amplitude"),
-    Column("modal_frequency", "Frequency [Hz]", "Hz", write=lambda f: f"{f:.5g}", short="Hz"),
-    Column("modal_damping_ratio", "Damping ratio ζ, steady", "", write=cells.ratio, short="ζ"),
-    Column("modal_damping_ratio_low", "ζ, 5 %", "", write=cells.ratio),
-    Column("modal_damping_ratio_median", "ζ, 50 %", "", write=cells.ratio),
-    Column("modal_damping_ratio_high", "ζ, 95 %", "", write=cells.ratio),
+    cells.column("amplitude", label="Amplitude at the sensor", digits=3, write=None),
+    *map(cells.column, ("modal_frequency", "modal_damping_ratio")),
+    *(cells.column(f"modal_damping_ratio_{word}") for word in ("low", "median", "high")),
 )
 
 

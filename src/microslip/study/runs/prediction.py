@@ -29,10 +29,10 @@ from microslip.study.runs.columns import (
     Columns,
     HistoryResponse,
     Limits,
-    blocks,
+    pieces_of,
 )
 from microslip.study.runs.scatter import Scatter, scatter, with_amplitudes
-from microslip.study.runs.structure import run as run_structure
+from microslip.study.runs.structure import run_structure
 from microslip.study.runs.structure_prediction import StructurePrediction
 
 
@@ -71,7 +71,7 @@ MEANINGS = {
 """Meanings that differ from that of the quantity by itself."""
 
 
-def variables(result: Prediction) -> dict[str, Variable]:
+def variables_of(result: Prediction) -> dict[str, Variable]:
     """All numbers by their names, the verdicts left out."""
     driven = "amplitude" if result.study.excitation.force_amplitudes is None else "force_amplitude"
     arrays = {
@@ -85,7 +85,7 @@ def variables(result: Prediction) -> dict[str, Variable]:
     return arrays
 
 
-def labelled(dims: tuple[str, ...], values: Floats, name: str, meaning: str = "") -> Variable:
+def variable_of(dims: tuple[str, ...], values: Floats, name: str, meaning: str = "") -> Variable:
     """Values with the unit and the meaning of a quantity, or with a meaning of their own."""
     about = QUANTITIES[name].attributes
     return Variable(dims, values, {**about, "long_name": meaning} if meaning else about)
@@ -98,7 +98,7 @@ def _scalars(result: Prediction) -> dict[str, Variable]:
         for joint, limits in zip(result.joints, result.limits, strict=True)
     ]
     variables = {
-        name: labelled(("load",), np.array([row[name] for row in rows], dtype=float), name)
+        name: variable_of(("load",), np.array([row[name] for row in rows], dtype=float), name)
         for name in rows[0]
         if any(row[name] is not None for row in rows)
     }
@@ -153,7 +153,7 @@ def _samples(result: Prediction, driven: str) -> dict[str, Variable]:
     variables = {}
     for name, attribute in names.items():
         values = np.array([[getattr(loop, attribute) for loop in loops] for loops in result.loops])
-        variables[name] = labelled(("load", driven, "sample"), values, name)
+        variables[name] = variable_of(("load", driven, "sample"), values, name)
     return variables
 
 
@@ -162,7 +162,7 @@ def _columns(
 ) -> dict[str, Variable]:
     """Columns of one table for each load, by their names."""
     return {
-        prefix + name: labelled(
+        prefix + name: variable_of(
             ("load", dim),
             _stacked([table.columns()[name] for table in tables]),
             name,
@@ -238,7 +238,7 @@ MOST_WORKERS = 256
 _STRUCTURE = 0.95  # share of a run that a structure takes
 
 
-def run(
+def run_prediction(
     study: StudyDescription, progress: Progress | None = None, workers: int = 1
 ) -> tuple[Prediction, Defaults]:
     """Compute a study, and say what it left open; see :meth:`microslip.Study.run`."""
@@ -263,7 +263,7 @@ def _measured_scatter(result: Prediction, band: LawBand) -> Scatter:
         name: variable._replace(
             dims=("quantile", *variable.dims), values=np.full((2, *variable.values.shape), np.nan)
         )
-        for name, variable in variables(result).items()
+        for name, variable in variables_of(result).items()
         if variable.values.dtype.kind == "f" and "sample" not in variable.dims[-1]
     }
     for prefix, (table,) in (("", result.rows[:1]), ("curve_", result.curves[:1])):
@@ -298,17 +298,21 @@ def _scattered(
     first = result.rows[0]
     fixed_study = with_amplitudes(study, first.amplitude, result.curves[0].amplitude)
     bands = scatter(
-        fixed_study, variables(result), _variables, workers, _part(progress, 0, 1, begin, 1.0)
+        fixed_study,
+        variables_of(result),
+        _variables,
+        workers,
+        _part(progress, 0, 1, begin, 1.0),
     )
     return replace(result, study=study, scatter=bands), defaults
 
 
 def _variables(study: StudyDescription) -> dict[str, Variable]:
     """All numbers of a study without anything uncertain, by their names in result.nc."""
-    return variables(_computed(study)[0])
+    return variables_of(_computed(study)[0])
 
 
-def rows_of(study: StudyDescription) -> list[dict[str, float]]:
+def amplitude_rows(study: StudyDescription) -> list[dict[str, float]]:
     """Results of a study at the amplitudes of its loops only, a row a load and loop."""
     study = at_middle(study)
     joints = build_joints(study)
@@ -389,7 +393,7 @@ def _loops(
     """Return the loops of one joint."""
     loops: list[Loop] = []
     with blame(study, "excitation.amplitudes"):
-        for piece in blocks(row.amplitude.size, progress):
+        for piece in pieces_of(row.amplitude.size, progress):
             loops += [joint.loop(a) for a in row.amplitude[piece].tolist()]
     return tuple(loops)
 

@@ -70,7 +70,7 @@ _FACES = 44  # stream of the random faces of samples
 _DENSE = 16_384  # points at which bands interpolate between the samples
 
 
-def run(study: StudyDescription, progress: Progress | None = None) -> StructurePrediction:
+def run_structure(study: StudyDescription, progress: Progress | None = None) -> StructurePrediction:
     """Reduce the structure of a study once, tighten it, and follow its modes with their bands."""
     tell = progress or (lambda share: None)
     design = Design(study) if is_uncertain(study) else None

@@ -125,7 +125,7 @@ class Manifest:
                 raise ValueError(f'row {at + 1}: the column "file" is empty')
             if file in texts[_FILE][:-1]:
                 earlier = filled_rows[texts[_FILE].index(file)][0] + 1
-                raise ValueError(f"row {at + 1}: {show(file)} is in row {earlier} already")
+                raise ValueError(f"row {at + 1}: {quote(file)} is in row {earlier} already")
         numbers = [at + 1 for at, _ in filled_rows]
         columns = {}
         units = {}
@@ -162,7 +162,7 @@ class Manifest:
         }
         rate = found.get("sample_rate")
         if rate is not None and not isinstance(rate, float):
-            raise InputError(f'the column "sample rate" wants numbers in Hz, got {show(rate)}')
+            raise InputError(f'the column "sample rate" wants numbers in Hz, got {quote(rate)}')
         return {k: v if k == "sample_rate" else text_of(v) for k, v in found.items()}
 
     def counted(self, measured: Measurement, row: int) -> Measurement:
@@ -235,7 +235,7 @@ def _quantity(name: str, unit: str | None, text: str, row: int) -> float:
             f'"{name} [{example.split()[1]}]" above the column'
         )
     if number is not None and (number < 0.0 or (number == 0.0 and name != "worn_volume")):
-        raise ValueError(f"{where}wanted a value above zero, got {show(text)}")
+        raise ValueError(f"{where}wanted a value above zero, got {quote(text)}")
     written = text if number is None else f"{number!r} {spelt(unit or '')}"
     try:
         return to_si(written, kind, _EXAMPLES[name])

@@ -238,7 +238,7 @@ def _cells(sheet: Any, archive: zipfile.ZipFile) -> Rows:
     content = archive.read(sheet._worksheet_path)
     if (formula := _NO_VALUE.search(content)) is not None:
         raise Unusable(
-            f"sheet {show(sheet.title)}, cell {formula[1].decode()}: a formula without its value; "
+            f"sheet {quote(sheet.title)}, cell {formula[1].decode()}: a formula without its value; "
             "open the workbook in a spreadsheet program and save it"
         )
     sheet.reset_dimensions()  # which programs may write wrong

@@ -12,7 +12,7 @@ from microslip.contact import DrawnFace, NormalLaw
 from microslip.contact.drawn import SHAPE_ERROR, STIFFNESS_ERROR
 from microslip.contact.finish import Estimate, Finish, combined
 from microslip.study.fields import AREA, MATERIALS, ROUGHNESS, number, one_of
-from microslip.study.part import Part, SurfaceTable, Table, key, optional_key, tag
+from microslip.study.part import Part, SubTable, SurfaceTable, key, optional_key, tag
 from microslip.study.readers import KeyedError, Place
 from microslip.study.uncertain import Spread, Unsure
 from microslip.surfaces.options import DIRECTION, PROCESSES, RA, RQ, RZ
@@ -70,7 +70,9 @@ class DrawnSurface(_Drawing, SurfaceTable):
     law: str = tag("face", "A face by its drawing, with contacts that yield.")
     materials: tuple[str, str] = MATERIALS
     second: SecondFace | None = optional_key(
-        Table(SecondFace), "Roughness of the other face; it is smooth if absent.", '{ rq = "1 um" }'
+        SubTable(SecondFace),
+        "Roughness of the other face; it is smooth if absent.",
+        '{ rq = "1 um" }',
     )
     area: float = key(AREA, "Apparent area.")
     tightening_pressure: float | None = optional_key(

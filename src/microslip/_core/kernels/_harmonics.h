@@ -382,7 +382,8 @@ static void add_cut(Motion *m, const Line *l, double low, double high, double fr
         return;
     }
     double origin = m->x[parent], first = l->rest + 0.5 * fabs(from - origin), t = low, x = from;
-    double last = l->rest + 0.5 * fabs(to - origin), at = first;
+    double last = l->rest + 0.5 * fabs(to - origin), at = first, f = 0.0;
+    int known = 0; /* whether the force at the beginning of the next part is */
     const double *breaks;
     Py_ssize_t count = breaks_between(p, first, last, &breaks);
     for (Py_ssize_t k = 0; k <= count; k++) {
@@ -402,11 +403,15 @@ static void add_cut(Motion *m, const Line *l, double low, double high, double fr
             straight &= at >= p->edges[i] && next <= p->edges[i + 1];
         }
         if (straight) {
-            double k_here = fall_at(p, 0.5 * (at + next));
-            double f = m->force[parent] + 2.0 * sign * drop_at(p, l->rest, at - l->rest);
+            double k_here = 0.0; /* N falls evenly over a straight piece */
+            if (i < p->panels) k_here = piece_at(p, i)[PIECE_INVERSE] * piece_at(p, i)[PIECE_WHOLE];
+            if (!known) f = m->force[parent] + 2.0 * sign * drop_at(p, l->rest, at - l->rest);
             add_straight(m, t, end, parent, f, k_here, x, force, J);
+            f += k_here * (y - x);
+            known = 1;
         } else {
             add_piece(m, l, t, end, parent, sign, force_miss, slope_miss, force, J);
+            known = 0;
         }
         t = end;
         x = y;

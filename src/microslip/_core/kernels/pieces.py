@@ -109,9 +109,9 @@ class Pieces(Locked):
         begin, end, roots, series = begin[order], end[order], roots[order] > 0, series[order]
         # What is rounding of the first term is taken off: straight pieces stay straight.
         straight = np.abs(series[:, 1:]).max(axis=1) <= 8.0 * _EPS * np.abs(series[:, 0])
-        series[straight, 1:] = 0.0
         means = [series[:, : kernels.TERMS] @ matrix for matrix in _MEANS]
         powers = np.where(roots[:, None], means[1], means[0]) * (end - begin)[:, None]
+        powers[straight, 0], powers[straight, 1:] = (series[:, 0] * (end - begin))[straight], 0.0
         whole = powers.sum(axis=1)
         after = np.append(np.cumsum(whole[::-1])[::-1], 0.0) + float(load(np.array([high]))[0])
         rows = np.column_stack((after[1:], roots, 1.0 / (end - begin), whole, powers))
@@ -171,6 +171,6 @@ def backbone_pieces(
     def left(u: Floats) -> Floats:
         return np.maximum(limit - backbone(u), 0.0)
 
-    doublings = range(max(math.ceil(math.log2(end / reach)), 0) + 1)
-    cuts = np.array([math.ldexp(reach, k) for k in doublings])
+    doublings = math.ceil(math.log2(end / reach))
+    cuts = np.array([math.ldexp(reach, k) for k in range(doublings if doublings > 8 else 0)])
     return Pieces.sample(slope, left, kinks, 0.0, end, cuts=cuts)

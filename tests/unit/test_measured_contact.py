@@ -412,3 +412,21 @@ def test_patches_of_a_structure_are_tightened_by_their_own_pressure() -> None:
         joint.with_tension(4e5).tightened(own, 0.3)
     with pytest.raises(ms.InputError, match="own_tightening wanted only beside"):
         solve(own_tightening=True)
+
+
+def test_first_loading_is_the_path_of_tightening() -> None:
+    """Its separations are those of faces tightened to each pressure, from one mean plane."""
+    how = {"hardness": 1.2e9, "tightening_pressure": 2e8}
+    law = solve(**how)
+    first = law.first_loading
+    assert first.pressure[-1] == pytest.approx(2e8, rel=2e-6)
+    assert first.separation[-1] == pytest.approx(law.closest, rel=1e-9)
+    assert np.all(np.diff(first.separation) < 0.0)
+    assert first.stiffness[-1] < law.stiffness(law.closest)
+    many = (first.pressure > 4e7) & (first.pressure < 1.9e8)  # enough points in contact
+    assert many.any()
+    for pressure, separation in zip(first.pressure[many], first.separation[many], strict=True):
+        lighter = solve(**how | {"tightening_pressure": float(pressure)})
+        assert lighter.closest == pytest.approx(float(separation), abs=1e-5 * law.numbers.rms)
+        # Relieved from more it stands closer, or as far where nothing yielded.
+        assert law.separation(pressure * law.area) <= lighter.closest

@@ -130,9 +130,9 @@ class FaceLaw(TabulatedNormalLaw):
         heaviest = self._heaviest
         if loads.max() > heaviest * (1.0 + 1e-9):
             raise InputError(
-                f"`load` must be at most the tightening load, {heaviest:.8g} N, above which the "
-                f"face yields again, got {exact(loads.max())} N; use a higher "
-                "`tightening_pressure`"
+                f"`load` must be at most the tightening load or the heaviest that was solved, "
+                f"{heaviest:.8g} N, above which the face yields again, got {exact(loads.max())} N; "
+                "use a higher `tightening_pressure`"
             )
         return super()._solve(np.minimum(loads, heaviest))
 

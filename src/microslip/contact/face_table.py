@@ -89,7 +89,7 @@ _TERMS = {
     "stiffness": _terms(5, 4, 2), "separation": _terms(4, 4, 1), "contact": _terms(4, 4, 1),
     "bends": _terms(3, 2, 1), "contacts": _terms(3, 2, 0),
 }  # fmt: skip
-_PIXEL = {
+_PIXEL: dict[str, tuple[list[int], list[int]]] = {
     name: ([_POWERS.index(power) for power in powers], [])
     for name, powers in {
         "stiffness": [(1, 0), (2, 0)], "contact": [(0, 0), (0, 1), (1, 0)], "bends": [(2, 0)],

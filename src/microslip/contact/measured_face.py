@@ -283,7 +283,8 @@ _KIND = "microslip-measured-contact"
 _FORMAT = 1
 _LARGEST = 1 << 28  # bytes that a file may unpack to
 _ARRAYS = {"separation": 1, "pressure": 2, "slope": 2, "contact": 1, "sliding": 2,
-           "lighter_sliding": 2, "map": 2, "reach": 2, "lighter_tightenings": 2}  # fmt: skip
+           "lighter_sliding": 2, "map": 2, "reach": 2, "lighter_tightenings": 2,
+           "loading": 2}  # fmt: skip
 
 
 def contact_numbers(
@@ -427,6 +428,7 @@ def _read(path: Path) -> tuple[FaceSolution, dict[str, Any]]:
             arrays = {name: np.asarray(file[name], dtype=float) for name in _ARRAYS if name in file}
         arrays.setdefault("reach", (arrays["map"] > 0.0).astype(float))  # files made before it
         arrays.setdefault("lighter_tightenings", np.zeros((0, 0)))
+        arrays.setdefault("loading", np.zeros((2, 0)))
         if about["kind"] != _KIND or about["format"] != _FORMAT:
             raise ValueError(f"it says {about['kind']!s:.40}, {about['format']!s:.10}")
         solution = FaceSolution(**arrays, hard=float(about["hard"]), pixels=int(about["pixels"]))

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from microslip._core import kernels
 from microslip._core.checks import Floats, floats, number, record, show
 from microslip._core.errors import InputError
+from microslip.friction.energies import dissipated_along
 from microslip.friction.memory import Memory, Nodes
 
 Rest: TypeAlias = float | Literal["mean"]
@@ -60,8 +61,6 @@ class PeriodicResponse(_Cycle):
     @property
     def dissipated_energy(self) -> float:
         """Energy dissipated in each cycle [J]: the area of the settled loop, in closed form."""
-        from microslip.friction.energies import dissipated_along
-
         twice = np.tile(np.roll(self._path, -self.root), 2)
         lost = dissipated_along(self._law, twice, twice)
         return float(lost[-1] - lost[self.force.size - 1])

@@ -39,8 +39,9 @@ _CHANGED = 0.2
 """Range of the loads of the cycles, of their mean, that no law with one load stands for."""
 
 
-_LOAD_HARMONICS, _UNVARIED = 4, 5e-4
-"""Harmonics of the normal load within a cycle, and the share of the mean that goes unnoticed."""
+_LOAD_HARMONICS, _LOAD_BINS, _STANDS_OUT, _UNVARIED = 32, 512, 3.5, 3e-4
+"""Most harmonics of the normal load within a cycle, and bins of its mean; standard errors from
+which on a harmonic counts, and its share of the mean that goes unnoticed."""
 
 CLIPPED = "found from a record that looks clipped"
 """The doubt on a record whose sensors reached the ends of their range."""
@@ -413,16 +414,28 @@ def _load_terms(record: Record, inside: NDArray[np.bool_], phase: Floats) -> Flo
     if not isinstance(record.normal_load, np.ndarray):
         return np.zeros(0)
     load = record.normal_load[inside]
-    away = load - load.mean()
-    basis = load_basis(phase, 2 * _LOAD_HARMONICS)
-    terms = np.linalg.lstsq(basis.T @ basis, basis.T @ away, rcond=None)[0]
-    rest = away - basis @ terms
-    noise = math.sqrt(float(rest @ rest) / max(away.size - terms.size, 1))
-    size = float(np.linalg.norm(terms))
-    error = noise * math.sqrt(2.0 * terms.size / away.size)
-    if size <= max(4.0 * error, _UNVARIED * abs(float(load.mean()))):
+    column = np.minimum(
+        (np.mod(phase, 2.0 * math.pi) * _LOAD_BINS / (2.0 * math.pi)).astype(int), _LOAD_BINS - 1
+    )
+    count = np.bincount(column, minlength=_LOAD_BINS).astype(float)
+    full = count > 0.0
+    count = count[full]
+    middle = np.bincount(column, np.mod(phase, 2.0 * math.pi), minlength=_LOAD_BINS)[full] / count
+    mean = np.bincount(column, load, minlength=_LOAD_BINS)[full] / count
+    number = min(_LOAD_HARMONICS, count.size // 4)
+    if not number:
         return np.zeros(0)
-    return np.asarray(terms)
+    basis = np.hstack((np.ones((count.size, 1)), load_basis(middle, 2 * number)))
+    gram = basis.T @ (count[:, None] * basis)
+    terms = np.linalg.lstsq(gram, basis.T @ (count * mean), rcond=None)[0]
+    rest = load - np.interp(np.mod(phase, 2.0 * math.pi), middle, basis @ terms, period=2 * math.pi)
+    error = float(np.std(rest)) * math.sqrt(2.0 / load.size)
+    sizes = np.hypot(terms[1::2], terms[2::2])
+    counts = sizes > max(_STANDS_OUT * error, _UNVARIED * abs(float(load.mean())))
+    if not counts.any():
+        return np.zeros(0)
+    last = int(np.flatnonzero(counts)[-1]) + 1
+    return np.asarray(terms[1 : 1 + 2 * last] * np.repeat(counts[:last], 2))
 
 
 # -- loops that were averaged before they came here -----------------------------------------------

@@ -60,7 +60,7 @@ def test_predict_prints_tables_and_writes_a_folder() -> None:
     ]
     text = outcome.stdout
     assert text.startswith("A [bold] joint\n")
-    assert re.search(r"2 kN +5700 +2\.79 % +5\.70 GN/m +1\.10 kN +343 nm +0\.568\n", text)
+    assert re.search(r"2 kN +5700 +2\.79 % +5\.70 GN/m +456 MN/m +1\.10 kN +343 nm +0\.568\n", text)
     assert re.search(r"2 kN +100 nm +0\.421 +13\.6 µJ +0\.0934 +0\.0467\n", text)
     assert "Validity\n" in text
     assert "ζ_mode = ΣE_d / 4πU" in text
@@ -187,7 +187,9 @@ def test_a_pipe_gets_whole_lines_without_colour() -> None:
     text = done.stdout.decode("utf-8")
     assert "\x1b" not in text
     assert not re.search(r"[ …]\n", text)
-    assert re.search(r"2 kN +5700 +2\.79 % +5\.70 GN/m +1\.10 kN +343 nm +0\.568\r?\n", text)
+    assert re.search(
+        r"2 kN +5700 +2\.79 % +5\.70 GN/m +456 MN/m +1\.10 kN +343 nm +0\.568\r?\n", text
+    )
     assert done.stderr == b"", "no progress in a pipe"
 
 

@@ -88,12 +88,6 @@ def test_an_earlier_study_runs_and_gives_the_same_numbers(path: Path) -> None:
 COMMANDS = {
     "predicted": ("predict joint.toml", 1e-12),
     "measured": ("measure record.csv", 1e-10),
-    "identified": (
-        # Of a virtual joint: without infinity the numbers are the same, but apparent now.
-        "identify record.csv --law interface --study known.toml --rig-stiffness rigid "
-        "--summits inf",
-        1e-5,
-    ),
     "scanned": ("surface scan.npy --pixel 1um --unit um --cutoff 4um", 1e-9),
     "figures": ("figures --only 19.13", 1e-12),
 }

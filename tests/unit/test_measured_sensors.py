@@ -91,8 +91,7 @@ def test_a_stop_while_logging_ruins_nothing(where: int) -> None:
     measured = ms.measure(record)
     assert measured.mean["dissipated_energy"].value == pytest.approx(ENERGY, rel=2e-3)
     assert any("the rig stood still 1 time" in note for note in measured.notes)
-    found = ms.identify(record, "jenkins", rig_stiffness=None, intervals="curvature")
-    limit = found.parameters["force_limit"]
+    limit = ms.identify(record).force_limit
     assert limit.value == pytest.approx(LIMIT, rel=2e-3)
 
 

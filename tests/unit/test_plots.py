@@ -96,7 +96,7 @@ def test_records_cycles_and_fits() -> None:
     loop, energies = measured.plot()
     assert energies.get_ylabel() == "Dissipated energy [mJ]"
     assert np.allclose(shown(energies)[1], 1e3 * measured.cycles["dissipated_energy"], rtol=1e-12)
-    fit = ms.identify([record], "jenkins")
+    fit = ms.identify([record])
     assert len(fit.plot()) == 2
     with pytest.raises(ms.InputError, match="ax must be 2 of them"):
         fit.plot(loop)

@@ -18,6 +18,8 @@ from microslip.friction.base import BackboneLaw
 BANDED = ("force", "dissipated_energy", "damping_ratio")
 """Quantities with an interval."""
 _MOST = 10_000
+_ROUNDED = 1e-6
+"""Relative rounding of an amplitude that was written with six digits."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,7 +83,9 @@ class LawBand(Locked):
         """
         at = np.asarray(amplitude, dtype=float)
         known, wanted = (_values(law, a) for a in (self.amplitude, at))
-        inside = (at >= self.amplitude[0] * (1 - 1e-9)) & (at <= self.amplitude[-1] * (1 + 1e-9))
+        inside = (at >= self.amplitude[0] * (1 - _ROUNDED)) & (
+            at <= self.amplitude[-1] * (1 + _ROUNDED)
+        )
         result = {}
         for name, ends in self.ends.items():
             # Relative to scales that are never zero, as an energy may be.

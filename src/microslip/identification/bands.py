@@ -12,6 +12,7 @@ from scipy.special import chdtri
 from microslip._core.checks import Floats
 from microslip.identification.free_form import FreeForm
 from microslip.identification.nonnegative import Path, minimum
+from microslip.laboratory.estimates import dependence_of, quantile
 
 QUANTILE = 3.841458820694124
 """Quantile of chi-squared with one degree of freedom at 95 %."""
@@ -63,21 +64,38 @@ class Bands:
             scatter.append(rows.whitened(apart.T).T)
         return scatter
 
+    @cached_property
+    def _growths(self) -> list[Floats]:
+        """Half the growth of the force of each record over its cycles, whitened (rows)."""
+        growths = []
+        for rows in self.fit.rows:
+            force = rows.folded.force
+            half = 0.5 * rows.folded.growth * (force - force.mean())
+            growths.append(rows.whitened(half[:, None])[:, 0])
+        return growths
+
     def _by_cycles(self, direction: Floats) -> float:
         """Return the variance of a functional by the scatter of whole cycles over that of noise."""
-        total, freedom, at = 0.0, 0, 0
-        for scatter in self._cycles:
+        total, grown, freedom, at = 0.0, 0.0, 0, 0
+        for scatter, growth in zip(self._cycles, self._growths, strict=True):
             count, bins = scatter.shape
+            along = direction[at : at + bins]
             if count:
-                part = scatter @ direction[at : at + bins]
-                total += float(part @ part) * count / (count - 1)
+                part = scatter @ along
+                # Cycles that resemble their neighbours count as fewer.
+                one = dependence_of(part, 0)
+                wider = one.factor * (quantile(0.95, one.freedom) / quantile(0.95, count)) ** 2
+                total += float(part @ part) * wider * count / (count - 1)
                 freedom += count - 1
+                # The last cycles may be meant and not their mean.
+                grown += float(growth @ along) ** 2
             at += bins
         norm = float(direction @ direction)
         if not freedom or norm <= 0.0:
             return 1.0
         ratio = total / norm
-        return ratio if ratio * freedom > float(chdtri(freedom, _UNLIKELY)) else 1.0
+        ratio = ratio if ratio * freedom > float(chdtri(freedom, _UNLIKELY)) else 1.0
+        return ratio + grown / norm
 
     @cached_property
     def _probes(self) -> Floats:

@@ -19,9 +19,9 @@ from microslip.friction import Jenkins, SegalmanIwan
 from microslip.identification.bands import Bands
 from microslip.identification.found import Identification
 from microslip.identification.free_form import FreeForm, Rows
-from microslip.identification.identify import fitted_records
 from microslip.identification.interface_step import interface_law, interface_starts
 from microslip.identification.nonnegative import cone_of, minimum
+from microslip.identification.run import fitted_records
 from microslip.identification.second_step import Law, Statistics, Unknown, Values, solve
 from microslip.laboratory.record import Record
 
@@ -57,7 +57,8 @@ class ComparedLaw(NamedTuple):
 class Comparison(Locked):
     """Several laws on the same records, within the envelope of the free form.
 
-    Made by :func:`microslip.compare`.
+    Made by :func:`microslip.compare`; criteria after Akaike (1974, DOI 10.1109/TAC.1974.1100705)
+    and Schwarz (1978, DOI 10.1214/aos/1176344136).
     """
 
     found: Identification
@@ -115,6 +116,8 @@ def compare(
     records: Record | Iterable[Record], laws: Sequence[str] = LAWS, **options: Any
 ) -> Comparison:
     """Compare named laws on the same records.
+
+    Criteria after Akaike (1974, DOI 10.1109/TAC.1974.1100705) and Schwarz (1978).
 
     Parameters
     ----------

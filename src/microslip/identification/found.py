@@ -15,9 +15,11 @@ from microslip._core.checks import Floats, floats, plain, positive
 from microslip._core.errors import InputError
 from microslip._core.frozen import Locked, lock
 from microslip.contact.materials import MaterialPair
+from microslip.figures.plot import Plot
+from microslip.figures.plottable import Plottable
 from microslip.friction import Interface
 from microslip.friction.slider_law import SliderLaw
-from microslip.identification.bands import Bands, widened
+from microslip.identification.bands import QUANTILE, Bands, widened
 from microslip.identification.free_form import NEVER, FreeForm, Rows
 from microslip.identification.interface_step import interface_step
 from microslip.identification.masing import Masing, masing_of
@@ -147,10 +149,11 @@ class InterfaceStep(SecondStep):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Identification(Locked):
+class Identification(Locked, Plottable):
     """What loops determine: a friction law of free form, its energies and forces, with intervals.
 
-    Made by :func:`microslip.identify`. Without a measured stiffness of the rig all results are
+    Made by :func:`microslip.identify` from the density of sliders (Iwan 1966,
+    DOI 10.1115/1.3625199). Without a measured stiffness of the rig all results are
     those of the joint and the rig in series.
     """
 
@@ -166,6 +169,11 @@ class Identification(Locked):
     """Remarks on the fit, a sentence each."""
     step: InterfaceStep | None = None
     """Physical parameters, where materials were given or a law was asked for."""
+
+    def _figure(self) -> Plot:
+        from microslip.identification.figures import loops  # which reads this module
+
+        return loops(self)
 
     # -- where it holds ---------------------------------------------------------------------------
 
@@ -347,21 +355,24 @@ class Identification(Locked):
     def dissipated_energy(
         self, amplitude: ArrayLike, *, normal_load: float | None = None
     ) -> Estimate:
-        """Return the energy E_d that a cycle dissipates [J]; arguments as for :meth:`force`."""
+        """Return the energy E_d of a cycle [J]; amplitudes [m] of any shape, as :meth:`force`."""
         return self._measure("energy", amplitude, normal_load)
 
     def damping_ratio(self, amplitude: ArrayLike, *, normal_load: float | None = None) -> Estimate:
-        """Return the equivalent viscous damping ratio E_d/(2 pi a T) [-], as :meth:`force`."""
+        """Return the equivalent viscous damping ratio E_d/(2 pi a T) [-].
+
+        Amplitudes [m] of any shape and the normal load [N] are as for :meth:`force`.
+        """
         return self._measure("damping", amplitude, normal_load)
 
     def loss_factor(self, amplitude: ArrayLike, *, normal_load: float | None = None) -> Estimate:
-        """Return the loss factor E_d/(pi a T) [-]; arguments as for :meth:`force`."""
+        """Return the loss factor E_d/(pi a T) [-] at amplitudes [m] of any shape."""
         return self._measure("loss", amplitude, normal_load)
 
     def secant_stiffness(
         self, amplitude: ArrayLike, *, normal_load: float | None = None
     ) -> Estimate:
-        """Return the secant stiffness T/a [N/m]; arguments as for :meth:`force`."""
+        """Return the secant stiffness T/a [N/m]; amplitudes [m] of any shape, as :meth:`force`."""
         return self._measure("secant", amplitude, normal_load)
 
     @cached_property
@@ -378,11 +389,16 @@ class Identification(Locked):
         if self.rig_stiffness is None:
             return Estimate(value, low, high)
         rig, error = self.rig_stiffness
-        ends = [_without(rig, end) for end in (value, low, high)]
-        by_rig = ends[0] ** 2 / rig**2 * error if math.isfinite(ends[0]) else 0.0
-        if not math.isfinite(ends[0]):
-            return Estimate(math.nan, _without(rig + 1.96 * error, low), math.inf)
-        return Estimate(*widened(ends[0], ends[1], ends[2], [by_rig]))
+        # Compliances subtract, and so do their errors: a stiffness may be open above, not below.
+        by_rig = math.sqrt(QUANTILE) * error / rig**2
+        compliance = 1.0 / value - 1.0 / rig
+        more = math.hypot(1.0 / low - 1.0 / value, by_rig)
+        less = math.hypot(1.0 / value - 1.0 / high, by_rig)
+        return Estimate(
+            1.0 / compliance if compliance > 0.0 else math.nan,
+            1.0 / max(compliance + more, 1e-300),
+            1.0 / (compliance - less) if compliance > less else math.inf,
+        )
 
     @cached_property
     def force_limit(self) -> Estimate:
@@ -470,17 +486,18 @@ class Identification(Locked):
         stiff = self.stiffness.value
         if not math.isfinite(stiff):
             stiff = 2.0 * self.stiffness.low
-        step, model, materials = interface_step(
-            statistics,
-            loads,
-            force,
-            stiff,
-            pair=pair,
-            area=area,
-            heights=heights,
-            known=known,
-            contact_area=contact_area,
-        )
+        with np.errstate(all="ignore"):  # far out in an open interval numbers overflow
+            step, model, materials = interface_step(
+                statistics,
+                loads,
+                force,
+                stiff,
+                pair=pair,
+                area=area,
+                heights=heights,
+                known=known,
+                contact_area=contact_area,
+            )
         return InterfaceStep(**vars(step), _model=model, _materials=materials, _loads=tuple(loads))
 
     @property
@@ -531,11 +548,6 @@ class Identification(Locked):
 def _sum(at: _At, u: Floats) -> Floats:
     y = np.maximum(at.y, 0.0)
     return np.minimum(u[:, None], y) @ at.fit.k
-
-
-def _without(rig: float, both: float) -> float:
-    """Return the stiffness of a joint from that of joint and rig in series."""
-    return math.inf if both >= rig else 1.0 / (1.0 / both - 1.0 / rig)
 
 
 def _joint_alone(y: Floats, k: Floats, compliance: float) -> tuple[Floats, Floats]:

@@ -123,7 +123,7 @@ def interface_law(
             "an interface needs the normal load of each record; write "
             "Record(..., normal_load=500.0) or `normal_load=500.0`"
         )
-    model = InterfaceModel.create(heights=heights).prepared([None] * len(loads), list(loads))
+    model = InterfaceModel.of_shape(heights, loads)
     unknowns = (
         Unknown(FRICTION, "", min(force / max(loads), 2.0)),
         Unknown(SCALE, "m", force / stiffness),
@@ -132,7 +132,7 @@ def interface_law(
     law = Law(
         "interface",
         unknowns,
-        lambda u, values, load: np.asarray(model.curve(u, values, load)[0]),
+        lambda u, values, load: model.curve(u, values, load or loads[0])[0],
     )
     return law, model
 
@@ -197,8 +197,8 @@ def _derived(
 
     def of(name: str) -> Function:
         def function(values: Mapping[str, float]) -> float:
-            for one in model.derived(values, [top], materials):
-                if one.name == name and one.load in (None, top):
+            for one in model.derived(values, top, materials):
+                if one.name == name:
                     return float(one.value)
             return math.nan
 

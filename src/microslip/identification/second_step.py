@@ -76,7 +76,10 @@ class Parameter(Locked):
         if self.verdict == NOT:
             return f"{self.name}: {NOT}"
         ends = (self.value, self.low, self.high)
-        value, low, high = (engineering(v, self.unit) if self.unit else f"{v:.4g}" for v in ends)
+        prefixed = self.unit in ("N", "m", "N/m")  # a power of a length has no prefix
+        value, low, high = (
+            engineering(v, self.unit) if prefixed else f"{v:.4g} {self.unit}".rstrip() for v in ends
+        )
         return f"{self.name}: {value} ({low} to {high}), {self.verdict}"
 
 

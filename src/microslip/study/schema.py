@@ -133,6 +133,11 @@ def read_fit(reading: Reading, folder: str) -> tuple[tuple[str, ...], Floats, Fl
         raise ValueError("no such folder of an identification (it has no summary.json)")
     with decoded("result of identify"):
         fit = json.loads(whole_text(path))
+        if "curves" in fit:
+            raise Unusable(
+                "wanted the covariance of an interface, as versions before 0.3 wrote it; the "
+                "joint.toml in that folder carries the intervals of the law"
+            )
         while "parameters" not in fit:
             fit = fit["fits"][0] if "fits" in fit else fit["identification"]
         names = tuple(name for name in fit["correlation"]["names"] if name in _FITTED)

@@ -283,8 +283,8 @@ def _measured_scatter(result: Prediction, band: LawBand) -> Scatter:
     low, high = (engineering(float(end), "m", 3, trim=True) for end in band.amplitude[[0, -1]])
     tail = 0.5 * (1.0 - band.confidence)
     notes = (
-        f"Intervals of the identified law at {100.0 * band.confidence:g} % each, measured between "
-        f"amplitudes of {low} and {high}; beyond these its records tell nothing.",
+        f"Intervals of the identified law at {100.0 * band.confidence:g} % each, known between "
+        f"amplitudes of {low} and {high}; outside, its records determine nothing.",
     )
     return Scatter((), 0, np.array([tail, 1.0 - tail]), bands, {}, (), notes)
 

@@ -6,6 +6,7 @@ import dataclasses
 import json
 import math
 import os
+import warnings
 import zipfile
 from collections import OrderedDict
 from dataclasses import dataclass
@@ -393,12 +394,19 @@ def read_law(
 def cached(
     task: Task, folder: str | os.PathLike[str], workers: int, progress: Progress | None
 ) -> FaceSolution:
-    """The solution of a task, from the folder if it is there, else solved and put there."""
+    """Return the solution of a task, from the folder if it is there, else solved and put there.
+
+    A damaged file is replaced, with a warning.
+    """
     path = Path(folder) / f"{task.key}.npz"
     if path.is_file():
-        solution, _ = _read(path)
-        remember(task.key, solution)
-        return solution
+        try:
+            solution, _ = _read(path)
+        except InputError as error:
+            warnings.warn(f"{error.text}; the face is solved again", stacklevel=3)
+        else:
+            remember(task.key, solution)
+            return solution
     solution = task.solved(workers, progress)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

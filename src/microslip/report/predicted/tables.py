@@ -32,6 +32,7 @@ _INPUTS = {
     "normal_load": "N",
     "young_modulus": "E",
     "heights": "spread of heights",
+    "rms_slope": "rms slope",
     "copies": "number of summits",
     "cutoff": "short-wave cut-off",
     "yield_stress": "yield stress",

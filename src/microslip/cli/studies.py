@@ -168,7 +168,7 @@ def _list_templates(context: click.Context, param: click.Parameter, value: bool)
     if value:
         for name, meaning in TEMPLATES.items():
             click.echo(f"{name:<10} {meaning}")
-        from microslip.surfaces.finish import PROCESSES as TABLE
+        from microslip.contact.finish import PROCESSES as TABLE
 
         click.echo("Faces for --process, by the Ra that they commonly have:")
         for name, process in TABLE.items():

@@ -47,10 +47,8 @@ class _Drawing(Part):
     @property
     def finish(self) -> Finish:
         """Rms height and slope with their spreads."""
-        values = {k: getattr(self, k) for k in _DRAWN}
-        return Finish(
-            **{n: v if isinstance(v, str | None) else float(v) for n, v in values.items()}
-        )
+        values: dict[str, Any] = {name: getattr(self, name) for name in _DRAWN}
+        return Finish(**{k: float(v) if isinstance(v, float) else v for k, v in values.items()})
 
     def check(self, place: Place) -> None:
         """Refuse here whatever a finish refuses."""

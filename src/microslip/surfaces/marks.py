@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from microslip._core.checks import Floats
 from microslip._core.units import engineering
@@ -30,7 +31,7 @@ def _long(length: float) -> str:
     return engineering(length, "m", 3, trim=True)
 
 
-def spike_words(heights: Floats, pointed: Floats) -> list[str]:
+def spike_words(heights: Floats, pointed: NDArray[np.bool_]) -> list[str]:
     """Report spikes that :func:`microslip.surfaces.repair.spikes` has found."""
     count = int(np.count_nonzero(pointed))
     if not count:

@@ -88,6 +88,23 @@ def test_a_lay_turns_the_ratio_of_stiffnesses() -> None:
     assert joint.normal_stiffness / joint.tangential_stiffness == pytest.approx(0.775 / 0.7)
 
 
+def test_places_are_tightened_by_their_own_pressure() -> None:
+    """Stiffness of each place exactly, its backbone as far as the shape depends on the pressure."""
+    law, places = ground(), np.array([1e8, 4e7, 1e7])
+    found = law._tightened_by(places)
+    assert found.lengths[0] == pytest.approx(1.0, rel=1e-12)
+    for p, share, length in zip(places, found.share, found.lengths, strict=True):
+        own = ground(tightening_pressure=float(p))
+        assert own.slip_length == pytest.approx(length * law.slip_length, rel=1e-9)
+        joint, scaled = (
+            ms.Interface(s, 0.3, normal_load=q * 1e-4) for s, q in ((own, p), (law, 1e8))
+        )
+        u = joint.force_limit / joint.tangential_stiffness * np.array([0.1, 0.5, 1.0, 2.0])
+        assert share * scaled.backbone(u / length) == pytest.approx(joint.backbone(u), rel=0.05)
+    with pytest.raises(ms.InputError, match="must be at least 1"):
+        law._check_rest(np.array([1e4, 1.5e4]))
+
+
 # -- drawings --------------------------------------------------------------------------------------
 
 

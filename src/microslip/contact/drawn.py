@@ -16,7 +16,7 @@ from microslip._core.checks import Floats, exact, plain, positive, show
 from microslip._core.errors import InputError
 from microslip._core.frozen import assign, lock, made_once
 from microslip.contact import face_table as table
-from microslip.contact.base import OVER_HARDNESS, NormalLaw, aluminium, check_pair
+from microslip.contact.base import OVER_HARDNESS, NormalLaw, Tightenings, aluminium, check_pair
 from microslip.contact.face_law import FaceLaw, FirstLoading, checked_direction
 from microslip.contact.finish import Finish, combined
 from microslip.contact.materials import MaterialPair
@@ -279,6 +279,18 @@ class DrawnFace(FaceLaw):
         if load <= self._heaviest * (1.0 + 1e-9):
             return self
         return self._changed(tightening_pressure=load / self.area)
+
+    def _tightened_by(self, pressures: Floats) -> Tightenings:
+        """Places that were tightened by less: the shape of this law, with their own length p/k.
+
+        The length hardly depends on the pressure, so that lightly pressed places slip as early.
+        """
+        h, pi, breadth = self._groups
+        share = np.clip(pressures / self.tightening_pressure, 1e-9, 1.0)
+        found = _values(np.full(share.size, h), pi * share, breadth)
+        lengths = float(self._numbers.stiffness[0]) / found.stiffness
+        places = np.asarray(self.separation(share * self._heaviest))
+        return Tightenings(share, lengths, places, self.closest)
 
     # -- numbers -----------------------------------------------------------------------------------
 

@@ -126,6 +126,15 @@ class FaceLaw(TabulatedNormalLaw):
     def _separations(self, value: ArrayLike) -> Floats:
         return NormalLaw._separations(self, value)  # also closer, for steps of static solutions
 
+    def _check_rest(self, loads: Floats) -> None:
+        share = float(np.max(loads, initial=0.0)) / self._heaviest
+        if share > 1.0 + 1e-6:
+            raise InputError(
+                f"`tightening_pressure` must be at least {share * self._tightening:.4g} "
+                f"Pa, which is what the most loaded place bears, got "
+                f"{exact(self._tightening)} Pa: solve the face with a higher one"
+            )
+
     def _solve(self, loads: Floats) -> Floats:
         heaviest = self._heaviest
         if loads.max() > heaviest * (1.0 + 1e-9):

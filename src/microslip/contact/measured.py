@@ -350,15 +350,6 @@ class MeasuredContact(FaceLaw):
         stiffness = -self.area * p * np.gradient(np.log(p), d)
         return FirstLoading(p, d, stiffness)
 
-    def _check_rest(self, loads: Floats) -> None:
-        share = float(np.max(loads, initial=0.0)) / self._heaviest
-        if share > 1.0 + 1e-6:
-            raise InputError(
-                f"`tightening_pressure` must be at least {share * self.numbers.pressure:.4g} "
-                f"Pa, which is what the most loaded place bears, got "
-                f"{exact(self.numbers.pressure)} Pa: solve the face with a higher one"
-            )
-
     def _standardised(self, separation: float) -> float | None:
         return separation / self.numbers.rms
 

@@ -157,7 +157,8 @@ class DrawnFace(FaceLaw):
             checked[name] = None if value is None else positive(name, value, unit, example)
             if checked[name] is not None and checked[name] > most:
                 where = " of `rms`" if name == "plateau" else ""
-                raise InputError(f"`{name}` must be at most {most:g}{where}, got {exact(value)}")
+                came = exact(checked[name])
+                raise InputError(f"`{name}` must be at most {most:g}{where}, got {came}")
         if breadth is not None and breadth < table.BREADTH[0]:
             raise InputError(
                 f"`breadth` must be at least {table.BREADTH[0]:g}, got {exact(breadth)}"

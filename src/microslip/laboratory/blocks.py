@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 
 from microslip._core.checks import Floats
 from microslip._core.errors import InputError
-from microslip._core.runs import runs_of
 from microslip._core.units import engineering, significant
 from microslip._core.wording import plural
 from microslip.laboratory.cuts import (
@@ -29,6 +28,7 @@ from microslip.laboratory.cuts import (
     len_of,
     motion_of,
     no_cycle,
+    runs_of,
     window_of,
 )
 from microslip.laboratory.record import Record, once_a_record

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,6 +45,11 @@ class Cuts(NamedTuple):
     """Samples a cycle."""
     noise: float
     """Contribution of the noise of the displacement to half the range of a cycle [m]."""
+
+
+def runs_of(mask: NDArray[Any]) -> NDArray[np.intp]:
+    """Return first index and end (exclusive) of each run of true values (runs, 2)."""
+    return np.flatnonzero(np.diff(mask, prepend=False, append=False)).reshape(-1, 2)
 
 
 def noise_of(values: Floats) -> float:

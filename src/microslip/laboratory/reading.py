@@ -16,10 +16,10 @@ import numpy as np
 from microslip._core.checks import Floats
 from microslip._core.errors import InputError
 from microslip._core.frozen import lock
-from microslip._core.runs import runs_of
 from microslip._core.units import CLAMPING, QuantityError, engineering, to_si
 from microslip._core.verdicts import Remark
 from microslip._core.wording import plural, quote, shorten
+from microslip.laboratory.cuts import runs_of
 from microslip.readers.roles import (
     CYCLE_NUMBER,
     KINDS,

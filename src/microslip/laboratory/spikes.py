@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from microslip._core.checks import Floats
-from microslip._core.runs import runs_of
 from microslip._core.units import engineering
-from microslip.laboratory.cuts import noise_of
+from microslip.laboratory.cuts import noise_of, runs_of
 from microslip.laboratory.record import UNITS, Record
 
 FAR = 5.0

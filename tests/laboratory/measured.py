@@ -70,3 +70,24 @@ def verdict_on(name: str, seed: int) -> tuple[str, list[str]]:
     if named:
         return "wrong", notes
     return ("undecided" if len(certain) < len(notes) else "silent"), notes
+
+
+def coverage_table(found: dict[str, Held]) -> list[str]:
+    """Rows of a page: intervals that hold, by kind and column."""
+    columns = list(next(iter(found.values())).number)
+    lines = [
+        f"| records | {' | '.join(columns)} | held |",
+        f"| --- |{' ---: |' * len(columns)} ---: |",
+    ]
+    for name, held in found.items():
+        cells = " | ".join(f"{held.held[c]}/{held.number[c]}" for c in columns)
+        lines.append(f"| {name} | {cells} | {100.0 * held.share:.0f} % |")
+    return lines
+
+
+def fault_table(names: Iterable[str], seed: int = 0) -> tuple[list[str], int]:
+    """Rows of a page: what is said of each fault; and how many are named wrongly."""
+    verdicts = {name: verdict_on(name, seed)[0] for name in names}
+    rows = [f"| {name} | {verdict} |" for name, verdict in verdicts.items()]
+    wrong = sum(verdict == "wrong" for verdict in verdicts.values())
+    return ["| fault | `measure` |", "| --- | --- |", *rows], wrong

@@ -205,7 +205,7 @@ class Part:
     def read(cls, raw_value: object, place: Place) -> Self:
         """The table, or FAILED with what is wrong noted."""
         if not isinstance(place, Place):
-            raise StudyError(f"`place` must be a Place, got {show(place)}; use Study.load(path)")
+            raise StudyError(f"`place` must be a Place, got {quote(place)}; use Study.load(path)")
         if not isinstance(raw_value, Mapping):
             raise ValueError(cls.no_table(raw_value, place))
         raw = cls.prepare(dict(raw_value), place)

@@ -692,6 +692,18 @@ def test_the_response_to_a_force_is_that_of_the_balance_of_harmonics() -> None:
 
 
 @pytest.mark.slow
+def test_samples_that_all_move_beyond_the_amplitudes_have_no_band(folder: Path) -> None:
+    text = text_of(("samples = 16", 'samples = 8\nforce = { amplitude = "1 kN" }'))
+    result = ms.Study.from_toml(text, folder=folder).run()
+    (forced,) = result.structure.modes[0].forced
+    assert (forced.beyond, forced.bands, forced.peak_bands) == (1.0, None, None)
+    (found,) = result.summary["structure"]["modes"][0]["forced_response"]
+    assert found["beyond"] == 1.0
+    assert "sampling_error" not in found
+    assert "Not covered: forced responses" in document(result).answer
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("unit", ["m", "m/s^2"])
 def test_responses_to_forces_are_files_that_other_programs_read(unit: str, tmp_path: Path) -> None:
     """Read back by pyuff and as a table: values, frequencies, units and places."""

@@ -83,6 +83,7 @@ def response_numbers(forced: ForcedMode) -> dict[str, Any]:
             zip(("amplitude", "frequency"), json_value(forced.peak_bands.T), strict=True)
         )
         result["sampling_error"] = json_value(forced.error)
+    if forced.bands is not None or forced.beyond:
         result["beyond"] = forced.beyond
     return result
 
@@ -118,6 +119,11 @@ def force_section(prediction: StructurePrediction) -> Section:
             remarks.append(
                 f"{name} moves beyond the largest amplitude, which about {most} reach: give a "
                 "larger amplitude.to."
+                + (
+                    " No sample stays below it, so there are no bands."
+                    if prediction.inputs and forced.bands is None
+                    else ""
+                )
             )
         elif forced.beyond:
             remarks.append(

@@ -87,7 +87,7 @@ def _forced(
     plain = ForcedMode(force, at, response, reached, None, None, math.nan, 0.0, float(most))
     if sampled is None:
         return plain._replace(beyond=float(middle.beyond[0]))
-    if not solved_rows.any():  # no sample has a band to give
+    if not solved_rows.any() or peaks.beyond.all():  # no peak is known, so there is no band
         return plain._replace(beyond=1.0)
 
     def of_points(points: Floats, base: Floats) -> Floats:

@@ -1,11 +1,11 @@
 from .compared import ComparedLaw as ComparedLaw
 from .compared import Comparison as Comparison
 from .compared import compare as compare
-from .found import Estimate as Estimate
+from .estimate import Estimate as Estimate
 from .found import Identification as Identification
 from .found import InterfaceStep as InterfaceStep
-from .found import RecordFit as RecordFit
 from .masing import Masing as Masing
+from .record_fit import RecordFit as RecordFit
 from .run import Folded as Folded
 from .run import fold as fold
 from .run import identify as identify

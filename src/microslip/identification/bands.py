@@ -108,7 +108,7 @@ class Bands:
         probes[1, : y.size] = 4.0 * y * np.maximum(a - y, 0.0)
         probes[2, : y.size] = 4.0 * y * np.maximum(half - y, 0.0)
         probes[3, : y.size] = 1.0
-        return probes / fit.scale
+        return np.asarray(probes / fit.scale)
 
     @cached_property
     def calibration(self) -> float:

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from microslip.friction.law_bands import LawBand
-from microslip.identification.found import Estimate, Identification
+from microslip.identification.estimate import Estimate
 from microslip.identification.loads import groups_of
 
 CONFIDENCE = 0.95
@@ -43,7 +44,7 @@ class AmplitudeTable:
 
 
 @lru_cache(maxsize=4)
-def curves_of(found: Identification, points: int = _POINTS) -> tuple[AmplitudeTable, ...]:
+def curves_of(found: Any, points: int = _POINTS) -> tuple[AmplitudeTable, ...]:
     """Return the estimates of each measured normal load, the lightest first.
 
     Parameters
@@ -54,7 +55,8 @@ def curves_of(found: Identification, points: int = _POINTS) -> tuple[AmplitudeTa
         Amplitudes of each table, in geometric steps, beside those of the records.
     """
     tables = []
-    for load in sorted(found.loads) or [None]:
+    loads: list[float | None] = [*sorted(found.loads)] or [None]
+    for load in loads:
         measured = measured_amplitudes(found, load)
         first = _BELOW * float(measured[0])
         grid = np.geomspace(first, float(measured[-1]), points)
@@ -65,7 +67,7 @@ def curves_of(found: Identification, points: int = _POINTS) -> tuple[AmplitudeTa
     return tuple(tables)
 
 
-def measured_amplitudes(found: Identification, load: float | None) -> NDArray[np.float64]:
+def measured_amplitudes(found: Any, load: float | None) -> NDArray[np.float64]:
     """Return the different amplitudes of the records at a normal load [m], rising.
 
     With a given stiffness of the rig they are those of the joint alone.
@@ -78,4 +80,4 @@ def measured_amplitudes(found: Identification, load: float | None) -> NDArray[np
     ]
     # Above the largest of the fit nothing is determined; both are the same but for rounding.
     means = [float(np.mean(group)) for group in groups_of(a for a in amplitudes if a > 0.0)]
-    return np.minimum(np.array(means), found.amplitudes[1])
+    return np.asarray(np.minimum(np.array(means), found.amplitudes[1]))

@@ -16,7 +16,7 @@ from microslip.figures.kit import between, drawable, evenly, length_prefix, pale
 from microslip.figures.picture import Picture
 from microslip.figures.plot import COLORS, Axis, Band, Entry, Panel, Plot, Rule, Words, stacked
 from microslip.identification.curves import CONFIDENCE, SHOWN, curves_of
-from microslip.identification.found import RecordFit
+from microslip.identification.record_fit import RecordFit
 
 MOST_PANELS = 6
 MOST_MARKS = 90  # of a loop

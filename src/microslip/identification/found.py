@@ -9,7 +9,7 @@ from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, floats, plain, positive
 from microslip._core.errors import InputError
@@ -20,11 +20,12 @@ from microslip.figures.plottable import Plottable
 from microslip.friction import Interface
 from microslip.friction.slider_law import SliderLaw
 from microslip.identification.bands import QUANTILE, Bands, widened
+from microslip.identification.estimate import Estimate as Estimate
 from microslip.identification.free_form import NEVER, FreeForm, Rows
 from microslip.identification.interface_step import interface_step
 from microslip.identification.masing import Masing, masing_of
+from microslip.identification.record_fit import RecordFit as RecordFit
 from microslip.identification.second_step import NOT, Parameter, SecondStep, Statistics
-from microslip.laboratory.folding import Folded
 
 _STEP = 0.02
 """Step of a difference, over the displacement, where a polygon is taken for a smooth curve."""
@@ -34,67 +35,6 @@ _NOTHING = 1e-9
 """Share of the upper end below which a lower end is zero."""
 _FLAT = 0.02
 """Share of the force that another amplitude may add at gross slip."""
-
-
-class Estimate(NamedTuple):
-    """An estimate with its 95 % confidence interval, numbers or arrays of one shape."""
-
-    value: Any
-    """Best estimate; not a number where only one end of the interval is known."""
-    low: Any
-    """Lower end."""
-    high: Any
-    """Upper end; infinity where the loops give none."""
-
-
-@dataclass(frozen=True, eq=False)
-class RecordFit(Locked):
-    """A folded record and the force of the fitted law on it."""
-
-    folded: Folded
-    """Measured: displacement as a series, force in bins of the phase."""
-    model: NDArray[np.float64]
-    """Force of the law [N] in the bins, with the offset of the record."""
-
-    @property
-    def name(self) -> str:
-        """Name of the record."""
-        return self.folded.name
-
-    @property
-    def normal_load(self) -> float | None:
-        """Mean normal load [N]."""
-        return self.folded.normal_load
-
-    @property
-    def phase(self) -> NDArray[np.float64]:
-        """Phases of the bins [rad]."""
-        return self.folded.phase
-
-    @cached_property
-    def displacement(self) -> NDArray[np.float64]:
-        """Displacement [m] at the phases."""
-        return lock(self.folded.displacement(self.folded.phase))
-
-    @property
-    def measured(self) -> NDArray[np.float64]:
-        """Mean force [N] of each bin."""
-        return self.folded.force
-
-    @cached_property
-    def residual(self) -> NDArray[np.float64]:
-        """Measured minus fitted force [N]."""
-        return lock(self.folded.force - self.model)
-
-    @cached_property
-    def error(self) -> NDArray[np.float64]:
-        """Standard deviation of the noise in each bin [N]."""
-        return lock(self.folded.force_noise / np.sqrt(self.folded.count))
-
-    @property
-    def measured_energy(self) -> float:
-        """Energy dissipated in the mean cycle [J], by the area of the loop."""
-        return float(self.folded.force @ self.folded.way)
 
 
 class _At(NamedTuple):
@@ -383,7 +323,9 @@ class Identification(Locked, Plottable):
     def stiffness_at(self, normal_load: float | None) -> Estimate:
         """Return the stiffness at rest [N/m] at a normal load [N]."""
         at = self._at(normal_load)
-        value, low, high = at.bands.interval(self._coefficients(at, lambda y: (y > 0.0) * 1.0))
+        value, low, high = at.bands.interval(
+            self._coefficients(at, lambda y: np.where(y > 0.0, 1.0, 0.0))
+        )
         gains = [self.gain_errors.get(key, 0.0) * value for key in ("force", "displacement")]
         value, low, high = widened(value, low, high, gains)
         if self.rig_stiffness is None:

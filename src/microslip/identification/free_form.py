@@ -23,7 +23,7 @@ _FINEST = 150.0
 """Smallest amplitude over the finest threshold."""
 _FLOOR = 1e-5
 """Noise of a force over its range below which the grid of thresholds counts more."""
-_REFINEMENTS, _BETWEEN, _VISIBLE = 2, 3, 4.0
+_REFINEMENTS, _BETWEEN, _VISIBLE = 2, 3, 1.0
 """Rounds in which thresholds are put beside those that carry stiffness, and how many."""
 _OF_LOWER, _APART, _REGRIDS = 0.6, 0.6, 2
 """Share of these for each lower load; least distance of two over that of the grid; and how often
@@ -145,7 +145,7 @@ class Rows:
         before, size = limits[-1], x.size
         bounds = np.maximum(limits, 0.0)
         enters = (limits > 0.0) & (np.roll(limits, 1, axis=0) <= 0.0)
-        any_enters = enters.any(axis=1)
+        any_enters = np.asarray(enters.any(axis=1))
         steps = np.diff(x, prepend=x[-1])
         # From the largest displacement on; the second cycle is the settled one.
         for turn in range(2):
@@ -474,7 +474,7 @@ class FreeForm:
 
     def thresholds(self, load: int = 0) -> Floats:
         """Return the thresholds [m] at a load, none below zero."""
-        return np.maximum(self.y + self.shifts[load], 0.0)
+        return np.asarray(np.maximum(self.y + self.shifts[load], 0.0))
 
     def backbone(self, u: Floats, load: int = 0) -> Floats:
         """Return the force of first loading [N]."""

@@ -19,6 +19,8 @@ from microslip.identification.models.base import Materials
 from microslip.identification.models.interface import InterfaceModel
 from microslip.identification.second_step import (
     ASSUMED,
+    BOUNDED,
+    IDENTIFIED,
     NOT,
     Datum,
     Law,
@@ -26,6 +28,7 @@ from microslip.identification.second_step import (
     SecondStep,
     Statistics,
     Unknown,
+    Values,
     parameters_of,
     solve,
     step_of,
@@ -103,15 +106,23 @@ def interface_step(
         # Loops cannot tell a rig from a joint: only the shape assumed for N(d) does.
         for name, one in list(parameters.items()):
             if name not in (FRICTION, "force_limit", "rig_stiffness") and one.verdict != ASSUMED:
-                parameters[name] = replace(
-                    one,
-                    value=math.nan,
-                    low=-math.inf if name == SEPARATION else 0.0,
-                    high=math.inf,
-                    verdict=NOT,
-                )
+                parameters[name] = _open(one)
         parameters.pop("rig_stiffness", None)
-    return step_of(statistics, law, problem, least, parameters, q), model, materials
+    step = step_of(statistics, law, problem, least, parameters, q)
+    if not step.fits:
+        # Intervals of a law that the loops contradict hold no true value; the limit needs no law.
+        for name, one in parameters.items():
+            if one.verdict in (IDENTIFIED, BOUNDED):
+                known_limit = name in (FRICTION, "force_limit")
+                parameters[name] = replace(one, verdict=BOUNDED) if known_limit else _open(one)
+        step = step_of(statistics, law, problem, least, parameters, q)
+    return step, model, materials
+
+
+def _open(one: Parameter) -> Parameter:
+    """Return a parameter that is not determined."""
+    low = -math.inf if one.name == SEPARATION else 0.0
+    return replace(one, value=math.nan, low=low, high=math.inf, verdict=NOT)
 
 
 def interface_law(
@@ -152,9 +163,11 @@ def interface_starts(
     sums = []
     for start in starts:
         values = {FRICTION: mu} | start
-        g = statistics.sliders(
-            lambda u, load, values=values: law.backbone(u, values, load), 1.0 / series
-        )
+
+        def curve(u: Floats, load: float | None, values: Values = values) -> Floats:
+            return law.backbone(u, values, load)
+
+        g = statistics.sliders(curve, 1.0 / series)
         sums.append(float(np.sum(np.nan_to_num(statistics.residuals(g), nan=1e9) ** 2)))
     return [starts[i] for i in np.argsort(sums)[:2]]
 
@@ -231,7 +244,7 @@ def _summits(
 
     def of(wanted: str) -> Function:
         def function(values: Mapping[str, float]) -> float:
-            joint = model.build(values, load, materials)
+            joint: Any = model.build(values, load, materials)
             surface = joint.surface
             datum = values.get(name, value)
             count = surface.density * surface.area

@@ -67,8 +67,8 @@ class Masing(Locked):
         )
         if self.cause == UNDETERMINED:
             return f"{words}; detected, cause not determined"
-        share = max(self.removed.values())
-        return f"{words}; {self.cause} explains {share:.0%} of it"
+        explained = max(self.removed.values())
+        return f"{words}; {self.cause} explains {explained:.0%} of it"
 
 
 def _centred(values: Floats) -> Floats:

@@ -67,9 +67,9 @@ def stretches_of(record: Record) -> list[Record]:
         return [record]
     pieces = []
     for group in long:
-        first, last = int(start[group[0]]), int(start[group[-1]] + period[group[-1]])
+        first, end = int(start[group[0]]), int(start[group[-1]] + period[group[-1]])
         label = f"cycles {group[0] + 1} to {group[-1] + 1}"
-        pieces.append(_part(record, first, min(last, record.displacement.size - 1), label))
+        pieces.append(_part(record, first, min(end, record.displacement.size - 1), label))
     return pieces
 
 

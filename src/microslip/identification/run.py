@@ -17,10 +17,11 @@ from microslip.contact.materials import MaterialPair
 from microslip.identification.found import Identification, result_of
 from microslip.identification.free_form import FreeForm, Rows
 from microslip.identification.loads import groups_of
+from microslip.identification.pieces import loop_of, whole_records
 from microslip.laboratory.cycles import check_direction
 from microslip.laboratory.folding import Folded as Folded
-from microslip.laboratory.folding import averaged, stated_noise
 from microslip.laboratory.folding import fold as fold
+from microslip.laboratory.folding import stated_noise
 from microslip.laboratory.record import Record
 
 _MOST_FORCES = 1 << 14
@@ -232,8 +233,8 @@ def folded_records(
     bins = max(64, min(_MOST_BINS, _MOST_FORCES // len(listed)))
     stated = None if noise is None else stated_noise(noise)
     folded = []
-    for record in listed:
-        one = fold(record, None, bins) if stated is None else averaged(record, stated, bins)
+    for record in listed if stated is not None else whole_records(listed):
+        one = fold(record, None, bins) if stated is None else loop_of(record, stated, bins)
         x, force, way = one.displacement(one.phase), one.force, one.way
         error = one.force_noise * float(np.linalg.norm(way / np.sqrt(one.count)))
         check_direction(one.name, float(force @ way), error, x, force)

@@ -255,7 +255,8 @@ class _Problem:
         extra = [(datum.function(values) - datum.value) / datum.error for datum in self.data]
         if "rig_stiffness" in values and rig is not None and rig[1] > 0.0:
             extra.append((values["rig_stiffness"] - rig[0]) / rig[1])
-        return np.nan_to_num(np.append(rows, extra), nan=1e6, posinf=1e6, neginf=-1e6)
+        rows = np.append(rows, extra)
+        return np.asarray(np.nan_to_num(rows, nan=1e6, posinf=1e6, neginf=-1e6))
 
     _whitening: tuple[Floats, Floats] | None = None
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import fields
 from functools import cache
 from types import MappingProxyType
 from typing import Any, TypeVar, cast
@@ -29,36 +28,6 @@ def assign(instance: object, **values: Any) -> None:
     """Set fields of a frozen object while it is made."""
     for name, value in values.items():
         object.__setattr__(instance, name, value)
-
-
-class ByValue:
-    """A frozen dataclass that equals another of its type with the same fields, arrays included."""
-
-    def __eq__(self, other: object) -> bool:
-        if self is other:
-            return True
-        if type(other) is not type(self):
-            return NotImplemented
-        return all(_same(value, getattr(other, name)) for name, value in _fields(self))
-
-    def __hash__(self) -> int:
-        plain = (value for _, value in _fields(self) if isinstance(value, (int, float, str)))
-        return hash((type(self), *plain))
-
-
-def _fields(instance: Any) -> list[tuple[str, Any]]:
-    # Private fields follow from the others.
-    values = vars(instance)
-    names = (item.name for item in fields(instance) if not item.name.startswith("_"))
-    return [(name, values[name]) for name in names if name in values]
-
-
-def _same(one: Any, other: Any) -> bool:
-    if isinstance(one, np.ndarray) or isinstance(other, np.ndarray):
-        return np.shape(one) == np.shape(other) and bool(np.all(np.asarray(one == other)))
-    if isinstance(one, (tuple, list)) and type(one) is type(other):
-        return len(one) == len(other) and all(map(_same, one, other))
-    return bool(one == other)
 
 
 class _Proxied(dict[Any, Any]):

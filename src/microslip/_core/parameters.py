@@ -19,8 +19,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, ClassVar, NoReturn, Self
 
+from microslip._core.by_value import ByValue
 from microslip._core.errors import InputError
-from microslip._core.frozen import ByValue
 from microslip._core.units import LARGEST, SMALLEST, Kind, kind_of, to_si
 from microslip._core.wording import quote
 

@@ -12,9 +12,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from microslip._core.by_value import ByValue
 from microslip._core.checks import Floats
 from microslip._core.errors import InputError
-from microslip._core.frozen import ByValue, LockedArrays
+from microslip._core.frozen import LockedArrays
 from microslip._core.threads import single_threaded
 from microslip.contact.boundary_elements import HalfSpace, closing, press, sliding
 

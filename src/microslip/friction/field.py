@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from microslip._core.by_value import ByValue
 from microslip._core.checks import (
     LARGEST,
     SMALLEST,
@@ -22,7 +23,7 @@ from microslip._core.checks import (
     sized,
 )
 from microslip._core.errors import InputError
-from microslip._core.frozen import ByValue, Locked, assign, lock
+from microslip._core.frozen import Locked, assign, lock
 from microslip.contact.base import NormalLaw
 from microslip.contact.load_curve import LoadCurve, check_surface, shared_curve
 from microslip.friction.base import BackboneLaw

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from microslip._core.by_value import ByValue
 from microslip._core.checks import (
     LARGEST,
     Floats,
@@ -24,7 +25,7 @@ from microslip._core.checks import (
     whole_number,
 )
 from microslip._core.errors import InputError
-from microslip._core.frozen import ByValue, Locked, assign, lock
+from microslip._core.frozen import Locked, assign, lock
 from microslip._core.quadrature import gauss_legendre
 from microslip._core.wording import did_you_mean, quoted
 

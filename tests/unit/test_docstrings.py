@@ -10,8 +10,7 @@ from typing import Any
 from cases import folded
 
 import microslip as ms
-from microslip.contact import Verdict
-from microslip.friction import PeriodicResponse, Sliders
+from microslip.friction import PeriodicResponse, Sliders, Verdict
 
 PUBLIC = {name: getattr(ms, name) for name in ms.__all__ if name != "__version__"}
 PUBLIC |= {item.__name__: item for item in (PeriodicResponse, Sliders, Verdict)}

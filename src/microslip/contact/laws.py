@@ -1,7 +1,6 @@
 """The list of all normal load laws."""
 
 from microslip.contact.base import NormalLaw
-from microslip.contact.drawn import DrawnFace
 from microslip.contact.given_summits import AsperityPopulation, SphereOnFlat
 from microslip.contact.greenwood_williamson import GreenwoodWilliamson
 from microslip.contact.measured import MeasuredContact
@@ -16,7 +15,6 @@ NORMAL_LAWS: tuple[type[NormalLaw], ...] = (
     TabulatedNormalLaw,
     TightenedSurface,
     MeasuredContact,
-    DrawnFace,
     RoughSurface,
 )
 """Every normal load law; the shared tests run over it."""

@@ -111,7 +111,7 @@ attack: $(READY) $(EXTRA)  ## attack everything public with generated input
 laboratory: $(READY) $(DEV)  ## how often intervals hold the truth and what wrong physics passes, into docs/identify.md
 	@cd tests && PYTHONPATH=. OPENBLAS_NUM_THREADS=1 "$(abspath $(PY))" -m laboratory --write
 
-record: $(READY) $(EXTRA)  ## predict every published measurement of record/, into docs/record.md
+record: $(READY) $(EXTRA)  ## predict the published numbers of record/, into docs/record.md
 	@OPENBLAS_NUM_THREADS=1 "$(PY)" record/run.py
 
 attack-sanitized: $(READY)  ## the same on a kernel built with sanitizers

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Predict every published measurement of the record, and write results.json and docs/record.md.
+"""Predict the published numbers of the record, and write results.json and docs/record.md.
 
 Each folder beside this file is a case: ``case.toml`` has the measured numbers with their source,
 ``predict.py`` the frozen inputs and a function ``predict`` that returns 5, 50 and 95 % of each
@@ -32,11 +32,11 @@ HERE = Path(__file__).parent
 ROOT = HERE.parent
 RESULTS = HERE / "results.json"
 PAGE = ROOT / "docs" / "record.md"
-FIGURE = ROOT / "docs" / "images" / "record.svg"
-LABELS = ("blind", "blind up to ", "retrospective")
+FIGURE = ROOT / "docs" / "images" / "predictions.svg"
+LABELS = ("blind", "retrospective")
 REQUIRED = {"title", "source", "label", "known", "licence", "condition", "measured"}
-GUARANTEED = 1e-12
-"""Relative error below which a prediction and a closed form are the same number."""
+ROUNDING = 1e-12
+"""Relative difference that counts as none."""
 
 
 def cases() -> list[str]:
@@ -102,7 +102,7 @@ def compared(case: dict[str, Any], bands: dict[str, tuple[float, float, float]])
             raise ValueError(f"{case['title']}: {number['name']} has no band: {low, median, high}")
         value = float(number["value"])
         least, most = (float(number.get(key, value)) for key in ("low", "high"))
-        slack = GUARANTEED * abs(value)
+        slack = ROUNDING * abs(value)
         rows.append(
             {
                 "name": number["name"],
@@ -176,12 +176,12 @@ def page(results: dict[str, Any]) -> str:
         "# Record of predictions",
         "",
         *wrapped(
-            "This page compares microslip with every published measurement that it can be compared "
-            f"with, hits and misses alike: {len(results)} cases, {len(rows)} numbers, {inside} of "
-            "them inside the predicted band. It shows which answers to rely on, and how far."
+            "This page compares microslip with published measurements, and with computations of "
+            f"others, hits and misses alike: {len(results)} cases, {len(rows)} numbers, {inside} "
+            "of them inside the predicted band. Each case says which of the two it is."
         ),
         "",
-        "![Predicted over measured with the predicted bands, all cases](images/record.svg)",
+        "![Predicted over measured with the predicted bands, all cases](images/predictions.svg)",
         "",
         *wrapped(
             "Inputs are frozen by checksums before the comparison and stay as they are: a better "

@@ -2,8 +2,8 @@
 """Compare microslip with what there is, and write the table of docs/validation.md.
 
 References of many digits, models that share no code with it, closed forms of others, other
-programs: each row says what was compared, with what, how often, and the
-largest difference; those that are no agreement say so.
+programs: each row says what was compared, with what, how often, and the largest difference; those
+that are no agreement say so.
 
 Usage: make_validation.py [--page]
 """

@@ -1,8 +1,8 @@
 """Damping and frequency of the first bending mode of the half-thickness Brake-Reuss beam.
 
-Inputs were written on 2026-11-23, before damping was compared. The statistics of the faces and
-their form are those of a full-thickness beam (brb_surface_data.mat of tmdsimpy, MIT). The prior of
-base damping is a single number, that of the paper's smallest level.
+Ranges of the inputs are dated 2026-11-23, before damping was compared. The statistics of the faces
+and their form are those of a full-thickness beam (brb_surface_data.mat of tmdsimpy, MIT). Base
+damping is a single number.
 """
 
 from pathlib import Path

@@ -41,7 +41,7 @@ np.save("scan.npy", scan.heights)
 COMMANDS = {
     "predict, three loads": ("predict", "joint.toml", "-o", "predicted"),
     "measure, one record": ("measure", RIG, "-o", "measured"),
-    "identify, one record": ("identify", RIG, "--law", "jenkins", "-o", "identified"),
+    "identify, one record": ("identify", RIG, "-o", "identified"),
     "surface, 256 by 256 points": (
         *("surface", "scan.npy", "--pixel", "1 um", "--unit", "m"),
         *("--cutoff", "4 um", "-o", "scanned"),

@@ -255,6 +255,37 @@ def draw_resonance() -> None:
         save(figure, "resonance")
 
 
+def draw_drawn_face() -> None:
+    """Stiffness and energies of drawn faces against their hardness, and the nodes of the table."""
+    from microslip.contact import face_table
+
+    nodes = face_table.stored()
+    h = np.geomspace(0.03, 3.0, 80)
+    with style.context(["default", STYLE]):
+        figure, (left, right) = plt.subplots(1, 2, figsize=(8.0, 3.2))
+        for level in (0.01, 0.1, 0.35):
+            found = face_table.values(h, level * np.minimum(h, 1.0))
+            left.loglog(h, found.stiffness, label=f"{level:g}")
+            here = (nodes["level"] == np.float32(level)) & (nodes["hardness"] < 10.0)
+            left.loglog(nodes["hardness"][here], np.exp(nodes["stiffness"][here]), "k.", ms=2)
+        left.legend(title="p/H")
+        left.set(xlabel="H/(E* h')", ylabel="k_n Rq/p")
+        found = face_table.values(h, 0.03 * np.minimum(h, 1.0))
+        for amplitude in (0.1, 0.3, 1.0):
+            energies = []
+            for bends in found.bends:
+                form = face_table.shape(bends)
+                u = np.linspace(0.0, amplitude, 400)
+                lost = 1.0 - np.interp(u, form.distance, form.share)
+                energies.append(
+                    8.0 * (np.trapezoid(lost, u) - 0.5 * amplitude * lost[-1]) / amplitude**2
+                )
+            right.loglog(h, energies, label=f"{amplitude:g}")
+        right.legend(title="Amplitude over mu N/k_t")
+        right.set(xlabel="H/(E* h')", ylabel="Energy of a cycle over k_t a^2")
+        save(figure, "drawn_face")
+
+
 def draw_plots() -> None:
     """The last figure of the page on figures."""
     page = (ROOT / "docs/figures-in-python.md").read_text(encoding="utf-8")
@@ -293,6 +324,7 @@ DRAWN: dict[str, Callable[[], None]] = {
     "record": draw_record,
     "nodes": draw_nodes,
     "resonance": draw_resonance,
+    "drawn_face": draw_drawn_face,
     "plots": draw_plots,
     "explorer": draw_explorer,
 }

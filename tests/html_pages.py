@@ -6,7 +6,7 @@ import base64
 import hashlib
 from html.parser import HTMLParser
 
-from microslip.figures.html import script
+from microslip.figures.picture import script
 
 VOID = {"meta", "img", "br", "hr", "input"}
 """Tags without an end."""

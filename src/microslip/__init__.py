@@ -10,6 +10,7 @@ REMOVED: dict[str, str] = {
     "evaluate_to_zarr": "use ms.evaluate on a block of the grid at a time, and append with xarray",
     "Assembly": "use ReducedJoint.tightened: settled motion does not depend on the order",
     "PerssonCurve": "use the measured face, microslip.MeasuredContact",
+    "SurfaceFinish": "use ms.Finish with ms.DrawnFace.from_finish",
     "EllipticSummits": "use a measured face with its direction, microslip.MeasuredContact",
     "BoucWen": "use ms.SegalmanIwan or ms.Iwan: every friction law is given by its backbone",
 }

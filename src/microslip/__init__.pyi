@@ -1,7 +1,10 @@
+__version__: str
 from ._core.errors import InputError as InputError
 from ._core.errors import StudyError as StudyError
 from ._core.units import units as units
 from .contact import AsperityPopulation as AsperityPopulation
+from .contact import DrawnFace as DrawnFace
+from .contact import Finish as Finish
 from .contact import GreenwoodWilliamson as GreenwoodWilliamson
 from .contact import MeasuredContact as MeasuredContact
 from .contact import NormalLaw as NormalLaw
@@ -9,6 +12,7 @@ from .contact import RoughSurface as RoughSurface
 from .contact import SphereOnFlat as SphereOnFlat
 from .contact import TabulatedNormalLaw as TabulatedNormalLaw
 from .contact import TightenedSurface as TightenedSurface
+from .contact import Verdict as Verdict
 from .contact.heights import Discrete as Discrete
 from .contact.heights import Exponential as Exponential
 from .contact.heights import Gaussian as Gaussian
@@ -25,6 +29,7 @@ from .friction import CoupledCycle as CoupledCycle
 from .friction import CoupledHarmonics as CoupledHarmonics
 from .friction import CoupledResponse as CoupledResponse
 from .friction import FieldCycle as FieldCycle
+from .friction import FieldHarmonics as FieldHarmonics
 from .friction import FirstLoading as FirstLoading
 from .friction import HarmonicForce as HarmonicForce
 from .friction import Interface as Interface
@@ -40,9 +45,9 @@ from .friction import PressedJoint as PressedJoint
 from .friction import Pressure as Pressure
 from .friction import SegalmanFit as SegalmanFit
 from .friction import SegalmanIwan as SegalmanIwan
+from .friction import SliderLaw as SliderLaw
 from .friction import Sliders as Sliders
 from .friction import VectorCycle as VectorCycle
-from .friction import Verdict as Verdict
 from .friction import first_loading as first_loading
 from .friction.loops import Loop as Loop
 from .friction.memory import FieldResponse as FieldResponse
@@ -91,6 +96,3 @@ from .structures import identify_modal as identify_modal
 from .structures import read_decay as read_decay
 from .surfaces import Scan as Scan
 from .surfaces import Summits as Summits
-from .surfaces import SurfaceFinish as SurfaceFinish
-
-__version__: str

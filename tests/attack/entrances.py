@@ -246,20 +246,17 @@ def _add_records(add: Add, joint: Any) -> None:
     add("VirtualTribometer", ms.VirtualTribometer, joint=joint, rig_stiffness=1e9, load_ripple=0.01,
         ripple_phase=0.1, third_harmonic=0.01, sample_rate=100.0, seed=1)  # fmt: skip
     add("VirtualTribometer.record", rig.record, amplitude=1e-6, frequency=1.0, cycles=2)
-    add("identify", ms.identify, records=record, law="jenkins", held_back=0.0, confidence=0.9)
-    add("identify within bounds", ms.identify, ("law",), records=record, law="jenkins",
-        fixed={"stiffness": 1e8}, bounds={"force_limit": (1.0, 1e3)},
-        start={"force_limit": 50.0})  # fmt: skip
+    add("identify", ms.identify, records=record, rig_stiffness=(1e12, 1e10))
     add("compare", ms.compare, records=record, laws=["jenkins"])
     add("measure, folded", ms.measure, record=record, confidence=0.9)
-    add("identify of an area", ms.identify, ("law",), records=record, law="jenkins", area=1e-4,
-        delay=0.0)  # fmt: skip
+    add("identify an interface", ms.identify, ("pair",), records=record, normal_load=9.0,
+        pair=joint.surface.pair, area=1e-4)  # fmt: skip
     add("Record with a command", ms.Record, displacement=x, force=force, sample_rate=64.0,
         commanded=x)  # fmt: skip
     add("VirtualTribometer with noise", ms.VirtualTribometer, joint=joint, noise=0.01,
         sample_rate=100.0, limits={"force": (-1.0, 1.0)})  # fmt: skip
-    found = ms.identify(record, "jenkins", held_back=0.0)
-    add("Identification.joint", found.joint, normal_load=10.0)
+    found = ms.identify(record)
+    add("Identification.force", found.force, amplitude=[0.5e-6])
     _add_evaluations(add, joint)
     add("sweep of forces", ms.sweep, joint=joint, normal_load=[100.0], force_amplitude=[1.0])
     add("sweep of all", ms.sweep, joint=joint, normal_load=[100.0], amplitude=[1e-7],

@@ -110,7 +110,8 @@ def _add_drawings(add: Add, surface: Any, test: ms.ModalTest) -> None:
     """Lap joints from their drawing, what is reduced from them, and fits to tests of them."""
     bolts = {"positions": [0.0], "shank": 6e-3, "hole": 6.6e-3, "washer": 12e-3}
     add("Bolts of a thread", ms.Bolts, **bolts, torque=10.0, thread=6e-3, pitch=1e-3,
-        thread_friction=0.12, bearing_friction=0.12, head=10e-3)  # fmt: skip
+        thread_friction=0.12, bearing_friction=0.12, head=10e-3, washer_thickness=1e-3,
+        mass=0.01)  # fmt: skip
     lap, joint = small_lap(), small_joint()
     sizes = {"material": STEEL, "density": DENSITY, "element_size": 0.04}
     free = ("material",)

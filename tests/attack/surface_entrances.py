@@ -91,11 +91,12 @@ def _add_pressures(add: Add, surface: Any) -> None:
 
 
 def _add_spectra(add: Add, pair: Any) -> None:
-    finish = ms.SurfaceFinish(ra=8e-7, rsm=1e-4)
-    add("SurfaceFinish", ms.SurfaceFinish, ra=8e-7, rsm=1e-4, breadth=1.5)
-    add("SurfaceFinish of Rq", ms.SurfaceFinish, rq=1e-6, rsm=1e-4)
-    add("SurfaceFinish of Rz", ms.SurfaceFinish, rz=6e-6, rsm=1e-4)
-    add("SurfaceFinish.to_surface", finish.to_surface, ("pair",), pair=pair, area=1e-4)
+    add("Finish", ms.Finish, ra=8e-7, rsm=1e-4)
+    add("Finish of Rq", ms.Finish, rq=1e-6, rdq=0.1)
+    add("Finish of Rz", ms.Finish, rz=6e-6, rsm=1e-4)
+    hard = pair.with_hardness(1.2e9)
+    add("DrawnFace", ms.DrawnFace, ("pair",), pair=hard, rms=4e-7, slope=0.1, area=1e-4,
+        tightening_pressure=3e7, breadth=0.8, lay=0.5)  # fmt: skip
 
 
 def _add_spheres(add: Add, pair: Any) -> None:

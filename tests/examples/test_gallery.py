@@ -121,17 +121,17 @@ cut-off 10 µm: 314 summits of 221 µm; 23473 touch, ζ = 0.355 at 0.2 µm
 cut-off 20 µm: 98 summits of 503 µm; 14847 touch, ζ = 0.352 at 0.2 µm
 """,
     "14_identify": """
-interface: converged, reduced chi-squared 1.0
+2000 N: 7.0 to 7.7 mJ a cycle at 2 µm
+1000 N: 3.7 to 3.8 mJ a cycle at 2 µm
+500 N: 1.9 to 1.9 mJ a cycle at 2 µm
+the loops obey Masing's rules within noise
 friction_coefficient: identified
 slip_scale: identified
 standardised_separation: identified
-rig_stiffness: identified
 std: identified
-spread of the heights 497 nm
+joint and rig in series: rig above 458 N/µm
 friction_coefficient: identified
-slip_scale: bounded above
-standardised_separation: not identified
-rig_stiffness: identified
+slip_scale: not determined
 """,
     "15_varying_load": """
 constant load: 92.8 µJ a cycle

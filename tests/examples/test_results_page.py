@@ -13,7 +13,6 @@ from studies import AMPLITUDES, CURVE, LOADS, SURFACE, SURFACES, edited
 
 import microslip as ms
 from microslip._core.quantities import QUANTITIES
-from microslip.report.predicted.result import contents
 
 PAGE = (Path(__file__).parents[2] / "docs" / "results.md").read_text(encoding="utf-8")
 FORMATS = ('formats = ["csv"]', 'formats = ["netcdf", "csv", "svg", "png"]')
@@ -23,7 +22,7 @@ FULL = edited(
     (CURVE, f"{CURVE}\n{HISTORY}"),
     FORMATS,
 )
-MEASURED = 'law = "measured"\nscan = "z.npy"\nunit = "um"\npixel = "1 um"\n'
+MEASURED = 'law = "face"\nscan = "z.npy"\nunit = "um"\npixel = "1 um"\n'
 STUDIES = {
     "full": FULL,
     "by force": edited((f"amplitudes = {AMPLITUDES}", 'force_amplitudes = ["50 N"]'), FORMATS),
@@ -74,9 +73,9 @@ def test_every_variable_is_a_dimension_a_quantity_or_a_verdict(results: list[ms.
     dims = {names(row[0])[0] for row in rows(section("result.nc").split("| attribute")[0])}
     found: set[str] = set()
     for result in results:
-        labelled = contents(result)
-        assert set(labelled.dims) <= dims
-        found |= set(labelled.dims)
+        labelled = result.data
+        assert set(labelled.sizes) <= dims
+        found |= set(labelled.sizes)
         for name in {*labelled.coords, *labelled.variables} - dims:
             plain = name.removeprefix("curve_").removeprefix("history_")
             assert plain in QUANTITIES or name.startswith("validity_"), name
@@ -86,7 +85,7 @@ def test_every_variable_is_a_dimension_a_quantity_or_a_verdict(results: list[ms.
 def test_every_attribute_of_the_file_is_named(results: list[ms.Result]) -> None:
     table = section("result.nc").rpartition("| attribute of the file |")[2]
     told = {n for row in rows("| attribute of the file |" + table) for n in names(row[0])}
-    assert told == {name for result in results for name in contents(result).attributes}
+    assert told == {name for result in results for name in result.data.attributes}
 
 
 def test_every_column_is_a_quantity(results: list[ms.Result]) -> None:

@@ -8,12 +8,9 @@ import numpy as np
 
 import microslip as ms
 
-from .physics import FINE, Floats, Joint, motion, places, responded, sampled
-from .sets import RATE, SUMMITS, Set
+from .physics import FINE, RATE, SUMMITS, Floats, Joint, Set, motion, places, responded, sampled
 
 CYCLES = 20
-LAG = 1.0 / 160.0
-"""Of a cycle, by which a delayed force is late."""
 
 
 @dataclass
@@ -86,16 +83,12 @@ def _spoilt(kind: str, s: Signals, rng: np.random.Generator, full: float) -> Non
         s.load = s.load * (1.0 + 0.02 * rng.normal(size=count))
     elif kind == "load swells":
         s.load = s.load * (1.0 + 0.004 * np.sin(turn))
-    elif kind == "delay":
-        s.options["delay"] = LAG / RATE
-    elif kind == "delay unknown":
-        s.options["delay"] = "free"
     elif kind == "gain of force":
         s.force = s.force * s.options.pop("gain")  # type: ignore[operator]
-        s.options["gain_errors"] = {"force": 0.02}
+        s.options["known"] = {"force_gain": (1.0, 0.02)}
     elif kind == "gain of displacement":
         s.x = s.x * s.options.pop("gain")  # type: ignore[operator]
-        s.options["gain_errors"] = {"displacement": 0.02}
+        s.options["known"] = {"displacement_gain": (1.0, 0.02)}
     elif kind == "jitter":
         step = 1.0 / (s.samples * RATE)
         s.time = step * (np.arange(count) + rng.uniform(-0.2, 0.2, count))
@@ -111,7 +104,7 @@ IMPERFECTIONS = (
     *("triangle", "trapezoid", "third harmonic", "ramp", "few cycles"),
     *("correlated 0.5", "correlated 0.9", "correlated 0.98", "random heights", "load ripple"),
     *("offsets", "force drift", "displacement drift", "wandering baseline", "hum", "spikes"),
-    *("converter steps", "noisy load", "load swells", "delay", "delay unknown"),
+    *("converter steps", "noisy load", "load swells"),
     *("gain of force", "gain of displacement", "jitter", "bursts", "stops", "quiet"),
 )
 """What rigs do, by name."""
@@ -132,7 +125,8 @@ def an_imperfect_set(kind: str, seed: int) -> Set:
     samples = float(rng.uniform(80, 250))
     cycles = {"few cycles": 6, "correlated 0.98": 60, "correlated 0.9": 60}.get(kind, CYCLES)
     gain = float(1.0 + 0.02 * rng.normal())
-    records, options = [], dict[str, object](summits=None if heights else np.inf)
+    records: list[ms.Record] = []
+    options: dict[str, object] = {}
     for load in loads:
         backbone = joint.backbone(load)
         full = float(backbone[1][-1])
@@ -141,8 +135,6 @@ def an_imperfect_set(kind: str, seed: int) -> Set:
             x = _way(kind, reach * slid, cycles)
             limits = _limits(kind, rng, np.arange(x.size) / FINE)
             at = places(x.size, samples)
-            if kind.startswith("delay"):
-                at = np.maximum(at - LAG * FINE, 0.0)
             force = responded(x, backbone, at, limits)
             parts = Signals(sampled(x, samples), force, load, samples)
             if kind.startswith("gain"):

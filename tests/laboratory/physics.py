@@ -11,7 +11,22 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+import microslip as ms
+
 Floats = NDArray[np.float64]
+SUMMITS = 20_000
+RATE = 10.0
+
+
+@dataclass(frozen=True)
+class Set:
+    """Records of one joint behind a rig, and what made them."""
+
+    kind: str
+    records: list[ms.Record]
+    truth: dict[str, float]
+    options: dict[str, object]
+
 
 FINE = 960
 """Steps a cycle of the history."""

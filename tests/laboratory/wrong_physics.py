@@ -8,8 +8,7 @@ import numpy as np
 
 import microslip as ms
 
-from .physics import FINE, Floats, Joint, motion, respond, respond_rate, sampled
-from .sets import RATE, Set
+from .physics import FINE, RATE, Floats, Joint, Set, motion, respond, respond_rate, sampled
 
 Wrong = Callable[[np.random.Generator, Floats, Floats, tuple[Floats, Floats], float], "Pair"]
 Pair = tuple[Floats, Floats]
@@ -240,4 +239,4 @@ def a_wrong_set(name: str, seed: int) -> Set:
         "standardised_separation": h,
         "rig_stiffness": rig,
     }
-    return Set(name, records, truth, {"summits": np.inf})
+    return Set(name, records, truth, {})

@@ -57,7 +57,8 @@ def test_each_element_is_its_state_in_python(library, samples):
         trial = states[0].try_(x[0], separation=JOINT.separation + d)
         row = [trial.force, trial.normal_load], trial.tangent
         states[0].commit()
-        wanted["contact"].append((*row, [states[0].dissipated_energy]))
+        energies = [states[0].dissipated_energy, states[0].stored_energy]
+        wanted["contact"].append((*row, energies))
         row = states[1].try_(x)
         states[1].commit()
         energies = [states[1].dissipated_energy, states[1].stored_energy]
@@ -89,6 +90,7 @@ def test_a_million_samples_of_a_contact_agree_to_rounding(library):
     state = JOINT.start()
     state.advance(u[:, 0], separation=separation)
     assert told[-1, 0] == pytest.approx(state.dissipated_energy, rel=1e-10)
+    assert told[-1, 1] == pytest.approx(state.stored_energy, rel=1e-9)
 
 
 @pytest.mark.slow

@@ -55,7 +55,7 @@ def test_coefficients_against_dense_quadrature(law) -> None:
     harmonics = [0, 1, 3]
     c = reach_of(law) * np.array([0.3, 1.1, 0.4, 0.5, -0.7])
     got = law.harmonics(c, harmonics)
-    wanted = dense(law, c, harmonics, 4000)
+    wanted = dense(law, c, harmonics, 6000)
     # The panels do not know where loops close: their error, not that of the pieces.
     np.testing.assert_allclose(got.force, wanted, rtol=0, atol=2e-10 * law.force_limit)
 

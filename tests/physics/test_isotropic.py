@@ -422,3 +422,37 @@ def test_cycles_that_hardly_leave_a_slider_are_those_of_many_periods() -> None:
         off.append(np.abs(np.stack(force, axis=1) - cycle.force).max() / np.abs(cycle.force).max())
     assert off[40] > 1e-7
     assert off[-1] < 1e-10
+
+
+def test_cycles_that_do_not_settle_are_told_and_not_refused() -> None:
+    metal = ms.Material(69e9, 0.33)
+    pair = ms.MaterialPair(metal, metal)
+    surface = ms.GreenwoodWilliamson(pair, ms.Gaussian(5e-7), 1e-3, 1e8, 2e-4)
+    field = ms.JointField(surface, 0.5, areas=[1e-5] * 40, loads=[2.0] * 40)
+    law = field.two_directions(sliders=128)
+    # Node 23 of these motions is still in motion after 100 000 periods.
+    motion = np.random.default_rng(4).normal(size=(1000, 2, 3))[:40] * 2e-7
+    found, finer = (law.harmonics(motion, tolerance=t) for t in (1e-6, 1e-9))
+    assert found.converged.sum() >= 38
+    assert np.isfinite(found.force).all()
+    assert (found.residual[found.converged] <= 1e-6).all()  # mu N is 1 N
+    assert (found.residual[~found.converged] > 1e-6).all()
+    off = np.abs(found.force - finer.force).max(axis=(1, 2))
+    assert (off <= 3.0 * (found.residual + finer.residual) + 1e-12).all()
+    force, jacobian = found
+    assert force is found.force
+    assert jacobian is found.jacobian
+
+
+def test_start_chooses_the_path_that_leads_to_a_cycle() -> None:
+    law = ms.IsotropicJoint(ms.Jenkins(1e7, 5.0).to_iwan(1), sliders=1)
+    t = np.arange(64) * 2 * np.pi / 64
+    path = np.column_stack((3e-7 + 6e-7 * np.cos(t), 2e-7 * np.sin(t + 1.0)))
+    state = law.start()
+    for row in np.tile(path, (300, 1)):
+        force, _ = state.try_(row)
+        state.commit()
+    first = law.periodic(path, start="first", tolerance=1e-12)
+    np.testing.assert_allclose(first.force[-1], force, rtol=0, atol=1e-9 * law.force_limit)
+    with pytest.raises(ms.InputError, match="farthest"):
+        law.periodic(path, start="last")

@@ -83,9 +83,28 @@ def test_the_mass_of_a_lap_joint_is_that_of_its_drawing() -> None:
     parts = lap.length * lap.width * lap.thickness - 0.25 * np.pi * bolts.hole**2 * lap.thickness
     volumes = [elements.volume(body.cells) for body in mesh.bodies]
     np.testing.assert_allclose(sum(volumes[:2]), parts, rtol=1e-12)
-    shank = 0.25 * np.pi * bolts.shank**2 * lap.thickness
-    head = 0.25 * np.pi * bolts.washer**2 * bolts.head
-    np.testing.assert_allclose(volumes[2], shank + 2.0 * head, rtol=1e-12)
+    grip = lap.thickness + 2.0 * bolts.washer_thickness
+    np.testing.assert_allclose(volumes[2], 0.25 * np.pi * bolts.shank**2 * grip, rtol=1e-12)
+    heads = mesh.bodies[3]
+    np.testing.assert_allclose(heads.density * volumes[3], bolts.fixing_mass(DENSITY), rtol=1e-12)
+
+
+def test_a_washer_is_bonded_where_it_is_pressed_and_its_whole_mass_counts() -> None:
+    given = {"shank": 0.008, "hole": 0.009, "washer": 0.024, "tension": 5e3}
+    bolts = ms.Bolts([0.0], head=0.013, washer_thickness=0.0016, **given)
+    assert bolts.pressed == pytest.approx(0.013 + 1.6 * 0.0016)  # VDI 2230-1
+    # By hand: two hexagons 12 mm high together, half of them with the hole, and two rings.
+    hexagons = 0.5 * np.sqrt(3.0) * 13.0**2 * 12.0 - 0.25 * np.pi * 8.0**2 * 6.0
+    rings = 2.0 * 0.25 * np.pi * (24.0**2 - 8.0**2) * 1.6
+    assert bolts.fixing_mass(7850.0) == pytest.approx(7850e-9 * (hexagons + rings), rel=1e-12)
+    assert ms.Bolts([0.0], mass=0.0086, **given).fixing_mass(7850.0) == 0.0086
+    assert ms.Bolts([0.0], head=0.024, **given).pressed == 0.024  # a flange, no washer
+    sized = ms.Bolts([0.0], size="M8", tension=5e3)
+    assert (sized.head, sized.washer, sized.washer_thickness) == pytest.approx(
+        (0.013, 0.016, 0.0016)
+    )
+    with pytest.raises(ms.InputError, match="head must be a width above the hole"):
+        ms.Bolts([0.0], head=0.007, **given)
 
 
 # -- reduction -------------------------------------------------------------------------------------

@@ -42,7 +42,7 @@ def contact_amplitude(rig: float, amplitude: float) -> float:
 
 
 @pytest.mark.parametrize(("amplitude", "rig"), [(1e-6, None), (5e-6, None), (15e-6, RIG)])
-def test_clean_records_converge_with_the_second_order(amplitude: float, rig: float | None) -> None:
+def test_clean_records_converge(amplitude: float, rig: float | None) -> None:
     a = amplitude if rig is None else contact_amplitude(rig, amplitude)
     expected = truth(JOINT, a)
     errors = []
@@ -60,10 +60,10 @@ def test_clean_records_converge_with_the_second_order(amplitude: float, rig: flo
     worst = dict(zip(expected, np.transpose(errors), strict=True))
     for name, error in worst.items():
         assert np.all(error <= 0.5 * (2.0 * np.pi / rates) ** 2), name
-    # Of these no part is exact or of both signs, so that the order itself can be seen.
-    for name in ("dissipated_energy", "sliding_distance", "fouvry_ratio", "friction_energy"):
-        order = -np.polyfit(np.log(rates), np.log(worst[name]), 1)[0]
-        assert 1.9 < order < 2.1, name
+    # A polygon would be of the second order with a factor of 1/6.
+    energy = worst["dissipated_energy"]
+    assert np.all(energy <= 0.02 * (2.0 * np.pi / rates) ** 2)
+    assert -np.polyfit(np.log(rates), np.log(energy), 1)[0] > 2.0
 
 
 @pytest.mark.parametrize("rate", [16.3, 50.5, 76.92, 333.3])
@@ -90,7 +90,7 @@ def test_records_are_the_closed_form_at_every_sample(
 def test_energies_of_cycles_that_turn_between_samples(
     amplitude: float, rig: float | None, rate: float
 ) -> None:
-    """What samples miss is h^2/6 of it: that much do steps of a sine fall short of its speed."""
+    """A polygon through the samples would be short by h^2/6: turns between them are found."""
     given: dict[str, Any] = {"amplitude": amplitude, "frequency": 1.0, "cycles": 5}
     many = 16
     direct, over = (
@@ -103,23 +103,24 @@ def test_energies_of_cycles_that_turn_between_samples(
     same = ms.measure(thinned).cycles["dissipated_energy"]
     np.testing.assert_allclose(energy, same, rtol=1e-10)
     short = 1.0 - energy / float(JOINT.dissipated_energy(a))
-    # Where the turns lie between samples adds terms of a higher order, with either sign.
-    np.testing.assert_allclose(short, (2.0 * np.pi / rate) ** 2 / 6.0, rtol=0.06)
+    assert np.abs(short).max() < 0.12 * (2.0 * np.pi / rate) ** 2 / 6.0
 
 
 @pytest.mark.parametrize("amplitude", [1e-6, 3e-6, 10e-6])
 @pytest.mark.parametrize("joint", [JOINT, JOINT.at(normal_load=100.0), JOINT.at(normal_load=5e3)])
-def test_stiffness_after_reversal(joint: ms.Interface, amplitude: float) -> None:
+def test_chord_after_reversal(joint: ms.Interface, amplitude: float) -> None:
     record = ms.VirtualTribometer(joint, sample_rate=4096).record(amplitude=amplitude, cycles=3)
-    found = ms.measure(record, model=joint).mean["reversal_stiffness"].value
-    assert found == pytest.approx(joint.tangential_stiffness, rel=0.01)
+    found = ms.measure(record, model=joint).mean["chord_stiffness"].value
+    top = float(joint.backbone(amplitude))
+    chord = 0.05 * top / float(joint.backbone_displacement(0.05 * top))  # Masing
+    assert found == pytest.approx(chord, rel=0.01)
 
 
 def test_stiffness_of_a_line_is_exact() -> None:
     record = ms.VirtualTribometer(ms.Jenkins(1e8, 500.0)).record(amplitude=4e-6, cycles=3)
     mean = ms.measure(record).mean
     assert mean["energy_ratio"].value == pytest.approx(0.0, abs=1e-12)
-    assert mean["reversal_stiffness"].value == pytest.approx(1e8, rel=0.05)
+    assert mean["chord_stiffness"].value == pytest.approx(1e8, rel=0.05)
 
 
 @pytest.mark.parametrize("ahead", [0.0, 1e-9, -1e-9, 0.01])
@@ -156,7 +157,7 @@ def test_results_independent_of_the_rig() -> None:
         assert found.mean[name].value == pytest.approx(expected[name], rel=1e-4)
     assert found.mean["energy_ratio"].value < 0.5 * expected["energy_ratio"]
     assert found.regime == "gross slip"
-    assert "give `rig_stiffness`" in found.notes[-1]
+    assert any("give `rig_stiffness`" in note for note in found.notes)
 
 
 def test_thresholds_of_one_sphere() -> None:
@@ -240,6 +241,6 @@ def test_real_record() -> None:
     assert 506e-6 < found.mean["dissipated_energy"].value < 535e-6
     assert 0.450 < found.mean["friction_energy"].value < 0.463
     assert found.frequency == pytest.approx(0.25, rel=1e-3)
-    assert "give `rig_stiffness`" in found.notes[-1]
+    assert any("give `rig_stiffness`" in note for note in found.notes)
     with pytest.raises(ms.InputError, match="opposite sign"):
         ms.measure(ms.Record.read(REAL))

@@ -121,10 +121,11 @@ def test_cycles_are_cut_at_gaps(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["a pause within a way", "blocks of 3.4 cycles"])
 def test_parameters_come_out_of_records_with_gaps(name: str) -> None:
-    found = ms.identify(noisy(*GAPS[name][0]()), "jenkins", rig_stiffness="rigid")
-    for parameter, truth in zip(found.parameters.values(), (STIFFNESS, LIMIT), strict=True):
-        assert parameter.value == pytest.approx(truth, rel=5e-3)
-        assert parameter.low < truth < parameter.high
+    found = ms.identify(noisy(*GAPS[name][0]()))
+    assert found.force_limit.value == pytest.approx(LIMIT, rel=5e-3)
+    a = found.amplitudes[1]
+    energy = found.dissipated_energy(a)
+    assert energy.value == pytest.approx(4.0 * LIMIT * (a - LIMIT / STIFFNESS), rel=5e-3)
     assert any("the time has" in note for note in found.notes)
 
 
@@ -189,7 +190,7 @@ def test_a_ramp_is_left_out_of_the_means() -> None:
     assert energy.value == pytest.approx(ENERGY, rel=2e-3)
     assert energy.high - energy.low < 0.004 * ENERGY
     assert 30 <= energy.number <= 44
-    assert [note for note in measured.notes if note.startswith("the amplitude is not the same")]
+    assert [note for note in measured.notes if "as in a run-up" in note]
     # The columns stay those of all cycles.
     assert len(measured) >= 92
 
@@ -259,23 +260,14 @@ def test_nothing_is_said_of_cycles_that_are_alike(cycles: int) -> None:
 
 
 @pytest.mark.parametrize("growth", [0.0, 0.6, -0.3])
-def test_nothing_is_identified_from_friction_that_moves(growth: float) -> None:
+def test_friction_that_moves_is_reported(growth: float) -> None:
     limit = LIMIT * (1.0 + np.linspace(0.0, growth, 200))
     record = run_of(np.full(200, AMPLITUDE), limit)
     # The elastic parts of the loops do not grow along.
     assert fold(record).growth == pytest.approx(growth / (1.0 + 0.5 * growth), rel=0.15)
-    found = ms.identify(record, "jenkins", rig_stiffness="rigid")
-    said = [note for note in found.notes if "as in running in or wear" in note]
-    identified = [fit for fit in found.parameters.values() if fit.verdict == "identified"]
-    if growth == 0.0:
-        assert not said
-        assert len(identified) == 2
-    else:
-        assert len(said) == 1
-        assert not identified
-        # The cycles that a user takes for settled may well be.
-        ends = ms.identify(record, "jenkins", rig_stiffness="rigid", cycles=slice(190, 198))
-        assert list(ends.parameters.values())[1].value == pytest.approx(limit[194], rel=0.01)
+    found = ms.identify(record)
+    said = [note for note in found.notes if "running in, wear" in note]
+    assert bool(said) == (growth != 0.0)
 
 
 # -- amplitudes that step --------------------------------------------------------------------------
@@ -358,9 +350,7 @@ def test_a_ramp_of_two_per_cent_is_not_settled_to_measure_nor_to_identify(
     assert mean.low <= np.sort(own)[1]
     assert mean.high >= own.max() * (1.0 - 1e-12)
     if cycles > 5:  # or too few are left for a fit
-        found = ms.identify(record, "jenkins", rig_stiffness="rigid", held_back=0.0)
-        assert any("not settled: amplitude" in note for note in found.notes)
-        assert all(fit.verdict != "identified" for fit in found.parameters.values())
+        assert any("not settled: amplitude" in note for note in ms.identify(record).notes)
 
 
 @pytest.mark.parametrize("jitter", [0.0, 0.003])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from real_area import compare
 
-from microslip.friction.validity import RULES
+from microslip.contact.validity import RULES
 
 
 def test_the_limits_are_where_neighbours_begin_to_be_felt() -> None:

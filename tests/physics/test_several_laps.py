@@ -20,7 +20,7 @@ ALUMINIUM = ms.Material(young_modulus=70e9, poisson_ratio=0.33)
 # Thin bolts, which the frame has as beams from one outer face to the other.
 SHANK = 0.002
 BOLT: dict[str, Any] = {
-    "shank": SHANK, "hole": 0.0021, "washer": 0.004, "head": 1e-3, "tension": 100.0,
+    "shank": SHANK, "hole": 0.0021, "washer": 0.004, "tension": 100.0,
     "material": STEEL, "density": 1.0,
 }  # fmt: skip
 

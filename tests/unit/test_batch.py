@@ -61,7 +61,7 @@ def test_changes_to_a_study(folder: Path) -> None:
 def test_a_second_run_does_what_is_left(folder: Path) -> None:
     out, words = folder / "out", (folder / "changes.csv", "--study", folder / "study.toml")
     items = batch.items_of(folder / "changes.csv", folder / "study.toml")
-    batch.run([*items[:2], items[-1]], out)  # what is there after a stop
+    batch.run_batch([*items[:2], items[-1]], out)  # what is there after a stop
     before = {p.name: p.stat().st_mtime_ns for p in (out / "items").iterdir()}
     done = called(*words, "-o", out, "--workers", 2)
     assert "6 of 7 items done" in done.output
@@ -85,14 +85,14 @@ def test_studies_records_and_lists(folder: Path) -> None:
     rig.record(amplitude=1e-6, frequency=10.0, cycles=4).to_csv(many / "record.csv")
     (many / "one.toml").write_text(STUDY)
     (many / "spoilt.csv").write_text("nothing\n")
-    found = batch.run(batch.items_of(many, None), folder / "out")
+    found = batch.run_batch(batch.items_of(many, None), folder / "out")
     assert [o["item"] for o in found.done] == ["one.toml", "record.csv"]
     assert [o["item"] for o in found.failed] == ["spoilt.csv"]
     measured = ms.measure(ms.Record.read(many / "record.csv"))
     (row,) = found.done[1]["rows"]
     assert row["loss_factor"] == measured.mean["loss_factor"].value
     (folder / "list.txt").write_text("# two\nmany/one.toml\nmany/none.toml\n")
-    found = batch.run(batch.items_of(folder / "list.txt", None), folder / "listed")
+    found = batch.run_batch(batch.items_of(folder / "list.txt", None), folder / "listed")
     assert len(found.done) == 1
     assert "none.toml" in found.failed[0]["reason"]
     (folder / "list.npy").write_bytes(b"a\n\0")
@@ -100,7 +100,7 @@ def test_studies_records_and_lists(folder: Path) -> None:
         batch.items_of(folder / "list.npy", None)
 
 
-def die(item: batch.Item) -> batch.Outcome:
+def die(item: batch.BatchItem) -> batch.Outcome:
     """Work that kills its worker: always for one item, once for another."""
     once = Path(item.path).with_suffix(".once")
     if item.name == "p1" or (item.name == "p4" and not once.exists()):
@@ -111,8 +111,8 @@ def die(item: batch.Item) -> batch.Outcome:
 
 def test_workers_may_die(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(batch, "run_item", die)
-    items = [batch.Item(f"p{i}", "predict", str(folder / "study.toml")) for i in range(6)]
-    found = batch.run(items, folder / "out", workers=2)
+    items = [batch.BatchItem(f"p{i}", "predict", str(folder / "study.toml")) for i in range(6)]
+    found = batch.run_batch(items, folder / "out", workers=2)
     assert [o["item"] for o in found.failed] == ["p1"]
     assert "its worker died 3 times" in found.failed[0]["reason"]
     assert len(found.done) == 5

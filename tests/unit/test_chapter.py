@@ -221,25 +221,22 @@ def test_the_overlay_is_identified() -> None:
     caption = NUMBERS["19.22"].caption
     assert f"(reduced χ² {result.reduced_chi_squared:.2f})" in caption
     softness = worked_example().tangential_stiffness / RIG
-    assert f"1/{softness:.0f} of the joint's stiffness" in caption
-    assert result.status == "converged"
-    assert result.reduced_chi_squared < 1.3
+    assert f"by a factor of {softness:.0f}" in caption
+    assert result.masing.holds
     verdicts = {name: one.verdict for name, one in result.parameters.items()}
-    assert verdicts == {
-        "friction_coefficient": "identified",
-        "rig_stiffness": "identified",
-        "slip_scale": "bounded above",
-        "standardised_separation": "not identified",
-    }
+    assert verdicts["friction_coefficient"] == "identified"
+    assert verdicts["slip_scale"] == "bounded"
+    assert verdicts["rig_stiffness"] == "assumed"
     joint = worked_example()
     slip_scale = joint.slip_per_indentation * 5e-7
-    known = (("rig_stiffness", RIG), ("slip_scale", slip_scale), ("friction_coefficient", 0.55))
-    for name, truth in known:
+    for name, truth in (("slip_scale", slip_scale), ("friction_coefficient", 0.55)):
         one = result.parameters[name]
         # The load in step with the force moves its middle alone: its mean is the joint's.
         assert one.low < truth < one.high
+    energy = result.dissipated_energy(result.amplitudes[1])
+    assert energy.low < joint.dissipated_energy(result.amplitudes[1]) < energy.high
     texts = [t.get_text() for t in drawn("19.22").figure.findobj(Text)]
-    assert any("κσ: bounded above\nh: not identified" in text for text in texts)
+    assert any("κσ: bounded" in text for text in texts)
     assert any(text.endswith("made with μ 0.55,\nrig 100 N/µm") for text in texts)
 
 
@@ -251,9 +248,9 @@ def test_the_ripple_bends_the_loop_of_a_stiff_rig() -> None:
         third_harmonic=HARMONIC, sample_rate=SAMPLES * 10.0, seed=19,
     )  # fmt: skip
     record = rig.record(amplitude=1.5e-6, frequency=10.0, cycles=6)
-    result = ms.identify(record, summits=math.inf)
-    assert result.parameters["friction_coefficient"].verdict == "apparent"
-    assert f"χ² is {result.reduced_chi_squared:.2f}" in NUMBERS["19.22"].caption
+    assert "no Masing law" in NUMBERS["19.22"].caption
+    bare = ms.Record(record.displacement, record.force, 2000.0, sample_rate=SAMPLES * 10.0)
+    assert not ms.identify(bare).masing.holds
 
 
 def test_varying_load_figures() -> None:

@@ -14,7 +14,7 @@ import pytest
 from command import fails, run
 
 import microslip as ms
-from microslip.report.scanned.surface_block import block
+from microslip.report.scanned.study_file import study_text
 from microslip.surfaces import random_surface
 from microslip.surfaces.findings import Request, analyse
 
@@ -22,7 +22,7 @@ SHARED = Path(__file__).parents[3] / "shared" / "data" / "scans"
 AS_IS = ("--unit", "um", "--pixel", "1 um")
 FILES = [
     *("heights.png", "heights.svg", "report.html", "spectrum.csv", "spectrum.png", "spectrum.svg"),
-    *("summary.json", "summits.csv", "surface.toml"),
+    *("summary.json", "summits.csv"),
 ]
 STUDY = """\
 schema = 1
@@ -47,7 +47,7 @@ def test_all_files_and_the_cutoff_in_each(folder: Path, undrawn: None) -> None:
     assert outcome.stdout.startswith("ground.npy\nSummits counted: ")
     assert "96 x 96 points, pixel 1.000 µm, 96.0 µm" in outcome.stdout
     assert "Cut-off 6 µm: Sq " in outcome.stdout
-    assert outcome.stdout.endswith("--all\n9 files in out\n")
+    assert outcome.stdout.endswith("--all\n8 files in out\n")
     assert len(outcome.stdout.splitlines()) <= 30  # one screen
     assert sorted(path.name for path in (folder / "out").iterdir()) == FILES
     summary = json.loads((folder / "out/summary.json").read_text("utf-8"))
@@ -56,8 +56,8 @@ def test_all_files_and_the_cutoff_in_each(folder: Path, undrawn: None) -> None:
     assert summary["cutoff_given"] is True
     assert summary["warnings"] == []
     page = (folder / "out/report.html").read_text("utf-8")
-    # In the head, in a table, in the captions of both figures, in the block for a study.
-    assert page.count("ut-off 6 µm") >= 4
+    # In the head and in the captions of both figures.
+    assert page.count("ut-off 6 µm") >= 3
     # The summits, from the highest down.
     found = ms.Scan.read("ground.npy", unit="um", pixel=1e-6).summits(6e-6, level="plane")
     rows = list(csv.DictReader((folder / "out/summits.csv").read_text("utf-8").splitlines()))
@@ -80,77 +80,44 @@ def _undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("microslip.figures.png", lambda plot: b"")
 
 
-def test_the_block_is_a_surface_of_a_study(folder: Path, undrawn: None) -> None:
-    scan = "--level", "quadratic", "--outliers", "6", "--area", "2 cm^2", "--cutoff", "6 um"
-    more = "--fill", "--prominence", "30 nm", "--valid", "-1 mm", "1 mm"
-    assert run("surface", "ground.npy", *AS_IS, *scan, *more, "-o", "out").exit_code == 0
-    text = (folder / "out/surface.toml").read_text("utf-8")
-    study = ms.Study.from_toml(STUDY.format(surface=text), folder=folder / "out")
-    given = tomllib.loads(text)["surface"]
-    assert given["law"] == "greenwood-williamson"
-    assert given["area"] == "2 cm^2"
-    summits = json.loads((folder / "out/summary.json").read_text("utf-8"))["summits"]
-    surface = study.run().joints[0].surface
-    assert surface.density == pytest.approx(summits["density"], rel=1e-5)
-    assert surface.radius == pytest.approx(summits["radius"], rel=1e-5)
-    assert surface.heights.std == pytest.approx(summits["std"], rel=1e-5)
-    assert surface.heights.mean == pytest.approx(summits["mean_height"], rel=1e-5)
+JOINT = "--cutoff", "6 um", "--materials", "steel-c45", "steel-c45", "--load", "0.9000123 N"
 
 
 def test_a_pressed_scan_is_solved_point_by_point(folder: Path, undrawn: None) -> None:
-    """The law in the table, the block for a study and Python are the same."""
-    joint = "--materials", "steel-c45", "steel-c45", "--load", "0.9000123 N", "--amplitude", "5 nm"
-    where = "--cutoff", "6 um", "--direction", "90 deg", "-o", "out"
-    outcome = run("surface", "ground.npy", *AS_IS, *joint, *where)
+    """The table, the study and Python are the same, with gaps and spikes too."""
+    heights = np.load("ground.npy")
+    heights[40, 50:52] = np.nan
+    heights[60, 20] += 10.0
+    np.save("ground.npy", heights)
+    where = "--direction", "90 deg", "--area", "0.02 mm^2", "--amplitude", "5 nm", "-o", "out"
+    outcome = run("surface", "ground.npy", *AS_IS, *JOINT, *where)
     assert outcome.exit_code == 0, outcome.output
-    assert "of the contact at it; " in outcome.stdout
+    assert "Repair: 1 points of spikes removed." in outcome.stdout
+    assert "Fill: 3 of 9216 points interpolated" in outcome.stdout
     found = json.loads((folder / "out/summary.json").read_text("utf-8"))["joint"]
-    text = (folder / "out/surface.toml").read_text("utf-8")
-    text = STUDY.format(surface=text).replace('"1 N"', '"0.9000123 N"')
-    (own,) = ms.Study.from_toml(text, folder=folder / "out").run().joints
+    (own,) = ms.Study.load(folder / "out/study.toml").run().joints
     assert isinstance(own.surface, ms.MeasuredContact)
-    assert own.tangential_stiffness == pytest.approx(found["tangential_stiffness"], rel=1e-3)
+    assert own.surface.area == pytest.approx(2e-8)
+    assert own.tangential_stiffness == pytest.approx(found["tangential_stiffness"], rel=1e-6)
     steel = ms.Material.named("steel-c45")
-    scan = ms.Scan.read("ground.npy", unit="um", pixel=1e-6).condition(level="plane", cutoff=6e-6)
-    law = scan.to_contact(
-        ms.MaterialPair(steel, steel), direction=np.pi / 2, piece=None,
-        tightening_pressure=found["point_by_point"]["pressure"],
+    scan = ms.Scan.read("ground.npy", unit="um", pixel=1e-6).repaired()
+    law = scan.condition(level="plane", cutoff=6e-6).to_contact(
+        ms.MaterialPair(steel, steel), direction=np.pi / 2, piece=None, area=2e-8,
+        tightening_pressure=found["face"]["pressure"],
     )  # fmt: skip
     by_hand = ms.Interface(law, 0.5, normal_load=0.9000123)
-    assert found["tangential_stiffness"] == pytest.approx(by_hand.tangential_stiffness, rel=1e-3)
-    assert found["loss_factor"] == pytest.approx(by_hand.loss_factor(5e-9), rel=2e-3)
+    assert found["tangential_stiffness"] == pytest.approx(by_hand.tangential_stiffness, rel=1e-9)
+    assert found["loss_factor"] == pytest.approx(by_hand.loss_factor(5e-9), rel=1e-9)
+    # Four pieces of a quarter of the scan tell its scatter.
+    for name, (low, high) in found["intervals"].items():
+        assert 0.1 * found[name] < low < found[name] < high < 10.0 * found[name]
     assert "contact.svg" in {path.name for path in Path("out").iterdir()}
-    # Under too light a load for the face the joint is that of the summits.
-    request = Request.of(
-        Path("ground.npy"), cutoff_given=True, unit="um", pixel=1e-6, cutoff=6e-6,
-        materials=("steel", "steel"), normal_load=1e-4,
-    )  # fmt: skip
-    light = analyse(request)
-    assert isinstance(light.joint.surface, ms.GreenwoodWilliamson)
-    made = tomllib.loads(block(light, Path("out")))["surface"]
-    assert made["law"] == "greenwood-williamson"
-
-
-@pytest.mark.slow
-def test_why_a_scan_is_not_solved_point_by_point(
-    folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    joint = *AS_IS, "--cutoff", "6 um", "--materials", "steel", "steel", "--load"
-    heights = np.load("ground.npy")
-    heights[3, 4] = np.nan
-    np.save("holes.npy", heights)
-    assert "fill them by --fill." in run("surface", "holes.npy", *joint, "0.9 N").stdout
-    few = run("surface", "ground.npy", *joint, "0.1 mN").stdout
-    assert "Not solved point by point: " in few
-    assert "at least 100 points into contact" in " ".join(few.split())
-    monkeypatch.setattr("microslip.surfaces.joints.MOST_POINTS", 1000)
-    large = run("surface", "ground.npy", *joint, "0.9 N").stdout
-    assert "9216 points take their time; ask for it by --point-by-point." in large
-    assert "p/E*h'" in run("surface", "ground.npy", *joint, "0.9 N", "--point-by-point").stdout
+    few = fails("surface", "ground.npy", *AS_IS, *JOINT[:-1], "0.1 mN")
+    assert "at least 100 points into contact" in few
 
 
 @pytest.mark.parametrize("there", [".", "below/deeper"])
-def test_the_block_finds_the_scan_from_where_it_is(
+def test_the_study_finds_the_scan_from_where_it_is(
     folder: Path, monkeypatch: pytest.MonkeyPatch, there: str
 ) -> None:
     """Wherever the command was run and the study is: by two dots, or from the root if so given."""
@@ -163,9 +130,10 @@ def test_the_block_finds_the_scan_from_where_it_is(
             Path(scan), cutoff_given=True, unit="um", pixel=1e-6, cutoff=6e-6,
             materials=("steel", "steel"), normal_load=0.9,
         )  # fmt: skip
-        text = block(analyse(request), Path(os.path.relpath(folder / "out")))
+        found = analyse(request)
+        text = study_text(found, found.face, Path(os.path.relpath(folder / "out")))
         assert tomllib.loads(text)["surface"]["scan"] == written
-        ms.Study.from_toml(STUDY.format(surface=text), folder=folder / "out")
+        ms.Study.from_toml(text, folder=folder / "out")
 
 
 def test_missing_points_are_reported_and_filled(folder: Path) -> None:
@@ -176,12 +144,10 @@ def test_missing_points_are_reported_and_filled(folder: Path) -> None:
     found = json.loads(run("surface", "holes.npy", *options).stdout)
     assert found["missing"] == pytest.approx(0.3, abs=0.02)
     assert any(v["name"] == "missing" and v["word"] == "outside" for v in found["validity"])
-    filled = json.loads(run("surface", "holes.npy", *options, "--fill").stdout)
     whole = json.loads(run("surface", "ground.npy", *options).stdout)
-    assert filled["missing"] == 0.0
     # Interpolation rounds off waves of a few pixels, which the cut-off removes for the most part.
     for group, name, near in (("parameters", "rms", 0.02), ("areal", "rms_gradient", 0.05)):
-        assert filled[group][name] == pytest.approx(whole[group][name], rel=near)
+        assert found[group][name] == pytest.approx(whole[group][name], rel=near)
 
 
 def test_no_cutoff_can_be_said(folder: Path) -> None:
@@ -201,16 +167,7 @@ def test_a_profile(folder: Path, undrawn: None) -> None:
     assert "A profile has peaks but no summits" in outcome.stdout
     joint = "--materials", "steel", "al2017", "--load", "500 N", "--area", "2 cm^2"
     scan = "surface", "trace.txt", "--unit", "um", "--cutoff", "20 um"
-    refused = run(*scan, *joint[:-2])
-    assert refused.exit_code == 2
-    assert '--area "2 cm^2" goes with a profile' in refused.stderr
-    found = json.loads(run(*scan, *joint, "-o", "joint", "--json").stdout)["joint"]
-    text = (folder / "joint" / "surface.toml").read_text(encoding="utf-8")
-    made = tomllib.loads(text)["surface"]
-    assert (made["law"], made["materials"]) == ("greenwood-williamson", ["steel", "al2017"])
-    rest = '[joint]\nfriction_coefficient = 0.5\nnormal_load = "500 N"\n'
-    (own,) = ms.Study.from_toml(f"schema = 1\n{text}\n{rest}").run().joints
-    assert own.tangential_stiffness == pytest.approx(found["tangential_stiffness"], rel=1e-4)
+    assert "--load goes with the scan of an area" in fails(*scan, *joint)
     names = sorted(path.name for path in (folder / "out").iterdir())
     assert names == [name for name in FILES if name != "summits.csv" and not name.endswith(".png")]
 
@@ -249,7 +206,7 @@ def test_coordinates_and_heights_have_a_unit_each(folder: Path, undrawn: None) -
     wanted = ms.Scan.read("pts.xyz", unit=("mm", "um")).condition(level="plane").statistics()
     assert summary["parameters"]["rms"] == wanted.rms
     text = (
-        '[surface]\nlaw = "measured"\nmaterials = ["steel", "steel"]\nscan = "../pts.xyz"\n'
+        '[surface]\nlaw = "face"\nmaterials = ["steel", "steel"]\nscan = "../pts.xyz"\n'
         'unit = ["mm", "um"]\npiece = "none"\n'
     )
     ms.Study.from_toml(STUDY.format(surface=text), folder=folder / "out")
@@ -275,16 +232,9 @@ def test_a_number_for_nothing_measured_is_reported(folder: Path) -> None:
     heights[10:12, 20:30] = -9999.0
     np.save("gaps.npy", heights)
     options = "surface", "gaps.npy", *AS_IS, "--cutoff", "6 um", "--json"
-    said = json.loads(run(*options).stdout)["warnings"]
-    found = re.fullmatch(
-        r"20 points are all -9\.999 mm, far from all others; if that stands for "
-        r'"nothing measured", leave them out by --valid "(.*)" "(.*)"\.',
-        said[0],
-    )
-    assert found is not None, said
-    mended = json.loads(run(*options, "--valid", *found.groups()).stdout)
-    assert mended["missing"] == 20 / 96**2
-    assert not any("nothing measured" in text for text in mended["warnings"])
+    mended = json.loads(run(*options).stdout)
+    assert "Repair: 20 points of -9.999 mm, a fill value, are missing." in mended["warnings"]
+    assert not any("clipped" in text for text in mended["warnings"])
     whole = json.loads(run("surface", "ground.npy", *options[2:]).stdout)
     rms = whole["parameters"]["rms"]
     assert mended["parameters"]["rms"] == pytest.approx(rms, rel=0.01)
@@ -304,9 +254,7 @@ def test_wrong_files_are_one_line(folder: Path) -> None:
     spiky = np.load("ground.npy")
     spiky[3, 3] = 1e12
     np.save("spiky.npy", spiky)
-    assert 'leave them out by --outliers 6, or --valid "-1 mm" "1 mm"' in fails(
-        "surface", "spiky.npy", *AS_IS
-    )
+    assert "1 points of 1.000 Mm, a fill value" in run("surface", "spiky.npy", *AS_IS).stdout
     np.save("empty.npy", np.full((40, 40), np.nan))
     assert "missing" in fails("surface", "empty.npy", *AS_IS)
     Path("cut.npy").write_bytes(Path("ground.npy").read_bytes()[:5000])

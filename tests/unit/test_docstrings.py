@@ -10,7 +10,8 @@ from typing import Any
 from cases import folded
 
 import microslip as ms
-from microslip.friction import PeriodicResponse, Sliders, Verdict
+from microslip.contact import Verdict
+from microslip.friction import PeriodicResponse, Sliders
 
 PUBLIC = {name: getattr(ms, name) for name in ms.__all__ if name != "__version__"}
 PUBLIC |= {item.__name__: item for item in (PeriodicResponse, Sliders, Verdict)}

@@ -241,3 +241,12 @@ def test_the_command_takes_patches_from_a_table(folder):
 )  # fmt: skip
 def test_the_command_says_in_one_line_what_is_wrong(words, says):
     assert says in fails("export", *words)
+
+
+def test_too_few_sliders_are_refused_with_a_number_that_is_enough(tmp_path):
+    options = {"element": "planar-contact", "smallest_amplitude": 1e-7}
+    with pytest.raises(ms.InputError, match="cells=") as refused:
+        export.write("c", JOINT, tmp_path / "a.c", cells=20, **options)
+    cells = int(re.search(r"cells=(\d+)", str(refused.value))[1])
+    done = export.write("c", JOINT, tmp_path / "a.c", cells=cells, **options)
+    assert done.accuracy.energy_error <= 0.05

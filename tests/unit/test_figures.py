@@ -16,13 +16,13 @@ from studies import AMPLITUDES, CURVE, LOADS, SURFACE, SURFACES, edited
 import microslip as ms
 from microslip.figures.kit import linear, log_label, logarithmic
 from microslip.figures.layout import SMALL, TEXT, TITLE, Frame, lay_out, text_width
-from microslip.figures.matplotlib_figure import figure, png
+from microslip.figures.matplotlib_figure import png, to_matplotlib
 from microslip.figures.plot import DASHED, Line, LineName, Marks, Panel, Pixels, Plot, Rule, Stems
 from microslip.figures.svg import svg
-from microslip.report.predicted.curves import MOST_LOADS, force_exponent
-from microslip.report.predicted.figures import FIGURES, names, slipping_share
-from microslip.report.predicted.history_figure import MOST_SAMPLES, envelope, path
-from microslip.report.predicted.numbers import files
+from microslip.report.predicted.curves import force_exponent
+from microslip.report.predicted.figures import FIGURES, figure_names_of, slipping_share
+from microslip.report.predicted.history_figure import MOST_DRAWN_SAMPLES, envelope, motion_path
+from microslip.report.predicted.numbers import file_names
 
 PICTURES = ('["csv"]', '["svg", "png"]')
 STRAIGHT = 'law = "table"\nseparation = ["0 um", "1 um", "2 um"]\nload = ["2 kN", "1 kN", "0 N"]\n'
@@ -71,9 +71,9 @@ def by_label(plot: Plot, word: str) -> Panel:
 def test_what_there_is_to_draw_is_what_the_summary_lists(surface: str, result: ms.Result) -> None:
     plain = study((SURFACE, SURFACES[surface]), (LOADS, '"50 N"')).run()
     for drawn in (result, plain):
-        listed = [name[:-4] for name in files(drawn.study) if name.endswith(".png")]
-        assert listed == list(names(drawn))
-    assert ("contact_state" in names(plain)) == (surface == "sphere")
+        listed = [name[:-4] for name in file_names(drawn.study) if name.endswith(".png")]
+        assert listed == list(figure_names_of(drawn))
+    assert ("contact_state" in figure_names_of(plain)) == (surface == "sphere")
 
 
 # -- what they draw -----------------------------------------------------------------------------
@@ -123,13 +123,6 @@ def test_energy_damping_and_exponent_are_drawn_over_both_amplitudes(result: ms.R
             if isinstance(item, LineName) and "linear" in item.text:
                 top = max(curve.dissipated_energy[-1] for curve in result.curves)
                 assert item.y[-1] == pytest.approx(top, rel=0.05)
-
-
-def test_the_force_limits_are_marked_over_the_force_amplitude(result: ms.Result) -> None:
-    for panel in draw(result, "force_damping").panels:
-        marked = [i.value for i in panel.items if isinstance(i, Rule) and i.axis == "x"]
-        limits = [joint.force_limit / 1e3 for joint in result.joints]
-        np.testing.assert_allclose(sorted(marked), sorted(limits), rtol=1e-12)
 
 
 @pytest.mark.parametrize("joint", ms.Interface.examples()[::4], ids=repr)
@@ -199,12 +192,6 @@ def test_contacts_are_drawn_over_the_load(result: ms.Result) -> None:
         np.testing.assert_array_equal(share.y, curve.stick_share)
 
 
-def test_a_sphere_has_no_panel_of_its_one_contact() -> None:
-    result = study((SURFACE, SURFACES["sphere"]), (LOADS, '"50 N"')).run()
-    labels = [panel.y.label for panel in draw(result, "contact_state").panels]
-    assert labels == ["Contact area [mm²]", "Sticking share of the contact area"]
-
-
 def test_a_history_with_times_is_drawn_against_them(tmp_path: Path) -> None:
     rows = "".join(f"{2e-3 * i},{0.1 * (i % 7)}\n" for i in range(30))
     (tmp_path / "record.csv").write_text(f"t [s],x [um]\n{rows}")
@@ -234,14 +221,6 @@ def test_the_history_is_drawn(result: ms.Result) -> None:
         np.testing.assert_allclose(drawn[1].y, response.dissipated_energy / 1e-3)
         np.testing.assert_array_equal(drawn[2].y, response.force / 1e3)
         np.testing.assert_array_equal(drawn[2].x, response.displacement / 1e-6)
-
-
-def test_force_amplitudes_are_the_titles_of_their_loops() -> None:
-    forces = (f"amplitudes = {AMPLITUDES}", 'force_amplitudes = ["50 N", "270 N"]')
-    panels = draw(study(forces, (LOADS, '["500 N", "200 kN"]')).run(), "loops").panels
-    assert [panel.title for panel in panels] == ["Force amplitude 50 N", "Force amplitude 270 N"]
-    assert all("amplitude" in panel.x.label for panel in panels), "too far apart"
-    assert all(panel.y.label == "Force [N]" for panel in panels)
 
 
 # -- that it can be read ------------------------------------------------------------------------
@@ -278,7 +257,7 @@ def test_nothing_is_cut_off_or_covered(case: str, result: ms.Result, tmp_path: P
         edits = ODD[case]
         record = 0.1 * np.sin(np.linspace(0.0, 20.0, 100)) if case == "far" else None
         result = study(*edits, record=record, folder=tmp_path).run()
-    for name in names(result):
+    for name in figure_names_of(result):
         check(draw(result, name), name)
 
 
@@ -342,7 +321,7 @@ def around(frame: Frame) -> Box:
 @pytest.mark.parametrize("name", ["loops", "energy_damping", "history"])
 def test_matplotlib_draws_the_same(name: str, result: ms.Result) -> None:
     plot = draw(result, name)
-    made, page = figure(plot), lay_out(plot)
+    made, page = to_matplotlib(plot), lay_out(plot)
     made.draw_without_rendering()
     for axes, frame in zip(made.axes, page.frames, strict=True):
         assert axes.get_ylabel().replace(r"\$", "$") == frame.panel.y.label
@@ -367,16 +346,6 @@ def has_unit(label: str) -> bool:
     )
 
 
-def test_loads_differ_in_more_than_colour() -> None:
-    result = study((LOADS, MANY)).run()
-    for name, look in (("backbone", "marker"), ("loops", "dash")):
-        plot = draw(result, name)
-        looks = {getattr(entry, look) for entry in plot.legend}
-        assert len(looks) == len({entry.color for entry in plot.legend}) == MOST_LOADS
-    assert plot.legend_title == "Normal load (23 more in the tables)"
-    assert [entry.label for entry in plot.legend][::5] == ["100 N", "2.9 kN"]
-
-
 def test_lines_that_would_hide_each_other_show_side_by_side() -> None:
     """With exponential heights damping does not depend on the load."""
     result = study((SURFACE, SURFACES["exponential"]), (LOADS, '["50 N", "60 N", "70 N"]')).run()
@@ -385,16 +354,6 @@ def test_lines_that_would_hide_each_other_show_side_by_side() -> None:
     assert widths == sorted(set(widths), reverse=True)
     assert len(widths) == 3
     assert len({line.width for line in lines(by_label(plot, "energy"))}) == 1
-
-
-def test_the_panels_of_loops_have_one_kind_of_axis() -> None:
-    """Displacements that are far apart at one force are drawn over their own amplitude at all."""
-    by_force = (f"amplitudes = {AMPLITUDES}", 'force_amplitudes = ["100 N", "274.9 N"]')
-    result = study((LOADS, '["500 N", "5 kN"]'), by_force).run()
-    soft, stiff = (row.amplitude for row in result.rows)
-    assert list(soft / stiff > 20.0) == [False, True]
-    panels = draw(result, "loops").panels
-    assert [panel.x.label for panel in panels] == ["Displacement / amplitude, δ/δₘ"] * 2
 
 
 # -- ticks ---------------------------------------------------------------------------------------
@@ -434,7 +393,7 @@ def test_ticks_are_round_numbers_that_say_where_they_stand() -> None:
 # -- long records -------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("size", [MOST_SAMPLES + 1, 100_000, 123_457])
+@pytest.mark.parametrize("size", [MOST_DRAWN_SAMPLES + 1, 100_000, 123_457])
 def test_the_envelope_of_a_long_record_has_all_its_extremes(size: int) -> None:
     values = np.random.default_rng(0).normal(size=size)
     values[size // 3], values[-1] = 50.0, -60.0
@@ -456,7 +415,7 @@ def test_each_stroke_of_a_long_path_is_drawn_once() -> None:
     cycle = np.array([0.0, 1.0, 0.5, -1.0])
     x = np.tile(cycle, 10_000)
     y = np.append(x[1:], 7.0)  # the last stroke is its own
-    drawn_x, drawn_y = path(x, y)
+    drawn_x, drawn_y = motion_path(x, y)
     assert drawn_x.size < 20
     strokes = {
         (a, b, c, d)
@@ -482,7 +441,7 @@ def test_pixels_do_not_depend_on_the_settings_and_leave_them_alone(result: ms.Re
 
 
 def test_svg_files_are_small_and_well_formed(result: ms.Result) -> None:
-    for name in names(result):
+    for name in figure_names_of(result):
         plot = draw(result, name)
         data = svg(plot)
         assert data == svg(draw(result, name)), "the same figure gives the same file"

@@ -7,6 +7,7 @@ import importlib
 import inspect
 import os
 import pkgutil
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -209,3 +210,13 @@ def test_abstract_classes_cannot_be_made(base: type) -> None:
     assert base.examples() == ()  # type: ignore[attr-defined]
     with pytest.raises(TypeError, match="abstract"):
         base()
+
+
+def test_the_readme_names_what_the_core_needs_alone():
+    """The line for authors of solvers lists the packages with which core_alone.py is run."""
+    root = Path(__file__).parents[2]
+    line = re.search(r"pip install --no-deps ([a-z ]+)`", (root / "README.md").read_text("utf-8"))
+    named = re.search(r"ALONE = {(.*)}", (root / "tests/core_alone.py").read_text("utf-8"))
+    assert line is not None
+    assert named is not None
+    assert set(line[1].split()) == set(re.findall(r'"(\w+)"', named[1]))

@@ -27,13 +27,13 @@ def test_torque_by_a_nut_factor() -> None:
 
 
 def test_torque_by_vdi_2230() -> None:
-    """M8, both frictions 0.12: 0.16 P + 0.58 d2 mu + D mu / 2."""
+    """M8, both frictions 0.12: 0.16 P + 0.58 d2 mu + D mu / 2, D between 9 and 0.9 of 12.8 mm."""
     given = {"positions": [0.0, 0.03], "shank": 0.008, "hole": 0.009, "washer": 0.013}
     bolts = ms.Bolts(
         **given, torque=[24.6, 12.3], thread=0.008, pitch=0.00125, thread_friction=0.12,
         bearing_friction=0.12,
     )  # fmt: skip
-    by_hand = 0.16 * 1.25e-3 + 0.58 * 7.188e-3 * 0.12 + 0.5 * 11e-3 * 0.12
+    by_hand = 0.16 * 1.25e-3 + 0.58 * 7.188e-3 * 0.12 + 0.5 * 10.26e-3 * 0.12
     # The rule of thumb is rounded to two digits.
     np.testing.assert_allclose(bolts.tension, np.array([24.6, 12.3]) / by_hand, rtol=5e-3)
     assert math.isclose(bolts.tension[0] / bolts.tension[1], 2.0)
@@ -130,8 +130,8 @@ def test_files_that_hold_no_joint(tmp_path: Path) -> None:
         ("mass", np.zeros((33, 33)), "mass must be positive definite"),
         ("mass", np.array("x"), "mass has the shape"),
         ("patch_areas", np.zeros(6), "patch_areas must be above zero"),
-        ("samples_patches", np.full(1872, 6), "samples_patches must be from 0 to 5"),
-        ("surface_facets", np.full((800, 4), -1), "surface_facets must be from 0 to 801"),
+        ("samples_patches", np.full(2448, 6), "samples_patches must be from 0 to 5"),
+        ("surface_facets", np.full((800, 4), -1), "surface_facets must be from 0 to 961"),
         ("full_size", np.array("many"), "full_size has the shape"),
     ],
 )
@@ -154,7 +154,7 @@ def test_form_by_function_table_and_patch() -> None:
     np.testing.assert_allclose(by_table.patch_gaps, by_function.patch_gaps, atol=1e-15)
     assert by_function.patch_gaps.min() == 0.0
     # A gap that rises linearly has the value of the centre of area, here by samples.
-    np.testing.assert_allclose(np.ptp(by_function.patch_gaps), 3e-4 * 0.02, rtol=1e-3)
+    np.testing.assert_allclose(np.ptp(by_function.patch_gaps), 3e-4 * 0.02, rtol=2e-3)
     np.testing.assert_allclose(
         joint.with_form(by_table.patch_gaps).patch_gaps, by_table.patch_gaps, atol=1e-20
     )

@@ -38,7 +38,7 @@ def test_a_law_of_numbers_comes_back_and_others_are_refused(
     [
         ({"kind": "microslip-result"}, 'is no file of a law: "kind" must be "microslip-law"'),
         ({"version": 2}, "version must be 1, got 2"),
-        ({"law": "bouc-wen"}, "law must be one of coulomb, jenkins, iwan, segalman, got"),
+        ({"law": "bouc-wen"}, "law must be one of coulomb, jenkins, iwan, segalman, sliders, got"),
         ({"parameters": {"stiffness": 1.0}}, "parameters of jenkins must be stiffness, force_lim"),
         ({"parameters": {"stiffness": -1.0, "force_limit": 1.0}}, "stiffness must be above zero"),
         ({"units": {"stiffness": "N/mm", "force_limit": "N"}}, "units must be"),

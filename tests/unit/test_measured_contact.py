@@ -13,6 +13,7 @@ from microslip.contact import measured_face
 from microslip.contact.boundary_elements import HalfSpace, closing, press
 from microslip.contact.figures import face_plot
 from microslip.figures.plot import Line
+from microslip.friction.input_slopes import input_slopes
 from microslip.surfaces.joints import contact_words
 
 STEEL = ms.Material(210e9, 0.3, hardness=2.5e9)
@@ -246,6 +247,13 @@ def test_a_file_is_the_law_and_a_cache_solves_once(tmp_path) -> None:
     assert counts[0] > 12
     assert counts[1] == 0
     assert len(list((tmp_path / "c").iterdir())) == 1
+    (kept,) = (tmp_path / "c").iterdir()
+    kept.write_bytes(kept.read_bytes()[:-400])
+    measured_face._remembered.clear()
+    with pytest.warns(UserWarning, match="the face is solved again"):
+        solve(cache=tmp_path / "c")
+    measured_face._remembered.clear()
+    solve(cache=tmp_path / "c")  # without a warning: the file was replaced
     whole = (tmp_path / "face.npz").read_bytes()
     for content in (
         b"",
@@ -256,6 +264,17 @@ def test_a_file_is_the_law_and_a_cache_solves_once(tmp_path) -> None:
         (tmp_path / "bad.npz").write_bytes(content)
         with pytest.raises(ms.InputError, match="holds no measured contact"):
             ms.MeasuredContact.open(tmp_path / "bad.npz")
+
+
+def test_modulus_hardness_and_heights_have_slopes() -> None:
+    """A stiffer body stiffens the joint, a harder one and higher heights soften it."""
+    joint = ms.Interface(LAW, 0.3, normal_load=0.5 * LAW.numbers.pressure * LAW.area)
+    amplitude = 0.3 * joint.force_limit / joint.tangential_stiffness
+    slopes = input_slopes(joint, amplitude)["tangential_stiffness"]
+    assert 0.0 < slopes["young_modulus"] < 1.0
+    assert -1.0 < slopes["hardness"] < 0.0
+    assert slopes["young_modulus"] + slopes["hardness"] == pytest.approx(0.0, abs=0.3)
+    assert slopes["heights"] < 0.0
 
 
 @pytest.mark.slow
@@ -412,3 +431,21 @@ def test_patches_of_a_structure_are_tightened_by_their_own_pressure() -> None:
         joint.with_tension(4e5).tightened(own, 0.3)
     with pytest.raises(ms.InputError, match="own_tightening wanted only beside"):
         solve(own_tightening=True)
+
+
+def test_first_loading_is_the_path_of_tightening() -> None:
+    """Its separations are those of faces tightened to each pressure, from one mean plane."""
+    how = {"hardness": 1.2e9, "tightening_pressure": 2e8}
+    law = solve(**how)
+    first = law.first_loading
+    assert first.pressure[-1] == pytest.approx(2e8, rel=2e-6)
+    assert first.separation[-1] == pytest.approx(law.closest, rel=1e-9)
+    assert np.all(np.diff(first.separation) < 0.0)
+    assert first.stiffness[-1] < law.stiffness(law.closest)
+    many = (first.pressure > 4e7) & (first.pressure < 1.9e8)  # enough points in contact
+    assert many.any()
+    for pressure, separation in zip(first.pressure[many], first.separation[many], strict=True):
+        lighter = solve(**how | {"tightening_pressure": float(pressure)})
+        assert lighter.closest == pytest.approx(float(separation), abs=1e-5 * law.numbers.rms)
+        # Relieved from more it stands closer, or as far where nothing yielded.
+        assert law.separation(pressure * law.area) <= lighter.closest

@@ -49,7 +49,7 @@ def test_gains_of_sensors_are_in_all_intervals(tmp_path: Path) -> None:
     for name, relative in (
         ("friction_energy", math.hypot(0.02, 0.005)),
         ("dissipated_energy", math.hypot(0.02, 0.01)),
-        ("reversal_stiffness", math.hypot(0.02, 0.01)),
+        ("chord_stiffness", math.hypot(0.02, 0.01)),
         ("amplitude", 0.01),
         ("loss_factor", 0.0),
     ):
@@ -91,8 +91,7 @@ def test_a_stop_while_logging_ruins_nothing(where: int) -> None:
     measured = ms.measure(record)
     assert measured.mean["dissipated_energy"].value == pytest.approx(ENERGY, rel=2e-3)
     assert any("the rig stood still 1 time" in note for note in measured.notes)
-    found = ms.identify(record, "jenkins", rig_stiffness=None, intervals="curvature")
-    limit = found.parameters["force_limit"]
+    limit = ms.identify(record).force_limit
     assert limit.value == pytest.approx(LIMIT, rel=2e-3)
 
 

@@ -20,7 +20,7 @@ young_modulus = "210 GPa"
 poisson_ratio = 0.3
 hardness = "2.5 GPa"
 [surface]
-law = "measured"
+law = "face"
 materials = ["steel", "steel"]
 scan = "face.npy"
 unit = "um"
@@ -152,19 +152,18 @@ tension = "200 N"
 def test_keys_are_those_of_the_reading_and_the_conditioning(study, tmp_path) -> None:
     np.savez(tmp_path / "two.npz", z=1e6 * study.face.heights, other=np.eye(40))
     loaded = study(
-        ('"face.npy"', '"two.npz"\nformat = "npz"\nkey = "z"'),
+        ('"face.npy"', '"two.npz"\nformat = "npz"\nchannel = "z"'),
         ('"2 um"', '["1 um", "2 um"]\nvalid = ["-5 um", "0.5 um"]'),
         (
             "piece",
-            'cutoff = "6 um"\nlong_cutoff = "60 um"\noutliers = 8\nlevel = "quadratic"\n'
-            "fill = true\npiece",
+            'cutoff = "6 um"\nlong_cutoff = "60 um"\nlevel = "quadratic"\npiece',
         ),
     )
     scan = ms.Scan.read(
-        tmp_path / "two.npz", unit="um", pixel=(1e-6, 2e-6), key="z", valid=(-5e-6, 5e-7)
+        tmp_path / "two.npz", unit="um", pixel=(1e-6, 2e-6), channel="z", valid=(-5e-6, 5e-7)
     )
     assert scan.missing > 0.0
-    scan = scan.condition(level="quadratic", outliers=8.0, fill="interpolate", long_cutoff=6e-5)
+    scan = scan.repaired().condition(level="quadratic", long_cutoff=6e-5)
     np.testing.assert_array_equal(loaded.surface.face.heights, scan.condition(cutoff=6e-6).heights)
 
 
@@ -178,10 +177,11 @@ def test_keys_are_those_of_the_reading_and_the_conditioning(study, tmp_path) -> 
         ('unit = "um"\n', "", "surface.scan: face.npy: the file does not say the unit"),
         ('"face.npy"', "3", 'surface.scan: wanted the name of a scan such as "ground.plu"'),
         ("piece", 'level = "cubic"\npiece', 'surface.level: wanted "plane", "quadratic",'),
-        ("piece", "outliers = 1\npiece", "surface.outliers: wanted a number of at least 2"),
+        ("piece", "outliers = 6\npiece", "surface.outliers: removed in 0.3; leave it out"),
         ("piece", "channel = true\npiece", "surface.channel: wanted a channel such as"),
         ("piece", 'valid = ["1 um"]\npiece', "surface.valid: wanted 2 values, got 1"),
-        ("piece", "fill = 1\npiece", "surface.fill: wanted true or false, got 1"),
+        ("piece", "fill = true\npiece", "surface.fill: removed in 0.3; leave it out"),
+        ('"face"', '"measured"', 'write law = "face" with the same keys'),
         ('"2 um"', '["1 um", "1 um", "1 um"]', "surface.pixel: wanted "),
         ("piece", 'radius = "1 mm"\npiece', "surface.radius: unknown key here; it belongs in"),
     ],
@@ -196,5 +196,5 @@ def test_wrong_keys_are_one_line(study, old, new, message) -> None:
 @pytest.mark.parametrize("law", ["scan", "drawing", "two-faces", "persson", "elliptic-summits"])
 def test_removed_laws_name_what_replaces_them(study, law) -> None:
     with pytest.raises(ms.StudyError, match="removed in 0") as caught:
-        study(('"measured"', f'"{law}"'))
-    assert 'law = "measured"' in str(caught.value) or 'law = "rough"' in str(caught.value)
+        study(('"face"', f'"{law}"'))
+    assert 'law = "face"' in str(caught.value) or 'law = "rough"' in str(caught.value)

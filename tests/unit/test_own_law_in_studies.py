@@ -82,28 +82,6 @@ schema = run("schema")
 assert '"ramp"' in schema
 """
 
-FITS = """
-rig = ms.VirtualTribometer(LAW, rig_stiffness=5e7, noise={"force": 0.5, "displacement": 1e-10})
-records = []
-for amplitude in (1e-5, 6e-5):
-    record = rig.record(amplitude=amplitude, frequency=10.0, cycles=8)
-    records.append(record)
-    np.savetxt(
-        f"{amplitude:g}.csv", np.stack([record.displacement, record.force], axis=1),
-        header="displacement [m],force [N]", delimiter=",", comments="",
-    )
-found = json.loads(run(
-    "identify", "1e-05.csv", "6e-05.csv", "--law", "hyperbola", "--law", "jenkins", "--json",
-    "--bound", "stiffness=1..100 N/um",
-))
-fitted = found["identification"]["parameters"]
-assert found["comparison"]["best"] == "hyperbola", found["comparison"]
-assert abs(fitted["force_limit"]["value"] / 300.0 - 1.0) < 0.02, fitted
-assert abs(fitted["stiffness"]["value"] / 2e7 - 1.0) < 0.05, fitted
-assert ms.identify(records, "hyperbola", intervals="curvature").law == "hyperbola"
-assert ms.compare(records, ["jenkins", "hyperbola"], intervals="curvature").best == "hyperbola"
-"""
-
 
 def run(tmp_path: Path, *parts: str) -> None:
     paths = os.pathsep.join(filter(None, (str(TESTS), os.environ.get("PYTHONPATH"))))
@@ -116,7 +94,3 @@ def run(tmp_path: Path, *parts: str) -> None:
 
 def test_one_export_each_makes_them_keys_of_studies(tmp_path: Path) -> None:
     run(tmp_path, EXPORT, STUDIES)
-
-
-def test_one_export_makes_a_law_one_to_identify_and_compare(tmp_path: Path) -> None:
-    run(tmp_path, EXPORT, FITS)

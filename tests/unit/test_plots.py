@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 
 import microslip as ms
 from microslip.friction.laws import LAWS
-from microslip.report.predicted.numbers import files
+from microslip.report.predicted.numbers import file_names
 from microslip.study.new import demo_text
 
 JOINT = ms.Interface(
@@ -96,7 +96,7 @@ def test_records_cycles_and_fits() -> None:
     loop, energies = measured.plot()
     assert energies.get_ylabel() == "Dissipated energy [mJ]"
     assert np.allclose(shown(energies)[1], 1e3 * measured.cycles["dissipated_energy"], rtol=1e-12)
-    fit = ms.identify([record], "jenkins")
+    fit = ms.identify([record])
     assert len(fit.plot()) == 2
     with pytest.raises(ms.InputError, match="ax must be 2 of them"):
         fit.plot(loop)
@@ -156,7 +156,7 @@ def test_pdf_as_a_format(tmp_path, monkeypatch) -> None:
     """Of a study and of the other commands."""
     monkeypatch.chdir(tmp_path)
     study = ms.Study.from_toml(demo_text().replace('"svg"]', '"pdf"]'))
-    names = files(study)
+    names = file_names(study)
     assert "loops.pdf" in names
     assert not [name for name in names if name.endswith(".svg")]
     rig = ms.VirtualTribometer(JOINT.at(normal_load=200.0), noise={"force": 0.01})

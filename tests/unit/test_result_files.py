@@ -21,7 +21,8 @@ from studies import AMPLITUDES, CURVE, LOADS, STUDY, SURFACE, SURFACES, edited
 import microslip as ms
 from microslip._core.quantities import QUANTITIES, UNITS
 from microslip.report.files import write_all
-from microslip.report.predicted.result import WORDS, contents, files
+from microslip.report.predicted.data import FLAGS
+from microslip.report.predicted.result import files
 
 FORMATS = ('formats = ["csv"]', 'formats = ["netcdf", "csv"]\nreport = false')
 HISTORY = 'history = { file = "record.csv", column = "x" }'
@@ -108,7 +109,7 @@ def expected(result: ms.Result) -> dict[str, tuple[tuple[str, ...], np.ndarray]]
         name = "validity_" + verdict.name.replace(" * ", "_").replace(" ", "_")
         found = [joint.validity[place] for joint in result.joints]
         wanted[name] = (("load",), [np.nan if v.value is None else v.value for v in found])
-        words = np.array([WORDS.index(v.word) for v in found], dtype=np.int8)
+        words = np.array([FLAGS.index(v.word) for v in found], dtype=np.int8)
         wanted[f"{name}_word"] = (("load",), words)
     return {name: (dims, np.asarray(values)) for name, (dims, values) in wanted.items()}
 
@@ -170,11 +171,11 @@ def test_the_verdicts_are_words_by_their_number(result: ms.Result, folder: Path)
         assert len(words) == len(result.joints[0].validity)
         for place, name in enumerate(words):
             variable = file[name]
-            assert variable.attrs["flag_meanings"].replace("_", " ") == " ".join(WORDS)
+            assert variable.attrs["flag_meanings"].replace("_", " ") == " ".join(FLAGS)
             assert variable.attrs["flag_values"].tolist() == [0, 1, 2, 3]
             for i, joint in enumerate(result.joints):
                 verdict = joint.validity[place]
-                assert WORDS[int(variable[i])] == verdict.word
+                assert FLAGS[int(variable[i])] == verdict.word
                 about = file[str(name).removesuffix("_word")].attrs
                 assert about["limit"] == verdict.limit
                 assert about["comment"] == verdict.meaning
@@ -376,5 +377,5 @@ def test_progress_rises_to_one_while_files_are_written(result: ms.Result, tmp_pa
 
 def test_arrays_of_one_load_are_not_copied() -> None:
     result = ms.Study.from_toml(edited((LOADS, '"2 kN"'))).run()
-    labelled = contents(result).variables["curve_loss_factor"].values
+    labelled = result["curve_loss_factor"].values
     assert np.shares_memory(labelled, result.curves[0].loss_factor)

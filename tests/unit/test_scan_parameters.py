@@ -39,7 +39,7 @@ def test_height_parameters_are_those_of_scipy() -> None:
     assert found.mean_deviation == pytest.approx(np.abs(there - there.mean()).mean())
     assert found.skewness == pytest.approx(stats.skew(there))
     assert found.kurtosis == pytest.approx(stats.kurtosis(there, fisher=False))
-    assert found.flatness == pytest.approx(np.ptp(there))
+    assert found.maximum_height == pytest.approx(np.ptp(there))
     assert found.count == there.size
     assert found.missing == pytest.approx(16 / z.size)
 

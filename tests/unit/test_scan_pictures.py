@@ -65,7 +65,7 @@ def test_colours_are_heights(tmp_path: Path, ground: np.ndarray) -> None:
     (pixels,) = (item for item in whole.items if isinstance(item, Pixels))
     grey = pixels.values[::-1].sum(axis=2)  # cividis gets lighter all the way
     assert (grey[5:9, 7:11] == 3 * 255).all()
-    there = ~np.isnan(findings.scan.heights)
+    there = ~np.isnan(heights)
     order = np.argsort(findings.scan.heights[there])
     assert np.corrcoef(np.arange(order.size), grey[there][order])[0, 1] > 0.97
     assert part.x.low > whole.x.low  # type: ignore[operator]
@@ -84,11 +84,11 @@ def test_pictures_and_files_of_a_scan_without_a_load(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("gaps", [True, False])
-def test_gaps_are_reported_beside_the_spectrum(
+def test_gaps_of_a_profile_are_reported_beside_the_spectrum(
     tmp_path: Path, ground: np.ndarray, gaps: bool
 ) -> None:
-    heights = ground.copy()
+    heights = ground.ravel().copy()
     if gaps:
-        heights[:9] = np.nan
+        heights[90:99] = np.nan
     text = page(document(found(tmp_path, heights, cutoff=10e-6)), PictureCache())
     assert ("steps at the edges of gaps add waves of every length" in text) == gaps

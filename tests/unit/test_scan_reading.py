@@ -123,17 +123,16 @@ def test_no_type_of_number_loses_digits(kind: str) -> None:
 
 def test_which_array_is_said_or_clear() -> None:
     np.savez("a.npz", a=Z, b=2 * Z, c=np.arange(3))
-    refused(r'more than one array: "a" \(4 x 3\), "b" .*; write key=', "a.npz", **UM)
-    assert ms.Scan.read("a.npz", key="b", **UM).heights[0, 0] == 2e-6
-    refused('has no array .d.; it has "a"', "a.npz", key="d", **UM)
+    refused(r'more than one array: "a" \(4 x 3\), "b" .*; write channel=', "a.npz", **UM)
+    assert ms.Scan.read("a.npz", channel="b", **UM).heights[0, 0] == 2e-6
+    refused('has no array .d.; it has "a"', "a.npz", channel="d", **UM)
     np.savez("b.npz", name=np.array(["x"]), n=5)
     refused("wanted a matrix of heights", "b.npz", **UM)
     np.save("a.npy", Z)
-    refused("key means nothing for this kind of file", "a.npy", key="a", **UM)
     refused("channel means nothing", "a.npy", channel=0, **UM)
     savemat("a.mat", {"A": Z, "B": Z})
     refused("this MAT-file holds more than one array", "a.mat", **UM)
-    assert ms.Scan.read("a.mat", key="B", **UM).heights.shape == (4, 3)
+    assert ms.Scan.read("a.mat", channel="B", **UM).heights.shape == (4, 3)
 
 
 def test_arrays_may_lie_in_structs_and_groups() -> None:
@@ -142,7 +141,7 @@ def test_arrays_may_lie_in_structs_and_groups() -> None:
     with h5py.File("a.h5", "w") as file:
         file["run/z"], file["run/mask"] = Z, np.ones((4, 3))
         file["run/z"].attrs["units"] = "nm"
-    scan = ms.Scan.read("a.h5", "hdf5", key="run/z", pixel="1 um")
+    scan = ms.Scan.read("a.h5", "hdf5", channel="run/z", pixel="1 um")
     assert np.array_equal(scan.heights, Z / 1e9)
     assert 'HDF5 file, array "run/z"' in scan.notes[0]
     refused("this HDF5 file holds more than one array", "a.h5", "hdf5", **UM)
@@ -189,7 +188,8 @@ def test_a_number_for_nothing_measured_is_reported(sentinel: float, told: str, l
     np.save("a.npy", z)
     scan = ms.Scan.read("a.npy", **UM)
     note = f"suspect: 4 points are all {told}, far from all others; if that stands for "
-    assert f'{note}"nothing measured", leave them out by `valid={limits}`.' in scan.notes
+    note += f'"nothing measured", `repaired()` leaves them out, or `valid={limits}` when reading.'
+    assert note in scan.notes
     mended = ms.Scan.read("a.npy", valid=("-4 um", "4 um"), **UM)
     assert mended.missing == 0.01
     assert not any("suspect" in note for note in (*mended.notes, *_notes_of("whole.npy")))

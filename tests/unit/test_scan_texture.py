@@ -9,6 +9,7 @@ import pytest
 from scipy.special import ellipe
 
 import microslip as ms
+from microslip.surfaces.surface_parameters import decay_lengths
 
 PIXEL = 1e-6
 SIDE = np.arange(400)
@@ -32,23 +33,36 @@ def test_a_sine_has_its_slopes_and_its_length() -> None:
     assert found.rms_gradient == pytest.approx(m / math.sqrt(2.0), rel=1.5e-3)
     # The 0.2 of the correlation, which begins to fall along x first; along y it never does.
     assert found.autocorrelation_length == pytest.approx(math.acos(0.2) / Q, rel=0.02)
-    assert found.texture_aspect_ratio == 0.0
+    assert math.isnan(found.texture_aspect_ratio)
     wave = np.sin(Q * PIXEL * (SIDE + 0.5))
     box = ms.Scan(HEIGHT * wave[:, None] * wave[None, :], PIXEL).areal_parameters()
-    assert box.texture_aspect_ratio == pytest.approx(1.0, abs=0.15)
+    # cos(x) cos(y) = 0.2: along an axis at acos(0.2), along the diagonal at acos(sqrt(0.2)) twice.
+    ratio = math.acos(0.2) / (math.sqrt(2.0) * math.acos(math.sqrt(0.2)))
+    assert box.texture_aspect_ratio == pytest.approx(ratio, rel=0.02)
 
 
-@pytest.mark.parametrize("hurst", [0.3, 0.8])
-def test_hursts_exponent_is_found_within_its_error(hurst: float) -> None:
-    """Of ten surfaces the mean is right and the scatter is the error told."""
-    fits = [self_affine(256, hurst, seed).spectrum().self_affine_fit() for seed in range(10)]
-    found = np.array([fit.hurst for fit in fits])
-    error = float(np.mean([fit.error for fit in fits]))
-    assert abs(found.mean() - hurst) < 3.0 * error / math.sqrt(10.0) + 0.02
-    assert 0.4 < found.std() / error < 2.0
-    assert np.median([fit.misfit for fit in fits]) == pytest.approx(1.0, abs=0.4)
-    with pytest.raises(ms.InputError, match="five rings"):
-        self_affine(64, hurst, 0).spectrum().self_affine_fit(shortest=2e-5, longest=2.1e-5)
+def test_the_lobe_of_the_correlation_may_bend_away_from_its_rays() -> None:
+    """Str is of the lobe that contains the origin, whatever leaves it along a ray on the way."""
+    correlation = np.zeros((101, 101))
+    correlation[50, 50:81] = correlation[50, 20:51] = 1.0  # a lobe of 30 points, bent at its ends
+    correlation[50:60, 80] = correlation[41:51, 20] = 1.0
+    correlation[70:75, 60:70] = 1.0  # another lobe
+    shortest, longest = decay_lengths(correlation, (1.0, 1.0))
+    assert shortest == pytest.approx(0.8)
+    assert longest == pytest.approx(math.hypot(30.8, 9.0))
+
+
+@pytest.mark.parametrize("valleys", [0.1, 0.3])
+def test_the_rms_of_a_plateau_is_found_under_its_valleys(valleys: float) -> None:
+    """Two Gaussian processes, the lower of both at each point, as honing leaves them."""
+    rng = np.random.default_rng(4)
+    plateau = 2e-7 * rng.standard_normal((300, 300))
+    depth = 2e-6 * rng.standard_normal((300, 300))
+    honed = np.minimum(plateau, depth - np.quantile(depth, valleys))
+    scan = ms.Scan(honed, PIXEL)
+    assert scan.areal_parameters().plateau_rms == pytest.approx(2e-7, rel=0.15)
+    assert scan.profile_parameters().plateau_rms == pytest.approx(2e-7, rel=0.15)
+    assert math.isnan(ms.Scan(plateau, PIXEL).areal_parameters().plateau_rms)
 
 
 def test_the_uncertainty_of_the_spectrum_is_its_scatter() -> None:

@@ -13,7 +13,7 @@ from click.testing import CliRunner
 from scipy.special import ndtr, ndtri
 
 import microslip as ms
-from microslip._core.netcdf import Variable
+from microslip._core.dataset import Variable
 from microslip.cli import main
 from microslip.study.build import Design, at_middle, check_draws
 from microslip.study.description import StudyDescription

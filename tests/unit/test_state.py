@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import pickle
 
 import numpy as np
@@ -148,21 +147,6 @@ def test_commit_needs_a_trial() -> None:
     state.try_(2e-7)
     state.advance([0.0])
     assert refusal(state.commit) == message
-
-
-@pytest.mark.parametrize(
-    "copier",
-    [copy.copy, copy.deepcopy, lambda state: pickle.loads(pickle.dumps(state))],
-    ids=["copy", "deepcopy", "pickle"],
-)
-def test_python_copies_are_independent(copier, joint: ms.Interface) -> None:
-    state = joint.start()
-    state.advance(record(joint, 40))
-    other = copier(state)
-    before = snapshot(state)
-    assert snapshot(other) == before
-    other.advance(record(joint, 40, seed=4))
-    assert snapshot(state) == before
 
 
 # -- refusals --------------------------------------------------------------------------------------

@@ -11,7 +11,7 @@ import pytest
 from studies import AMPLITUDES, CURVE, LOADS, STUDY, SURFACE, SURFACES, edited
 
 import microslip as ms
-from microslip.study.runs.columns import AmplitudeCurve, blocks
+from microslip.study.runs.columns import AmplitudeCurve, pieces_of
 
 NO_REPORT = "report = false\n"
 RECORD = [0.0, 0.4, -0.2, 0.3, -0.5, 0.0, 2.0, -3.0]
@@ -157,7 +157,7 @@ def test_a_curve_is_the_backbone_of_the_joint_piece_by_piece() -> None:
 
 @pytest.mark.parametrize("size", [1, 63, 64, 65, 1000, 100_003])
 def test_pieces_cover_everything_once(size: int) -> None:
-    pieces = list(blocks(size))
+    pieces = list(pieces_of(size))
     assert pieces[0].start == 0
     assert [piece.start for piece in pieces[1:]] == [piece.stop for piece in pieces[:-1]]
     assert pieces[-1].stop == size
@@ -182,11 +182,11 @@ def test_a_result_is_frozen_and_survives_copies(record: Path) -> None:
 @pytest.mark.parametrize("name", ["exponential", "sphere", "table"])
 def test_the_files_are_known_before_anything_is_computed(name: str, record: Path) -> None:
     """Without matplotlib, which takes half a second to load: so the names stand twice."""
-    from microslip.report.predicted.figures import names
-    from microslip.report.predicted.numbers import files
+    from microslip.report.predicted.figures import figure_names_of
+    from microslip.report.predicted.numbers import file_names
 
     for text in (with_history("x", "displacement"), STUDY):
         text = text.replace(SURFACE, SURFACES[name]).replace(LOADS, '"50 N"')
         study = ms.Study.from_toml(text.replace('["csv"]', '["png"]'), folder=record)
-        drawn = [file.removesuffix(".png") for file in files(study) if file.endswith(".png")]
-        assert drawn == list(names(study.run()))
+        drawn = [file.removesuffix(".png") for file in file_names(study) if file.endswith(".png")]
+        assert drawn == list(figure_names_of(study.run()))

@@ -10,7 +10,7 @@ import pytest
 from studies import LOADS, STUDY, SURFACE, SURFACES, edited
 
 import microslip as ms
-from microslip._core.netcdf import Variable
+from microslip._core.dataset import Variable
 from microslip._core.units import HARDNESS, QuantityError, to_si
 from microslip.contact import NORMAL_LAWS
 from microslip.friction.input_slopes import input_slopes

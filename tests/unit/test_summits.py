@@ -9,7 +9,7 @@ import pytest
 from made_surfaces import paraboloids
 
 import microslip as ms
-from microslip.friction import Verdict
+from microslip.contact import Verdict
 from microslip.surfaces import cut, find_summits, random_surface
 from microslip.surfaces.height_map import noise_passed, noise_std
 

@@ -17,6 +17,7 @@ from own_laws import LAWS
 
 import microslip as ms
 from microslip._core import netcdf
+from microslip._core.dataset import DataSet, Variable
 
 JOINT = ms.Interface.examples()[0]
 LOADS = [500.0, 2000.0, 5000.0]
@@ -242,7 +243,7 @@ def test_a_file_that_fails_leaves_nothing(tmp_path: Path, monkeypatch: pytest.Mo
     def full(*_: Any) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("microslip.friction.sweeps.arrays.write_netcdf", full)
+    monkeypatch.setattr("microslip._core.netcdf.write", full)
     path = tmp_path / "sweep.nc"
     assert refusal(SWEPT.to_netcdf, path) == f"{path}: cannot be written: no space left on device"
     assert list(tmp_path.iterdir()) == []
@@ -251,10 +252,9 @@ def test_a_file_that_fails_leaves_nothing(tmp_path: Path, monkeypatch: pytest.Mo
 def test_the_writer_of_netcdf(tmp_path: Path) -> None:
     """Text, flags, whole numbers, names of points that are no dimension, a large array."""
     path = tmp_path / "all.nc"
-    variable = netcdf.Variable
+    variable = Variable
     noise = np.random.default_rng(0).normal(size=(2, 3000))
-    netcdf.write(
-        path,
+    data = DataSet(
         {"load": 2, "point": 3000},
         {
             "load": variable(("load",), np.array([1.0, 2.0]), {"units": "N"}),
@@ -269,17 +269,18 @@ def test_the_writer_of_netcdf(tmp_path: Path) -> None:
         },
         {"title": "µ"},
     )
+    netcdf.write(path, data)
     for engine in ("h5netcdf", "netcdf4"):
-        with xarray.open_dataset(path, engine=engine) as data:
-            np.testing.assert_array_equal(data["noise"], noise)
-            assert set(data["noise"].coords) == {"load", "place"}
-            assert data["name"].values.tolist() == ["light", "schwer, µ"]
-            assert data["ok"].values.tolist() == [1, 0]
-            assert int(data["count"]) == 7
-            np.testing.assert_array_equal(data["empty"], [np.nan, np.inf])
-            assert data.attrs == {"title": "µ"}
+        with xarray.open_dataset(path, engine=engine) as file:
+            np.testing.assert_array_equal(file["noise"], noise)
+            assert set(file["noise"].coords) == {"load", "place"}
+            assert file["name"].values.tolist() == ["light", "schwer, µ"]
+            assert file["ok"].values.tolist() == [1, 0]
+            assert int(file["count"]) == 7
+            np.testing.assert_array_equal(file["empty"], [np.nan, np.inf])
+            assert file.attrs == {"title": "µ"}
     with pytest.raises(FileExistsError):
-        netcdf.write(path, {}, {}, {}, {})
+        netcdf.write(path, data)
 
 
 # -- errors ----------------------------------------------------------------------------------------

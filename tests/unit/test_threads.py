@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from threading import Barrier, Thread
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from threadpoolctl import ThreadpoolController
 
 import microslip as ms
 from microslip._core.threads import single_threaded
+from microslip.identification import run
 
 del linalg  # imported for its BLAS
 BLAS = ThreadpoolController().select(user_api="blas")
@@ -40,20 +42,27 @@ def two_threads() -> Iterator[list[int]]:
     set_threads(usual)
 
 
-def test_a_fit_has_one_thread_and_gives_them_back(two_threads: list[int]) -> None:
+def test_a_fit_has_one_thread_and_gives_them_back(
+    two_threads: list[int], monkeypatch: pytest.MonkeyPatch
+) -> None:
     wave = np.sin(2.0 * np.pi * np.arange(5 * 64 + 1) / 64)
     noise = 0.1 * np.random.default_rng(1).normal(size=wave.size)
     force = ms.Jenkins(1e7, 30.0).force(5e-6 * wave) + noise
     record = ms.Record(5e-6 * wave, force)
     within: list[list[int]] = []
-    ms.identify(
-        record, "jenkins", rig_stiffness=None, progress=lambda share: within.append(threads())
-    )
+    fold = run.fold
+
+    def folded(*arguments: Any) -> Any:
+        within.append(threads())
+        return fold(*arguments)
+
+    monkeypatch.setattr(run, "fold", folded)
+    ms.identify(record)
     assert within
     assert all(set(seen) == {1} for seen in within)
     assert threads() == two_threads
     with pytest.raises(ms.InputError):
-        ms.identify(record, "interface")  # no normal load
+        ms.identify(record, law="interface")  # no normal load
     assert threads() == two_threads
 
 

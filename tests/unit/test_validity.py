@@ -11,8 +11,8 @@ import pytest
 
 import microslip as ms
 from microslip._core.verdicts import worst
-from microslip.friction import Verdict
-from microslip.friction.validity import RULES
+from microslip.contact import Verdict
+from microslip.contact.validity import RULES
 
 DENSITY, AREA = 1e8, 2e-4  # 20 000 summits
 STRAIN = "density * radius * std"

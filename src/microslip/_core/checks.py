@@ -124,6 +124,9 @@ def _check_size(name: str, smallest: float, largest: float, unit: str) -> None:
         raise InputError(f"`{name}` must be {limits}, got {worst}")
 
 
+_FEW = 4096  # numbers that are looked at one by one sooner than they are added
+
+
 def floats(
     name: str, value: ArrayLike, unit: str = "", *, missing: bool = False, endless: bool = False
 ) -> Floats:
@@ -132,6 +135,14 @@ def floats(
     Quantities are converted to ``unit``. Empty arrays are refused. With ``missing`` NaN is allowed
     (missing values), with ``endless`` infinity.
     """
+    if (
+        type(value) is np.ndarray
+        and value.dtype.char == "d"
+        and 0 < value.size <= _FEW
+        and value.ndim
+        and np.isfinite(value).all()
+    ):
+        return np.ascontiguousarray(value)
     try:
         value = without_unit(name, value, unit)
         if _is_text(value) or np.ma.is_masked(value):

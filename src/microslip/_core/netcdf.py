@@ -2,64 +2,50 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from microslip._core.checks import Progress
+from microslip._core.dataset import DataSet
 from microslip._core.packages import needed_for
 
 _COMPRESSED = 4096  # bytes, from which on an array is
 
 
-class Variable(NamedTuple):
-    """An array with the names of its dimensions and its attributes (``units``, ``long_name``)."""
-
-    dims: tuple[str, ...]
-    values: NDArray[Any]
-    attributes: Mapping[str, Any]
-
-
-def write(
-    path: str | Path,
-    dims: Mapping[str, int],
-    coords: Mapping[str, Variable],
-    variables: Mapping[str, Variable],
-    attributes: Mapping[str, Any],
-    progress: Callable[[float], None] | None = None,
-) -> None:
+def write(path: str | Path, data: DataSet, progress: Progress | None = None) -> None:
     """Write a new netCDF-4 file that xarray, netCDF4, h5py and MATLAB read."""
+    coords, variables = data.coords, data.variables
     with needed_for("netCDF files need"):
         import h5netcdf
 
     auxiliary = {name: set(v.dims) for name, v in coords.items() if v.dims != (name,)}
     total, written = sum(v.values.nbytes for v in (*coords.values(), *variables.values())), 0
     with h5netcdf.File(path, "x", track_order=True) as file:
-        file.dimensions = dict(dims)
-        for name, value in attributes.items():
+        file.dimensions = dict(data.sizes)
+        for name, value in data.attributes.items():
             _set(file, name, value)
         for group in (coords, variables):
             for name, (names, values, about) in group.items():
-                data = np.asarray(values)
-                text = data.dtype.kind not in "iufb"
-                if data.dtype.kind == "b":
-                    data = data.astype(np.int8)
+                array = np.asarray(values)
+                text = array.dtype.kind not in "iufb"
+                if array.dtype.kind == "b":
+                    array = array.astype(np.int8)
                 packed = {"compression": "gzip", "compression_opts": 4, "shuffle": True}
                 variable = file.create_variable(
                     name,
                     names,
-                    dtype=_text() if text else data.dtype,
-                    data=data.astype(object) if text else data,
-                    **(packed if data.nbytes > _COMPRESSED and not text else {}),
+                    dtype=_text() if text else array.dtype,
+                    data=array.astype(object) if text else array,
+                    **(packed if array.nbytes > _COMPRESSED and not text else {}),
                 )
                 for key, value in about.items():
                     _set(variable, key, value)
                 near = [key for key, its in auxiliary.items() if its <= set(names)]
                 if group is variables and near:
                     _set(variable, "coordinates", " ".join(near))
-                written += data.nbytes
+                written += array.nbytes
                 if progress is not None:
                     progress(min(written / total, 1.0))
 
@@ -82,23 +68,3 @@ def _text() -> Any:
     import h5py
 
     return h5py.string_dtype()
-
-
-class Contents(NamedTuple):
-    """Labelled content of a result."""
-
-    dims: dict[str, int]
-    coords: dict[str, Variable]
-    variables: dict[str, Variable]
-    attributes: dict[str, Any]
-
-
-def dataset(contents: Contents) -> Any:
-    """The same as an `xarray.Dataset`: what xarray reads from the file."""
-    with needed_for("to_xarray needs", "xarray", "save(...) and its result.nc need nothing more"):
-        import xarray
-    return xarray.Dataset(
-        data_vars={name: tuple(variable) for name, variable in contents.variables.items()},
-        coords={name: tuple(variable) for name, variable in contents.coords.items()},
-        attrs=contents.attributes,
-    )

@@ -22,7 +22,7 @@ from typing import Any, ClassVar, NoReturn, Self
 from microslip._core.by_value import ByValue
 from microslip._core.errors import InputError
 from microslip._core.units import LARGEST, SMALLEST, Kind, kind_of, to_si
-from microslip._core.wording import show
+from microslip._core.wording import quote
 
 JsonSchema = dict[str, Any]
 
@@ -266,11 +266,11 @@ class Number:
     def _read_quantity(self, raw_value: object, kind: Kind, example: str) -> float:
         value = to_si(raw_value, kind, example, "positive" if self.is_positive else "any")
         if not self.holds(value):
-            raise WrongValue(self.limited(kind.with_article), show(raw_value))
+            raise WrongValue(self.limited(kind.with_article), quote(raw_value))
         return value
 
     def _refuse(self, raw_value: object, hint: str = "") -> NoReturn:
-        raise WrongValue(self.values_in_words, f"{show(raw_value)}{hint}")
+        raise WrongValue(self.values_in_words, f"{quote(raw_value)}{hint}")
 
     def schema(self) -> JsonSchema:
         """Return the JSON Schema of its value in a study, without title and description."""

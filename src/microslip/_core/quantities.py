@@ -25,10 +25,18 @@ def json_value(value: Any) -> Any:
 
 
 class Quantity(NamedTuple):
-    """Unit ("-" for none) and meaning of a number in tables, in the summary and in netCDF."""
+    """Unit, meaning and look of a number: the same in tables, figures, summary and netCDF."""
 
     unit: str
+    """SI unit, "-" for a plain number."""
     meaning: str
+    label: str = ""
+    """Heading of its column on a page."""
+    symbol: str = ""
+    """Heading of its column on a terminal; by default the label."""
+    form: str = "4"
+    """Number of significant digits, or the name of a writer of
+    :data:`microslip.report.cells.FORMS`."""
 
     @property
     def attributes(self) -> dict[str, str]:
@@ -38,56 +46,91 @@ class Quantity(NamedTuple):
 
 
 QUANTITIES: dict[str, Quantity] = {
-    "normal_load": Quantity("N", "normal load"),
-    "amplitude": Quantity("m", "displacement amplitude"),
+    "normal_load": Quantity("N", "normal load", "Load", "load", "chosen"),
+    "amplitude": Quantity("m", "displacement amplitude", "Amplitude", "amplitude", "chosen"),
     "displacement": Quantity("m", "tangential displacement"),
     "force": Quantity("N", "force that holds the displacement"),
     # what belongs to an amplitude
-    "force_amplitude": Quantity("N", "force amplitude"),
-    "force_ratio": Quantity("-", "force amplitude over force limit"),
-    "dissipated_energy": Quantity("J", "energy dissipated in a cycle"),
+    "force_amplitude": Quantity("N", "force amplitude", "Force amplitude", "force", "chosen"),
+    "force_ratio": Quantity("-", "force amplitude over force limit", "T/μN", "", "saturating"),
+    "dissipated_energy": Quantity(
+        "J", "energy dissipated in a cycle", "Energy per cycle", "energy/cycle", "3"
+    ),
     "energy_ratio": Quantity("-", "dissipated energy over 4 displacement times force amplitude"),
-    "loss_factor": Quantity("-", "loss factor of the interface"),
-    "damping_ratio": Quantity("-", "equivalent viscous damping ratio of the interface"),
-    "secant_stiffness": Quantity("N/m", "force amplitude over displacement amplitude"),
+    "loss_factor": Quantity("-", "loss factor of the interface", "Loss factor η", "η", "ratio"),
+    "damping_ratio": Quantity(
+        "-", "equivalent viscous damping ratio of the interface", "Damping ratio ζ", "ζ", "ratio",
+    ),
+    "secant_stiffness": Quantity(
+        "N/m", "force amplitude over displacement amplitude", "Secant stiffness", "", "3"
+    ),
     "tangent_stiffness": Quantity("N/m", "slope of the first loading curve at the amplitude"),
-    "dissipation_exponent": Quantity("-", "local power of the amplitude in the dissipated energy"),
+    "dissipation_exponent": Quantity(
+        "-", "local power of the amplitude in the dissipated energy", "Exponent", "", "general"
+    ),
     "slider_density": Quantity("N/m^2", "stiffness of the Iwan sliders per yield displacement"),
     "stick_area": Quantity("m^2", "contact area that sticks at the end of the first loading"),
-    "stick_share": Quantity("-", "stick area over real contact area"),
-    # what belongs to an amplitude under a normal load that varies
+    "stick_share": Quantity(
+        "-", "stick area over real contact area", "Sticking share", "", "percent"
+    ),
     # what belongs to a load
     "separation": Quantity("m", "separation of the surfaces"),
-    "standardised_separation": Quantity("-", "separation over the spread of the heights"),
-    "contact_count": Quantity("-", "summits in contact"),
-    "contact_area": Quantity("m^2", "real contact area"),
-    "contact_area_fraction": Quantity("-", "real over apparent contact area"),
-    "mean_contact_pressure": Quantity("Pa", "normal load over real contact area"),
-    "normal_stiffness": Quantity("N/m", "normal stiffness"),
-    "tangential_stiffness": Quantity("N/m", "tangential stiffness at rest"),
-    "force_limit": Quantity("N", "force of gross slip"),
+    "standardised_separation": Quantity(
+        "-", "separation over the spread of the heights", "h", "", "decimals"
+    ),
+    "contact_count": Quantity("-", "summits in contact", "Contacts", "contacts", "expected"),
+    "contact_area": Quantity("m^2", "real contact area", "Real area", "real area", "area"),
+    "contact_area_fraction": Quantity(
+        "-", "real over apparent contact area", "Real area", "real area", "percent"
+    ),
+    "mean_contact_pressure": Quantity(
+        "Pa", "normal load over real contact area", "Mean pressure", "N/real area", "3"
+    ),
+    "normal_stiffness": Quantity("N/m", "normal stiffness", "kₙ", "", "3"),
+    "tangential_stiffness": Quantity(
+        "N/m", "tangential stiffness at rest, contact alone", "kₜ", "", "3"
+    ),
+    "rig_normal_stiffness": Quantity("N/m", "normal stiffness with the solid behind the contact"),
+    "rig_tangential_stiffness": Quantity(
+        "N/m", "tangential stiffness at rest with the solid behind the contact",
+        "kₜ at a rig", "kₜ, rig", "3",
+    ),
+    "force_limit": Quantity("N", "force of gross slip", "μN", "", "3"),
     "slip_per_indentation": Quantity("-", "slip limit of a contact over its indentation"),
-    "slip_scale": Quantity("m", "displacement over which the joint goes from sticking to sliding"),
+    "slip_scale": Quantity(
+        "m", "displacement over which the joint goes from sticking to sliding",
+        "Slip scale", "slip scale", "3",
+    ),
     "cubic_coefficient": Quantity("J/m^3", "c of the energy at small amplitudes a, c a^3"),
     "linear_offset": Quantity("m", "b of the energy at large amplitudes a, 4 mu N (a - b)"),
     # a history
-    "largest_displacement": Quantity("m", "largest displacement of the history in size"),
-    "largest_force": Quantity("N", "largest force of the history in size"),
+    "largest_displacement": Quantity(
+        "m", "largest displacement of the history in size",
+        "Largest displacement", "largest displacement", "3",
+    ),
+    "largest_force": Quantity(
+        "N", "largest force of the history in size", "Largest force", "", "3"
+    ),
     "mode": Quantity("-", "number of the mode of the structure"),
-    "modal_frequency": Quantity("Hz", "frequency of a mode, by harmonic balance"),
+    "modal_frequency": Quantity(
+        "Hz", "frequency of a mode, by harmonic balance", "Frequency [Hz]", "Hz", "hertz"
+    ),
     "modal_damping_ratio": Quantity(
-        "-", "damping ratio of a mode in steady motion, by harmonic balance"
+        "-", "damping ratio of a mode in steady motion, by harmonic balance",
+        "Damping ratio ζ, steady", "ζ", "ratio",
     ),
     **{
-        f"modal_{name}_{word}": Quantity(unit, f"{share} % quantile of the {meaning} of a mode")
-        for name, unit, meaning in (
-            ("frequency", "Hz", "frequency"),
-            ("damping_ratio", "-", "damping ratio"),
+        f"modal_{name}_{word}": Quantity(
+            unit, f"{share} % quantile of the {meaning} of a mode", f"{letter}, {share} %", "", form
+        )
+        for name, unit, meaning, letter, form in (
+            ("frequency", "Hz", "frequency", "f", "hertz"),
+            ("damping_ratio", "-", "damping ratio", "ζ", "ratio"),
         )
         for word, share in (("low", 5), ("median", 50), ("high", 95))
     },
     "quantile": Quantity("-", "share of the samples below"),
-}
+}  # fmt: skip
 """Meanings of the names of columns, keys and variables; all numbers are in SI units."""
 
 UNITS: dict[str, str] = {name: quantity.unit for name, quantity in QUANTITIES.items()}

@@ -16,7 +16,7 @@ from typing import Any, Literal
 
 from microslip._core.errors import InputError
 from microslip._core.packages import needed_for
-from microslip._core.wording import nearest, shorten, show
+from microslip._core.wording import nearest, quote, shorten
 
 Sign = Literal["positive", "any"]
 
@@ -123,10 +123,10 @@ def to_si(raw_value: object, kind: Kind, example: str, sign: Sign = "positive") 
     """Turn a quantity written with its unit into a float in SI units."""
     message = f'wanted {kind.with_article} such as "{example}", got '
     if isinstance(raw_value, (int, float)) and not isinstance(raw_value, bool):
-        raise QuantityError(f"{message}{show(raw_value)} (a number without a unit)")
+        raise QuantityError(f"{message}{quote(raw_value)} (a number without a unit)")
     if not isinstance(raw_value, str):
-        raise QuantityError(message + show(raw_value))
-    came = show(raw_value)
+        raise QuantityError(message + quote(raw_value))
+    came = quote(raw_value)
     if kind.by_torque and (load := _of_bolts(raw_value)) is not None:
         return load
     number = _NUMBER.match(raw_value.replace("\N{MINUS SIGN}", "-"))
@@ -165,7 +165,7 @@ def _of_bolts(text: str) -> float | None:
     if bolts is None or 0.0 in (size := (float(bolts[2]), float(bolts[3]))):
         raise QuantityError(
             "a torque needs its bolts and their nut factor K (0.2 for dry steel), such as "
-            f'"20 N m on 4 M8, K 0.2", got {show(text)}'
+            f'"20 N m on 4 M8, K 0.2", got {quote(text)}'
         )
     return int(bolts[1] or 1) * value / (1e-3 * size[0] * size[1])
 
@@ -192,7 +192,7 @@ def units(text: str) -> float:
         The same in SI units, such as [Pa], the double nearest to what was written.
     """
     message = 'units("69 GPa") wants a number with its unit, got '
-    came = show(text)
+    came = quote(text)
     number = _NUMBER.match(text.replace("\N{MINUS SIGN}", "-")) if isinstance(text, str) else None
     if number is None:
         raise InputError(f"{message}{came}")

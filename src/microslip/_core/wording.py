@@ -23,7 +23,7 @@ def shorten(text: str, length: int) -> str:
     return text if len(text) <= length else text[: length - 1] + "…"
 
 
-def show(value: object) -> str:
+def quote(value: object) -> str:
     """A received value as the user would recognise it, short and on one line."""
     if isinstance(value, bool):
         return "true" if value else "false"

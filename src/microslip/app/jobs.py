@@ -16,8 +16,8 @@ from secrets import token_hex
 from typing import Any
 
 from microslip._core.errors import InputError
-from microslip._core.wording import show
-from microslip.study.toml_text import FILE_KEYS, edited_text, tables_of, text_of
+from microslip._core.wording import quote
+from microslip.study.toml_text import FILE_KEYS, tables_of, text_of
 
 LOOK = "look"
 """Begins the name of a form for a look into a file: "look record", "look scan"."""
@@ -92,28 +92,12 @@ class Run:
         return {path.name: path for path in sorted(folder.iterdir()) if path.is_file()}
 
     def study(self) -> str | None:
-        """A study of the joint that was found: the identified one, or the summits of a scan."""
-        from microslip.study.new import template
-
+        """A study of the joint that was found: the identified one, or that of a scan."""
         files = self.files()
-        if "joint.toml" in files:
-            return files["joint.toml"].read_text(encoding="utf-8")
-        if "surface.toml" not in files:
-            return None
-        summary = json.loads(files["summary.json"].read_text(encoding="utf-8"))
-        summits = summary.get("summits")
-        if summits is None:
-            return None
-        units = {"std": "m", "mean_height": "m", "radius": "m", "density": "1/m^2"}
-        std, mean, radius, density = (f"{summits[name]!r} {unit}" for name, unit in units.items())
-        values: dict[tuple[str, ...], Any] = {
-            ("surface", "heights"): {"kind": "gaussian", "std": std, "mean": mean},
-            ("surface", "radius"): radius,
-            ("surface", "density"): density,
-            # A scan tells nothing of loads that the joint has carried before.
-            ("joint", "tightening_load"): None,
-        }
-        return edited_text(template(name=f"{self.kind}.toml"), values)
+        for name in ("joint.toml", "study.toml"):
+            if name in files:
+                return files[name].read_text(encoding="utf-8")
+        return None
 
     def summary(self) -> dict[str, Any]:
         """Summary of the job for the page."""
@@ -123,7 +107,7 @@ class Run:
         files = [*self.files()]
         return {
             **plain, "command": self.command, "printed": self.printed, "files": files,
-            "study": bool({"joint.toml", "surface.toml"} & {*files}),
+            "study": bool({"joint.toml", "study.toml"} & {*files}),
         }  # fmt: skip
 
 
@@ -158,7 +142,7 @@ class Workspace:
         kind = request.get("kind")
         commands = [name for name in self.forms if not name.startswith(LOOK)]
         if not isinstance(kind, str) or kind not in commands:
-            raise InputError(f"kind must be one of {', '.join(commands)}, got {show(kind)}")
+            raise InputError(f"kind must be one of {', '.join(commands)}, got {quote(kind)}")
         inputs = request.get("uploads")
         if not isinstance(inputs, list) or not 1 <= len(inputs) <= _JOB_LIMIT:
             raise InputError(f"uploads must be a list of 1 to {_JOB_LIMIT}")
@@ -198,7 +182,7 @@ class Workspace:
         for name, value in options.items():
             field = fields.get(name)
             if field is None:
-                raise InputError(f"{kind} has no option {show(name)} here")
+                raise InputError(f"{kind} has no option {quote(name)} here")
             if field.kind == "flag":
                 arguments += [f"--{name}"] * bool(value)
                 continue

@@ -14,6 +14,7 @@ from microslip.cli.options import Report, flag, offers, output_option, progress,
 from microslip.cli.studies import overridable, study_argument
 
 if TYPE_CHECKING:
+    from microslip._core.checks import Floats
     from microslip.report import Study
 
 KINDS = (
@@ -196,9 +197,7 @@ def _law(
         )
     if nodes is None:
         return joints[0], None
-    from microslip.export.node_tables import read_nodes
-
-    table = read_nodes(nodes)
+    table = _nodes_of(nodes)
     if table.shape[1] == 2:
         return [joints[0]] * len(table), table
     if not isinstance(joints[0], Interface):
@@ -213,3 +212,43 @@ def _law(
         loads=table[:, 3],
     )
     return field, table[:, :2].astype(int)
+
+
+_LINE_FORMAT = "lines of two numbers of nodes, or of these with an area [m^2] and a load [N]"
+
+
+def _nodes_of(file: str) -> Floats:
+    """Read rows of two or four numbers, separated by blanks or commas; # begins a comment."""
+    import numpy as np
+
+    from microslip._core.errors import InputError
+    from microslip.readers.files import usable
+
+    path = Path(file)
+    try:
+        with usable(path, "a table of nodes"):
+            text = path.read_text(encoding="utf-8-sig")
+    except ValueError as error:
+        problem = (
+            f"wanted {_LINE_FORMAT}, got no text" if isinstance(error, UnicodeError) else error
+        )
+        raise InputError(f"{path}: {problem}") from None
+    rows: list[list[float]] = []
+    for number, line in enumerate(text.splitlines(), 1):
+        words = line.split("#")[0].replace(",", " ").split()
+        if not words:
+            continue
+        try:
+            row = [float(word) for word in words]
+        except ValueError:
+            raise InputError(
+                f"{path}: line {number}: wanted {_LINE_FORMAT}, got {line!r}"
+            ) from None
+        if len(row) not in (2, 4) or (rows and len(row) != len(rows[0])):
+            raise InputError(
+                f"{path}: line {number}: wanted {_LINE_FORMAT}, got {len(row)} numbers"
+            )
+        rows.append(row)
+    if not rows:
+        raise InputError(f"{path}: wanted {_LINE_FORMAT}, got none")
+    return np.array(rows)

@@ -102,7 +102,7 @@ def measure(
         from microslip.laboratory import measure as measured
         from microslip.laboratory.campaign import Campaign
         from microslip.laboratory.record import path_text
-        from microslip.report.files import write
+        from microslip.report.files import write_document
         from microslip.report.measured import KIND, document
 
         with output.staged(KIND, "measurement") as stage, progress("Measuring") as report:
@@ -114,9 +114,7 @@ def measure(
             skipped: list[tuple[str, str]] = []
             for index, path in enumerate(paths):
                 try:
-                    record = reading.read(path)
-                    if files.manifest is not None:
-                        record = files.manifest.loaded(record, index)
+                    record = reading.read(path, index, files.manifest)
                     result = measured(
                         record,
                         model=_at_the_load_of(record, joints),
@@ -151,7 +149,7 @@ def measure(
             )
             result_document = document(campaign, in_options, skipped)
             if stage is not None:
-                result_document = write(result_document, stage, output.kinds)
+                result_document = write_document(result_document, stage, output.kinds)
     output.tell(result_document, full=every_table)
 
 

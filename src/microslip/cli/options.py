@@ -241,6 +241,7 @@ def writes(folder: str, earlier: str = "result", *between: Decorator) -> Decorat
 
 
 PATIENCE = 1.0
+_LOG_INTERVAL = 30.0  # seconds between two lines of progress in a log
 """Time without a sign of life that needs no explanation [s]."""
 
 Report = Callable[[float], None]
@@ -285,7 +286,7 @@ def stoppable() -> Iterator[None]:
 
 @contextmanager
 def progress(name: str) -> Iterator[Report]:
-    """A bar with the time left on the terminal after the first second; nothing in a pipe.
+    """Show progress with the time left: a bar on a terminal, a line each half minute in a log.
 
     A program that runs the command asks for lines with MICROSLIP_PROGRESS=lines.
     """
@@ -293,7 +294,7 @@ def progress(name: str) -> Iterator[Report]:
         yield lambda share: click.echo(f"progress {share:.4f}", err=True)
         return
     if not _is_live(sys.stderr):
-        yield lambda share: None
+        yield _log_lines(name)
         return
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TaskProgressColumn, TimeRemainingColumn
@@ -319,6 +320,22 @@ def progress(name: str) -> Iterator[Report]:
         timer.join()
         if bar.live.is_started:
             bar.stop()
+
+
+def _log_lines(name: str) -> Report:
+    """Return a report that writes share and time left to a log, at most every half minute."""
+    started = last = time.monotonic()
+
+    def report(share: float) -> None:
+        nonlocal last
+        now = time.monotonic()
+        if now - last < _LOG_INTERVAL or not 0.0 < share < 1.0:
+            return
+        last = now
+        left = (now - started) * (1.0 - share) / share
+        click.echo(f"{name}: {share:.0%}, about {left:.0f} s left", err=True)
+
+    return report
 
 
 def _is_live(stream: object) -> bool:

@@ -12,17 +12,14 @@ import click
 from microslip._core.options import is_number
 from microslip._core.quantities import named
 from microslip._core.units import (
-    AREA,
     DENSITY,
     FORCE,
     LENGTH,
-    STIFFNESS,
-    TIME,
     VOLUME,
     with_one_unit,
 )
 from microslip._core.wording import did_you_mean, plural, shorten
-from microslip.cli.options import ANY_PATH, Command, Decorator, ends_in, offers, option, quantity
+from microslip.cli.options import ANY_PATH, Command, Decorator, offers, option, quantity
 from microslip.laboratory import options
 from microslip.readers.files import LIMIT
 
@@ -31,100 +28,42 @@ if TYPE_CHECKING:
     from microslip.laboratory.manifest import Manifest
 
 
-_FOLLOWING = {
+_KNOWN = {
+    "friction_coefficient": "",
+    "slip_scale": "m",
+    "standardised_separation": "",
     "std": "m",
     "radius": "m",
     "density": "1/m^2",
     "summit_count": "",
-    "contact_area": "m^2",
-    "force_limit": "N",
-    "tangential_stiffness": "N/m",
-    "load_scale": "N",
 }
-"""Units of what follows from the parameters, as far as it may be known from elsewhere."""
+"""Units of what may be known from elsewhere."""
 
 
-def options_of(values: dict[str, Any], laws: Sequence[str]) -> dict[str, Any]:
-    """Options of a fit in SI units, of what the command line gives for them."""
-    plain = ("summits", "loss", "held_back", "confidence")
-    return {
-        "fixed": values_of(values["fix"], laws),
-        "bounds": bounds_of(values["bound"], laws),
-        "rig_stiffness": rig_stiffness_of(values["rig_stiffness"]),
-        "contact_area": contact_area_of(values["contact_area"]),
-        "known": known_of(values["known_values"], laws),
-        "cycles": slice_of("--cycles", values["cycles"]),
-        "nuisances": values["nuisances"] or None,
-        "noise": noise_of(values["noise"]),
-        "delay": "free" if values["free_delay"] else delay_of(values["lag"]),
-        **{name: values[name] for name in plain},
-    }
-
-
-def values_of(texts: tuple[str, ...], laws: Sequence[str]) -> dict[str, float]:
-    """Values of --fix, NAME=VALUE each."""
-    units = _units_of(laws)
-    return {
-        name: _quantity("--fix", name, text, units) for name, text in pairs("fix", texts).items()
-    }
-
-
-def bounds_of(texts: tuple[str, ...], laws: Sequence[str]) -> dict[str, tuple[float, float]]:
-    """Bounds of --bound, NAME=LOW..HIGH each."""
-    units = _units_of(laws)
-    bounds = {}
-    for name, text in pairs("bound", texts).items():
-        low, high = (
-            _quantity("--bound", name, end, units)
-            for end in ends_in("--bound", text, f"{name}=LOW..HIGH")
-        )
-        if not low < high:
-            raise click.UsageError(
-                f'--bound wants {name}=LOW..HIGH with LOW below HIGH, got "{text}"'
-            )
-        bounds[name] = (low, high)
-    return bounds
-
-
-def known_of(texts: tuple[str, ...], laws: Sequence[str]) -> dict[str, tuple[float, float]]:
+def known_of(texts: tuple[str, ...]) -> dict[str, tuple[float, float]]:
     """Known values of --known, NAME=VALUE±DEVIATION each."""
-    units = {**_units_of(laws), **_FOLLOWING}
     measured = {}
     for name, text in pairs("known", texts).items():
         value, deviation = with_deviation(text)
         if not value or not deviation:
             raise click.UsageError(f'--known wants {name}=VALUE±DEVIATION, got "{text}"')
-        measured[name] = (
-            _quantity("--known", name, value, units),
-            _quantity("--known", name, deviation, units),
-        )
+        measured[name] = (_quantity(name, value), _quantity(name, deviation))
     return measured
 
 
-def _units_of(laws: Sequence[str]) -> dict[str, str]:
-    """Units of the parameters of some laws."""
-    from microslip.report.identified.document import units_of
-
-    return units_of(laws)
-
-
-def _quantity(option: str, name: str, text: str, units: dict[str, str]) -> float:
-    """A value of a parameter [SI unit]."""
-    base = name.partition(" at ")[0]
-    if base not in units:
-        near = did_you_mean(name, units)
+def _quantity(name: str, text: str) -> float:
+    """Return a value of a parameter [SI unit]."""
+    if name not in _KNOWN:
+        near = did_you_mean(name, _KNOWN)
         raise click.UsageError(
-            f'{option}: no parameter "{name}"{near} (parameters: {", ".join(units)})'
+            f'--known: no parameter "{name}"{near} (parameters: {", ".join(_KNOWN)})'
         )
-    kinds = (AREA, DENSITY, FORCE, LENGTH, STIFFNESS)
-    kind = next((kind for kind in kinds if kind.unit == units[base]), None)
+    kind = next((kind for kind in (DENSITY, LENGTH) if kind.unit == _KNOWN[name]), None)
     if kind is None:
         if not is_number(text):
-            raise click.UsageError(f'{option}: {name} is a plain number, got "{text}"')
+            raise click.UsageError(f'--known: {name} is a plain number, got "{text}"')
         return float(text)
-    examples = {"m": "0.3 um", "N": "1 kN", "N/m": "200 N/um"}
-    example = examples.get(kind.unit, f"100 {kind.usual[0]}")
-    return quantity(f"{option}: {name}", text, kind, example)
+    return quantity(f"--known: {name}", text, kind, f"1 {kind.usual[0]}")
 
 
 def noise_of(text: str | None) -> tuple[float, float] | None:
@@ -140,35 +79,12 @@ def noise_of(text: str | None) -> tuple[float, float] | None:
     )
 
 
-def delay_of(text: str | None) -> float | str:
-    """A delay [s] with its unit, or "free"."""
-    if text is None or text.strip() == "free":
-        return 0.0 if text is None else "free"
-    return quantity("--delay", text, TIME, "50 us", "any")
-
-
-def rig_stiffness_of(text: str) -> Any:
-    """Known stiffness of the rig: "free", None for a rigid one, a value, or with its deviation."""
-    words = text.strip()
-    if words in ("free", "rigid"):
-        return "free" if words == "free" else None
-    value, deviation = with_deviation(words)
-    first = stiffness(value)
-    return first if deviation is None else (first, stiffness(deviation))
-
-
-def contact_area_of(text: str | None) -> tuple[float, float, float] | None:
-    """A contact area [m^2], its uncertainty [m^2] and load [N]."""
+def rig_stiffness_of(text: str | None) -> tuple[float, float] | None:
+    """Measured stiffness of the rig [N/m] and its standard deviation; None without one."""
     if text is None:
         return None
-    parts = [part.strip() for part in text.split(",")]
-    if len(parts) != 3:
-        raise click.UsageError(
-            '--contact-area wants an area, its uncertainty and the load, such as "6 mm^2, 1 mm^2, '
-            f'2 kN", got "{text}"'
-        )
-    area, deviation = (quantity("--contact-area", part, AREA, "6 mm^2") for part in parts[:2])
-    return area, deviation, quantity("--contact-area", parts[2], FORCE, "2 kN")
+    value, deviation = with_deviation(text.strip())
+    return stiffness(value), 0.0 if deviation is None else stiffness(deviation)
 
 
 def _or_none(column: str | None) -> Any:
@@ -204,16 +120,21 @@ class Reading(NamedTuple):
     drift: bool
     limit: int
 
-    def read(self, path: str, index: int = 0) -> Record:
-        """Read one file, the so many-th."""
+    def read(self, path: str, index: int = 0, manifest: Manifest | None = None) -> Record:
+        """Read one file, with the columns and the load that its row of a manifest names."""
         from microslip.laboratory import Record
 
         loads = self.normal_load
+        given = {
+            **named(self, "displacement", "force", "sample_rate", "frequency", "limit"),
+            "normal_load": _or_none(loads[index if len(loads) > 1 else 0] if loads else None),
+            "time": _or_none(self.time),
+        }
+        if manifest is not None:
+            given |= manifest.reading(index)
         record = Record.read(
             path,
-            **named(self, "displacement", "force", "sample_rate", "frequency", "limit"),
-            normal_load=_or_none(loads[index if len(loads) > 1 else 0] if loads else None),
-            time=_or_none(self.time),
+            **given,
             cycle_number=_or_none(self.cycle_number),
             sign=-1 if self.flip_sign else None,
             units=pairs("unit", self.units) or None,
@@ -221,6 +142,8 @@ class Reading(NamedTuple):
             zero=pairs("zero", self.zero) or None,
             rows=slice_of("--rows", self.rows),
         )
+        if manifest is not None:
+            record = manifest.loaded(record, index)
         if self.cutoff is None and not self.drift:
             return record
         from microslip.laboratory import condition
@@ -228,26 +151,46 @@ class Reading(NamedTuple):
         return condition(record, cutoff=self.cutoff, drift=self.drift)
 
 
-def reads(many_loads: bool = False) -> Decorator:
-    """Give a command the options of reading, as one argument, `reading`."""
+_WITHOUT: dict[str, Any] = {
+    **dict.fromkeys(Reading._fields),
+    **dict.fromkeys(("units", "calibration", "zero"), ()),
+    "flip_sign": False,
+    "drift": False,
+    "limit": LIMIT.default,
+}
+"""Values of the options that a command does not have."""
+
+
+def reads(*names: str, many_loads: bool = False) -> Decorator:
+    """Give a command options of reading, all or some by name, as one argument, `reading`."""
     several = "; one for all records, or one for each" if many_loads else ""
     load = options.NORMAL_LOAD.but(help=f"{options.NORMAL_LOAD.help[:-1]}{several}.")
+    given = names or Reading._fields
 
     def decorate(command: Command) -> Command:
         @wraps(command)
         def read(**arguments: Any) -> Any:
-            fields = {name: arguments.pop(name) for name in Reading._fields}
+            fields = {
+                name: arguments.pop(name) if name in given else default
+                for name, default in _WITHOUT.items()
+            }
             load = fields["normal_load"]
             if not isinstance(load, tuple):
                 fields["normal_load"] = () if load is None else (load,)
             return command(reading=Reading(**fields), **arguments)
 
-        decorated = offers(*options.SCALING, multiple=True)(read)
-        decorated = offers(options.ROWS, options.CUTOFF, options.DRIFT, LIMIT)(decorated)
-        decorated = offers(options.FREQUENCY, options.CYCLE_NUMBER, options.FLIP_SIGN)(decorated)
-        decorated = offers(options.TIME, options.SAMPLE_RATE)(decorated)
-        decorated = offers(load, **({"multiple": True} if many_loads else {}))(decorated)
-        return offers(options.DISPLACEMENT, options.FORCE)(decorated)
+        decorated: Command = read
+        for part, settings in (
+            (options.SCALING, {"multiple": True}),
+            ((options.ROWS, options.CUTOFF, options.DRIFT, LIMIT), {}),
+            ((options.FREQUENCY, options.CYCLE_NUMBER, options.FLIP_SIGN), {}),
+            ((options.TIME, options.SAMPLE_RATE), {}),
+            ((load,), {"multiple": True} if many_loads else {}),
+            ((options.DISPLACEMENT, options.FORCE), {}),
+        ):
+            offered = [one for one in part if one.name in given]
+            decorated = offers(*offered, **settings)(decorated)
+        return decorated
 
     return decorate
 

@@ -69,8 +69,8 @@ def bands_of(records: Sequence[str], text: str | None) -> list[tuple[float, floa
 def measure_modes(records: Sequence[str], output: Output, band: str | None) -> None:
     """Frequency and damping against amplitude of tests of modes."""
     with stoppable():
-        from microslip.report.files import write
-        from microslip.report.modal_test import KIND, document
+        from microslip.report.files import write_document
+        from microslip.report.modal_test import KIND, modal_test_document
         from microslip.structures import ModalTest
 
         bands = bands_of(records, band)
@@ -79,9 +79,9 @@ def measure_modes(records: Sequence[str], output: Output, band: str | None) -> N
             for index, (record, within) in enumerate(zip(records, bands, strict=True)):
                 tests.append(ModalTest.read(record, band=within))
                 report((index + 1) / len(records))
-            result_document = document(tests)
+            result_document = modal_test_document(tests)
             if stage is not None:
-                result_document = write(result_document, stage, output.kinds)
+                result_document = write_document(result_document, stage, output.kinds)
     output.tell(result_document)
 
 

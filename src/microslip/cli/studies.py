@@ -25,7 +25,7 @@ from microslip.cli.options import (
     switch,
     writes,
 )
-from microslip.study.new import LAWS, TEMPLATES, command_line, demo_text, write
+from microslip.study.new import TEMPLATE_LAWS, TEMPLATES, command_line, demo_text, write_template
 from microslip.surfaces.options import PROCESSES
 
 if TYPE_CHECKING:
@@ -168,7 +168,7 @@ def _list_templates(context: click.Context, param: click.Parameter, value: bool)
     if value:
         for name, meaning in TEMPLATES.items():
             click.echo(f"{name:<10} {meaning}")
-        from microslip.surfaces.finish import PROCESSES as TABLE
+        from microslip.contact.finish import PROCESSES as TABLE
 
         click.echo("Faces for --process, by the Ra that they commonly have:")
         for name, process in TABLE.items():
@@ -184,7 +184,11 @@ def _list_templates(context: click.Context, param: click.Parameter, value: bool)
     help="Kind of study.",
 )  # fmt: skip
 @click.option(
-    "--law", type=OneOf(LAWS), default=LAWS[0], show_default=True, help="Normal law of a joint."
+    "--law",
+    type=OneOf(TEMPLATE_LAWS),
+    default=TEMPLATE_LAWS[0],
+    show_default=True,
+    help="Normal law of a joint.",
 )
 @click.option(
     "--list", is_flag=True, is_eager=True, expose_value=False, callback=_list_templates,
@@ -199,9 +203,9 @@ def new(name: Path, kind: str, law: str, process: str | None) -> None:
 
     Existing files are never changed.
     """
-    if process is not None and (kind, law) != ("joint", LAWS[0]):
+    if process is not None and (kind, law) != ("joint", TEMPLATE_LAWS[0]):
         raise click.UsageError("--process: wanted without --template and --law")
-    steps = write(name, law, kind, process)
+    steps = write_template(name, law, kind, process)
     click.echo(f"Written to {command_line(name)}. Next:")
     for step in steps:
         click.echo(f"  {step}")
@@ -240,12 +244,12 @@ def batch(
     with stoppable():
         from microslip.report.batched import finish
         from microslip.report.terminal import print_document
-        from microslip.study.runs.batch import items_of, run
+        from microslip.study.runs.batch import items_of, run_batch
 
         items = items_of(source, study)
         folder = folder or Path(f"{source.stem}-batch")
         with progress("Running") as report:
-            outcomes = run(items, folder, workers, dask, report)
+            outcomes = run_batch(items, folder, workers, dask, report)
         result = finish(outcomes, folder)
     if as_json:
         echo_json(result.data)

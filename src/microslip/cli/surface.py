@@ -43,9 +43,9 @@ class _EachOptionOnce(click.Command):
         return super().parse_args(ctx, args)
 
 
-@click.command(cls=_EachOptionOnce, short_help="Measure the roughness and the summits in a scan.")
+@click.command(cls=_EachOptionOnce, short_help="Measure a scan, and solve the joint of its face.")
 @click.argument("scan", type=ANY_PATH)
-@offers(offered.CUTOFF.but(default=None), *offered.CONDITIONING[1:], offered.PROMINENCE)
+@offers(offered.CUTOFF.but(default=None), *offered.CONDITIONING[1:])
 @offers(offered.SCAN_AREA, *offered.JOINT, *offered.READING)
 @switch("--all", "Print every table.", "every_table")
 @writes("Folder for report, tables and figures; without it nothing is written.", "one", *FIGURES)
@@ -57,13 +57,14 @@ def surface(
 ) -> None:
     """Measure heights, spectrum and summits in SCAN, an instrument's file or an array.
 
-    With two metals and a load the scan is also solved point by point, as a joint.
+    With two metals and a load the face is solved point by point: normal and tangential stiffness
+    and damping of the joint, and the study that microslip predict takes.
 
     Every parameter depends on the short-wave cut-off, which stands in each table and figure. What
     matters is printed, the rest with --all and in the report. The scan is only read.
     """
     with stoppable():
-        from microslip.report.files import write
+        from microslip.report.files import write_document
         from microslip.report.scanned.document import KIND, document
         from microslip.surfaces.findings import Request, analyse
 
@@ -78,6 +79,6 @@ def surface(
             result = document(findings, output.folder, in_options)
             if stage is not None:
                 with progress("Drawing and writing") as report:
-                    result = write(result, stage, output.kinds, report)
+                    result = write_document(result, stage, output.kinds, report)
     hint = "" if every_table else "All tables, what the verdicts assume and how it was read: --all"
     output.tell(result, full=every_table, hint=hint)

@@ -92,7 +92,7 @@ _NOT_OFFERED = {
     *("manifest", "group", "over"),
 }
 _USUAL = {
-    *Reading._fields[:6], "units", "rig_stiffness", "study", "model", "laws", "accept_unconverged",
+    *Reading._fields[:6], "units", "rig_stiffness", "study", "model",
     "cutoff", "long_cutoff", "level", "outliers", "fill", "unit", "pixel",
 }  # fmt: skip
 

@@ -1,4 +1,7 @@
 from .base import NormalLaw as NormalLaw
+from .drawn import DrawnFace as DrawnFace
+from .face_law import FirstLoading as FirstLoading
+from .finish import Finish as Finish
 from .given_summits import AsperityPopulation as AsperityPopulation
 from .given_summits import SphereOnFlat as SphereOnFlat
 from .greenwood_williamson import GreenwoodWilliamson as GreenwoodWilliamson
@@ -7,3 +10,4 @@ from .measured import MeasuredContact as MeasuredContact
 from .rough import RoughSurface as RoughSurface
 from .table import TabulatedNormalLaw as TabulatedNormalLaw
 from .tightened import TightenedSurface as TightenedSurface
+from .validity import Verdict as Verdict

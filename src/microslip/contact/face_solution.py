@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -25,6 +25,7 @@ TOLERANCE = 1e-5
 """Largest residual of the gap, over the rms height."""
 _TIGHTENED = 1e-6  # how near the tightening pressure is met
 _ATTEMPTS = 60
+_STEP = math.log(2.5)
 _FEWEST = 12  # points in contact below which no lighter load is solved
 NEAR_REST = (0.985, 0.95, 0.87, 0.72)
 """Loads besides, over the heaviest: on N'' there hangs what small cycles lose."""
@@ -56,6 +57,8 @@ class FaceSolution(ByValue, LockedArrays):
     """Number of loads, the heaviest first, under which each of its points touches."""
     lighter_tightenings: Floats
     """Mean pressures of lighter tightenings, heaviest first, and the slopes then: (2, loads)."""
+    loading: Floats = field(default_factory=lambda: np.zeros((2, 0)))
+    """Mean pressures of the first loading, rising, and the separations there: (2, loads)."""
 
 
 class _Piece:
@@ -114,6 +117,7 @@ class _Face:
     done: int = 0
     progress: Progress | None = None
     total: int = 1
+    path: list[tuple[float, float]] = field(default_factory=list)
 
     def press(self, separation: float, hardness: float) -> tuple[Floats, Floats]:
         """Pressures and growths of the pieces."""
@@ -125,15 +129,19 @@ class _Face:
 
     def tighten(self, pressure: float, hardness: float, floor: float) -> float:
         """Separation at a mean pressure, from far out by Newton's method on its logarithm."""
-        d = max(float(np.median([p.heights.max() for p in self.pieces])) - 0.5 * self.rms, floor)
+        d = max(float(np.median([p.heights.max() for p in self.pieces])) - 0.2 * self.rms, floor)
         d += 0.1 * self.rms if d <= floor else 0.0
         low, high = floor, math.inf  # of the separation
         for _ in range(_ATTEMPTS):
             p, s = (float(values @ self.weights) for values in self.press(d, hardness))
+            if p > 0.0:
+                self.path.append((p, d))
             if p > 0.0 and abs(p / pressure - 1.0) < _TIGHTENED:
                 return d
             low, high = (d, high) if p > pressure else (low, d)
-            step = math.log(p / pressure) * p / s if p > 0.0 and s > 0.0 else -0.5 * self.rms
+            # Not more than a factor of 2.5 at a time: the path is the first loading.
+            fall = max(math.log(p / pressure), -_STEP) if p > 0.0 else 0.0
+            step = fall * p / s if p > 0.0 and s > 0.0 else -0.5 * self.rms
             new = d + min(max(step, -0.6 * self.rms), 0.6 * self.rms)
             if not low < new < high:
                 new = 0.5 * (low + min(high, d + self.rms))
@@ -251,8 +259,20 @@ def solve_face(
     separation, p, s, contact = (np.array(column) for column in zip(*rows, strict=True))
     return FaceSolution(
         separation, p, s, contact, tensors[0], tensors[-1], bearing / max(points, 1), points,
-        picture, reach, lighter_tightenings,
+        picture, reach, lighter_tightenings, _first_loading(face.path),
     )  # fmt: skip
+
+
+def _first_loading(path: list[tuple[float, float]]) -> Floats:
+    """Return the pressures and separations of a path of tightening that rise towards its end.
+
+    Steps that came back from heavier pressures, and those closer than a tenth, are left out.
+    """
+    last, kept = path[-1], [path[-1]]
+    for p, d in sorted(path[:-1], reverse=True):
+        if p < 0.9 * kept[-1][0] and d > kept[-1][1] and p < last[0]:
+            kept.append((p, d))
+    return np.array(kept[::-1]).T
 
 
 def _sliding(face: _Face, stiffness_ratio: float, aspect: float, workers: int) -> Floats:

@@ -1,6 +1,7 @@
 """The list of all normal load laws."""
 
 from microslip.contact.base import NormalLaw
+from microslip.contact.drawn import DrawnFace
 from microslip.contact.given_summits import AsperityPopulation, SphereOnFlat
 from microslip.contact.greenwood_williamson import GreenwoodWilliamson
 from microslip.contact.measured import MeasuredContact
@@ -15,6 +16,7 @@ NORMAL_LAWS: tuple[type[NormalLaw], ...] = (
     TabulatedNormalLaw,
     TightenedSurface,
     MeasuredContact,
+    DrawnFace,
     RoughSurface,
 )
 """Every normal load law; the shared tests run over it."""

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from microslip._core import kernels
 from microslip._core.checks import Floats, show
 from microslip._core.errors import InputError
+from microslip._core.kernels.pieces import Pieces
 from microslip._core.kernels.profile import Profile
 from microslip.contact.base import NormalLaw
 from microslip.contact.exact_curves import ScalarCurve, SlipLosses, scalar_curve
@@ -61,6 +62,7 @@ class LoadCurve:
         self._faint = False  # whether it ends where the load is too light to matter
         self._refused: tuple[float, float] | None = None
         self._kinked: dict[int, Profile | None] = {}
+        self._pieces: Pieces | None = None
 
     @cached_property
     def _length(self) -> float:
@@ -131,6 +133,45 @@ class LoadCurve:
             begin = max(top - top * _DEPTH_RATIO**depth, edge)
             self._kinked[depth] = Profile.sample_kinked(self.derivative, begin, top, edge)
         return self._kinked[depth]
+
+    def smooth_parts(self, low: float, high: float) -> Profile | Pieces:
+        """Return N from low to high, and from there on, cut where it is not smooth.
+
+        The profile where there is one without kinks; else pieces between the places where N'' is
+        not smooth, on which nothing is known but N and -N' of the surface.
+        """
+        profile = (
+            self._covering(min(low, 0.0), _FAR * self._length)
+            if self.shared
+            else self._covering(low, high)
+        )
+        if profile is not None:
+            return profile
+        pieces = self._pieces
+        if pieces is None or pieces.edges[0] > low:
+            law, low = self.surface, min(low, 0.0)
+            top = max(self.parting(), low + self._length)
+            # A little nearer where the law knows it, so that the next motion is covered, too.
+            nearest = law._span[0] - self.origin
+            begin = min(low, max(low - 0.1 * self._length, nearest))
+            heights = np.zeros(0) if law._spheres is None else law._spheres.heights
+            marks = (law._breaks, law._kinks, law._small_kinks, heights)
+            places = np.unique(np.concatenate(marks)) - self.origin
+            pieces = Pieces.sample(
+                lambda x: -self.derivative(x, 1),
+                lambda x: self.derivative(x, 0),
+                places,
+                begin,
+                top,
+                self.origin,
+            )
+            if pieces is None:
+                raise InputError(
+                    "`surface` must have a load curve of fewer kinks for harmonics without "
+                    "samples; give samples=512 for a sampled cycle"
+                )
+            self._pieces = pieces
+        return pieces
 
     def derivative(self, step: Floats, order: int) -> Floats:
         """N [N] at steps, or its derivatives, as the surface has them."""

@@ -28,6 +28,7 @@ from microslip.contact.base import (
     check_pair,
 )
 from microslip.contact.elastic_plastic import HARDNESS_RATIO
+from microslip.contact.face_law import FaceLaw, FirstLoading, checked_direction
 from microslip.contact.face_solution import FaceSolution, Progress
 from microslip.contact.materials import MaterialPair
 from microslip.contact.measured_face import (
@@ -38,20 +39,17 @@ from microslip.contact.measured_face import (
     contact_numbers,
     face_of,
     progress_halves,
-    ratio_of,
     read_law,
     resolution_changes,
     write_law,
 )
-from microslip.contact.table import TabulatedNormalLaw
 from microslip.contact.tightened import yield_stress_of
 
 _SAMPLES = 24  # points of the table between two solutions
-_BEYOND = 1e6  # times the heaviest load, to which steps of static solutions go
 
 
 @dataclass(frozen=True, eq=False, repr=False, init=False)
-class MeasuredContact(TabulatedNormalLaw):
+class MeasuredContact(FaceLaw):
     """A measured face, point by point: interacting contacts that yield.
 
     Parameters
@@ -179,18 +177,12 @@ class MeasuredContact(TabulatedNormalLaw):
         area: float,
         direction: float | None,
     ) -> None:
-        if direction is not None:
-            direction = number("direction", direction, "rad")
+        checked_direction(self, direction)
         d, p = _table(solution)
-        # The pressure was met to a millionth; from here on it is met. Beyond its end the law goes
-        # on, for the steps of static solutions.
-        slope = float(solution.slope[0].mean())
-        rate = max(slope, (p[0] - p[1]) / (d[1] - d[0])) / p[0]
-        beyond = np.log(_BEYOND) * (np.arange(_SAMPLES, 0, -1) / _SAMPLES) ** 2
-        d = np.concatenate([d[0] - beyond / rate, d])
-        loads = np.concatenate([np.exp(beyond), p / p[0]]) * (numbers.pressure * area)
-        super().__init__(pair, d * numbers.pixel[0], loads, tail="exponential")
-        assign(self, solution=solution, numbers=numbers, area=area, direction=direction)
+        assign(self, solution=solution, numbers=numbers, area=area)
+        rate = float(solution.slope[0].mean()) / p[0] / numbers.pixel[0]
+        # The pressure was met to a millionth; from here on it is met.
+        self._set_curve(pair, d * numbers.pixel[0], p / p[0], self._heaviest, rate)
 
     def _changed(self, **changes: Any) -> MeasuredContact:
         """The same, solved once, with another area or direction."""
@@ -331,58 +323,35 @@ class MeasuredContact(TabulatedNormalLaw):
     # -- the law ----------------------------------------------------------------------------------
 
     @property
-    def stiffness_ratio(self) -> float:
-        """Normal over tangential stiffness of the contacts in the direction of motion [-]."""
-        return ratio_of(self.solution.sliding, self.direction)
+    def _tangential(self) -> Floats:
+        return self.solution.sliding
 
     @property
-    def _lay(self) -> Floats | None:
-        if self.direction is None:
-            return None
-        c, s = math.cos(self.direction), math.sin(self.direction)
-        turn = np.array([[c, -s], [s, c]])
-        tensor = turn.T @ self.solution.sliding @ turn
-        return np.asarray(tensor / tensor[0, 0])
+    def _tightening(self) -> float:
+        return self.numbers.pressure
 
     @property
-    def _heaviest(self) -> float:
-        return self.numbers.pressure * self.area
+    def first_loading(self) -> FirstLoading:
+        """First loading up to the tightening, by secants between the solved separations.
 
-    @property
-    def closest(self) -> float:
-        """Separation [m] under the heaviest load, that of tightening."""
-        return float(np.asarray(self.separations)[_SAMPLES])
-
-    @property
-    def _span(self) -> tuple[float, float]:
-        return self.closest, super()._span[1]
-
-    def _separations(self, value: ArrayLike) -> Floats:
-        return NormalLaw._separations(self, value)  # also closer, for steps of static solutions
-
-    def _check_rest(self, loads: Floats) -> None:
-        share = float(np.max(loads, initial=0.0)) / self._heaviest
-        if share > 1.0 + 1e-6:
+        Raises
+        ------
+        InputError
+            If the solution comes from a file that does not hold its first loading.
+        """
+        pressure, separation = self.solution.loading
+        if pressure.size < 3:
             raise InputError(
-                f"`tightening_pressure` must be at least {share * self.numbers.pressure:.4g} "
-                f"Pa, which is what the most loaded place bears, got "
-                f"{exact(self.numbers.pressure)} Pa: solve the face with a higher one"
+                "this solution does not hold its first loading; solve the face again, without the "
+                "file or the cache of an earlier version"
             )
+        p = pressure * self.pair.composite_modulus
+        d = separation * self.numbers.pixel[0]
+        stiffness = -self.area * p * np.gradient(np.log(p), d)
+        return FirstLoading(p, d, stiffness)
 
     def _standardised(self, separation: float) -> float | None:
         return separation / self.numbers.rms
-
-    def _solve(self, loads: Floats) -> Floats:
-        heaviest = self._heaviest
-        if loads.max() > heaviest * (1.0 + 1e-9):
-            tightened = self.numbers.hardness is not None
-            what = "the tightening load" if tightened else "the heaviest load that was solved"
-            why = ", above which the face yields again" if tightened else ""
-            raise InputError(
-                f"`load` must be at most {what}, {heaviest:.8g} N{why}, got {exact(loads.max())} "
-                "N; solve the face again with a higher `tightening_pressure`"
-            )
-        return super()._solve(np.minimum(loads, heaviest))
 
     def contact_area(self, separation: ArrayLike) -> Any:
         """Real contact area [m^2], for separations [m] of any shape: points in contact."""

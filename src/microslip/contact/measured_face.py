@@ -6,6 +6,7 @@ import dataclasses
 import json
 import math
 import os
+import warnings
 import zipfile
 from collections import OrderedDict
 from dataclasses import dataclass
@@ -283,7 +284,8 @@ _KIND = "microslip-measured-contact"
 _FORMAT = 1
 _LARGEST = 1 << 28  # bytes that a file may unpack to
 _ARRAYS = {"separation": 1, "pressure": 2, "slope": 2, "contact": 1, "sliding": 2,
-           "lighter_sliding": 2, "map": 2, "reach": 2, "lighter_tightenings": 2}  # fmt: skip
+           "lighter_sliding": 2, "map": 2, "reach": 2, "lighter_tightenings": 2,
+           "loading": 2}  # fmt: skip
 
 
 def contact_numbers(
@@ -392,12 +394,19 @@ def read_law(
 def cached(
     task: Task, folder: str | os.PathLike[str], workers: int, progress: Progress | None
 ) -> FaceSolution:
-    """The solution of a task, from the folder if it is there, else solved and put there."""
+    """Return the solution of a task, from the folder if it is there, else solved and put there.
+
+    A damaged file is replaced, with a warning.
+    """
     path = Path(folder) / f"{task.key}.npz"
     if path.is_file():
-        solution, _ = _read(path)
-        remember(task.key, solution)
-        return solution
+        try:
+            solution, _ = _read(path)
+        except InputError as error:
+            warnings.warn(f"{error.text}; the face is solved again", stacklevel=3)
+        else:
+            remember(task.key, solution)
+            return solution
     solution = task.solved(workers, progress)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -427,6 +436,7 @@ def _read(path: Path) -> tuple[FaceSolution, dict[str, Any]]:
             arrays = {name: np.asarray(file[name], dtype=float) for name in _ARRAYS if name in file}
         arrays.setdefault("reach", (arrays["map"] > 0.0).astype(float))  # files made before it
         arrays.setdefault("lighter_tightenings", np.zeros((0, 0)))
+        arrays.setdefault("loading", np.zeros((2, 0)))
         if about["kind"] != _KIND or about["format"] != _FORMAT:
             raise ValueError(f"it says {about['kind']!s:.40}, {about['format']!s:.10}")
         solution = FaceSolution(**arrays, hard=float(about["hard"]), pixels=int(about["pixels"]))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +26,7 @@ from microslip.export.request import (
     patches_of,
     sum_of,
 )
+from microslip.friction import IsotropicField, IsotropicJoint
 from microslip.friction.conversions import amplitude_range
 
 _RUN = "run by the tests of microslip"
@@ -75,6 +76,7 @@ KINDS = tuple(item.kind for item in FORMATS)
 
 _MOST_DEPTH = 1_000_000
 _MOST_CELLS = 10_000
+_MOST_ENERGY_ERROR = 0.05  # of an element of sliders over its amplitudes
 _MOST_NODES = 10_000
 
 
@@ -192,6 +194,8 @@ def write(
         cells, depth, size, name, direction, first_number, stem, suffix,
         one_line(described(law_along)),
     )  # fmt: skip
+    if order.bank is not None:
+        _check_sliders(order, law, limits)
     texts, accuracy = file_format.write(order)
     paths = [path.parent / text for text in texts]
     with ExitStack() as stack:
@@ -199,3 +203,29 @@ def write(
         for stage, content in zip(stages, texts.values(), strict=True):
             stage.write_bytes(content.encode() if isinstance(content, str) else content)
     return Exported(kind, tuple(paths), accuracy, file_format.run, order.described)
+
+
+def _check_sliders(order: Order, law: Any, limits: dict[str, Any]) -> None:
+    """Refuse sliders whose cycles lose far too little or too much over the amplitudes."""
+    error = order.accuracy.energy_error
+    if not error > _MOST_ENERGY_ERROR or isinstance(law, (IsotropicJoint, IsotropicField)):
+        return
+    cells = order.cells
+    while cells < _MOST_CELLS:
+        cells = min(2 * cells, _MOST_CELLS)
+        _, model, _ = element_of(order.kind, law, order.element, cells, limits)
+        if replace(order, model=model, cells=cells).accuracy.energy_error <= _MOST_ENERGY_ERROR:
+            break
+    else:
+        cells = 0
+    low = order.span[0]
+    remedy = (
+        f"give cells={cells}, which keep it below {100.0 * _MOST_ENERGY_ERROR:g} %, or a larger "
+        "smallest_amplitude"
+        if cells
+        else "give a larger smallest_amplitude"
+    )
+    raise InputError(
+        f"`cells` must be enough for cycles of {low:.3g} m, where {order.cells} sliders miss the "
+        f"dissipated energy by {100.0 * error:.3g} %; {remedy}"
+    )

@@ -57,11 +57,11 @@ def _saved(plot: Plot, kind: str, **how: Any) -> bytes:
     with style.context(_HOUSE), warnings.catch_warnings():
         # The summary names missing characters, once.
         warnings.filterwarnings("ignore", "Glyph .* missing from", UserWarning)
-        figure(plot).savefig(file, format=kind, **how)
+        to_matplotlib(plot).savefig(file, format=kind, **how)
     return file.getvalue()
 
 
-def figure(
+def to_matplotlib(
     plot: Plot, target: Figure | None = None, color: str | None = None, label: str = ""
 ) -> Figure:
     """Draw a figure on a Matplotlib figure, by default a new one; see :func:`draw`."""
@@ -97,7 +97,7 @@ def draw(plot: Plot, ax: Any = None, *, color: str | None = None, label: str = "
         from matplotlib import pyplot
 
         new_figure: Any = pyplot.figure()
-        all_axes = np.array(figure(plot, new_figure, color, label).axes, dtype=object)
+        all_axes = np.array(to_matplotlib(plot, new_figure, color, label).axes, dtype=object)
     else:
         all_axes = np.atleast_1d(np.asarray(ax, dtype=object)).reshape(-1)
         if len(all_axes) != len(panels) or not all(isinstance(axes, Axes) for axes in all_axes):

@@ -1,10 +1,13 @@
-"""Named figures of a report, and the cache that renders each figure once."""
+"""Named figures of a report: their cache, their element in HTML and the scripts that zoom."""
 
 from __future__ import annotations
 
+import base64
 from collections.abc import Callable
 from dataclasses import dataclass
+from html import escape
 from importlib import import_module
+from pathlib import Path
 from typing import Any
 
 from microslip.figures.plot import Plot
@@ -37,3 +40,21 @@ class PictureCache:
             self._made[picture.name, kind] = render(self._made[picture.name, "plot"])
         image: bytes = self._made[picture.name, kind]
         return image
+
+
+def script(name: str) -> str:
+    """Return the source of one of the package's scripts: ``ticks.js`` or ``figure.js``."""
+    return Path(__file__).with_name(name).read_text(encoding="utf-8")
+
+
+def figure_element(picture: Picture, number: int, svg: bytes) -> str:
+    """Return a numbered ``<figure>`` with its caption.
+
+    The SVG is embedded as an image, so that its ids and styles do not mix with those of the page.
+    """
+    source = "data:image/svg+xml;base64," + base64.b64encode(svg).decode("ascii")
+    return (
+        f'<figure>\n<img src="{source}" alt="{escape(picture.alternative or picture.caption)}">\n'
+        f"<figcaption><strong>Figure {number}.</strong> {escape(picture.caption)}</figcaption>\n"
+        "</figure>\n"
+    )

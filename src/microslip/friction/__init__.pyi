@@ -8,6 +8,7 @@ from .coupled_cycles import CoupledHarmonics as CoupledHarmonics
 from .cycles import PeriodicResponse as PeriodicResponse
 from .field import JointField as JointField
 from .field_cycles import FieldCycle as FieldCycle
+from .field_harmonics import FieldHarmonics as FieldHarmonics
 from .fields import AsperityFields as AsperityFields
 from .fields import Zone as Zone
 from .harmonics import HarmonicForce as HarmonicForce
@@ -15,6 +16,7 @@ from .interface import Interface as Interface
 from .iwan import Iwan as Iwan
 from .iwan import IwanFit as IwanFit
 from .jenkins import Jenkins as Jenkins
+from .law_bands import LawBand as LawBand
 from .law_files import load_law as load_law
 from .law_files import save_law as save_law
 from .laws import LAWS as LAWS
@@ -22,10 +24,10 @@ from .parallel import Parallel as Parallel
 from .pressed_joint import PressedJoint as PressedJoint
 from .pressure import Pressure as Pressure
 from .segalman import SegalmanIwan as SegalmanIwan
+from .slider_law import SliderLaw as SliderLaw
 from .sliders import Sliders as Sliders
 from .straight_step import FirstLoading as FirstLoading
 from .straight_step import first_loading as first_loading
 from .two_directions import IsotropicField as IsotropicField
 from .two_directions import IsotropicJoint as IsotropicJoint
-from .validity import Verdict as Verdict
 from .vector_cycles import VectorCycle as VectorCycle

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
@@ -14,6 +15,7 @@ from numpy.typing import ArrayLike
 from microslip._core.checks import Floats, floats, plain, record
 from microslip._core.frozen import lock
 from microslip._core.inversion import adaptive, invert
+from microslip._core.kernels.pieces import Pieces, backbone_pieces
 from microslip._core.kernels.table import Table
 from microslip._core.parameters import Parametric, parameters_of
 from microslip._core.quadrature import gauss_legendre
@@ -57,6 +59,19 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
     def _table(self) -> Table | None:
         """The backbone as a table, where one pays."""
         return None
+
+    @cached_property
+    def _pieces(self) -> Pieces | None:
+        """The backbone cut at its kinks, for harmonics of a law without a table.
+
+        None of a law that is rigid at rest, or whose force limit lies too far out.
+        """
+        stiffness = self.tangential_stiffness
+        if not (math.isfinite(stiffness) and stiffness > 0.0):
+            return None
+        return backbone_pieces(
+            self._backbone, self._slope, self._kinks, self.force_limit, stiffness
+        )
 
     @property
     def _coupling(self) -> LoadCurve | None:

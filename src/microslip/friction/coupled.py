@@ -328,7 +328,7 @@ class CoupledLaw(BackboneLaw):
         rtol: float = 1e-10,
         normal_load: ArrayLike | None = None,
         separation: ArrayLike | None = None,
-        samples: int = 256,
+        samples: int | None = None,
     ) -> CoupledHarmonics: ...
 
     def harmonics(
@@ -340,19 +340,21 @@ class CoupledLaw(BackboneLaw):
         rtol: float = 1e-10,
         normal_load: ArrayLike | None = None,
         separation: ArrayLike | None = None,
-        samples: int = 256,
+        samples: int | None = None,
     ) -> HarmonicForce | CoupledHarmonics:
         """Fourier coefficients of the settled forces with their Jacobian: harmonic balance.
 
         Parameters
         ----------
         coefficients, harmonics, rest, rtol
-            As of :meth:`BackboneLaw.harmonics`; the tolerance is for a constant load.
+            As of :meth:`BackboneLaw.harmonics`. The tolerance is met at a constant load and for
+            separations; a load that is given is sampled.
         normal_load, separation : array_like, optional
             Coefficients of the normal load [N] or the separation [m] in the same order, one of
             them; without them the load is constant. Without harmonic 0 their mean is 0.
         samples : int, optional
-            Equidistant samples of the period [-] under a varying load.
+            Equidistant samples of the period [-] under a varying load, 256 for a ``normal_load``.
+            Without it, a varying separation has none.
 
         Returns
         -------
@@ -362,13 +364,16 @@ class CoupledLaw(BackboneLaw):
 
         Notes
         -----
-        Under a load that varies the path between samples is straight: the error falls with the
-        square of their number. The Jacobian is exactly that of the sampled cycle.
+        Under a ``separation`` the cycle is cut where it turns and where separation or slip front
+        meet an end, a summit or a knot of a table, and integrated piece by piece. Under a
+        ``normal_load`` the path between samples is straight: the error falls with the square of
+        their number, some 4e-5 of the force limit with 256. The Jacobian is exactly that of the
+        sampled cycle.
         """
         if normal_load is None and separation is None:
             return super().harmonics(coefficients, harmonics, rest, rtol=rtol)
         return coupled_harmonics(
-            self._nodes, coefficients, harmonics, rest, normal_load, separation, samples
+            self._nodes, coefficients, harmonics, rest, normal_load, separation, samples, rtol
         )
 
     def first_loading(

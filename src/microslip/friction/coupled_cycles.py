@@ -13,9 +13,11 @@ from microslip._core.checks import Floats, record
 from microslip._core.errors import InputError
 from microslip._core.frozen import Locked, lock
 from microslip.friction.cycles import Rest, rest_of, rows_of
-from microslip.friction.field_cycles import NodeCycles, from_root
+from microslip.friction.field_cycles import NodeCycles, SettledField, from_root
 from microslip.friction.harmonics import Basis, coefficients_of
 from microslip.friction.memory import Diagram, Nodes, steps_along
+
+_SAMPLES = 256  # of a cycle whose load is given
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,6 +118,18 @@ def coupled_cycle(
     return CoupledCycle(x, d, t, n, k_n, k_t, cycles)
 
 
+class NodeRests(SettledField):
+    """A single joint as a field: its node and its separation at rest [m]."""
+
+    def __init__(self, nodes: Nodes, separations: Floats) -> None:
+        self._nodes, self.separations = nodes, separations
+
+    @property
+    def normal_loads(self) -> Floats:
+        """Normal load at rest [N]."""
+        return self._nodes.scales * self._nodes.curve.load(self._nodes.rests)[0]
+
+
 class CoupledHarmonics(NamedTuple):
     """Fourier coefficients of the settled forces on an interface, and how they change.
 
@@ -138,13 +152,16 @@ def coupled_harmonics(
     rest: Rest,
     normal_load: ArrayLike | None,
     separation: ArrayLike | None,
-    samples: int,
+    samples: int | None,
+    rtol: float,
 ) -> CoupledHarmonics:
     """See :meth:`microslip.Interface.harmonics`."""
     if normal_load is not None and separation is not None:
         raise InputError("normal_load or separation must be given, not both")
     basis = Basis(harmonics)
-    waves, analysis = basis.sampled(samples)
+    if separation is not None and samples is None:
+        return _without_samples(nodes, coefficients, basis, rest, separation, rtol)
+    waves, analysis = basis.sampled(_SAMPLES if samples is None else samples)
     x = waves @ coefficients_of("coefficients", coefficients, basis)
     name = "normal_load" if separation is None else "separation"
     raw_values = normal_load if separation is None else separation
@@ -161,3 +178,18 @@ def coupled_harmonics(
     change = by_load[0] if separation is not None else np.eye(basis.size)
     jacobian = np.array([np.split(by_force[0], 2, axis=1), [np.zeros_like(change), change]])
     return CoupledHarmonics(force[0], load[0], jacobian)
+
+
+def _without_samples(
+    nodes: Nodes,
+    coefficients: ArrayLike,
+    basis: Basis,
+    rest: Rest,
+    separation: ArrayLike,
+    rtol: float,
+) -> CoupledHarmonics:
+    row = coefficients_of("coefficients", coefficients, basis)
+    path = coefficients_of("separation", separation, basis)
+    node = NodeRests(nodes, np.array([nodes.curve.origin]))
+    found = node.harmonics(row[None], basis.orders, separations=path[None], rest=rest, rtol=rtol)
+    return CoupledHarmonics(found.force[0], np.asarray(found.load)[0], found.jacobian[0])

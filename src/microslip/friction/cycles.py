@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from microslip._core import kernels
 from microslip._core.checks import Floats, floats, number, record, show
 from microslip._core.errors import InputError
+from microslip.friction.energies import dissipated_along
 from microslip.friction.memory import Memory, Nodes
 
 Rest: TypeAlias = float | Literal["mean"]
@@ -54,6 +55,15 @@ class PeriodicResponse(_Cycle):
     """
 
     _rest_is_mean = False
+    _law: Any
+    _path: Floats
+
+    @property
+    def dissipated_energy(self) -> float:
+        """Energy dissipated in each cycle [J]: the area of the settled loop, in closed form."""
+        twice = np.tile(np.roll(self._path, -self.root), 2)
+        lost = dissipated_along(self._law, twice, twice)
+        return float(lost[-1] - lost[self.force.size - 1])
 
     def derivative(self, directions: ArrayLike) -> Floats:
         """Derivatives of the forces along given directions of the displacements.
@@ -131,5 +141,5 @@ def settled_cycle(
         np.roll((above + root) % x.size, root),
         root,
     )
-    cycle._rest_is_mean = is_mean
+    cycle._rest_is_mean, cycle._law, cycle._path = is_mean, law, x
     return cycle

@@ -10,17 +10,28 @@ another reversal than the one before it did; it leaves E of half its width behin
 
 from __future__ import annotations
 
+from typing import Protocol
+
 import numpy as np
 
 from microslip._core import kernels
 from microslip._core.checks import Floats
 from microslip._core.kernels import Integers
-from microslip.friction.base import BackboneLaw
 from microslip.friction.memory import Memory
 
 
+class LawWithEnergy(Protocol):
+    """Interface of a law to the energies of its records, for displacements u >= 0 [m]."""
+
+    def _backbone(self, u: Floats) -> Floats:
+        """T0 [N]."""
+
+    def _energy(self, amplitude: Floats) -> Floats:
+        """Energy of a closed cycle [J]."""
+
+
 def energies_along(
-    joint: BackboneLaw, displacement: Floats, force: Floats
+    joint: LawWithEnergy, displacement: Floats, force: Floats
 ) -> tuple[Floats, Floats]:
     """Energy that a joint has stored, and that it has dissipated, along a record from rest."""
     half, sign, parent = Memory().tree(displacement)
@@ -35,7 +46,7 @@ def energies_along(
     return stored, _dissipated(energy, sign, parent)
 
 
-def dissipated_along(joint: BackboneLaw, displacement: Floats, record: Floats) -> Floats:
+def dissipated_along(joint: LawWithEnergy, displacement: Floats, record: Floats) -> Floats:
     """Energy that a joint has dissipated along a record from rest."""
     _, sign, parent = Memory().tree(record)
     first = parent < 0

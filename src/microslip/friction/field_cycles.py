@@ -15,7 +15,9 @@ from microslip._core.frozen import Locked, lock
 from microslip._core.kernels import Integers
 from microslip._core.threads import in_parts
 from microslip.friction.cycles import rest_of
+from microslip.friction.field_harmonics import FieldHarmonics
 from microslip.friction.harmonics import (
+    MOST_ORDERS,
     Basis,
     checked_tolerance,
     coefficients_of,
@@ -258,7 +260,7 @@ class SettledField:
         rest: ArrayLike | str = 0.0,
         samples: int | None = None,
         rtol: float = 1e-10,
-    ) -> tuple[Floats, ...]:
+    ) -> FieldHarmonics:
         """Fourier coefficients of the settled forces with their Jacobians: harmonic balance.
 
         Parameters
@@ -274,64 +276,69 @@ class SettledField:
         rest : array_like or "mean", optional
             As for :meth:`periodic`.
         samples : int, optional
-            Equidistant samples of the period [-]. Without it there are none, but 64 where
-            separations vary on a surface whose load curve has corners, such as a table.
+            Equidistant samples of the period [-], for comparison with a sampled cycle. Without it
+            there are none: the cycle is cut where it turns, and where separation or slip front
+            meet an end, a summit or a knot of a table, and integrated piece by piece.
         rtol : float, optional
             Without samples, the error of the coefficients [-] over the largest force; that of the
             Jacobian over the largest stiffness is a hundred times as much.
 
         Returns
         -------
-        force : ndarray
-            Coefficients of the forces [N], shape (nodes, coefficients).
-        load : ndarray
-            Those of the normal loads [N], only with ``separations``.
-        jacobian : ndarray
-            Derivatives [N/m] of force coefficients (rows) by displacement coefficients (columns),
-            shape (nodes, coefficients, coefficients). With ``separations`` the shape is (nodes,
-            2, 2, coefficients, coefficients): those of (force, load) by (displacement, separation).
+        FieldHarmonics
+            ``force`` and, with ``separations``, ``load`` [N], shape (nodes, coefficients), and
+            ``jacobian``: derivatives [N/m] of force coefficients (rows) by displacement
+            coefficients (columns), shape (nodes, coefficients, coefficients). With ``separations``
+            its shape is (nodes, 2, 2, coefficients, coefficients): derivatives of (force, load) by
+            (displacement, separation). It unpacks as ``force, jacobian`` or ``force, load,
+            jacobian``.
+
+        Raises
+        ------
+        InputError
+            If harmonics are above 200 without samples, or a load curve has so many kinks that the
+            tolerance is not met.
 
         Notes
         -----
-        The derivative runs down the tree of reversals and is exactly that of the sampled cycle.
-        Samples miss the true turning points by up to half a step, which is an error of second
-        order: with 64 and a third harmonic some 3e-3 of the force limit, and 8 % in the Jacobian.
+        The derivative runs down the tree of reversals. Samples miss the true turning points by up
+        to half a step, which is an error of second order: with 64 and a third harmonic some 3e-3 of
+        the force limit, and 8 % in the Jacobian.
         """
         nodes, basis = self._nodes, Basis(harmonics)
         if samples is None and separations is None:
-            return _without_samples(nodes, coefficients, basis, rest, checked_tolerance(rtol))
-        # Without samples these check separations, and serve where there is no other way.
+            return held_harmonics(nodes, coefficients, basis, rest, checked_tolerance(rtol))
+        # Without samples these check the separations, and serve nodes that stand still.
         few = max(64, 8 * basis.orders[-1])
         waves, analysis = basis.sampled(few if samples is None else samples)
         rows = coefficients_of("coefficients", coefficients, basis, nodes.size)
         x = rows @ waves.T
         begin, is_mean = rest_of(rest, x, nodes)
-        steps, by_step, found = None, np.zeros((1, len(waves), 0)), None
-        if separations is not None:
-            paths = coefficients_of("separations", separations, basis, nodes.size)
-            steps, by_step = self._steps_from_rest(paths @ waves.T), waves[None]
-            if samples is None:
-                tolerance = checked_tolerance(rtol)
-                found = _varying(nodes, rows, paths, self.separations, begin, basis, tolerance)
-        if found is not None:
-            force, load, jacobian = found
-            if is_mean and basis.has_mean:
-                jacobian[:, 0, 0, :, 0] = 0.0  # rests move along
-            resting = np.flatnonzero(np.isnan(force[:, 0]))
-            if not resting.size:
-                return force, load, jacobian
-        cycles = NodeCycles(nodes, x, steps, (begin, is_mean))
-        force, load, by_force, by_load = cycles.spectra(waves[None], by_step, analysis)
         if separations is None:
-            return force, by_force
-        jacobian = np.zeros((nodes.size, 2, 2, basis.size, basis.size))
-        jacobian[:, 0, 0], jacobian[:, 0, 1] = np.split(by_force, 2, axis=2)
-        jacobian[:, 1, 1] = by_load
-        if found is not None:
-            for part, other in zip(found, (force, load, jacobian), strict=True):
+            cycles = NodeCycles(nodes, x, None, (begin, is_mean))
+            force, _, by_force, _ = cycles.spectra(
+                waves[None], np.zeros((1, len(waves), 0)), analysis
+            )
+            return FieldHarmonics(force, None, by_force)
+        paths = coefficients_of("separations", separations, basis, nodes.size)
+        steps = self._steps_from_rest(paths @ waves.T)
+        if samples is not None:
+            return _sampled(nodes, x, steps, (begin, is_mean), waves, analysis)
+        means = rows[:, 0] if is_mean and basis.has_mean else begin
+        if is_mean and not basis.has_mean:
+            means = np.zeros(nodes.size)
+        found = varying_harmonics(
+            nodes, rows, paths, self.separations, means, basis, checked_tolerance(rtol)
+        )
+        force, jacobian = found.force, found.jacobian
+        if is_mean and basis.has_mean:
+            jacobian[:, 0, 0, :, 0] = 0.0  # rests move along
+        resting = np.flatnonzero(np.isnan(force[:, 0]))
+        if resting.size:
+            still = _sampled(nodes, x, steps, (begin, is_mean), waves, analysis)
+            for part, other in zip(found, still, strict=True):
                 part[resting] = other[resting]
-            return found
-        return force, load, jacobian
+        return found
 
     def _steps_from_rest(self: FieldOfNodes, separations: Floats) -> Floats:
         """Steps of separations, nodes along the first axis, from each node's own."""
@@ -350,7 +357,20 @@ def _per_sample(nodes: Nodes, name: str, value: ArrayLike) -> Floats:
     return np.ascontiguousarray(np.broadcast_to(array, (nodes.size, array.shape[-1])))
 
 
-def _varying(
+def _sampled(
+    nodes: Nodes, x: Floats, steps: Floats, rest: tuple[Any, bool], waves: Floats, analysis: Floats
+) -> FieldHarmonics:
+    """Return the coefficients of sampled cycles whose separations vary with the same harmonics."""
+    cycles = NodeCycles(nodes, x, steps, rest)
+    force, load, by_force, by_load = cycles.spectra(waves[None], waves[None], analysis)
+    size = analysis.shape[1]
+    jacobian = np.zeros((nodes.size, 2, 2, size, size))
+    jacobian[:, 0, 0], jacobian[:, 0, 1] = np.split(by_force, 2, axis=2)
+    jacobian[:, 1, 1] = by_load
+    return FieldHarmonics(force, load, jacobian)
+
+
+def varying_harmonics(
     nodes: Nodes,
     rows: Floats,
     paths: Floats,
@@ -358,10 +378,13 @@ def _varying(
     begin: Floats,
     basis: Basis,
     rtol: float,
-) -> tuple[Floats, Floats, Floats] | None:
-    """Coefficients without samples of separations that vary; NaN of nodes that stand still."""
+) -> FieldHarmonics:
+    """Return coefficients of separations that vary, without samples; NaN for nodes at rest."""
     if not basis.in_kernel:
-        return None
+        raise InputError(
+            f"`harmonics` must not be above {MOST_ORDERS} without samples, got "
+            f"{basis.orders[-1]}; give samples, such as samples={8 * basis.orders[-1]}"
+        )
     places, columns = basis.dense(rows)
     steps, _ = basis.dense(paths)
     steps[:, 0] -= rests
@@ -372,9 +395,7 @@ def _varying(
             1e100,
         )
     span = np.abs(steps[:, 1:]).sum(axis=1)
-    profile = nodes.curve.profile(*nodes.reach(steps[:, 0] - span, steps[:, 0] + span))
-    if profile is None:
-        return None
+    curve = nodes.curve.smooth_parts(*nodes.reach(steps[:, 0] - span, steps[:, 0] + span))
     size, wide = places.shape
     force, load = np.zeros(places.shape), np.zeros(places.shape)
     by_force, by_load = np.zeros((size, wide, 2 * wide)), np.zeros((size, wide, wide))
@@ -382,7 +403,7 @@ def _varying(
     def settle(part: slice) -> Any:
         return kernels.compiled.varying_harmonics(
             places[part], steps[part], part.stop - part.start, wide, rtol, force[part],
-            by_force[part], load[part], by_load[part], nodes.rests[part], *profile.arguments,
+            by_force[part], load[part], by_load[part], nodes.rests[part], *curve.arguments,
         )  # fmt: skip
 
     if any(in_parts(size, settle)):
@@ -394,21 +415,23 @@ def _varying(
     np.multiply(by_force[:, :, :wide][pick], slopes, out=jacobian[:, 0, 0])
     np.multiply(by_force[:, :, wide:][pick], weights, out=jacobian[:, 0, 1])
     np.multiply(by_load[pick], scales, out=jacobian[:, 1, 1])
-    return force[:, columns] * weights[:, 0], load[:, columns] * scales[:, 0], jacobian
+    return FieldHarmonics(
+        force[:, columns] * weights[:, 0], load[:, columns] * scales[:, 0], jacobian
+    )
 
 
-def _without_samples(
+def held_harmonics(
     nodes: Nodes, coefficients: ArrayLike, basis: Basis, rest: ArrayLike | str, rtol: float
-) -> tuple[Floats, Floats]:
-    """Coefficients of the forces at held separations, and their Jacobians."""
+) -> FieldHarmonics:
+    """Return the coefficients of the forces at held separations, without samples."""
     rows = coefficients_of("coefficients", coefficients, basis, nodes.size).copy()
     means = rows[:, :1] if basis.has_mean else np.zeros((nodes.size, 1))
     begin, is_mean = rest_of(rest, means, nodes)
     if is_mean:
         begin = 0.0
         rows[:, : basis.has_mean] = 0.0
-    profile = nodes.curve.profile(*nodes.reach(None))
-    if profile is not None and basis.in_kernel:
+    if basis.in_kernel:
+        curve = nodes.curve.smooth_parts(*nodes.reach(None))
         with np.errstate(over="ignore"):  # beyond 1e100 slips there is no more to come
             places = np.clip(rows / nodes.slips[:, None], -1e100, 1e100)
             begin = np.clip(begin / nodes.slips, -1e100, 1e100)
@@ -417,7 +440,7 @@ def _without_samples(
             def settle(part: slice) -> Any:
                 rows = [array[part] for array in (dense, *out, nodes.rests)]
                 return kernels.compiled.field_harmonics(
-                    rows[0], part.stop - part.start, wide, rtol, *rows[1:], *profile.arguments
+                    rows[0], part.stop - part.start, wide, rtol, *rows[1:], *curve.arguments
                 )
 
             return any(in_parts(size, settle))
@@ -442,4 +465,4 @@ def _without_samples(
             )
     if is_mean and basis.has_mean:
         jacobian[:, :, 0] = 0.0  # rests move along
-    return force, jacobian
+    return FieldHarmonics(force, None, jacobian)

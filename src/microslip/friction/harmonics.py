@@ -32,8 +32,9 @@ _SHARES = np.sin(0.5 * math.pi * _NODES) ** 2
 _SHARE_WEIGHTS = 0.5 * math.pi * np.sin(math.pi * _NODES) * _WEIGHTS
 _MAX_PIECES = 1 << 15  # pieces at a time
 _LEVELS = 48
+_NO_REST = np.zeros(1)
 _MOST_SAMPLES = 1 << 20
-_MOST_ORDERS = 200  # highest harmonic that the kernel takes: its work grows with the square
+MOST_ORDERS = 200  # highest harmonic that the kernel takes: its work grows with the square
 
 
 class KinkedBackbone(Backbone, Protocol):
@@ -66,10 +67,18 @@ class HarmonicForce(NamedTuple):
 class Basis:
     """The functions [1,] cos, sin, cos, sin ... of given harmonics."""
 
-    def __init__(self, harmonics: Any) -> None:
+    def __new__(cls, harmonics: Any) -> Basis:
+        """Return the basis of some harmonics, made once for each tuple of them."""
+        if isinstance(harmonics, tuple) and all(type(n) is int for n in harmonics):
+            return _basis(harmonics)
+        return _basis(tuple(rising_orders("harmonics", harmonics)))
+
+    def _fill(self, harmonics: tuple[int, ...]) -> None:
         self.orders = list(rising_orders("harmonics", harmonics))
         if not self.orders:
             raise InputError("harmonics must be at least one, such as [0, 1, 3], got none")
+        self.columns = [k for n in self.orders for k in ((2 * n - 1, 2 * n) if n else (0,))]
+        self.is_dense = self.columns == list(range(2 * self.orders[-1] + 1))
         self.has_mean = self.orders[0] == 0
         turning = [n for n in self.orders if n]
         self._n = np.repeat(np.array(turning, dtype=float), 2)
@@ -113,7 +122,7 @@ class Basis:
     @property
     def in_kernel(self) -> bool:
         """Whether the kernel takes harmonics of this order."""
-        return self.orders[-1] <= _MOST_ORDERS
+        return self.orders[-1] <= MOST_ORDERS
 
     def integrated(
         self, rows: Floats, begin: Floats | float, tolerance: float, kernel: Any, *line: Any
@@ -128,14 +137,24 @@ class Basis:
         force, jacobian = np.empty(dense.shape), np.empty((*dense.shape, dense.shape[1]))
         if kernel(dense, *dense.shape, tolerance, force, jacobian, *line):
             raise tolerance_error(tolerance)
+        if self.is_dense:
+            return force, jacobian
         return force[:, columns], jacobian[:, columns][:, :, columns]
 
     def dense(self, rows: Floats) -> tuple[Floats, list[int]]:
         """Rows with all harmonics up to the highest, and the columns of those there are."""
-        columns = [k for n in self.orders for k in ((2 * n - 1, 2 * n) if n else (0,))]
+        if self.is_dense:
+            return np.array(rows, dtype=float, order="C"), self.columns
         dense = np.zeros((len(rows), 2 * self.orders[-1] + 1))
-        dense[:, columns] = rows
-        return dense, columns
+        dense[:, self.columns] = rows
+        return dense, self.columns
+
+
+@lru_cache(maxsize=64)
+def _basis(harmonics: tuple[int, ...]) -> Basis:
+    basis = object.__new__(Basis)
+    basis._fill(harmonics)
+    return basis
 
 
 def tolerance_error(tolerance: float) -> InputError:
@@ -186,18 +205,30 @@ def harmonic_force(
     """See :meth:`microslip.BackboneLaw.harmonics`; a force [N] below ``least`` is rounding."""
     basis = Basis(harmonics)
     c = coefficients_of("coefficients", coefficients, basis).copy()
-    moves = np.ones(basis.size)  # whether a coefficient moves the joint from its rest
-    begin, from_mean = rest_of(rest, np.zeros(1))
-    if from_mean and basis.has_mean:
-        c[0], moves[0] = 0.0, 0.0
+    begin, moves = 0.0, None  # which coefficients move the joint from its rest
+    if type(rest) is not float or rest != 0.0:
+        begin, from_mean = rest_of(rest, np.zeros(1))
+        if from_mean and basis.has_mean:
+            moves = np.ones(basis.size)
+            c[0], moves[0] = 0.0, 0.0
     tolerance = checked_tolerance(rtol)
     table = law._table
     if table is not None and basis.in_kernel:
         values, slopes = basis.integrated(
             c[None], begin, tolerance, kernels.compiled.table_harmonics, *table.arguments
         )
-        return HarmonicForce(values[0], slopes[0] * moves)
-    motion = _Motion(basis, c, begin, moves)
+        return HarmonicForce(values[0], slopes[0] if moves is None else slopes[0] * moves)
+    pieces = getattr(law, "_pieces", None)
+    if pieces is not None and basis.in_kernel:
+
+        def kernel(dense: Floats, size: int, wide: int, rtol: float, *out: Floats) -> Any:
+            return kernels.compiled.field_harmonics(
+                dense, size, wide, rtol, *out, _NO_REST, *pieces.arguments
+            )
+
+        values, slopes = basis.integrated(c[None], begin, tolerance, kernel)
+        return HarmonicForce(values[0], slopes[0] if moves is None else slopes[0] * moves)
+    motion = _Motion(basis, c, begin, np.ones(basis.size) if moves is None else moves)
     if motion.turns.size < 2:
         return _at_rest(law, motion)
     return _Cycle(law, motion).coefficients(tolerance, least)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from microslip._core.errors import InputError
-from microslip.contact import NormalLaw
+from microslip.contact import DrawnFace, MeasuredContact, NormalLaw
 from microslip.contact.heights import Discrete, HeightDistribution
 from microslip.contact.materials import Material, MaterialPair
 from microslip.contact.rough import RoughSurface
@@ -19,6 +19,9 @@ from microslip.friction.interface import Interface
 
 _STEP = 0.02
 """Half of the logarithm over which a slope is taken: its error is of the order of its square."""
+
+_ELASTIC = 1e15
+"""Hardness [Pa] of a face that does not yield."""
 
 _SCALED = {
     "radius": "radius",
@@ -37,7 +40,8 @@ def input_slopes(joint: Interface, amplitude: float) -> dict[str, dict[str, floa
     """Slopes d ln/d ln [-] of stiffness and loss factor, at an amplitude [m], over each input.
 
     By central differences over four per cent, the steepest first. Of a surface that is a table only
-    friction and load are inputs; one that was tightened is tightened anew.
+    friction and load are inputs; one that was tightened is tightened anew. Modulus, hardness and
+    heights of a measured face count as those of the Gaussian face with its Rq, slope and stiffness.
     """
     slopes_of: dict[str, dict[str, float]] = {"tangential_stiffness": {}, "loss_factor": {}}
     for name, scaled in _inputs(joint).items():
@@ -77,6 +81,19 @@ def _inputs(joint: Interface) -> dict[str, Callable[[float], Interface]]:
             input_name: lambda f, name=name: on(_scaled(surface, name, f))
             for input_name, name in names.items()
         }
+    if isinstance(surface, MeasuredContact):
+        return inputs | {
+            name: lambda f, name=name: Interface(_like(joint, name, f), mu, normal_load=load)
+            for name in ("young_modulus", "hardness", "heights")
+            if name != "hardness" or surface.numbers.hardness is not None
+        }
+    if isinstance(surface, DrawnFace):
+        names = {"heights": "rms", "rms_slope": "slope", "tightening_load": "tightening_pressure"}
+        names |= {"young_modulus": "pair", "hardness": "hardness"}
+        return inputs | {
+            input_name: lambda f, name=name: on(_scaled(surface, name, f))
+            for input_name, name in names.items()
+        }
     parameters: set[str] = set()
     if is_dataclass(surface):
         parameters = {field.name for field in fields(surface)}
@@ -106,6 +123,30 @@ def _scaled(surface: Any, name: str, factor: float) -> NormalLaw:
         changes = {name: getattr(surface, name) * factor}
     law: NormalLaw = replace(surface, **changes)
     return law
+
+
+def _like(joint: Interface, name: str, factor: float) -> DrawnFace:
+    """Return the Gaussian face like a measured one, with one of its inputs times a factor.
+
+    It has the rms height, slope and tightening of the measured face, and by a factor its stiffness,
+    so that the slopes of the measured face need no second solution of the scan.
+    """
+    surface: Any = joint.surface
+    numbers, pair = surface.numbers, surface.pair
+    pair = pair.with_hardness(numbers.hardness or _ELASTIC)
+    face = DrawnFace(
+        pair, numbers.rms, numbers.slope / math.sqrt(2.0), surface.area, numbers.pressure
+    )
+    alike = Interface(face, joint.friction_coefficient, normal_load=joint.normal_load)
+    stiffness = joint.normal_stiffness / alike.normal_stiffness
+    changes: dict[str, Any] = {"stiffness_factor": stiffness}
+    if name == "heights":
+        changes |= {"rms": face.rms * factor, "slope": face.slope * factor}
+    elif name == "hardness":
+        changes["pair"] = pair.with_hardness(pair.hardness * factor)
+    else:
+        changes["pair"] = _stiffer(pair, factor)
+    return face._changed(**changes)
 
 
 def _stiffer(pair: MaterialPair, factor: float) -> MaterialPair:

@@ -29,11 +29,11 @@ from microslip._core.parameters import parameter
 from microslip.contact.base import FAINTEST, NormalLaw
 from microslip.contact.load_curve import check_surface
 from microslip.contact.materials import MaterialPair
+from microslip.contact.validity import Verdict, validity
 from microslip.friction.coupled import CoupledLaw
 from microslip.friction.fit_parameters import fit_range
 from microslip.friction.parameter_derivatives import DerivativeBackbone, of_interface
 from microslip.friction.sliders import Sliders
-from microslip.friction.validity import Verdict, validity
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,6 +15,7 @@ from microslip._core.files import whole_file
 from microslip._core.parameters import key_of, parameters_of, says_all, values_of
 from microslip.friction import laws
 from microslip.friction.base import BackboneLaw
+from microslip.friction.law_bands import LawBand
 
 KIND = "microslip-law"
 VERSION = 1
@@ -26,7 +27,7 @@ def _by_name() -> dict[str, type[BackboneLaw]]:
     return {key_of(kind): kind for kind in laws.LAWS if says_all(kind)}
 
 
-def law_content(law: BackboneLaw) -> dict[str, Any]:
+def law_content(law: BackboneLaw, band: LawBand | None = None) -> dict[str, Any]:
     """Return the content of a law file; InputError for a law that needs more than numbers."""
     kinds = _by_name()
     if kinds.get(key_of(type(law))) is not type(law):
@@ -37,6 +38,7 @@ def law_content(law: BackboneLaw) -> dict[str, Any]:
         "law": key_of(type(law)),
         "parameters": {name: np.asarray(value).tolist() for name, value in values_of(law).items()},
         "units": {item.name: item.unit or "-" for item in parameters_of(type(law))},
+        **({} if band is None else {"band": band.content}),
     }
 
 
@@ -45,7 +47,13 @@ def law_text(content: dict[str, Any]) -> str:
     return json.dumps(content, indent=1, allow_nan=False) + "\n"
 
 
-def save_law(law: BackboneLaw, path: str | PathLike[str], *, overwrite: bool = False) -> None:
+def save_law(
+    law: BackboneLaw,
+    path: str | PathLike[str],
+    *,
+    overwrite: bool = False,
+    band: LawBand | None = None,
+) -> None:
     """Write a friction law to a JSON file: its name and its numbers in SI units.
 
     Parameters
@@ -56,13 +64,15 @@ def save_law(law: BackboneLaw, path: str | PathLike[str], *, overwrite: bool = F
         The file, ending in ``.json``. It is written whole or not at all.
     overwrite : bool, optional
         Whether a file in its place may be replaced.
+    band : LawBand, optional
+        Intervals of the law, which a prediction of a study with this file carries.
 
     Raises
     ------
     InputError
         If the law needs more than numbers (a surface, other laws), or the file is not a ``.json``.
     """
-    file, content = Path(path), law_content(law)
+    file, content = Path(path), law_content(law, band)
     if file.suffix.lower() != ".json":
         raise InputError(f"`path` must end in .json, got {show(file.name)}")
     with whole_file(file, overwrite) as stage:
@@ -87,6 +97,23 @@ def load_law(path: str | PathLike[str]) -> BackboneLaw:
     InputError
         If the file is no law, of a later version, of an unknown law, or has wrong numbers.
     """
+    return _law_of(*_read(path))
+
+
+def load_law_and_band(path: str | PathLike[str]) -> tuple[BackboneLaw, LawBand | None]:
+    """Read a friction law with the intervals in its file; None for a file without intervals."""
+    file, content = _read(path)
+    law = _law_of(file, content)
+    if "band" not in content:
+        return law, None
+    try:
+        return law, LawBand.of_content(content["band"])
+    except InputError as error:
+        raise InputError(f"{file.name}: {error}") from None
+
+
+def _read(path: str | PathLike[str]) -> tuple[Path, dict[str, Any]]:
+    """Return the content of a law file of this version."""
     file = Path(path)
     try:
         if file.stat().st_size > _LARGEST:
@@ -102,6 +129,11 @@ def load_law(path: str | PathLike[str]) -> BackboneLaw:
         raise InputError(
             f"{file.name}: version must be {VERSION}, got {show(content.get('version'))}"
         )
+    return file, content
+
+
+def _law_of(file: Path, content: dict[str, Any]) -> BackboneLaw:
+    """Return the law of the content of a file."""
     kinds, name = _by_name(), content.get("law")
     if not isinstance(name, str) or name not in kinds:
         raise InputError(f"{file.name}: law must be one of {', '.join(kinds)}, got {show(name)}")

@@ -9,6 +9,7 @@ from microslip.friction.jenkins import Jenkins
 from microslip.friction.parallel import Parallel
 from microslip.friction.pressed_joint import PressedJoint
 from microslip.friction.segalman import SegalmanIwan
+from microslip.friction.slider_law import SliderLaw
 
 LAWS: tuple[type[BackboneLaw], ...] = (
     Interface,
@@ -17,6 +18,7 @@ LAWS: tuple[type[BackboneLaw], ...] = (
     Jenkins,
     Iwan,
     SegalmanIwan,
+    SliderLaw,
     Parallel,
     PressedJoint,
 )

@@ -17,11 +17,11 @@ from microslip._core.errors import InputError
 from microslip._core.frozen import assign, lock, made_once
 from microslip.contact import NormalLaw
 from microslip.contact.materials import MaterialPair
+from microslip.contact.validity import Verdict, validity
 from microslip.friction.base import BackboneLaw
 from microslip.friction.interface import Interface
 from microslip.friction.parallel import Parallel
 from microslip.friction.pressure import Pressure
-from microslip.friction.validity import Verdict, validity
 
 
 def _checked_pressure(pressure: Any) -> Pressure:

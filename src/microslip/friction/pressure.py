@@ -38,12 +38,21 @@ _PANEL = 4  # nodes between two points of a table
 
 @dataclass(frozen=True)
 class BoltSize:
-    """A metric bolt: pitch, bearing face of the head and medium clearance hole [m]."""
+    """Dimensions of a metric bolt with its nut and washers [m]."""
 
     diameter: float
     pitch: float
     head: float
+    """Least bearing diameter d_w of head and nut (ISO 4014)."""
     hole: float
+    """Clearance hole, medium series (ISO 273)."""
+    flats: float
+    """Width s across the flats of head and nut (ISO 4014, ISO 4032)."""
+    heights: float
+    """Heights k of the head and m of the nut, together."""
+    washer: float
+    """Outer diameter of the washers (ISO 7089)."""
+    washer_thickness: float
 
 
 def _size(*millimetres: float) -> BoltSize:
@@ -52,22 +61,22 @@ def _size(*millimetres: float) -> BoltSize:
 
 BOLTS = MappingProxyType(
     {
-        "M3": _size(3, 0.5, 4.57, 3.4),
-        "M4": _size(4, 0.7, 5.88, 4.5),
-        "M5": _size(5, 0.8, 6.88, 5.5),
-        "M6": _size(6, 1.0, 8.88, 6.6),
-        "M8": _size(8, 1.25, 11.63, 9.0),
-        "M10": _size(10, 1.5, 14.63, 11.0),
-        "M12": _size(12, 1.75, 16.63, 13.5),
-        "M14": _size(14, 2.0, 19.64, 15.5),
-        "M16": _size(16, 2.0, 22.49, 17.5),
-        "M20": _size(20, 2.5, 28.19, 22.0),
-        "M24": _size(24, 3.0, 33.61, 26.0),
-        "M30": _size(30, 3.5, 42.75, 33.0),
-        "M36": _size(36, 4.0, 51.11, 39.0),
+        "M3": _size(3, 0.5, 4.57, 3.4, 5.5, 4.4, 7, 0.5),
+        "M4": _size(4, 0.7, 5.88, 4.5, 7, 6, 9, 0.8),
+        "M5": _size(5, 0.8, 6.88, 5.5, 8, 8.2, 10, 1),
+        "M6": _size(6, 1.0, 8.88, 6.6, 10, 9.2, 12, 1.6),
+        "M8": _size(8, 1.25, 11.63, 9.0, 13, 12.1, 16, 1.6),
+        "M10": _size(10, 1.5, 14.63, 11.0, 16, 14.8, 20, 2),
+        "M12": _size(12, 1.75, 16.63, 13.5, 18, 18.3, 24, 2.5),
+        "M14": _size(14, 2.0, 19.64, 15.5, 21, 21.6, 28, 2.5),
+        "M16": _size(16, 2.0, 22.49, 17.5, 24, 24.8, 30, 3),
+        "M20": _size(20, 2.5, 28.19, 22.0, 30, 30.5, 37, 3),
+        "M24": _size(24, 3.0, 33.61, 26.0, 36, 36.5, 44, 4),
+        "M30": _size(30, 3.5, 42.75, 33.0, 46, 44.3, 56, 4),
+        "M36": _size(36, 4.0, 51.11, 39.0, 55, 53.5, 66, 5),
     }
 )
-"""Hexagon bolts by their size (ISO 4014: least bearing face; ISO 273: medium series of holes)."""
+"""Hexagon bolts with nuts and plain washers by their size."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)

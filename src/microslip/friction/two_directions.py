@@ -27,6 +27,7 @@ from microslip._core.frozen import Locked, lock
 from microslip.contact.base import NormalLaw
 from microslip.friction.base import BackboneLaw, CellModel
 from microslip.friction.field_cycles import FieldOfNodes
+from microslip.friction.field_harmonics import FieldHarmonics
 from microslip.friction.memory import SliderBank, VectorState
 from microslip.friction.vector_cycles import SETTLED, VectorCycle, settled_cycle, settled_harmonics
 
@@ -137,7 +138,9 @@ class IsotropicJoint(Locked):
         squares = np.maximum(a[..., None] ** 2 - bank.tops**2, 0.0)
         return plain(np.asarray(2.0 * math.pi * np.sqrt(squares) @ (bank.weights * bank.tops)))
 
-    def periodic(self, displacement_cycle: ArrayLike, *, tolerance: float = SETTLED) -> VectorCycle:
+    def periodic(
+        self, displacement_cycle: ArrayLike, *, tolerance: float = SETTLED, start: str = "farthest"
+    ) -> VectorCycle:
         """The settled cycle of a periodic path.
 
         Parameters
@@ -146,8 +149,13 @@ class IsotropicJoint(Locked):
             One period of displacements [m], shape (samples, 2), its first sample not repeated.
         tolerance : float, optional
             Share of the force limit [-] that forces may be off those after infinitely many periods.
-            Each slider is passed until its own share is reached: those that hardly slip near
-            their end like the inverse square of the number of periods, so that less takes long.
+            Each slider is taken around until its own share is reached, for 2000 periods at most:
+            ``converged`` and ``residual`` of the result tell where that was not enough.
+        start : {"farthest", "first"}, optional
+            Sample to which the joint goes from rest in a straight line, before it follows the
+            cycle again and again: the one farthest from rest, or the first one, as a state that
+            begins at rest. Sliders that hardly slip keep what that path left, so the mean force
+            of a cycle with a mean displacement depends on it: by some 5e-4 of the force limit.
 
         Returns
         -------
@@ -155,8 +163,9 @@ class IsotropicJoint(Locked):
             ``force`` [N], shape (samples, 2), and ``derivative``, see there.
         """
         x = _path("displacement_cycle", displacement_cycle)[None]
-        force, passes, arguments = settled_cycle(self._bank, x, np.zeros(x.shape[:2]), tolerance)
-        return VectorCycle(lock(force[0]), None, passes, *arguments)
+        return settled_cycle(
+            self._bank, x, None, np.zeros(x.shape[:2]), tolerance, start, single=True
+        )
 
     def harmonics(
         self,
@@ -165,7 +174,8 @@ class IsotropicJoint(Locked):
         *,
         samples: int = 64,
         tolerance: float = SETTLED,
-    ) -> tuple[Floats, Floats]:
+        start: str = "farthest",
+    ) -> FieldHarmonics:
         """Fourier coefficients of the settled force with their Jacobian.
 
         Parameters
@@ -179,19 +189,20 @@ class IsotropicJoint(Locked):
             Equidistant samples of the period [-]; the error falls with their square.
         tolerance : float, optional
             As for :meth:`periodic`; the Jacobian is that of the settled cycle.
+        start : {"farthest", "first"}, optional
+            As for :meth:`periodic`; the first sample is at time 0.
 
         Returns
         -------
-        force : ndarray
-            Coefficients of both forces [N], shape (2, coefficients).
-        jacobian : ndarray
-            Derivatives [N/m] of coefficients of force i by those of displacement k: shape (2, 2,
-            coefficients, coefficients), in the order i, k, row, column.
+        FieldHarmonics
+            ``force`` [N], shape (2, coefficients), and ``jacobian`` [N/m], derivatives of the
+            coefficients of force i by those of displacement k: shape (2, 2, coefficients,
+            coefficients), in the order i, k, row, column; ``converged`` and ``residual`` [N],
+            shape (1,). No finite motion is refused.
         """
-        force, jacobian = settled_harmonics(
-            self._bank, coefficients, harmonics, None, samples, tolerance, single=True
+        return settled_harmonics(
+            self._bank, coefficients, harmonics, None, samples, tolerance, start, single=True
         )
-        return force[0], jacobian[0]
 
     def __repr__(self) -> str:
         return f"IsotropicJoint({self.joint!r}, sliders={self._bank.tops.size})"
@@ -289,6 +300,7 @@ class IsotropicField(Locked):
         separations: ArrayLike | None = None,
         *,
         tolerance: float = SETTLED,
+        start: str = "farthest",
     ) -> VectorCycle:
         """The settled cycles of all nodes, as one is of :meth:`microslip.IsotropicJoint.periodic`.
 
@@ -301,6 +313,8 @@ class IsotropicField(Locked):
             Separations [m] at the same samples, shape (nodes, samples).
         tolerance : float, optional
             Share of the force limit [-], see there.
+        start : {"farthest", "first"}, optional
+            Path from rest to the cycle, see there.
 
         Returns
         -------
@@ -318,8 +332,7 @@ class IsotropicField(Locked):
             if d.shape != x.shape[:2]:
                 raise InputError(f"separations must have the shape {x.shape[:2]}, got {d.shape}")
             steps = bank.steps_at(d)
-        force, passes, arguments = settled_cycle(bank, x, steps, tolerance)
-        return VectorCycle(lock(force), lock(bank.loads(steps)[0]), passes, *arguments)
+        return settled_cycle(bank, x, lock(bank.loads(steps)[0]), steps, tolerance, start)
 
     def harmonics(
         self,
@@ -329,7 +342,8 @@ class IsotropicField(Locked):
         separations: ArrayLike | None = None,
         samples: int = 64,
         tolerance: float = SETTLED,
-    ) -> tuple[Floats, ...]:
+        start: str = "farthest",
+    ) -> FieldHarmonics:
         """Fourier coefficients of the settled forces with their Jacobians.
 
         Parameters
@@ -339,22 +353,20 @@ class IsotropicField(Locked):
             ``harmonics``: [mean,] cos 1, sin 1, cos 3, sin 3 for (0, 1, 3).
         separations : array_like, optional
             Coefficients of the separations [m], shape (nodes, coefficients).
-        harmonics, samples, tolerance : optional
+        harmonics, samples, tolerance, start : optional
             As those of :meth:`microslip.IsotropicJoint.harmonics`.
 
         Returns
         -------
-        force : ndarray
-            Coefficients of both forces [N], shape (nodes, 2, coefficients).
-        load : ndarray
-            Those of the normal loads [N], (nodes, coefficients), only with ``separations``.
-        jacobian : ndarray
-            Derivatives [N/m], shape (nodes, 2, 2, coefficients, coefficients); with
-            ``separations`` (nodes, 3, 3, ...), of (T1, T2, N) by both displacements and the
-            separation.
+        FieldHarmonics
+            ``force`` [N], shape (nodes, 2, coefficients); ``load`` [N], (nodes, coefficients),
+            with ``separations``; ``jacobian`` [N/m], shape (nodes, 2, 2, coefficients,
+            coefficients), with ``separations`` (nodes, 3, 3, ...), of (T1, T2, N) by both
+            displacements and the separation; ``converged`` and ``residual`` [N], shape (nodes,).
+            No finite motion is refused: a node that has not settled gives its last period.
         """
         return settled_harmonics(
-            self._bank, coefficients, harmonics, separations, samples, tolerance
+            self._bank, coefficients, harmonics, separations, samples, tolerance, start
         )
 
     def __repr__(self) -> str:

@@ -3,22 +3,24 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core import kernels
-from microslip._core.checks import Floats, exact, floats, positive
+from microslip._core.checks import Floats, floats, positive, show
 from microslip._core.errors import InputError
-from microslip._core.frozen import Locked
+from microslip._core.frozen import Locked, lock
 from microslip._core.kernels import Integers
 from microslip._core.threads import in_parts
+from microslip.friction.field_harmonics import Bools, FieldHarmonics
 from microslip.friction.harmonics import Basis, coefficients_of
 from microslip.friction.memory import SliderBank
 
-_PASSES = 100_000
+_PASSES = 2000  # periods that a slider is taken through, besides the steps of Newton's method
 SETTLED = 1e-6
+STARTS = ("farthest", "first")
 """Share of the force limit: a cycle whose forces repeat so closely counts as settled."""
 
 
@@ -34,11 +36,16 @@ class VectorCycle(Locked):
     load: Floats | None
     """Normal loads [N], shape (nodes, samples); None of one joint, whose law knows none."""
     passes: Integers
-    """Times that the slowest slider of each cycle was taken around it until it had settled."""
+    """Periods [-] that the slowest slider of each node was taken through."""
+    residual: Floats
+    """Estimated distance of each node's force from that of the limit cycle [N], shape (nodes,)."""
+    converged: Bools
+    """Whether the residual of each node is within the tolerance, shape (nodes,)."""
     _bank: SliderBank
     _places: Floats
     _steps: Floats
     _tolerance: float
+    _start: str
 
     def derivative(self, directions: ArrayLike, separations: ArrayLike | None = None) -> Floats:
         """Derivatives of the forces [N a unit] along directions that all nodes share.
@@ -52,7 +59,9 @@ class VectorCycle(Locked):
         by = [_directions("directions", directions, samples)]
         if separations is not None:
             by.append(_directions("separations", separations, samples))
-        slopes = _settle(self._bank, self._places, self._steps, self._tolerance, *by)[1]
+        slopes = _settle(
+            self._bank, self._places, self._steps, self._tolerance, self._start, *by
+        ).slopes
         return slopes[0] if self.force.ndim == 2 else slopes
 
 
@@ -63,43 +72,49 @@ def _directions(name: str, value: ArrayLike, samples: int) -> Floats:
     return array
 
 
+class _Settled(NamedTuple):
+    force: Floats  # [N], (nodes, samples, 2)
+    slopes: Floats  # derivatives [N a unit], (nodes, samples, 2, columns)
+    passes: Integers  # (nodes,)
+    residual: Floats  # [N], (nodes,)
+    converged: Bools  # (nodes,)
+
+
 def _settle(
     bank: SliderBank,
     places: Floats,
     steps: Floats,
     tolerance: Any,
+    start: Any = "farthest",
     by_place: Floats | None = None,
     by_step: Floats | None = None,
-) -> tuple[Floats, Floats, Integers]:
-    """Forces (nodes, samples, 2) of settled cycles, their derivatives, and the passes made."""
+) -> _Settled:
+    """Return the settled cycles of all nodes, or the last of ``_PASSES`` periods."""
     nothing = np.zeros((places.shape[1], 0))
     by_place = nothing if by_place is None else by_place
     by_step = nothing if by_step is None else by_step
+    if start not in STARTS:
+        raise InputError(f'`start` must be "farthest" or "first", got {show(start)}')
     small_enough = positive("tolerance", tolerance, example=SETTLED)
     nodes, samples = steps.shape
     columns = 2 * by_place.shape[1] + by_step.shape[1]
     value, slopes = np.empty((nodes, samples, 2)), np.empty((nodes, samples, 2, columns))
-    passes = np.empty(nodes, dtype=np.int64)
+    passes, left = np.empty(nodes, dtype=np.int64), np.empty(nodes)
     reach = np.maximum(bank.tops - float(steps.min()), 0.0)
     small = small_enough * float(reach @ bank.weights)
     sliders = bank.tops, bank.weights, bank.compliances
 
     def settle(part: slice) -> None:
-        kernels.compiled.vector_cycle(
+        kernels.compiled.settle_vectors(
             np.ascontiguousarray(places[part]), np.ascontiguousarray(steps[part]),
             np.ascontiguousarray(bank.rests[part]), samples, *sliders,
             np.ascontiguousarray(by_place), by_place.shape[1],
             np.ascontiguousarray(by_step), by_step.shape[1],
-            _PASSES, small, value[part], slopes[part], passes[part],
+            _PASSES, int(start == "first"), small, value[part], slopes[part], passes[part],
+            left[part],
         )  # fmt: skip
 
     in_parts(nodes, settle)
-    if passes.min() < 0:
-        raise InputError(
-            f"displacements must be a cycle that settles: node {int(np.argmin(passes))} is still "
-            f"more than {exact(small_enough)} of its force limit off after {_PASSES} periods; "
-            f"give a larger tolerance"
-        )
     value *= bank.scales[:, None, None]
     slopes *= bank.scales[:, None, None, None]
     wide = 2 * by_place.shape[1]
@@ -109,16 +124,33 @@ def _settle(
         slopes[..., :wide] = np.einsum("ij,ntrjc->ntric", bank.lay, by_both).reshape(
             nodes, samples, 2, wide
         )
-    return value, slopes, passes
+    return _Settled(value, slopes, passes, left * bank.scales, left <= small * (1.0 + 1e-9))
 
 
 def settled_cycle(
-    bank: SliderBank, displacements: Floats, steps: Floats, tolerance: Any
-) -> tuple[Floats, Integers, tuple[Any, ...]]:
-    """Forces and passes of settled cycles, and what a :class:`VectorCycle` keeps of them."""
+    bank: SliderBank,
+    displacements: Floats,
+    load: Floats | None,
+    steps: Floats,
+    tolerance: Any,
+    start: Any,
+    single: bool = False,
+) -> VectorCycle:
+    """Return the settled cycles along displacements [m] (nodes, samples, 2) and steps [m]."""
     places = bank.places(displacements)
-    force, _, passes = _settle(bank, places, steps, tolerance)
-    return force, passes, (bank, places, steps, tolerance)
+    found = _settle(bank, places, steps, tolerance, start)
+    return VectorCycle(
+        lock(found.force[0] if single else found.force),
+        load,
+        found.passes,
+        lock(found.residual),
+        lock(found.converged),
+        bank,
+        places,
+        steps,
+        tolerance,
+        start,
+    )
 
 
 def settled_harmonics(
@@ -128,9 +160,10 @@ def settled_harmonics(
     separations: ArrayLike | None,
     samples: int,
     tolerance: Any,
+    start: Any,
     single: bool = False,
-) -> tuple[Floats, ...]:
-    """Coefficients of forces and loads, and the Jacobian: as the ``harmonics`` below give them."""
+) -> FieldHarmonics:
+    """Return the coefficients of forces and loads [N] with their Jacobian [N/m]."""
     basis, size = Basis(harmonics), bank.size
     functions, analysis = basis.sampled(samples)
     count, values = basis.size, floats("coefficients", coefficients, "m")
@@ -143,15 +176,17 @@ def settled_harmonics(
     if separations is not None:
         d = coefficients_of("separations", separations, basis, size) @ functions.T
         steps, by_step = bank.steps_at(d), functions
-    force, slopes, _ = _settle(bank, places, steps, tolerance, functions, by_step)
-    force = np.einsum("tc,nti->nic", analysis, force)
-    spectrum = np.einsum("tc,ntrk->nrck", analysis, slopes)
+    found = _settle(bank, places, steps, tolerance, start, functions, by_step)
+    force = np.einsum("tc,nti->nic", analysis, found.force)
+    spectrum = np.einsum("tc,ntrk->nrck", analysis, found.slopes)
     by_places = spectrum[..., : 2 * count].reshape(size, 2, count, 2, count)
     by_places = by_places.transpose(0, 1, 3, 2, 4)
     if separations is None:
-        return force, by_places
+        if single:
+            force, by_places = force[0], by_places[0]
+        return FieldHarmonics(force, None, by_places, found.residual, found.converged)
     load, fall = bank.loads(steps)
     jacobian = np.zeros((size, 3, 3, count, count))
     jacobian[:, :2, :2], jacobian[:, :2, 2] = by_places, spectrum[..., 2 * count :]
     jacobian[:, 2, 2] = np.einsum("tc,nt,tk->nck", analysis, fall, functions)
-    return force, load @ analysis, jacobian
+    return FieldHarmonics(force, load @ analysis, jacobian, found.residual, found.converged)

@@ -1,4 +1,4 @@
-"""Figures of an identification: loops over each other, intervals, profiles of the likelihood."""
+"""Figures of an identification: loops with the law, and what follows from it by amplitude."""
 
 from __future__ import annotations
 
@@ -8,57 +8,88 @@ from itertools import takewhile
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from microslip._core.checks import Floats
 from microslip._core.units import engineering, prefix
-from microslip.figures.kit import evenly, length_prefix
+from microslip.figures.kit import between, drawable, evenly, length_prefix, pale
 from microslip.figures.picture import Picture
-from microslip.figures.plot import COLORS, Axis, Band, Entry, Panel, Pixels, Plot, Rule, Words
-from microslip.identification.caveats import label, short_symbol
-from microslip.identification.fit_quality import RecordFit
-from microslip.identification.verdicts import Fitted
+from microslip.figures.plot import COLORS, Axis, Band, Entry, Panel, Plot, Rule, Words, stacked
+from microslip.identification.curves import CONFIDENCE, SHOWN, curves_of
+from microslip.identification.record_fit import RecordFit
 
 MOST_PANELS = 6
-MOST_PARAMETERS = 12
 MOST_MARKS = 90  # of a loop
 MOST_DOTS = 1500  # of a panel
 _SAME_SIZE = 0.02  # of amplitudes of one colour, from one to the next
-INK, BLUE, RED = COLORS[0], COLORS[1], COLORS[2]
+INK, BLUE = COLORS[0], COLORS[1]
 
 _CAPTIONS = {
     "loops": (
-        "The mean cycle of each record (circles) and the identified law with the rig in series "
-        "(line), one pair of panels for each normal load, a colour for each amplitude; the line "
-        "includes the fitted errors of displacement and load and other nuisances. Below, the "
-        "residual over the noise of each record, towards larger (circles) and smaller "
-        "displacements (triangles). Within the grey band it is noise.",
-        "Measured and modelled loops, and the residual",
+        "The mean cycle of each record (circles) and the fitted law (line), one pair of panels for "
+        "each normal load, a colour for each amplitude. Below, the residual over the noise of each "
+        "record, towards larger (circles) and smaller displacements (triangles). Within the grey "
+        "band it is noise.",
+        "Measured and fitted loops, and the residual",
     ),
-    "intervals": (
-        "Best values and intervals; an arrow is an open end. Beside them the correlations of the "
-        "errors.",
-        "Interval of each parameter, and correlations",
-    ),
-    "profiles": (
-        "Rise of χ² where a parameter is held at another value and all others are fitted again, "
-        "over the factor by which intervals were widened. Values below the dashed level fit the "
-        "loops; where the curve stays below it, the interval is open.",
-        "Likelihood profile of each parameter",
+    "law": (
+        "Force of first loading, energy of a cycle and damping ratio against amplitude, a colour "
+        "for each normal load, with their {level} intervals (shaded). Circles: amplitudes of the "
+        "records. Left of the grey line the amplitudes are smaller than the smallest measured one; "
+        "beyond the largest the loops determine nothing, and no curve is drawn.",
+        "Force, energy and damping ratio against amplitude, with intervals",
     ),
 }
 
 
 def pictures(result: Any) -> tuple[Picture, ...]:
-    """The figures of an identification."""
-    plots = {"loops": lambda: loops(result)}
-    if 1 <= len(result.names) <= MOST_PARAMETERS:
-        plots["intervals"] = lambda: intervals(result)
-        if profiled_names(result):
-            plots["profiles"] = lambda: profiles(result)
+    """Return the figures of an identification."""
+    plots = {"loops": lambda: loops(result), "law": lambda: law(result)}
+    level = f"{100.0 * CONFIDENCE:g} %"
     return tuple(
-        Picture(name, _CAPTIONS[name][0], plot, _CAPTIONS[name][1]) for name, plot in plots.items()
+        Picture(name, _CAPTIONS[name][0].format(level=level), plot, _CAPTIONS[name][1])
+        for name, plot in plots.items()
     )
+
+
+# -- the law by amplitude -------------------------------------------------------------------------
+
+
+def law(result: Any) -> Plot:
+    """Force, energy and damping ratio against amplitude, each with its interval."""
+    tables = curves_of(result)
+    drawn = [tables[i] for i in evenly(len(tables), MOST_PANELS)]
+    unit, letter = length_prefix(max(float(table.amplitude[-1]) for table in drawn))
+    panels = [
+        Panel(Axis(f"Displacement amplitude [{letter}m]", log=True), y)
+        for y in (
+            Axis("Force [N]", low=0.0),
+            Axis("Energy of a cycle [J]", log=True),
+            Axis("Damping ratio ζ [–]", low=0.0),
+        )
+    ]
+    for table, color in zip(drawn, COLORS[1:], strict=False):
+        x = table.amplitude / unit
+        for panel, name in zip(panels, SHOWN, strict=True):
+            value, low, high = (
+                drawable(np.asarray(values), panel.y.log) for values in table.estimates[name]
+            )
+            panel.items.insert(0, between(x, low, high, pale(color)))
+            panel.line(x, value, color)
+            at = np.isin(table.amplitude, table.measured)
+            panel.marks(x[at], value[at], color)
+    smallest = min(float(table.measured[0]) for table in drawn) / unit
+    for panel in panels:
+        panel.items.insert(0, Rule(smallest, "x", "#888888", 0.8, ()))
+    legend = tuple(
+        Entry("law" if table.load is None else engineering(table.load, "N", trim=True), color)
+        for table, color in zip(drawn, COLORS[1:], strict=False)
+    )
+    left_out = len(tables) - len(drawn)
+    title = f"Normal load{f' ({left_out} more in the tables)' if left_out else ''}"
+    plot = stacked(panels, 8.2, (1.2, 1.2, 1.0), legend, f"Law of the {result.series}")
+    plot.legend_title = title if len(tables) > 1 else ""
+    return plot
 
 
 # -- loops ----------------------------------------------------------------------------------------
@@ -110,7 +141,6 @@ def loops(result: Any) -> Plot:
         )
         _draw_pair(above, below, group, x_unit, f_unit)
         panels += [above, below]
-    rig = ", rig in series" if any(n.startswith("rig_stiffness") for n in result.parameters) else ""
     left_out = len(groups) - len(panel_groups)
     return Plot(
         panels,
@@ -119,7 +149,7 @@ def loops(result: Any) -> Plot:
         widths=(1.0,) * columns,
         legend=(
             Entry("measured; residual, displacement rising", BLUE, marker="o", line=False),
-            Entry(f"identified: {result.law}{rig}", INK),
+            Entry("fitted law", INK),
             Entry("residual, displacement falling", BLUE, marker="^", line=False),
             Entry("grey: noise, ±2 σ", "#cccccc"),
         ),
@@ -192,178 +222,3 @@ def _spaced_marks(x: Floats, y: Floats, count: int) -> NDArray[np.int64]:
     steps = np.hypot(np.diff(x) / max(float(np.ptp(x)), 1e-300), np.diff(y) / float(np.ptp(y)))
     length = np.concatenate(([0.0], np.cumsum(steps)))
     return np.unique(np.searchsorted(length, np.linspace(0.0, length[-1], count)))
-
-
-# -- intervals ------------------------------------------------------------------------------------
-
-
-def intervals(result: Any) -> Plot:
-    """The interval of each free parameter on a scale of its own, and the correlations."""
-    names = result.names
-    panels = [_strip(name, result.parameters[name], row) for row, name in enumerate(names)]
-    several = len(names) > 1
-    if several:
-        symbols = [short_symbol(name, result.parameters[name].load) for name in names]
-        panels.append(_heat_map(symbols, result.correlation, len(names)))
-    return Plot(
-        panels,
-        1.3 + 0.62 * len(names),
-        f"Best values and {100.0 * result.confidence:g} % intervals (arrow: no end)"
-        + (", correlations of the errors" if several else ""),
-        heights=(1.0,) * len(names),
-        widths=(1.25, 1.0) if several else (1.0,),
-    )
-
-
-def _strip(name: str, fitted: Fitted, row: int) -> Panel:
-    """One interval on its own axis, which reaches a little beyond it."""
-    open_low, open_high = fitted.low_open, fitted.high_open
-    scale_value = (
-        fitted.high if open_low and not open_high else fitted.low if open_high else fitted.value
-    )
-    unit, in_unit = _scale(fitted, scale_value)
-    value, low, high = (v / unit for v in (fitted.value, fitted.low, fitted.high))
-    start, right = _line_ends(value, low, high, open_low, open_high)
-    if 0.0 < start < 0.1 * right:
-        reach = (right / start) ** 0.25
-        axis = Axis("", start / reach, right * reach, log=True)
-    else:
-        width = (right - start) or max(abs(value), 1.0)
-        axis = Axis("", start - 0.25 * width, right + 0.25 * width)
-    verdict = "" if fitted.verdict == "identified" else f": {fitted.verdict}"
-    panel = Panel(
-        axis,
-        Axis("", -1.0, 1.0, ticks=()),
-        note=f"{label(name, fitted.load)}{in_unit}{verdict}",
-        grid=False,
-        cell=(row, row, 0, 0),
-    )
-    color = BLUE if fitted.verdict == "identified" else RED
-    panel.line([start, right], [0.0, 0.0], color, width=2.0)
-    for end, is_open, sign in ((start, open_low, "◂"), (right, open_high, "▸")):
-        if is_open:
-            panel.add(Words(end, 0.0, sign, "center", "middle", color, 12.0, data=True))
-        else:
-            panel.line([end, end], [-0.4, 0.4], color, width=1.5)
-    if start <= value <= right and not (open_low and open_high):
-        panel.marks([value], [0.0], color, filled=True, size=5.0)
-    return panel
-
-
-def _scale(fitted: Fitted, value: float) -> tuple[float, str]:
-    """A unit that suits a value, and what an axis calls it."""
-    if fitted.unit in ("", "-"):
-        return 1.0, ""
-    unit, letter = prefix(value)
-    return unit, f" [{letter}{fitted.unit}]"
-
-
-def _line_ends(
-    value: float, low: float, high: float, open_low: bool, open_high: bool
-) -> tuple[float, float]:
-    """Ends of the line of an interval; an open end is drawn a little further."""
-    if open_low and open_high:
-        return (0.5 * value, 2.0 * value) if value > 0.0 else (value - 1.5, value + 1.5)
-    if open_low:
-        return (0.5 * high if high > 0.0 else high - 1.5), high
-    if open_high:
-        return low, (2.0 * low if low > 0.0 else low + 1.5)
-    return low, high
-
-
-def _heat_map(symbols: Sequence[str], matrix: Floats, rows: int) -> Panel:
-    """Correlations as colours and numbers; the lower half, since both are the same."""
-    count = len(symbols) - 1
-    panel = Panel(
-        Axis("", 0.0, count, ticks=[(i + 0.5, text) for i, text in enumerate(symbols[:-1])]),
-        Axis("", 0.0, count, ticks=[(count - i - 0.5, text) for i, text in enumerate(symbols[1:])]),
-        grid=False,
-        cell=(0, rows - 1, 1, 1),
-    )
-    shades, texts = np.full((count, count, 3), 255, dtype=np.uint8), []
-    for i, j in np.argwhere(np.tri(count)).tolist():
-        value = float(matrix[i + 1, j])
-        shades[i, j] = _shade(value)
-        if math.isfinite(value):
-            place, number = (j + 0.5, count - i - 0.5), f"{value:+.2f}".replace("-", "−")
-            texts.append(Words(*place, number, "center", "middle", INK, 8.0, data=True))
-    panel.add(Pixels(shades, 0.0, float(count), 0.0, float(count)))
-    for text in texts:
-        panel.add(text)
-    return panel
-
-
-def _shade(value: float) -> ArrayLike:
-    """Orange for −1, white for 0, violet for 1; also for the colour-blind."""
-    if not math.isfinite(value):
-        return (255, 255, 255)
-    end = np.array((45, 0, 75) if value > 0.0 else (127, 59, 8), dtype=float)
-    return np.round(255.0 + (end - 255.0) * min(abs(value), 1.0)).astype(np.uint8)
-
-
-# -- profiles -------------------------------------------------------------------------------------
-
-
-def profiled_names(result: Any) -> list[str]:
-    """Names of the parameters whose profile has more than the best value and an end."""
-    return [name for name in result.names if len(result.parameters[name].profile) > 2]
-
-
-def profiles(result: Any) -> Plot:
-    """The likelihood profile of each free parameter: the rise of chi-squared over its value."""
-    from scipy.special import chdtri
-
-    level = float(chdtri(1, 1.0 - result.confidence))
-    names = profiled_names(result)
-    columns = min(len(names), 2 if len(names) == 4 else 3)
-    rows = math.ceil(len(names) / columns)
-    panels = []
-    for index, name in enumerate(names):
-        row, column = divmod(index, columns)
-        panels.append(_curve(name, result.parameters[name], level, row, column))
-    return Plot(
-        panels,
-        0.6 + 1.75 * rows,
-        heights=(1.0,) * rows,
-        widths=(1.0,) * columns,
-        legend=(
-            Entry("profile, and where it was computed", BLUE, marker="o", filled=True),
-            Entry(f"level of {100.0 * result.confidence:g} %: {level:.2f}", RED, (4.0, 2.0)),
-        ),
-    )
-
-
-def _curve(name: str, fitted: Fitted, level: float, row: int, column: int) -> Panel:
-    """One profile, as far as a little above its level."""
-    x, rise = np.array(fitted.profile).T
-    unit, in_unit = _scale(fitted, fitted.value)
-    # The root of the rise is nearly straight on either side: between points it is taken so.
-    root = np.copysign(np.sqrt(rise), x - fitted.value)
-    near = rise <= 2.0 * level
-    if fitted.value > 0.0 and fitted.low >= 0.0:  # an open end may be decades away
-        ends = [end for end in (fitted.low, fitted.value, fitted.high) if 0.0 < end < math.inf]
-        near &= (x >= min(ends) / 4.0) & (x <= 4.0 * max(ends))
-    first, last = float(x[near].min()), float(x[near].max())
-    if last - first < 1e-6 * abs(last):  # the best value lies at a bound and nothing beside it
-        first, last = 0.5 * fitted.value, 2.0 * fitted.value
-    logarithmic = 0.0 < first < 0.05 * last
-    if logarithmic:
-        within = np.geomspace(first, last, 200)
-        between = np.interp(np.log(within), np.log(x[x > 0.0]), root[x > 0.0])
-    else:
-        within = np.linspace(first, last, 200)
-        between = np.interp(within, x, root)
-    panel = Panel(
-        Axis(f"{short_symbol(name, fitted.load)}{in_unit}", log=logarithmic),
-        Axis("Rise of χ²" if column == 0 else "", 0.0, 1.8 * level, bare=column > 0),
-        note="" if fitted.verdict == "identified" else fitted.verdict,
-        cell=(row, row, column, column),
-    )
-    if fitted.low_open:
-        panel.add(Words(0.03, 0.97, "◂ open", color=RED))
-    if fitted.high_open:
-        panel.add(Words(0.97, 0.97, "open ▸", "right", color=RED))
-    panel.marks(x[near] / unit, rise[near], BLUE, filled=True, size=3.0)
-    panel.line(within / unit, between**2, BLUE, width=1.0)
-    panel.add(Rule(level, "y", RED, 0.9))
-    return panel

@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 
 from microslip._core.checks import Floats
 from microslip._core.errors import InputError
-from microslip._core.runs import runs_of
 from microslip._core.units import engineering, significant
 from microslip._core.wording import plural
 from microslip.laboratory.cuts import (
@@ -29,9 +28,10 @@ from microslip.laboratory.cuts import (
     len_of,
     motion_of,
     no_cycle,
+    runs_of,
+    window_of,
 )
 from microslip.laboratory.record import Record, once_a_record
-from microslip.laboratory.settling import FEWEST
 
 LONG = 10.0
 """Times as long as nine in ten steps of the time that a gap is, at least,"""
@@ -41,6 +41,10 @@ _JUMP = 1.5
 """Jump of the counter of cycles beyond which some were not logged."""
 _SAME_PERIOD = 0.1
 """Share by which their period may differ: what hums while the rig rests is no motion."""
+_ONE_FREQUENCY = 1.5
+"""Range of the periods of the cycles that are evaluated with the same windows."""
+_FEWEST_SMALLER = 2
+"""Whole cycles of a stretch of smaller ones, at least."""
 _STOOD, _RESTING = 0.75, 8.0
 """Least share of a cycle for which a logged rig stands still; range then, over the noise."""
 _OVER_NOISE = 10.0
@@ -164,7 +168,27 @@ def blocks_of(record: Record) -> Blocks:
             f"{significant(longest_stop, 2)} cycles at most: cycles are cut there",
         )
     small = [part for block in blocks for part in _with_smaller(x, force, block, motion, kind)]
+    small = [part for block in small for part in _by_frequency(block, motion)]
     return Blocks(tuple(small), notes)
+
+
+def _by_frequency(block: Block, motion: Motion) -> list[Block]:
+    """Parts of a block in which the period hardly changes, with windows of their own."""
+    periods = np.diff(block.cycles.cuts).astype(float)
+    if periods.max() <= _ONE_FREQUENCY * periods.min():
+        return [block]
+    edges = [0]
+    for i, period in enumerate(periods.tolist()):
+        inside = periods[edges[-1] : i + 1]
+        if max(period / inside.min(), inside.max() / period) > _ONE_FREQUENCY:
+            edges.append(i)
+    parts = []
+    for begin, end in pairwise([*edges, periods.size]):
+        part = _cycles_between(block, begin, end)
+        period = float(np.median(periods[begin:end]))
+        window = window_of(motion.relative_noise, period)
+        parts.append(part._replace(cycles=part.cycles._replace(period=period, window=window)))
+    return parts
 
 
 def _with_smaller(x: Floats, force: Floats, block: Block, motion: Motion, kind: int) -> list[Block]:
@@ -176,7 +200,7 @@ def _with_smaller(x: Floats, force: Floats, block: Block, motion: Motion, kind: 
     is_between = np.ones(cuts.size - 1, dtype=bool)
     for begin, end in runs_of(near).tolist():
         first, stop = block.first + begin, block.first + end
-        if stop - first < FEWEST * motion.period:
+        if stop - first < _FEWEST_SMALLER * motion.period:
             continue
         try:
             stretch_motion = motion_of(x[first:stop], force[first:stop])
@@ -186,7 +210,7 @@ def _with_smaller(x: Floats, force: Floats, block: Block, motion: Motion, kind: 
         if not alike or stretch_motion.amplitude < _OVER_NOISE * stretch_motion.noise:
             continue
         cycles = candidates(x[first:stop], stretch_motion)[kind]
-        if cycles is not None and len_of(cycles) >= FEWEST:
+        if cycles is not None and len_of(cycles) >= _FEWEST_SMALLER:
             smaller += _with_smaller(x, force, Block(first, stop, cycles), stretch_motion, kind)
             is_between &= (cuts[1:] <= begin) | (cuts[:-1] >= end)
     if not smaller:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -13,6 +14,7 @@ import numpy as np
 from microslip._core.checks import Floats, positive, show
 from microslip._core.errors import InputError
 from microslip._core.frozen import Locked
+from microslip._core.units import engineering
 from microslip.laboratory.blocks import Dissipated, dissipated
 from microslip.laboratory.campaign_laws import Wear, with_unlogged_cycles
 from microslip.laboratory.cycle_columns import gain_error
@@ -23,6 +25,8 @@ from microslip.laboratory.regimes import RegimeBorders
 
 _NEW = 0.05
 """Share of the cycles of a contact before its first logged one that is neglected."""
+_CARRIED, _SAME_LOAD = 1.05, 0.03
+"""Force over that at which the contact slid that contradicts it; relative width of one load."""
 MIXED = 0.05
 """Probability of a second regime from which on a condition is mixed."""
 
@@ -119,7 +123,13 @@ class Campaign(Locked):
             if math.isfinite(energy) or measured.count is None:
                 continue
             reasons[measured.name] = measured.count.source
-            if measured.count.numbers is not None:
+            if measured.name in self._counted_twice():
+                reasons[measured.name] = (
+                    "its specimen has several series whose cycles are counted from the same "
+                    "number; state in the manifest the number of the first cycle of each file in "
+                    'the life of the specimen, "cycle", or a "specimen" of its own for each series'
+                )
+            elif measured.count.numbers is not None:
                 reasons[measured.name] = (
                     f"it begins at cycle {measured.count.numbers[0]:.12g}, and what was before is "
                     "not among the records of its run; give those of one contact the same specimen"
@@ -146,6 +156,58 @@ class Campaign(Locked):
         for i, label in enumerate(self.contacts):
             by_contact.setdefault(label, []).append(i)
         return by_contact
+
+    def _counted_twice(self) -> set[str]:
+        """Names of the records of contacts some of whose cycles have the same number twice."""
+        names: set[str] = set()
+        for members in self._by_contact().values():
+            counts = [self.measurements[i].count for i in members]
+            ranges = sorted(
+                (float(c.numbers[0]), float(c.numbers[-1]))
+                for c in counts
+                if c is not None and c.is_of_contact and c.numbers is not None
+            )
+            if any(second[0] <= first[1] for first, second in pairwise(ranges)):
+                names |= {self.measurements[i].name for i in members}
+        return names
+
+    def contradictions(self) -> list[str]:
+        """Notes on records of one contact and load that cannot both be right.
+
+        A contact that slides as a whole at one force cannot carry more of it in another record at
+        the same load.
+        """
+        notes = []
+        for members in self._by_load().values():
+            sliding = [m for m in members if set(m.possible_regimes) == {"gross slip"}]
+            if not sliding:
+                continue
+            weakest = min(sliding, key=lambda m: m.mean["force_amplitude"].value)
+            limit = weakest.mean["force_amplitude"]
+            for other in members:
+                force = other.mean["force_amplitude"]
+                if force.value > _CARRIED * limit.value and "gross slip" not in (
+                    other.possible_regimes
+                ):
+                    notes.append(
+                        f"{weakest.name} slides as a whole at {engineering(limit.value, 'N')}, and "
+                        f"{other.name} carries {engineering(force.value, 'N')} in "
+                        f"{other.regime} at the same load: friction has changed between them, "
+                        "the load was another one, or one has a spring in parallel or spikes; "
+                        "regimes of both are in doubt"
+                    )
+        return notes
+
+    def _by_load(self) -> dict[tuple[str, int], list[Measurement]]:
+        """Records by contact and load; without specimens and runs all are of one contact."""
+        is_named = "specimen" in self.columns or self.runs is not None
+        by_load: dict[tuple[str, int], list[Measurement]] = {}
+        for measured, label in zip(self.measurements, self.contacts, strict=True):
+            load = measured.mean.get("normal_load")
+            if load is not None and load.value > 0.0:
+                step = round(math.log(load.value) / _SAME_LOAD)
+                by_load.setdefault((label if is_named else "", step), []).append(measured)
+        return by_load
 
     def _numbered_through(self, members: Sequence[int]) -> list[Floats] | None:
         """Numbers of the cycles of a contact's records, where one counter counts them all."""
@@ -182,6 +244,7 @@ class Campaign(Locked):
         """
         of_each = [_accumulated(measured) for measured in self.measurements]
         chosen = []
+        twice = self._counted_twice()
         for measured, alone, cumulated in zip(
             self.measurements, of_each, self._cumulated(), strict=True
         ):
@@ -192,6 +255,8 @@ class Campaign(Locked):
             is_all = numbers is not None or "specimen" in self.columns
             worn = cumulated if is_all else alone
             energy = float(worn.energy[-1])
+            if measured.name in twice:
+                energy = math.nan
             begins = 1.0 if numbers is None else float(numbers[0]) - _NEW * float(numbers[-1])
             if begins > 1.0 and float(alone.energy[-1]) == energy:
                 energy = math.nan  # what was before is not known

@@ -120,7 +120,7 @@ def rig_stiffness_of(measurements: Sequence[Measurement], *, confidence: float =
             "records that span "
             f"{float(np.ptp(loads)) if loads.size else 0.0:.3g} N"
         )
-    softness = np.array([1.0 / measured.mean["reversal_stiffness"].value for measured in rows])
+    softness = np.array([1.0 / measured.mean["chord_stiffness"].value for measured in rows])
     away = 1.0 / loads - (1.0 / loads).mean()
     square = float(np.dot(away, away))
     slope = float(np.dot(away, softness)) / square

@@ -12,7 +12,7 @@ import numpy as np
 from microslip._core.checks import Floats, exact, number, positive, show
 from microslip._core.errors import InputError
 from microslip.laboratory.blocks import gaps_of
-from microslip.laboratory.cuts import Cuts, split
+from microslip.laboratory.cuts import Cuts, noise_of, split
 from microslip.laboratory.estimates import Estimate, quantile, trend
 from microslip.laboratory.record import Record
 
@@ -200,6 +200,8 @@ nearly slid before is of the power 3/2 there (19.15); what the second makes of i
 _DOUBT, _LEAST, _OF_WINDOW = 0.5, 0.03, 0.003
 """Doubt of the lag in any case: share of the difference of both readings, of a sample, and of the
 window."""
+_LEFT = 0.15
+"""Share of the misfit at the reversals that a lag which is worth taking off leaves, at most."""
 _DEGREE = 10
 """Degree of the polynomial of the displacement within a fifth of a cycle from its reversal."""
 
@@ -213,6 +215,8 @@ class Lag(NamedTuple):
     error: float
     number: int
     """Groups of cycles that it is the mean of."""
+    is_remedy: bool
+    """Whether the misfit at the reversals is mostly gone without it."""
 
 
 class _Reversals(NamedTuple):
@@ -227,6 +231,15 @@ class _Reversals(NamedTuple):
 
     def shift(self, rows: slice, shapes: int = 0, near: float | None = None) -> float:
         """Lag [samples] in the mean of some of the cycles."""
+        return self._fit(rows, shapes, near)[0]
+
+    def misfit_left(self) -> float:
+        """Misfit of the mean cycle without the lag over that with it, noise taken off [-]."""
+        _, best, at_zero = self._fit(slice(None), 0, None)
+        noise = noise_of(self.force.ravel()) ** 2 / self.force.shape[0] * (2 * self.half + 1)
+        return float(max(best - noise, 0.0) / max(at_zero - noise, 1e-300))
+
+    def _fit(self, rows: slice, shapes: int, near: float | None) -> tuple[float, float, float]:
         return _shift(
             self.force[rows], self.way[rows], self.reach, self.half, _SHAPES[shapes], near
         )
@@ -269,7 +282,8 @@ def lag_of(
     error = float(late.std(ddof=1)) / math.sqrt(late.size)
     chance = quantile(confidence, late.size - 1) * error
     doubt = _LEAST + _OF_WINDOW * reversals.half + _DOUBT * abs(middle - other)
-    return Lag(float(late.mean()), math.hypot(chance, doubt), error, late.size)
+    is_remedy = reversals.misfit_left() < _LEFT
+    return Lag(float(late.mean()), math.hypot(chance, doubt), error, late.size, is_remedy)
 
 
 def looks_late(x: Floats, force: Floats, cuts: Cuts, smallest: float, most: int) -> bool:
@@ -287,8 +301,11 @@ def _shift(
     half: int,
     powers: tuple[tuple[float, ...], tuple[float, ...]],
     near: float | None = None,
-) -> float:
-    """Shift with which the way, on both sides with factors of its own, fits the mean force best."""
+) -> tuple[float, float, float]:
+    """Shift with which the way, on both sides with factors of its own, fits the mean force best.
+
+    Also the sums of squares that it leaves, and those without a shift [N^2].
+    """
     force = forces.mean(axis=0)[reach - half : reach + half + 1]
     # Free of noise: as the way stands on the axis, noise there would look like a kink.
     grid = np.arange(-reach, reach + 1.0) / reach
@@ -317,4 +334,6 @@ def _shift(
     rows = slice(max(best - 4, 0), best + 5)
     bend, slope, _ = np.polyfit(places[rows] - places[best], values[rows], 2)
     shift = -0.5 * slope / bend if bend > 0.0 else 0.0
-    return float(places[best] + np.clip(shift, -2.0 * step, 2.0 * step))
+    found = float(places[best] + np.clip(shift, -2.0 * step, 2.0 * step))
+    left = misfits(np.array([found, 0.0]))
+    return found, float(left[0]), float(left[1])

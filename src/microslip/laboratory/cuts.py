@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,13 +47,24 @@ class Cuts(NamedTuple):
     """Contribution of the noise of the displacement to half the range of a cycle [m]."""
 
 
+def runs_of(mask: NDArray[Any]) -> NDArray[np.intp]:
+    """Return first index and end (exclusive) of each run of true values (runs, 2)."""
+    return np.flatnonzero(np.diff(mask, prepend=False, append=False)).reshape(-1, 2)
+
+
 def noise_of(values: Floats) -> float:
-    """Standard deviation of white noise on a smooth signal, from its third differences."""
+    """Standard deviation of white noise on a smooth signal, the least of its differences' orders.
+
+    A difference of order k has comb(2 k, k) times the variance of the noise; what is left of a
+    coarsely sampled signal falls with the order. The median sees no kinks.
+    """
     piece = values[: 1 << 17]
-    if piece.size < 8:
+    if piece.size < 16:
         return 0.0
-    # Their variance is 1 + 9 + 9 + 1 times that of the noise; the median sees no kinks.
-    return float(np.median(np.abs(np.diff(piece, 3)))) / 0.6745 / math.sqrt(20.0)
+    return min(
+        float(np.median(np.abs(np.diff(piece, k)))) / 0.6745 / math.sqrt(math.comb(2 * k, k))
+        for k in range(3, 8)
+    )
 
 
 class Motion(NamedTuple):
@@ -71,6 +82,8 @@ class Motion(NamedTuple):
     """Samples a cycle."""
     crossings: int
     """Number of crossings of the middle."""
+    relative_noise: float
+    """Noise of the displacement or of the force, the larger over half its range [-]."""
 
 
 def motion_of(displacement: Floats, force: Floats, gaps: Sequence[int] = ()) -> Motion:
@@ -100,8 +113,9 @@ def motion_of(displacement: Floats, force: Floats, gaps: Sequence[int] = ()) -> 
     noise = noise_of(x)
     spread = float(np.ptp(force[:: max(1, force.size >> 17)]))
     noise_in_force = 2.0 * noise_of(force) / spread if spread > 0.0 else 0.0
-    window = _window(max(noise / amplitude, noise_in_force), period)
-    return Motion(middle, amplitude, noise, window, period, number)
+    relative = max(noise / amplitude, noise_in_force)
+    window = window_of(relative, period)
+    return Motion(middle, amplitude, noise, window, period, number, relative)
 
 
 _REPEATED, _CLOSED = 0.3, 4.0
@@ -204,7 +218,7 @@ def _crossings(x: Floats, band: float) -> tuple[Floats, NDArray[np.bool_]]:
     return np.bincount(gap, place, minlength=end.size) / count, upwards
 
 
-def _window(noise: float, period: float) -> int:
+def window_of(noise: float, period: float) -> int:
     """Half width at which a parabola's bias (angle^4) is as small as its noise."""
     angle: float = (420.0 * noise / math.sqrt(period / math.pi)) ** (2.0 / 9.0)
     return math.floor(min(angle, WIDEST) * period / (2.0 * math.pi))
@@ -241,6 +255,9 @@ def _extended(
     for step in (-period, period):
         if places.size == 0:
             break
+        if places.size > 1:  # the frequency may be another one elsewhere
+            own = float(places[1] - places[0] if step < 0.0 else places[-1] - places[-2])
+            step = math.copysign(own, step)
         end = float(places[0] if step < 0.0 else places[-1]) + step
         if not -slack <= end <= x.size - 1 + slack:
             continue

@@ -16,6 +16,7 @@ from microslip._core.wording import did_you_mean
 from microslip.laboratory.blocks import blocks_of
 from microslip.laboratory.cuts import Cuts
 from microslip.laboratory.record import Record
+from microslip.laboratory.reversals import Branches, Reversals, branches_of
 
 _FEW_BEYOND = 0.05
 
@@ -24,6 +25,7 @@ _WORK, _RATIO = ("force", "displacement"), ("force", "normal_load")
 _COLUMNS: dict[str, tuple[str, tuple[str, ...], str]] = {
     "start": ("-", (), ""),
     "period": ("-", (), ""),
+    "frequency": ("Hz", (), ""),
     "amplitude": ("m", _MOVED, "amplitude δ_m"),
     "displacement_offset": ("m", _MOVED, ""),
     "force_amplitude": ("N", _PUSHED, "force amplitude T_m"),
@@ -38,7 +40,7 @@ _COLUMNS: dict[str, tuple[str, tuple[str, ...], str]] = {
     "fouvry_ratio": ("-", (), "B = E_d/4T_mδ_g"),
     "friction_peak": ("-", _RATIO, "friction T_m/N"),
     "friction_energy": ("-", _RATIO, "friction E_d/4Nδ_g"),
-    "reversal_stiffness": ("N/m", _WORK, "stiffness after reversal"),
+    "chord_stiffness": ("N/m", _WORK, "stiffness after reversal, first 5 %"),
     "stiffness_left": ("N/m", _WORK, "stiffness, left reversal"),
     "stiffness_right": ("N/m", _WORK, "stiffness, right reversal"),
     "linear_range": ("m", _MOVED, "linear range"),
@@ -55,31 +57,30 @@ def gain_error(name: str, gain_errors: Mapping[str, float]) -> float:
     return math.hypot(*(gain_errors.get(sensor, 0.0) for sensor in _COLUMNS[name][1]))
 
 
-def _block_columns(
+def block_columns(
     moved: Floats,
     force: Floats,
     load: NDArray[np.float64] | float | None,
     cycles: Cuts,
     compliance: float = 0.0,
+    time: Floats | None = None,
 ) -> dict[str, Floats]:
-    """Columns of :data:`UNITS` and ``force_rms`` [N]; the rig takes ``compliance`` [m/N]."""
+    """Evaluate the cycles of a block: the columns of :data:`UNITS` and ``force_rms`` [N].
+
+    The rig deflects by ``compliance`` [m/N]; ``time`` [s] of the samples gives frequencies.
+    """
     x = moved - compliance * force if compliance else moved
     cuts, first, last = cycles.cuts, cycles.cuts[:-1], cycles.cuts[1:]
     begin, end = int(cuts[0]), int(cuts[-1])
     count = (last - first).astype(float)
-    top, bottom = _heights(x, cycles.peaks, cycles), _heights(x, cycles.troughs, cycles)
-    high = _forces(force, cycles.peaks, cycles)
-    low = _forces(force, cycles.troughs, cycles)
+    branches = branches_of(moved, force, cycles)
+    high, low = branches.peaks.force, branches.troughs.force
+    top, bottom = branches.peaks.x - compliance * high, branches.troughs.x - compliance * low
     amplitude, force_amplitude = 0.5 * (top - bottom), 0.5 * (high - low)
     # Against the cycle's own middle, or rounding grows with the offset.
     mid_x = np.repeat(0.5 * (top + bottom), last - first)
     mid_force = np.repeat(0.5 * (high + low), last - first)
-    work = (0.5 * (force[begin:end] + force[begin + 1 : end + 1]) - mid_force) * np.diff(
-        x[begin : end + 1]
-    )
-    chord = (0.5 * (force[first] + force[last]) - 0.5 * (high + low)) * (x[first] - x[last])
-    energy = np.add.reduceat(work, first - begin) + chord
-    del work
+    energy = branches.energy
     swing = force[begin : end + 1] - np.append(mid_force, mid_force[-1])
     sliding = _sliding_distance(
         x[begin : end + 1] - np.append(mid_x, mid_x[-1]),
@@ -97,6 +98,9 @@ def _block_columns(
         "force_offset": 0.5 * (high + low),
         "force_rms": np.sqrt(np.maximum(square - mean**2, 0.0)),
     }
+    if time is not None:
+        samples = np.arange(float(time.size))
+        columns["frequency"] = 1.0 / np.diff(np.interp(branches.edges, samples, time))
     pressed: Floats | None = None
     if isinstance(load, np.ndarray):
         pressed = np.add.reduceat(load[begin:end], first - begin) / count
@@ -117,7 +121,7 @@ def _block_columns(
     if pressed is not None:
         columns["friction_peak"] = _ratio(force_amplitude, pressed)
         columns["friction_energy"] = _ratio(energy, 4.0 * pressed * sliding)
-    columns |= stiffness_columns(moved, force, cycles, high - low, compliance)
+    columns |= stiffness_columns(moved, force, cycles, branches, compliance)
     # From one reversal to the next a contact has no further to go.
     with np.errstate(invalid="ignore"):
         is_beyond = columns["linear_range"] > 2.0 * np.abs(amplitude)
@@ -137,7 +141,12 @@ def columns_of(record: Record, compliance: float) -> dict[str, Floats]:
     for block in blocks.having_cycles:
         at = block.samples
         pressed = load[at] if isinstance(load, np.ndarray) else load
-        parts.append(_block_columns(x[at], force[at], pressed, block.cycles, compliance))
+        time = None
+        if record.time is not None:
+            time = record.time[at]
+        elif record.sample_rate is not None:
+            time = np.arange(float(at.stop - at.start)) / record.sample_rate
+        parts.append(block_columns(x[at], force[at], pressed, block.cycles, compliance, time))
         parts[-1]["start"] += block.first
     columns = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     for name in ("displacement_offset", "force_offset"):
@@ -148,36 +157,6 @@ def columns_of(record: Record, compliance: float) -> dict[str, Floats]:
 def _ratio(numerator: Floats, denominator: Floats) -> Floats:
     nothing = np.full_like(numerator, np.nan)
     return np.divide(numerator, denominator, out=nothing, where=denominator != 0.0)
-
-
-def _window_rows(values: Floats, places: NDArray[np.int64], low: int, high: int) -> Floats:
-    """Samples around places, a row for each; at the ends of the record the last one again."""
-    rows = np.clip(places[:, None] + np.arange(low, high + 1), 0, values.size - 1)
-    return np.asarray(values[rows])
-
-
-def _heights(x: Floats, places: NDArray[np.int64], cycles: Cuts) -> Floats:
-    """Displacements at turning points: parabolas through both sides."""
-    half = cycles.window
-    if half < 1:
-        return x[places]
-    t = np.arange(-half, half + 1) / half
-    weights = np.linalg.pinv(np.stack((np.ones_like(t), t, t**2), axis=1))[0]
-    return np.asarray(_window_rows(x, places, -half, half) @ weights)
-
-
-def _forces(force: Floats, places: NDArray[np.int64], cycles: Cuts) -> Floats:
-    """Forces at turns by parabolas before them: the sample beside may be on the way back."""
-    half = cycles.window
-    if half >= 2:
-        t = np.arange(-half - 1, 0) / half
-        weights = np.linalg.pinv(np.stack((np.ones_like(t), t**2), axis=1))[0]
-        return np.asarray(_window_rows(force, places, -half - 1, -1) @ weights)
-    previous, twice = np.maximum(places - 1, 0), np.maximum(places - 2, 0)
-    last, before = force[places] - force[previous], force[previous] - force[twice]
-    # The way back begins where the force does; dry friction may have jumped all the way.
-    turned = (last * before < 0.0) | (np.abs(last) > 0.5 * np.ptp(force))
-    return force[np.where(turned, previous, places)]
 
 
 def _sliding_distance(x: Floats, force: Floats, cycles: Cuts) -> Floats:
@@ -202,23 +181,25 @@ def _sliding_distance(x: Floats, force: Floats, cycles: Cuts) -> Floats:
 
 # -- stiffness after a reversal, and the range over which it holds --------------------------------
 
-SHARE = 0.25
-"""Share of the range of the force after a reversal, from which its stiffness is read."""
+SHARE, CHORD = 0.25, 0.05
+"""Share of the range of the force after a reversal from whose samples the stiffness is read, and
+the share at whose end the chord ends that it is of."""
 BENT = 0.05
 """Share of the force by which it has left its first tangent where the linear range ends."""
-_FEWEST = 5
-"""Samples in the window, at least."""
+_FEWEST, _MOST_SHARE = 3, 0.9
+"""Samples in the window, at least; largest share of the range of the force in it."""
 
-
-STIFFNESSES = ("reversal_stiffness", "stiffness_left", "stiffness_right")
+STIFFNESSES = ("chord_stiffness", "stiffness_left", "stiffness_right")
 """Columns whose mean is that of their inverses."""
 
 
 class Way(NamedTuple):
-    """After one kind of reversal, a value for each cycle; not a number where nothing is told."""
+    """After one kind of reversal, a value for each cycle; not a number where it is not known."""
 
     compliance: Floats
-    """First slope of the displacement over the force [m/N]."""
+    """Displacement over force along the chord [m/N]."""
+    doubt: Floats
+    """Half the range of the chords of three shapes of the branch, and 60 % more [m/N]."""
     range: Floats
     """Displacement [m] after which the force is 5 % below the first tangent."""
 
@@ -226,53 +207,72 @@ class Way(NamedTuple):
 def way_of(
     x: Floats,
     force: Floats,
-    begin: NDArray[np.int64],
-    end: NDArray[np.int64],
+    start: Reversals,
+    end: Floats,
     span: Floats,
     compliance: float,
 ) -> Way:
-    """Ways from ``begin`` to ``end``, on which displacement and force both rise.
+    """Chords of branches from reversals to ``end`` [samples]; displacement and force both rise.
 
-    Noise of the force must not decide which samples count, nor stand on the axis that the slope is
-    over, or contacts look stiffer than they are. So the window is where the mean over the cycles
-    has gone a quarter of its range, and in it each cycle is freed of noise by the shapes of the
-    mean one and a parabola in time; only then is what the rig gives way taken off, ``compliance``
-    [m/N].
+    The noise of the force must neither decide which samples count nor stand on the axis of the fit,
+    or contacts look stiffer than they are. So the window is where the mean over the cycles has gone
+    a quarter of its range, and in it each cycle is freed of noise by the shapes of the mean one and
+    a parabola in time; only then the deflection of the rig is taken off, ``compliance`` [m/N].
     """
-    nothing = np.full(begin.size, np.nan)
+    nothing = np.full(span.size, np.nan)
+    begin = np.ceil(start.place + 0.25).astype(np.int64)
     length = int(np.median(end - begin)) if begin.size else 0
     if length < _FEWEST:
-        return Way(nothing, nothing)
+        return Way(nothing, nothing, nothing)
     rows = np.clip(begin[:, None] + np.arange(length), 0, x.size - 1)
-    moved = x[rows] - x[begin][:, None]
-    size = np.median(np.ptp(moved, axis=1))
+    moved = x[rows] - start.x[:, None]
+    size = float(np.median(np.ptp(moved, axis=1)))
     with np.errstate(divide="ignore", invalid="ignore"):
-        share = (force[rows] - force[begin][:, None]) / span[:, None]
+        share = (force[rows] - start.force[:, None]) / span[:, None]
         scaled = moved * (size / np.ptp(moved, axis=1))[:, None]
     good = np.isfinite(share).all(axis=1) & np.isfinite(scaled).all(axis=1)
     if not good.any() or size == 0.0:
-        return Way(nothing, nothing)
-    window = _window(share[good].mean(axis=0))
-    if window < _FEWEST:
-        return Way(nothing, nothing)
-    mean_of_both = scaled[good].mean(axis=0)[:window] / size, share[good].mean(axis=0)[:window]
-    smooth = _smoother(window, mean_of_both if np.count_nonzero(good) > 2 else ())
-    place, gone = (values[:, :window] @ smooth for values in (moved, share))
+        return Way(nothing, nothing, nothing)
+    mean_share = share[good].mean(axis=0)
+    window = max(_window(mean_share), min(_FEWEST, length))
+    while window > 1 and mean_share[window - 1] > _MOST_SHARE:
+        window -= 1
+    place, gone = moved[:, :window], share[:, :window]
+    if window > 4:
+        mean_of_both = scaled[good].mean(axis=0)[:window] / size, mean_share[:window]
+        smooth = _smoother(window, mean_of_both if np.count_nonzero(good) > 2 else ())
+        place, gone = place @ smooth, gone @ smooth
     place = place - compliance * span[:, None] * gone
-    # Over -ln(1 - f) an exponential contact is a straight line, in series with a rig nearly.
-    z = -np.log1p(-np.clip(np.where(good[:, None], gone, 0.0), -0.5, 0.9))
-    powers = z[:, :, None] ** np.arange(3)
-    normal = np.einsum("nwi,nwj->nij", powers, powers)
-    right = np.einsum("nwi,nw->ni", powers, np.where(good[:, None], place, 0.0))
-    good &= np.linalg.cond(normal) < 1e12
-    first, second = nothing.copy(), nothing.copy()
-    polynomials = np.linalg.solve(normal[good], right[good][..., None])[..., 0]
-    first[good], second[good] = polynomials[:, 1] / span[good], polynomials[:, 2] / span[good]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        # x = span (a z + b z^2), with z = f + f^2/2 + ...: bent by (1/2 + b/a) f.
-        bend = 0.5 + second / first
-        linear = first * span * BENT / bend
-    return Way(first, np.where((first > 0.0) & (bend > 0.0), linear, np.nan))
+    gone = np.clip(np.where(good[:, None], gone, 0.1), -0.5, _MOST_SHARE)
+    place = np.where(good[:, None], place, 0.1)
+    # Over f a slider or a spring is a straight line, over -ln(1 - f) an exponential contact; of
+    # sliders that yield early the way bends with the power 3/2.
+    terms = 2 if window > 1 else 1
+    chords = []
+    for z, z_there, power in (
+        (gone, CHORD, 2.0),
+        (np.maximum(gone, 0.0), CHORD, 1.5),
+        (-np.log1p(-gone), -math.log1p(-CHORD), 2.0),
+    ):
+        powers = z[:, :, None] ** np.array([1.0, power])[:terms]
+        normal = np.einsum("cni,cnj->cij", powers, powers)
+        right = np.einsum("cni,cn->ci", powers, place)
+        good &= np.linalg.cond(normal) < 1e12
+        normal[~good] = np.eye(terms)
+        factors = np.linalg.solve(normal, right[..., None])[..., 0]
+        chords.append(factors @ z_there ** np.array([1.0, power])[:terms] / (CHORD * span))
+    high, low = np.max(chords, axis=0), np.min(chords, axis=0)
+    middle, doubt = (
+        np.where(good, ends, nothing) for ends in (0.5 * (high + low), 0.8 * (high - low))
+    )
+    linear = nothing
+    if terms > 1:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            # x = span (a z + b z^2), with z = f + f^2/2 + ...: bent by (1/2 + b/a) f.
+            bend = 0.5 + factors[:, 1] / factors[:, 0]
+            linear = np.where(good & (factors[:, 0] > 0.0), factors[:, 0] * BENT / bend, np.nan)
+            linear = np.where(bend > 0.0, linear, np.nan)
+    return Way(middle, doubt, linear)
 
 
 def _smoother(window: int, means: tuple[Floats, ...]) -> Floats:
@@ -299,27 +299,30 @@ def _window(share: Floats) -> int:
 
 
 def stiffness_columns(
-    x: Floats, force: Floats, cycles: Cuts, span: Floats, compliance: float
+    x: Floats, force: Floats, cycles: Cuts, branches: Branches, compliance: float
 ) -> dict[str, Floats]:
-    """Stiffness after the highest ("right"), the lowest displacement, both; linear range."""
-    right, after_lowest = (
-        way_of(sign * x, sign * force, begin, end, span, compliance)
-        for sign, begin, end in (
-            (-1.0, cycles.peaks, cycles.troughs),
-            (1.0, cycles.troughs, np.append(cycles.peaks[1:], cycles.cuts[-1])),
-        )
-    )
+    """Chords after the highest ("right"), the lowest displacement, both; linear range."""
+    peaks, troughs = branches.peaks, branches.troughs
+    span = peaks.force - troughs.force
+    after_highest = Reversals(peaks.place, -peaks.x, -peaks.force)
+    next_peaks = np.append(peaks.place[1:], cycles.cuts[-1])
+    right = way_of(-x, -force, after_highest, troughs.place, span, compliance)
+    after_lowest = way_of(x, force, troughs, next_peaks, span, compliance)
     if cycles.flipped:
         after_lowest, right = right, after_lowest
     linear = np.full(span.size, np.nan)
-    is_told = np.isfinite(after_lowest.range) | np.isfinite(right.range)
-    linear[is_told] = np.nanmean(np.array([after_lowest.range, right.range])[:, is_told], axis=0)
-    return {
-        "reversal_stiffness": _inverse(0.5 * (after_lowest.compliance + right.compliance)),
-        "stiffness_left": _inverse(after_lowest.compliance),
-        "stiffness_right": _inverse(right.compliance),
-        "linear_range": linear,
-    }
+    known = np.isfinite(after_lowest.range) | np.isfinite(right.range)
+    linear[known] = np.nanmean(np.array([after_lowest.range, right.range])[:, known], axis=0)
+    chord = 0.5 * (after_lowest.compliance + right.compliance)
+    doubt = 0.5 * np.abs(after_lowest.doubt + right.doubt)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return {
+            "chord_stiffness": _inverse(chord),
+            "stiffness_left": _inverse(after_lowest.compliance),
+            "stiffness_right": _inverse(right.compliance),
+            "linear_range": linear,
+            "chord_doubt": doubt / np.abs(chord),
+        }
 
 
 def _inverse(compliance: Floats) -> Floats:

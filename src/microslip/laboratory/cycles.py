@@ -21,8 +21,17 @@ from microslip._core.units import engineering, significant
 from microslip._core.wording import plural
 from microslip.laboratory.blocks import Block, Blocks, Count, blocks_of, count_of
 from microslip.laboratory.conditioning import lag_of, looks_late
+from microslip.laboratory.cuts import noise_of
 from microslip.laboratory.cycle_columns import columns_of
 from microslip.laboratory.estimates import trend
+from microslip.laboratory.loop_shape import (
+    NOT_CONCAVE,
+    UNDECIDED,
+    Shape,
+    hollow_of,
+    lost_motion_of,
+    shape_of,
+)
 from microslip.laboratory.record import UNITS, Record, once_a_record
 from microslip.laboratory.settling import (
     CERTAIN,
@@ -52,6 +61,13 @@ further in, where all are on such steps; times as many on the next three as on t
 _ROUNDING, _ON_STEP = 1e-7, 0.01
 """Share of the range below which values that differ are one step of a converter; share of a step
 by which all values may be off."""
+_QUIET = 1e-6
+"""Noise over the range of a channel below which it has none."""
+_COARSE = 0.02
+"""Step of a converter over the force amplitude from which on no delay is told."""
+_IRREGULAR, _FEWEST_PAIRS = 0.12, 5
+"""Median relative change of period and of amplitude from a cycle to the next beyond which a motion
+is not cyclic, and cycles from which that is judged."""
 _STEP_ERROR = 12.0**-0.5
 """Standard deviation of a value of which only the step is known, of that step."""
 
@@ -85,16 +101,27 @@ class Plateau(NamedTuple):
     """Step of the converter on which all samples lie; None without one."""
     is_neared: bool
     """Whether the channel slows down before it, as friction does and a clipped sensor does not."""
+    is_quiet: bool = False
+    """Whether the channel has no noise where it moves."""
 
     def note(self) -> str:
         """Note on it."""
         words = f"{self.share:.1%} of the {self.channel} is exactly {self.extreme:g}: "
-        words += "a plateau" if self.is_neared else "a clipped sensor, or a plateau without noise"
-        if self.step is None:
-            return words
-        step = engineering(self.step, UNITS[self.channel])
-        words += f" on the converter's steps of {step}"
-        return f"{words}, known to half of one, which is in the intervals"
+        if self.step is not None:
+            step = engineering(self.step, UNITS[self.channel])
+            kind = "a plateau" if self.is_neared else "a plateau or a sensor at its limit"
+            return (
+                f"{words}{kind} on the converter's steps of {step}, known to half of one, which is "
+                "in the intervals"
+            )
+        if self.is_neared:
+            return f"{words}a plateau"
+        if self.is_quiet:
+            return (
+                f"{words}{UNDECIDED} (friction of a channel without noise, or a sensor at its "
+                "limit); a record of a smaller amplitude would tell"
+            )
+        return f"{words}a clipped sensor, for elsewhere the channel has noise"
 
 
 class Delay(NamedTuple):
@@ -201,6 +228,7 @@ class Cycles:
             *counting.notes,
             *self.excess_loss,
             *(plateau.note() for plateau in self.plateaus),
+            *self.coarse_steps,
             *self.load_notes(counting.selection),
         ]
 
@@ -237,6 +265,21 @@ class Cycles:
             found += [_plateau_at(name, values, end) for end in (values.min(), values.max())]
         return tuple(plateau for plateau in found if plateau is not None)
 
+    @cached_property
+    def coarse_steps(self) -> list[str]:
+        """Notes on channels that a converter resolves only coarsely."""
+        notes = []
+        for name in ("displacement", "force"):
+            values: Floats = getattr(self.record, name)
+            step = step_of(values)
+            if step is not None and 2.0 * step > _COARSE * float(np.ptp(values)):
+                share = 100.0 * step / float(np.ptp(values))
+                notes.append(
+                    f"the {name} lies on a converter's steps of {engineering(step, UNITS[name])}, "
+                    f"{significant(share, 2)} % of its range; record with a smaller range"
+                )
+        return notes
+
     @property
     def is_clipped(self) -> bool:
         """Whether a sensor may have been at its end: no plateau that was neared step by step."""
@@ -271,15 +314,18 @@ class Cycles:
 
         Nor of a clipped force, whose turns are cut off as if it were late.
         """
-        if any(p.channel == "force" and not p.is_neared for p in self.plateaus):
-            return None
         block, record = self.largest_block, self.record
         x, force = record.displacement[block.samples], record.force[block.samples]
-        # Of a force in phase with the displacement, a lag by an angle costs that share of pi T x.
         energy, amplitude, size = (
             abs(float(np.median(self.columns[name][self.counted])))
             for name in ("dissipated_energy", "amplitude", "force_amplitude")
         )
+        step = step_of(record.force)
+        if step is not None and step > _COARSE * size:
+            return None
+        if self.is_clipped:
+            return None
+        # Of a force in phase with the displacement, a lag by an angle costs that share of pi T x.
         around = np.pi * amplitude * size
         per_sample = 2.0 * np.pi / block.cycles.period * np.sqrt(max(around**2 - energy**2, 0.0))
         if not per_sample > 0.0:
@@ -290,11 +336,31 @@ class Cycles:
         lag = lag_of(x, force, block.cycles, 0.999, most=_LOOKED_AT)
         if abs(lag.value) - lag.half < 0.5 * smallest or abs(lag.value) < smallest:
             return None
+        if not lag.is_remedy or not self._is_better(lag.value):
+            return None
         time, share = record.time, abs(lag.value) * per_sample / energy
         rate = record.sample_rate
         if time is not None:
             rate = (block.stop - block.first - 1) / float(time[block.stop - 1] - time[block.first])
         return Delay(lag.value, None if rate is None else lag.value / rate, share)
+
+    def shape(self, selection: NDArray[np.bool_], lag: float = 0.0) -> Shape | None:
+        """Mean branch of some cycles, the force taken ``lag`` [samples] later."""
+        force = self.record.force
+        if lag:
+            place = np.arange(force.size)
+            force = np.interp(place + lag, place, force)
+        rows = np.flatnonzero(selection)
+        return shape_of(self.record.displacement, force, self.columns, rows)
+
+    def _is_better(self, lag: float) -> bool:
+        """Whether the branches are concave without a lag, and their ways no less alike."""
+        before, after = (self.shape(self.settled.selection, by) for by in (0.0, lag))
+        if before is None or after is None or lost_motion_of(before) is not None:
+            return False
+        fine = 0.5 * NOT_CONCAVE + 5.0 * after.error
+        depth = hollow_of(after)[0]
+        return depth < max(fine, 0.5 * hollow_of(before)[0]) and depth < 2.0 * fine
 
     def drifts(self, selection: NDArray[np.bool_]) -> tuple[Drift, ...]:
         """Drifts over some of the cycles that are more than chance, and than a little."""
@@ -328,6 +394,7 @@ def judged(record: Record, spikes: Sequence[Spike]) -> Cycles:
             "or another column than the force"
         )
     columns = columns_of(record, 0.0)
+    _refuse_noise(columns)
     first = columns["start"]
     has_spike = np.zeros(first.size, dtype=bool)
     for spike in spikes:
@@ -346,6 +413,22 @@ def judged(record: Record, spikes: Sequence[Spike]) -> Cycles:
         has_spike,
         ~(columns["closure_error"] <= OPEN),
     )
+
+
+def _refuse_noise(columns: Mapping[str, Floats]) -> None:
+    """Refuse a motion whose cycles resemble neither each other nor the next one."""
+    change = {
+        name: float(np.median(np.abs(np.diff(np.log(np.maximum(np.abs(columns[name]), 1e-300))))))
+        for name in ("period", "amplitude")
+        if columns["start"].size >= _FEWEST_PAIRS
+    }
+    if change and min(change.values()) > _IRREGULAR:
+        raise InputError(
+            "the displacement is not cyclic: from one cycle to the next its period changes by "
+            f"{100.0 * change['period']:.0f} % and its amplitude by "
+            f"{100.0 * change['amplitude']:.0f} % in the median; take a stretch with cycles, "
+            "`rows=slice(0, 5000)`, or another column as the displacement"
+        )
 
 
 def check_direction(
@@ -387,7 +470,8 @@ def _plateau_at(channel: str, values: Floats, extreme: float) -> Plateau | None:
         if inner.size and at.size < _STEPPED * beside[inner[0]]:
             return None
         is_neared = bool(beside[1:4].mean() > _SLOWER * beside[8:].mean() > 0.0)
-    return Plateau(channel, float(extreme), share, step, is_neared)
+    is_quiet = noise_of(np.delete(values, at)) < _QUIET * float(np.ptp(values))
+    return Plateau(channel, float(extreme), share, step, is_neared, is_quiet)
 
 
 def step_of(values: Floats) -> float | None:

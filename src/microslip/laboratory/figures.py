@@ -131,14 +131,14 @@ def evolution(campaign: Any) -> Plot:
     loaded = all("friction_peak" in measurements[i].cycles for i in drawn_rows)
     rows = [
         ("friction_peak", "Friction T_m/N [–]") if loaded else ("force_amplitude", "Force"),
-        ("reversal_stiffness", "Stiffness"),
+        ("chord_stiffness", "Stiffness"),
         ("dissipated_energy", "Energy per cycle"),
     ]
     panels = []
     for row, (name, label) in enumerate(rows):
         values = [np.abs(measurements[i].cycles[name]) for i in drawn_rows]
         finite = np.concatenate([value[np.isfinite(value)] for value in values])
-        si = {"force_amplitude": "N", "reversal_stiffness": "N/m", "dissipated_energy": "J"}
+        si = {"force_amplitude": "N", "chord_stiffness": "N/m", "dissipated_energy": "J"}
         scale = 1.0
         if name in si:
             scale, letters = prefix(float(np.median(finite)) if finite.size else 1.0)

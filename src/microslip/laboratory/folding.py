@@ -39,6 +39,10 @@ _CHANGED = 0.2
 """Range of the loads of the cycles, of their mean, that no law with one load stands for."""
 
 
+_LOAD_HARMONICS, _LOAD_BINS, _STANDS_OUT, _UNVARIED = 32, 512, 3.5, 3e-4
+"""Most harmonics of the normal load within a cycle, and bins of its mean; standard errors from
+which on a harmonic counts, and its share of the mean that goes unnoticed."""
+
 CLIPPED = "found from a record that looks clipped"
 """The doubt on a record whose sensors reached the ends of their range."""
 
@@ -88,6 +92,9 @@ class Folded(Locked):
     """Notes on the folding itself, not on the record."""
     late: str = ""
     """Note on a delay of the force that shows in its cycles."""
+    load_terms: NDArray[np.float64] = field(default_factory=lambda: lock(np.zeros(0)))
+    """Cosine and sine of each of the first harmonics of the normal load [N]; none where it is the
+    same all over the cycle."""
     load_error: float = 0.0
     """Standard error of the mean normal load [N]; 0 of one that was given as a number."""
     drift: float = 0.0
@@ -257,6 +264,7 @@ def _fold(
     del gone
     noise_f = curve.noise(level.residual, 1)
     load, load_error = _mean_load(record, inside, place, curve)
+    load_terms = _load_terms(record, inside, phase)
     drifts = judgement.drifts(counting.selection)
     said = (
         *(note for note in judgement.notes(counting) if note not in judgement.excess_loss),
@@ -306,6 +314,7 @@ def _fold(
         said=said,
         late="" if judgement.delay is None else judgement.delay.note(),
         load_error=load_error,
+        load_terms=lock(load_terms),
         drift=drift.slope,
         growth=growth,
         drifted=lock(drifted),
@@ -392,6 +401,41 @@ def _mean_load(
             f"{high:.4g} N in their means; take a record of one load, or `cycles=slice(0, 10)`, say"
         )
     return mean, error
+
+
+def load_basis(phase: Floats, terms: int) -> Floats:
+    """Return cosine and sine of the first harmonics at phases [rad] (phases, terms)."""
+    angles = np.outer(phase, np.arange(1, terms // 2 + 1))
+    return np.stack((np.cos(angles), np.sin(angles)), axis=2).reshape(phase.size, terms)
+
+
+def _load_terms(record: Record, inside: NDArray[np.bool_], phase: Floats) -> Floats:
+    """Return the course of the normal load over the cycle [N], where it stands out of its noise."""
+    if not isinstance(record.normal_load, np.ndarray):
+        return np.zeros(0)
+    load = record.normal_load[inside]
+    column = np.minimum(
+        (np.mod(phase, 2.0 * math.pi) * _LOAD_BINS / (2.0 * math.pi)).astype(int), _LOAD_BINS - 1
+    )
+    count = np.bincount(column, minlength=_LOAD_BINS).astype(float)
+    full = count > 0.0
+    count = count[full]
+    middle = np.bincount(column, np.mod(phase, 2.0 * math.pi), minlength=_LOAD_BINS)[full] / count
+    mean = np.bincount(column, load, minlength=_LOAD_BINS)[full] / count
+    number = min(_LOAD_HARMONICS, count.size // 4)
+    if not number:
+        return np.zeros(0)
+    basis = np.hstack((np.ones((count.size, 1)), load_basis(middle, 2 * number)))
+    gram = basis.T @ (count[:, None] * basis)
+    terms = np.linalg.lstsq(gram, basis.T @ (count * mean), rcond=None)[0]
+    rest = load - np.interp(np.mod(phase, 2.0 * math.pi), middle, basis @ terms, period=2 * math.pi)
+    error = float(np.std(rest)) * math.sqrt(2.0 / load.size)
+    sizes = np.hypot(terms[1::2], terms[2::2])
+    counts = sizes > max(_STANDS_OUT * error, _UNVARIED * abs(float(load.mean())))
+    if not counts.any():
+        return np.zeros(0)
+    last = int(np.flatnonzero(counts)[-1]) + 1
+    return np.asarray(terms[1 : 1 + 2 * last] * np.repeat(counts[:last], 2))
 
 
 # -- loops that were averaged before they came here -----------------------------------------------

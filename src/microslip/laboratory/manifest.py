@@ -12,7 +12,7 @@ from typing import Any
 
 from microslip._core.errors import InputError
 from microslip._core.units import FORCE, LENGTH, VOLUME, Kind, QuantityError, engineering, to_si
-from microslip._core.wording import quoted, show
+from microslip._core.wording import quote, quoted
 from microslip.laboratory.blocks import Count
 from microslip.laboratory.measurement import Measurement
 from microslip.laboratory.record import Record, path_text
@@ -30,11 +30,24 @@ _WORDS = {
     "normal_load": ("load", "normal load", "normal force", "normalkraft", "normallast", "last"),
     "amplitude": ("amplitude", "displacement amplitude", "wegamplitude"),
     "worn_volume": ("worn volume", "wear volume", "wear", "verschleißvolumen", "volume usé"),
+    "displacement_column": ("displacement column", "column of displacement"),
+    "force_column": ("force column", "column of force"),
+    "load_column": ("load column", "normal load column", "column of load"),
+    "time_column": ("time column", "column of time"),
+    "sample_rate": ("sample rate", "sampling rate", "abtastrate"),
     "temperature": ("temperature", "temperatur", "température", "temp"),
 }
 """Names of columns in English, German and French; others keep their names."""
 _KINDS: Mapping[str, Kind] = {"normal_load": FORCE, "amplitude": LENGTH, "worn_volume": VOLUME}
 _EXAMPLES = {"normal_load": "500 N", "amplitude": "20 um", "worn_volume": "0.12 mm^3"}
+_READING = {
+    "displacement_column": "displacement",
+    "force_column": "force",
+    "load_column": "normal_load",
+    "time_column": "time",
+    "sample_rate": "sample_rate",
+}
+"""Columns that say how a file is read, and the arguments that they are."""
 _FILE = "file"
 _NONE = ("", "-", "–", "none", "nan", "n/a")
 _BESIDE = 0.25
@@ -107,8 +120,12 @@ class Manifest:
             for name, cell in zip(names, [*row, *[""] * len(names)], strict=False):
                 if name:
                     texts[name].append(cell)
-            if not texts[_FILE][-1]:
+            file = texts[_FILE][-1]
+            if not file:
                 raise ValueError(f'row {at + 1}: the column "file" is empty')
+            if file in texts[_FILE][:-1]:
+                earlier = filled_rows[texts[_FILE].index(file)][0] + 1
+                raise ValueError(f"row {at + 1}: {quote(file)} is in row {earlier} already")
         numbers = [at + 1 for at, _ in filled_rows]
         columns = {}
         units = {}
@@ -135,6 +152,18 @@ class Manifest:
             return record
         note = f"normal_load: {engineering(load, 'N')} throughout, by the manifest."
         return replace(record, normal_load=load, notes=(*record.notes, note))
+
+    def reading(self, row: int) -> dict[str, Any]:
+        """Arguments of :meth:`Record.read` of a row: its columns, and its sample rate [Hz]."""
+        found = {
+            argument: value
+            for name, argument in _READING.items()
+            if (value := self._cell(name, row)) is not None
+        }
+        rate = found.get("sample_rate")
+        if rate is not None and not isinstance(rate, float):
+            raise InputError(f'the column "sample rate" wants numbers in Hz, got {quote(rate)}')
+        return {k: v if k == "sample_rate" else text_of(v) for k, v in found.items()}
 
     def counted(self, measured: Measurement, row: int) -> Measurement:
         """A measured record whose first cycle has the number of its row, and what differs."""
@@ -190,7 +219,7 @@ def _column(name: str, unit: str | None, texts: list[str], rows: list[int]) -> t
             for row, text, number in zip(rows, texts, numbers, strict=True)
             if number is None
         )
-        raise ValueError(f'row {row}, column "cycle": wanted a number, got {show(text)}')
+        raise ValueError(f'row {row}, column "cycle": wanted a number, got {quote(text)}')
     return tuple(text or None for text in texts)
 
 
@@ -202,9 +231,11 @@ def _quantity(name: str, unit: str | None, text: str, row: int) -> float:
     if number is not None and unit is None:
         example = _EXAMPLES[name]
         raise ValueError(
-            f'{where}{show(text)} has no unit; write "{example}", or '
+            f'{where}{quote(text)} has no unit; write "{example}", or '
             f'"{name} [{example.split()[1]}]" above the column'
         )
+    if number is not None and (number < 0.0 or (number == 0.0 and name != "worn_volume")):
+        raise ValueError(f"{where}wanted a value above zero, got {quote(text)}")
     written = text if number is None else f"{number!r} {spelt(unit or '')}"
     try:
         return to_si(written, kind, _EXAMPLES[name])

@@ -243,6 +243,11 @@ def error_of_mean(values: Floats, number: NDArray[np.int64], curve: MeanCycle) -
 _IN_STEP, _MOST_CYCLES, _LOOKED_AT = 0.95, 32, 1 << 14
 _FEWEST, _SAMPLES_A_BIN = 3, 4  # samples of a place, and of a bin where no places are the same
 _HARMONICS, _STEPS, _PIECE = 5, 4, 1 << 16
+_UNEVEN, _FEWEST_BENT = 0.01, 4
+"""Scatter of the phases of the cycles about those of one frequency [cycles] from which on it
+changes, and cycles from which that is judged."""
+_SAME_RATE = 0.1
+"""Share by which the rate of a short block may differ from that of all."""
 _OWN_RATE = 5  # cycles of a block from which its own rate is known well
 
 
@@ -263,6 +268,10 @@ def turns_of(time: Floats, x: Floats, cycles: Cuts) -> tuple[Floats, float]:
         # Ends are cut to whole samples, so that the slope is that of a straight line through all.
         slope, offset = np.polyfit(centres, angles, 1) if angles.size > 2 else (0.0, angles.mean())
         rate *= 1.0 + float(slope)
+        if angles.size > _FEWEST_BENT:
+            line = np.polynomial.Polynomial.fit(centres, angles, 1)
+            if float(np.std(angles - line(centres))) > _UNEVEN:
+                return _bent_turns(time, x, mean, cycles), rate
         if abs(slope) * angles.size < 1e-9:
             break
     rate, offset = _by_least_squares(
@@ -272,6 +281,23 @@ def turns_of(time: Floats, x: Floats, cycles: Cuts) -> tuple[Floats, float]:
     turn *= rate
     turn += offset
     return _from_first_cut(turn, cycles), rate
+
+
+def _bent_turns(time: Floats, x: Floats, mean: float, cycles: Cuts) -> Floats:
+    """Cycles since the first cut where the frequency changes: a spline through their middles."""
+    from scipy.interpolate import CubicSpline
+
+    cuts = cycles.cuts
+    inner = slice(int(cuts[0]), int(cuts[-1]))
+    at = time[np.minimum(cuts, time.size - 1)]
+    turn = CubicSpline(at, np.arange(float(cuts.size)))
+    for _ in range(3):
+        wave = (x[inner] - mean) * np.exp(-2j * math.pi * turn(time[inner]))
+        sums = np.add.reduceat(wave, cuts[:-1] - cuts[0])
+        angles = np.unwrap(np.angle(sums) / (2.0 * math.pi), period=1.0)
+        middle = 0.5 * (at[1:] + at[:-1])
+        turn = CubicSpline(middle, turn(middle) + angles)
+    return _from_first_cut(np.asarray(turn(time), dtype=np.float64), cycles)
 
 
 def _fundamentals(
@@ -335,8 +361,9 @@ def all_turns(time: Floats, x: Floats, blocks: Blocks) -> Turns:
     turns = np.full(x.size, np.nan)
     place = np.full(x.size, -1, dtype=np.int64)
     ends, before = [], 0
-    for block, (turn, _) in zip(blocks.having_cycles, parts, strict=True):
-        if len(parts) > 1 and block.cycle_count < _OWN_RATE:
+    for block, (turn, own_rate) in zip(blocks.having_cycles, parts, strict=True):
+        is_alike = abs(own_rate - rate) < _SAME_RATE * rate
+        if len(parts) > 1 and block.cycle_count < _OWN_RATE and is_alike:
             turn = _at_rate(time[block.samples], x[block.samples], block.cycles, rate)
         cycle_count = math.floor(turn[-1] + (turn[-1] - turn[-2]) + 1e-6)
         if cycle_count < 1:

@@ -35,6 +35,7 @@ from microslip.laboratory.cycle_columns import (
 )
 from microslip.laboratory.cycles import check_direction, cycles_of
 from microslip.laboratory.estimates import Estimate, mean_of, mean_of_inverses, trend, with_gain
+from microslip.laboratory.loop_shape import parallel_spring, shape_notes, without_spring
 from microslip.laboratory.options import CONFIDENCE
 from microslip.laboratory.record import Record
 from microslip.laboratory.record_motion import (
@@ -44,10 +45,13 @@ from microslip.laboratory.record_motion import (
     third_harmonic_of,
 )
 from microslip.laboratory.regimes import REGIMES, Thresholds, regimes_of, thresholds
+from microslip.laboratory.sampling_errors import sampling_errors
 
 _NOISE_SAMPLES = 1 << 17
 MOST_OF_LOOP = 1 << 17
 """Samples of a record that may be a single averaged loop, at most."""
+_TWO_SIDED = 1.96
+"""Standard deviations of a normal distribution that half the width of an error stands for."""
 _MOST = {
     "amplitude": (0.1, "m", "displacement"),
     "force_amplitude": (1e7, "N", "force"),
@@ -78,20 +82,20 @@ class Measurement(Plottable):
         Name of the record.
     cycles : mapping of str to ndarray
         Columns with a value for each cycle, one-dimensional, in SI units: ``start`` (sample) and
-        ``period`` [samples], ``amplitude`` [m] and ``force_amplitude`` [N] (half ranges),
-        ``displacement_offset`` [m] and ``force_offset`` [N] (their middles), ``normal_load`` [N],
-        ``dissipated_energy`` [J], ``energy_ratio`` A, ``loss_factor``, ``damping_ratio``,
-        ``sliding_distance`` [m], ``sliding_ratio`` D, ``fouvry_ratio`` B, ``friction_peak``,
-        ``friction_energy``, ``reversal_stiffness`` [N/m] and ``closure_error`` [-].
+        ``period`` [samples], ``frequency`` [Hz], ``amplitude`` [m] and ``force_amplitude`` [N]
+        (half ranges), ``displacement_offset`` [m] and ``force_offset`` [N] (their middles),
+        ``normal_load`` [N], ``dissipated_energy`` [J], ``energy_ratio`` A, ``loss_factor``,
+        ``damping_ratio``, ``sliding_distance`` [m], ``sliding_ratio`` D, ``fouvry_ratio`` B,
+        ``friction_peak``, ``friction_energy``, ``chord_stiffness`` [N/m] and ``closure_error`` [-].
     regimes : tuple of str
         "stick", "partial slip" or "gross slip", for each cycle.
     thresholds : Thresholds
         Thresholds of the regimes.
     mean : mapping of str to Estimate
         Means of the columns with their confidence intervals (Student), over the cycles that close
-        to a quarter of their force, have no spike and are settled: of one amplitude, without a
-        trend of force and energy by over 2 %. Where none are, the intervals are the range of the
-        cycles.
+        to a quarter of their force, have no spike and are settled: of one amplitude (to 1 % or the
+        noise), without a trend of force and energy by over 2 %. Where none are, the intervals are
+        the range of the cycles.
     confidence : float
         Level of the intervals [-].
     frequency : float or None
@@ -106,7 +110,7 @@ class Measurement(Plottable):
     notes : tuple of str
         Notes on the record.
     probability : mapping of str to float
-        Probability of each regime for the mean of the cycles, by the scatter of these [-].
+        Probability of each regime for the mean of the cycles [-].
     is_settled : bool
         Whether the cycles of the means are alike; else their intervals are the range of the cycles.
     levels : tuple of AmplitudeLevel
@@ -292,26 +296,25 @@ def measure(
 
     Notes
     -----
-    The energy is the area of the polygon through all samples (19.29); white noise has no bias on
-    it. Spikes, up to three samples in a row far from all around, are replaced by straight lines,
-    and their cycles left out of the means. Where the time has gaps (a step ten times as long as
-    nine in ten of them, and over 5 % of a cycle) cycles are cut, and the frequency is that within
-    the blocks between. A cycle that does not close is closed by its chord, and
-    ``closure_error`` says how far its ends are apart, of the range of the force, the noise of two
-    samples included. Displacements at
-    reversals are read from a parabola through the samples around, forces from one through those
-    before, over windows that the noise asks for; without noise they are the samples. The stiffness
-    after a reversal is the first slope of a parabola through the first quarter of the force's
-    range, displacement over -ln(1 - f), f being the share of that range; noise is first taken off
-    by the shape of the mean cycle, and means of stiffnesses are those of compliances.
-    ``friction_peak`` is the force amplitude over the mean load P, ``friction_energy`` is
-    E_d/4 P delta_g, with delta_g half the width of the loop in the middle of its forces. Regimes:
-    "stick" up to the energy ratio A at which the model's backbone is 1 % below its first tangent;
-    "gross slip" from the B = E_d/4 T_m delta_g of the model where it reaches its limit, or 99 % of
-    one that it only tends
-    to (one sphere: 0.7695). Settled cycles have one regime, that of their mean, and the scatter of
-    the cycles says how likely each is, so that noise makes no other regime of some of them. D and B
-    are those of Fouvry, Kapsa and Vincent (1995, DOI 10.1016/0043-1648(94)06582-9).
+    Reversal points are estimated between the samples, displacements by quartics through the samples
+    around (straight lines on both sides of a corner), forces along the way before; on each branch
+    the force is integrated over the displacement by cubics in time. What the spacing of the samples
+    leaves is estimated from every other sample and widens the intervals of the means. Spikes, up to
+    three samples in a row far from all around, are replaced by straight lines, and their cycles
+    left out of the means. Where the time has gaps (a step ten times as long as nine in ten of them,
+    and over 5 % of a cycle) cycles are cut, and the frequency is that within the blocks between. A
+    cycle that does not close is closed by its chord, and ``closure_error`` says how far its ends
+    are apart, of the range of the force, the noise of two samples included. The chord stiffness is
+    that of the first 5 % of the range of the force after a reversal, by a straight line with a bend
+    of three shapes through the first quarter; their range is in the interval. Means of stiffnesses
+    are those of compliances. ``friction_peak`` is the force amplitude over the mean load P,
+    ``friction_energy`` is E_d/4 P delta_g, with delta_g half the width of the loop in the middle of
+    its forces. Regimes: "stick" up to the energy ratio A at which the model's backbone is 1 % below
+    its first tangent; "gross slip" from the B = E_d/4 T_m delta_g of the model where it reaches its
+    limit, or 99 % of one that it only tends to (one sphere: 0.7695). Settled cycles have one
+    regime, that of their mean, and the scatter of the cycles says how likely each is, so that noise
+    makes no other regime of some of them. D and B are those of Fouvry, Kapsa and Vincent (1995, DOI
+    10.1016/0043-1648(94)06582-9).
     """
     if not isinstance(record, Record):
         raise InputError(
@@ -340,36 +343,43 @@ def measure(
         columns = columns_of(record, 1.0 / rig_stiffness)
         _refuse_soft(rig_stiffness, x, columns["force_amplitude"], blocks)
         x = x - force / rig_stiffness
+    coarse = sampling_errors(
+        record, largest, columns, 0.0 if rig_stiffness is None else 1.0 / rig_stiffness
+    )
     notes = [*record.notes, *judged.count.notes, *judged.notes(counting)]
-    if any(np.isnan(columns["reversal_stiffness"])):
+    if any(np.isnan(columns["chord_stiffness"])):
         notes.append(
             "in some cycles too few samples lie in the first quarter of the force after a "
             "reversal to read a stiffness"
         )
     notes += [drift.note("`drift=True` removes it") for drift in judged.drifts(counting.selection)]
+    shape = judged.shape(counting.selection)
     if judged.delay is not None:
         notes.append(judged.delay.note())
+    else:
+        notes += shape_notes(shape, isinstance(record.normal_load, np.ndarray))
     notes += _beyond_all_rigs(columns)
     columns = {name: columns[name] for name in UNITS if name in columns}
-    record_regimes = regimes_of(columns, limits, counting.selection, counting.is_moving)
-    regimes = record_regimes.of_each
+    spring = None if shape is None or judged.delay is not None else parallel_spring(shape)
+    of_contact = columns if not (shape and spring) else without_spring(columns, shape, spring)
+    record_regimes = regimes_of(of_contact, limits, counting.selection, counting.is_moving)
     slid = columns["sliding_ratio"][np.isfinite(columns["sliding_ratio"])]
     sliding = float(np.median(slid)) if slid.size else math.nan
-    if rig_stiffness is None and regimes.count("gross slip") > len(regimes) / 2 and sliding < 0.9:
+    is_gross = record_regimes.of_each.count("gross slip") > len(record_regimes.of_each) / 2
+    if rig_stiffness is None and is_gross and sliding < 0.9:
         notes.append(
-            f"gross slip by B, though only {sliding:.0%} of the displacement slides: the "
-            "rest is elastic, mostly of the rig where amplitudes exceed a few micrometres; "
-            "give `rig_stiffness` to subtract it"
+            f"gross slip by B, though only {sliding:.0%} of the displacement slides: the rest is "
+            "elastic, of the contact and of the rig; give `rig_stiffness` to subtract the latter"
         )
     steps = judged.step_errors
     shared = {k: math.hypot(steps.get(k, 0.0), gains.get(k, 0.0)) for k in {**steps, **gains}}
-    own_mean = _means(columns, counting.selection, level, counting.is_moving, steps)
+    own_mean = _means(columns, counting.selection, level, counting.is_moving, steps, coarse)
     return Measurement(
         name=record.name,
         cycles=MappingProxyType({name: lock(values) for name, values in columns.items()}),
-        regimes=regimes,
+        regimes=record_regimes.of_each,
         thresholds=limits,
-        mean=_means(columns, counting.selection, level, counting.is_moving, shared)
+        mean=_means(columns, counting.selection, level, counting.is_moving, shared, coarse)
         if gains
         else own_mean,
         own_mean=own_mean,
@@ -389,7 +399,7 @@ def measure(
             AmplitudeLevel(
                 lock(stretch.selection),
                 not stretch.is_moving,
-                _means(columns, stretch.selection, level, stretch.is_moving, shared),
+                _means(columns, stretch.selection, level, stretch.is_moving, shared, coarse),
             )
             for stretch in counting.levels
         ),
@@ -402,21 +412,20 @@ def _means(
     level: float,
     is_moving: bool,
     gains: Mapping[str, float],
+    coarse: Mapping[str, float],
 ) -> Mapping[str, Estimate]:
-    """Means of the columns over some cycles."""
-    return MappingProxyType(
-        {
-            name: with_gain(
-                (mean_of_inverses if name in STIFFNESSES else mean_of)(
-                    values[rows], level, is_moving
-                ),
-                gain_error(name, gains),
-                level,
-            )
-            for name, values in columns.items()
-            if name != "start"
-        }
-    )
+    """Means of the columns over some cycles, with the errors by gains and by coarse sampling."""
+    means = {}
+    for name, values in columns.items():
+        if name == "start":
+            continue
+        average = mean_of_inverses if name in STIFFNESSES else mean_of
+        mean = average(values[rows], level, is_moving)
+        error = gain_error(name, gains)
+        if mean.number > 1:
+            error = math.hypot(error, coarse.get(name, 0.0) / _TWO_SIDED)
+        means[name] = with_gain(mean, error, level)
+    return MappingProxyType(means)
 
 
 def _energy_noise(x: Floats, force: Floats, period: float) -> float:
@@ -467,9 +476,6 @@ def _beyond_all_rigs(columns: Mapping[str, Floats]) -> list[str]:
                 f'`units={{"{role}": "{usual}"}}` states them'
             )
     return notes
-
-
-# -- the record as a whole ------------------------------------------------------------------------
 
 
 def _refuse_soft(rig_stiffness: float, x: Floats, force_amplitude: Floats, blocks: Blocks) -> None:

@@ -16,10 +16,10 @@ import numpy as np
 from microslip._core.checks import Floats
 from microslip._core.errors import InputError
 from microslip._core.frozen import lock
-from microslip._core.runs import runs_of
 from microslip._core.units import CLAMPING, QuantityError, engineering, to_si
 from microslip._core.verdicts import Remark
-from microslip._core.wording import plural, shorten, show
+from microslip._core.wording import plural, quote, shorten
+from microslip.laboratory.cuts import runs_of
 from microslip.readers.roles import (
     CYCLE_NUMBER,
     KINDS,
@@ -222,7 +222,7 @@ def _arrays(
     first, notes = 0, []
     if rows is not None:
         if not isinstance(rows, slice) or rows.step not in (None, 1):
-            raise InputError(f"wanted `rows=slice(first, end)`, got {show(rows)}")
+            raise InputError(f"wanted `rows=slice(first, end)`, got {quote(rows)}")
         first, end, _ = rows.indices(sizes["displacement"])
         arrays = {role: values[first:end].copy() for role, values in arrays.items()}
         notes.append(f"rows {first} to {max(end, first)} (without) of {sizes['displacement']}.")

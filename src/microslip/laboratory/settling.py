@@ -20,8 +20,10 @@ from microslip._core.wording import plural
 from microslip.laboratory.estimates import dependence_of, quantile, trend
 
 ALIKE, MORE_ALIKE = 0.02, 0.003
-"""Relative change of amplitude, force or energy over a stretch that counts as none, and the one of
-force and energy that is sought first,"""
+"""Relative change of force or energy over a stretch that counts as none, and the one that is sought
+first,"""
+ONE_AMPLITUDE = 0.01
+"""Relative range of the amplitudes of cycles that have one amplitude, unless noise makes more."""
 CERTAIN = 5.0
 """or this many standard errors of its trend; the limits are this project's."""
 NOISE = 10.0
@@ -44,6 +46,8 @@ _DISTINCT = 3.0
 _FEW_FREE = 5
 """Degrees of freedom up to which the mean of cycles that wander is hardly known."""
 _HALVES, _MOST_STRETCHES = 6, 64
+_JITTER = 4.0
+"""Range of amplitudes that neither step nor ramp, over that of like ones."""
 _LOSS = 0.01
 """Share of the rectangle around a loop: changes of the energy are compared with at least that."""
 _MOVING = ("force_amplitude", "dissipated_energy", "force_rms")
@@ -77,8 +81,9 @@ def excess_loss_notes(loss_factor: NDArray[np.float64]) -> list[str]:
         return []
     return [
         f"a loss factor above 4/π = 1.27, up to {float(np.nanmax(loss_factor)):.3g}, in "
-        f"{named_cycles(large)}: no closed loop encloses more than the rectangle around it: "
-        "these channels form no loop, have spikes, or the rig that was subtracted is too soft"
+        f"{named_cycles(large)}: not of friction alone, whose loops enclose at most the rectangle "
+        "around their reversals: viscous or inertial forces, spikes, or a rig that was subtracted "
+        "and is too soft"
     ]
 
 
@@ -90,21 +95,28 @@ def named_cycles(is_named: NDArray[np.bool_]) -> str:
 
 
 def settled(columns: Mapping[str, Floats], sound: NDArray[np.bool_], noise: float = 0.0) -> Settled:
-    """The settled ones of the sound cycles; ``noise`` [m] of their amplitudes is that of samples.
+    """Find the settled cycles among the sound ones; ``noise`` [m] is that of their amplitudes.
 
-    Each stretch of one amplitude is a level by itself, and the means are of the longest. Of it the
-    end counts from which on force and energy move by 0.3 % at most, or else by 2 %.
+    Means are over cycles of one amplitude. Where there are several amplitudes each is a level by
+    itself, and the selection is that of the longest; single cycles of other amplitudes, such as a
+    run-up, are left out. At one amplitude the end counts from which on force and energy move by
+    0.3 % at most, or else by 2 %.
     """
     places = np.flatnonzero(sound)
     notes: list[str] = []
     levels: tuple[Level, ...] = ()
-    if places.size > 2 and (runs := _runs(columns["amplitude"][places], noise)) is not None:
-        if not runs:
+    if places.size > 1:
+        amplitudes = columns["amplitude"][places]
+        parts = _one_amplitude(amplitudes, noise)
+        if not parts:
             return Settled(sound, True, (_moving_note(columns, places, ("amplitude",)),))
-        first, stop = max(runs, key=lambda run: run[1] - run[0])
-        notes.append(_steps_note(columns, places, runs))
-        levels = tuple(_level(columns, places[begin:end]) for begin, end in runs)
-        places = places[first:stop]
+        if len(parts) > 1:
+            notes.append(_steps_note(columns, [places[part] for part in parts]))
+            levels = tuple(_level(columns, places[part]) for part in parts)
+        largest = max(parts, key=len)
+        if len(parts) == 1 and largest.size < places.size:
+            notes.append(_run_up_note(columns, places, largest))
+        places = places[largest]
     late = settled_from(columns, places)
     if late is None:
         notes.append(_moving_note(columns, places, _MOVING[:2]))
@@ -148,33 +160,65 @@ def _wanders(values: Floats) -> bool:
     return dependence.factor > 1.0 and dependence.freedom <= _FEW_FREE
 
 
-def _runs(values: Floats, least_noise: float) -> list[tuple[int, int]] | None:
-    """Stretches of like values, the longest first taken; None where all are alike."""
-    noise = float(np.median(np.abs(np.diff(values, 2)))) / 0.6745 / np.sqrt(6.0)
-    noise = max(noise, least_noise)
-    # The noise of few cycles is poorly known.
-    range_of_noise = NOISE * (1.0 + 4.0 / np.sqrt(values.size)) * noise
+def _one_amplitude(values: Floats, noise: float) -> list[NDArray[np.intp]]:
+    """Positions of the amplitudes [m] that are alike, a group each; none where all of them ramp."""
     usual = float(np.median(np.abs(values)))
-    widest = max(ALIKE * usual, range_of_noise)
-    if float(np.ptp(values)) <= widest:
-        is_ramp = values.size < HALVED and _moves(values, ALIKE_OF_FEW * usual)
-        return [] if is_ramp else None
+    logs = np.log(np.maximum(np.abs(values), 1e-9 * max(usual, 1e-300)))
+    jitter = 0.0
+    if values.size >= JUDGED:
+        # Steps make the one large, ramps the other: of like cycles both are the noise.
+        second = float(np.median(np.abs(np.diff(logs, 2)))) / 0.6745 / math.sqrt(6.0)
+        first = float(np.quantile(np.abs(np.diff(logs)), 0.3)) / 0.3853 / math.sqrt(2.0)
+        jitter = min(first, second)
+    # The noise of few cycles is poorly known.
+    factor = NOISE * (1.0 + 4.0 / math.sqrt(values.size))
+    share = max(ONE_AMPLITUDE, factor * jitter)
+    # Amplitudes in steps of what is alike: a share of large ones, the noise of small ones.
+    smallest = factor * noise / share
+    levels = np.log(np.maximum(np.abs(values), max(smallest, 1e-9 * usual, 1e-300))) / share
+    if smallest > 0.0:
+        levels += np.minimum(np.abs(values) / smallest, 1.0) / share
+    widest = 1.0
+    if float(np.ptp(levels)) <= widest:
+        is_ramp = 2 < values.size < HALVED and _moves(logs, ALIKE_OF_FEW)
+        return [] if is_ramp else [np.arange(values.size)]
     runs: list[tuple[int, int]] = []
     open_stretches = [(0, values.size)]
     for _ in range(_MOST_STRETCHES):
         if not open_stretches:
             break
         open_stretches.sort(key=lambda stretch: stretch[1] - stretch[0])
-        first, stop = open_stretches.pop()
-        begin, end = _longest(values[first:stop], widest)
-        if end - begin < FEWEST:
+        first_of, stop = open_stretches.pop()
+        begin, end = _longest(levels[first_of:stop], widest)
+        if end - begin < 2:
             continue
-        begin, end = begin + first, end + first
-        open_stretches += [(first, begin), (end, stop)]
-        # A ramp has stretches, too, in which it moves by less than the limit, from end to end.
-        if not _moves(values[begin:end], 0.25 * widest):
+        begin, end = begin + first_of, end + first_of
+        open_stretches += [(first_of, begin), (end, stop)]
+        if _is_level(levels, begin, end, widest):
             runs.append((begin, end))
-    return sorted(runs)
+    if not runs and float(np.ptp(levels)) <= _JITTER * widest and not _moves(logs, ALIKE_OF_FEW):
+        return [np.arange(values.size)]
+    groups: list[list[tuple[int, int]]] = []
+    for begin, end in sorted(runs):
+        middle = float(np.median(levels[begin:end]))
+        for group in groups:
+            if abs(float(np.median(levels[group[0][0] : group[0][1]])) - middle) < 0.5 * widest:
+                group.append((begin, end))
+                break
+        else:
+            groups.append([(begin, end)])
+    return [np.concatenate([np.arange(*run) for run in group]) for group in groups]
+
+
+def _is_level(levels: Floats, begin: int, end: int, widest: float) -> bool:
+    """Whether a stretch stays where it is: a ramp has stretches within the limit, too."""
+    if end - begin < FEWEST:
+        # Few cycles have no trend to be judged: the amplitude must jump before and after them.
+        inside = float(levels[begin:end].mean())
+        beside = [levels[at] for at in (begin - 1, end) if 0 <= at < levels.size]
+        change = abs(float(levels[end - 1] - levels[begin]))
+        return change < 0.5 * widest and all(abs(at - inside) > 2.0 * widest for at in beside)
+    return not _moves(levels[begin:end], 0.25 * widest)
 
 
 def _longest(values: Floats, widest: float) -> tuple[int, int]:
@@ -290,28 +334,39 @@ def _moving_note(
 ) -> str:
     return (
         f"not settled: {_span(columns, places, names)} from cycle {places[0] + 1} to "
-        f"{places[-1] + 1}, as in running in or wear; intervals are the range of the cycles, not "
-        "of a mean, which belongs to none of them; take settled ones, `cycles=slice(first, last)`"
+        f"{places[-1] + 1} (running in, wear, or a change of the rig); intervals are the range of "
+        "the cycles, not of a mean, which belongs to none of them; take settled ones, "
+        "`cycles=slice(first, last)`"
     )
 
 
-def _steps_note(
-    columns: Mapping[str, Floats], places: NDArray[np.intp], runs: list[tuple[int, int]]
+def _run_up_note(
+    columns: Mapping[str, Floats], places: NDArray[np.intp], part: NDArray[np.intp]
 ) -> str:
+    """Note on cycles that are not of the amplitude of the others."""
+    amplitude = columns["amplitude"]
+    others = np.setdiff1d(places, places[part])
+    mean = engineering(float(amplitude[places[part]].mean()), "m")
+    low, high = (engineering(float(end(amplitude[others])), "m") for end in (np.min, np.max))
+    words = low if others.size == 1 else f"{low} to {high}"
+    return (
+        f"left out of the means: {named_cycles(_mask(others, amplitude.size))} at {words}, as in a "
+        f"run-up; the others have an amplitude of {mean}"
+    )
+
+
+def _steps_note(columns: Mapping[str, Floats], parts: list[NDArray[np.intp]]) -> str:
     """Note on the levels of amplitude, and on the one that is evaluated."""
-    amplitude = columns["amplitude"][places]
     texts = []
-    for first, stop in runs:
-        of = places[first:stop]
+    for of in parts:
         texts.append(
             f"cycles {of[0] + 1} to {of[-1] + 1} at "
             f"{engineering(float(columns['amplitude'][of].mean()), 'm')} with "
             f"{engineering(float(columns['dissipated_energy'][of].mean()), 'J')} a cycle"
         )
-    first, stop = max(runs, key=lambda run: run[1] - run[0])
+    largest = max(parts, key=len)
     return (
-        f"the amplitude is not the same in all cycles, {engineering(float(amplitude.min()), 'm')} "
-        f"to {engineering(float(amplitude.max()), 'm')}; settled are {'; '.join(texts[:8])}"
-        f"{'; ...' if len(texts) > 8 else ''}. The means are of cycles {places[first] + 1} to "
-        f"{places[stop - 1] + 1}"
+        f"the amplitude is not the same in all cycles: {'; '.join(texts[:8])}"
+        f"{'; ...' if len(texts) > 8 else ''}. Each has means of its own; those of the "
+        f"whole record are of cycles {largest[0] + 1} to {largest[-1] + 1}"
     )

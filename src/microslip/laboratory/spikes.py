@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from microslip._core.checks import Floats
-from microslip._core.runs import runs_of
 from microslip._core.units import engineering
+from microslip.laboratory.cuts import noise_of, runs_of
 from microslip.laboratory.record import UNITS, Record
 
 FAR = 5.0
@@ -108,6 +108,39 @@ def _spikes_in(channel: str, values: NDArray[np.float64]) -> list[Spike]:
         if float(off.min()) > FAR * scale:
             value = float(values[first + int(np.argmax(off))])
             spikes.append(Spike(channel, first, last, value, scale))
+    return spikes or _peaks_in(channel, values, 2.0 * usual)
+
+
+def _peaks_in(channel: str, values: NDArray[np.float64], span: float) -> list[Spike]:
+    """Single samples, or a few, beyond all neighbours; none if they come in step with the cycles.
+
+    Within the range of the channel a spike is told by its neighbours alone. What stands out in many
+    places alike is of the loop, such as its corners where they are sampled coarsely.
+    """
+    if channel == "normal_load" or values.size < 64:
+        return []
+    noise = noise_of(values)
+    least = max(_NOISES * noise, _PART * span)
+    if not least > 0.0:
+        return []
+    wide = np.lib.stride_tricks.sliding_window_view(values, 2 * LONGEST + 5)
+    centre = LONGEST + 2
+    outer = np.concatenate((wide[:, :2], wide[:, -2:]), axis=1)
+    # A smooth course reaches beyond its neighbours by no more than they differ.
+    reach = np.ptp(outer, axis=1)
+    at = wide[:, centre]
+    off = np.maximum(at - outer.max(axis=1), outer.min(axis=1) - at)
+    is_far = np.zeros(values.size, dtype=bool)
+    is_far[centre : centre + at.size] = off > np.maximum(least, 2.0 * reach)
+    runs = [run for run in runs_of(is_far).tolist() if run[1] - run[0] <= LONGEST]
+    rows = np.abs(np.diff(values - 0.5 * (values.max() + values.min()) > 0.0)).sum()
+    if len(runs) > 0.5 * max(rows, 2):
+        return []
+    spikes = []
+    for first, stop in runs:
+        middle = float(np.median(values[max(first - AROUND, 0) : stop + AROUND]))
+        value = float(values[first + int(np.argmax(np.abs(values[first:stop] - middle)))])
+        spikes.append(Spike(channel, first, stop - 1, value, 0.5 * span))
     return spikes
 
 

@@ -93,7 +93,7 @@ class VirtualTribometer:
     joint : BackboneLaw
         Joint under test, at its own normal load.
     rig_stiffness : float, optional
-        Stiffness of the rig [N/m], above zero; without it the rig is rigid.
+        Stiffness of the rig [N/m], above zero; without it, or infinite, the rig is rigid.
     noise : float or mapping, optional
         White Gaussian noise. One number [-] is the standard deviation of each channel as a share of
         its amplitude (of the load: of its mean). A mapping of "displacement" [m], "force" [N] and
@@ -146,6 +146,8 @@ class VirtualTribometer:
                 f"`joint` must be a backbone law, such as an Interface, got {show(self.joint)}"
             )
         keep = object.__setattr__
+        if self.rig_stiffness == math.inf:
+            keep(self, "rig_stiffness", None)
         if self.rig_stiffness is not None:
             keep(self, "rig_stiffness", positive("rig_stiffness", self.rig_stiffness, "N/m", 1e8))
         if self.sample_rate is not None:

@@ -85,20 +85,20 @@ def leaves(arrays: Arrays) -> dict[str, Leaf]:
     return by_name
 
 
-def single_array(arrays: Mapping[str, Leaf], key: str | None, kind: str) -> str:
-    """Name of the array that is meant, by its key, or because no other could be."""
+def single_array(arrays: Mapping[str, Leaf], channel: str | int | None, kind: str) -> str:
+    """Name of the array that is meant, by its name, or because no other could be."""
     listed = ", ".join(
         f'"{shorten(name, 40)}" ({" x ".join(map(str, leaf.shape)) or "one number"})'
         for name, leaf in list(arrays.items())[:12]
     )
     if len(arrays) > 12:
         listed += f" and {len(arrays) - 12} more"
-    if key is not None:
-        if key not in arrays:
+    if channel is not None:
+        if channel not in arrays:
             raise ValueError(
-                f"this {kind} has no array {shorten(repr(key), 40)}; it has {listed or 'none'}"
+                f"this {kind} has no array {shorten(repr(channel), 40)}; it has {listed or 'none'}"
             )
-        return key
+        return str(channel)
     able = [name for name, leaf in arrays.items() if len(leaf.shape) == 2 and min(leaf.shape) > 1]
     # A vector can be a profile or no heights at all; it is accepted only if it is the only array.
     able = able or [name for name, leaf in arrays.items() if max(leaf.shape, default=0) > 3]
@@ -107,7 +107,7 @@ def single_array(arrays: Mapping[str, Leaf], key: str | None, kind: str) -> str:
             f"wanted a matrix of heights, got this {kind} with {listed or 'no numbers'}"
         )
     if len(able) > 1:
-        raise InputError(f"this {kind} holds more than one array: {listed}; write `key=...`")
+        raise InputError(f"this {kind} holds more than one array: {listed}; write `channel=...`")
     return able[0]
 
 

@@ -218,7 +218,7 @@ def _names(
         for line, head in zip(above[1:_FAR], heads, strict=False):
             if any(map(_is_number, split(line.text, separator))):
                 break
-            if head and _tells_units(head[1]):
+            if head and (_tells_units(head[1]) or all(map(is_only_unit, head[1]))):
                 first = head
                 break
     if first is None:
@@ -248,10 +248,13 @@ def _heading_cells(
     text = line.text.strip().lstrip(_MARKS) if line.text[:1] in "#%!/*" else line.text
     fewest = _filled(mask)
     for cells in _splits(text, separator):
+        of_line = cells
         while cells and not cells[-1]:
-            cells.pop()
+            cells = cells[:-1]
+        if len(cells) < fewest <= len(of_line) and cells and all(map(is_only_unit, cells)):
+            cells = of_line[:fewest]  # columns without a unit
         if len(cells) == width + 1 and cells[-1].casefold() == "comment":
-            cells.pop()  # LabVIEW has a column for comments and seldom one of them
+            cells = cells[:-1]  # LabVIEW has a column for comments and seldom one of them
         if fewest <= len(cells) <= width and any(cells) and not any(map(_is_number, cells)):
             return line, cells
     return None

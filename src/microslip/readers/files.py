@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import numbers
 import os
+import stat
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -18,7 +19,7 @@ from pathlib import Path
 from microslip._core.errors import InputError
 from microslip._core.files import reason
 from microslip._core.options import option
-from microslip._core.wording import did_you_mean, shorten, show
+from microslip._core.wording import did_you_mean, quote, shorten
 
 _HEAD = 1024
 POINTS = 50_000_000
@@ -83,6 +84,7 @@ def usable(path: Path, noun: str) -> Iterator[None]:
     if "\0" in os.fspath(path):
         raise ValueError("cannot be read: no file has such a name")
     try:
+        refuse_special(path, noun)
         yield
     except FileNotFoundError:
         raise ValueError(f"no such file{_near(path)}") from None
@@ -90,6 +92,23 @@ def usable(path: Path, noun: str) -> Iterator[None]:
         if os.path.isdir(path):  # noqa: PTH112 - Windows says "permission denied"; never raises
             raise ValueError(f"wanted {noun}, got a folder") from None
         raise ValueError(f"cannot be read: {reason(error)}") from None
+
+
+def refuse_special(path: Path, noun: str = "a file") -> None:
+    """Refuse what is no regular file, such as a named pipe without a writer, which never ends.
+
+    Raises
+    ------
+    ValueError
+        If the path is neither a regular file nor a folder.
+    OSError
+        If the path does not exist or cannot be read.
+    """
+    mode = path.stat().st_mode
+    kinds = {"a named pipe": stat.S_ISFIFO, "a socket": stat.S_ISSOCK, "a device": stat.S_ISCHR}
+    for kind, is_kind in kinds.items():
+        if is_kind(mode):
+            raise ValueError(f"wanted {noun}, got {kind}; save its content to a file")
 
 
 @contextmanager
@@ -152,7 +171,7 @@ def first_line(error: BaseException, path: Path | None = None) -> str:
 def limited(points: object) -> Iterator[None]:
     """Read files of at most so many numbers."""
     if not isinstance(points, numbers.Integral) or isinstance(points, bool) or points < 1:
-        raise InputError(f"`limit` must be a number of points above zero, got {show(points)}")
+        raise InputError(f"`limit` must be a number of points above zero, got {quote(points)}")
     token = _limit.set(int(points))
     try:
         yield

@@ -18,7 +18,7 @@ from microslip._core.checks import Floats
 from microslip._core.errors import InputError
 from microslip._core.units import LENGTH, QuantityError, engineering, to_si
 from microslip._core.verdicts import Remark
-from microslip._core.wording import did_you_mean, shorten, show
+from microslip._core.wording import did_you_mean, quote, shorten
 from microslip.readers import hdf5
 from microslip.readers.child import parsed
 from microslip.readers.files import (
@@ -135,7 +135,7 @@ def read_channel(path: Path, format_name: Any, channel: Any) -> Heights:
     """The channel of heights that is meant, of a stated format or of the first that can read it."""
     for name, value, kinds in (("format", format_name, str), ("channel", channel, (str, int))):
         if value is not None and not isinstance(value, kinds):
-            raise InputError(f"`{name}` must be text, got {show(value)}")
+            raise InputError(f"`{name}` must be text, got {quote(value)}")
     _check_size(path)
     sums = _check_sums(path)
     content = parsed(
@@ -286,7 +286,7 @@ def _open(path: Path, format_name: Any) -> tuple[Any, str]:
             names = [*house_formats, *sorted({*readers} - {*house_formats})]
             hint = did_you_mean(format_name, names) if isinstance(format_name, str) else ""
             raise InputError(
-                f"`format`: no format {show(format_name)}{hint}; there are {', '.join(names)}"
+                f"`format`: no format {quote(format_name)}{hint}; there are {', '.join(names)}"
             )
         with decoded(f"{format_name} file", quiet=False):
             return readers[format_name](str(path)), format_name
@@ -350,7 +350,7 @@ def _channel_index(channels: list[Any], channel_name: Any) -> int:
     if text.isdecimal() and int(text) < len(names):
         return int(text)
     hint = did_you_mean(text, names)
-    raise ValueError(f"no channel {show(channel_name)}{hint}; there are {listed}")
+    raise ValueError(f"no channel {quote(channel_name)}{hint}; there are {listed}")
 
 
 def _heights(

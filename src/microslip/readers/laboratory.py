@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import logging
 import math
+import re
 import warnings
 import zipfile
 from collections.abc import Sequence
@@ -15,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from microslip._core.checks import Floats
-from microslip._core.wording import show
+from microslip._core.wording import quote
 from microslip.readers.child import parsed
 from microslip.readers.dialect import NUMBER, Line, find_layout, is_missing
 from microslip.readers.files import Unusable, decoded, refuse_beyond
@@ -146,8 +147,10 @@ def rows_of(path: Path, kind: str | None) -> Rows:
     if kind == "excel":
         return next(iter(_sheets(path).values()), [])
     text = whole_text(path)
-    head = next((line for line in text.splitlines() if line.strip()), "")
-    separator = max(_SEPARATORS, key=head.count)
+    lines = [line for line in text.splitlines() if line.strip()]
+    # A title has none, and commas are decimal signs, too.
+    usual = (s for s in _SEPARATORS if 2 * sum(s in line for line in lines) >= len(lines))
+    separator = next(usual, ",")
     rows = csv.reader(text.splitlines(), delimiter=separator)
     with decoded("sheet of cells"):
         return [[cell.strip() for cell in row] for row in rows]
@@ -175,7 +178,7 @@ def excel_table(path: Path) -> Table:
         return [_numbers(*places[at], columns[at].heading) for at in selection]
 
     first = parts[0][1].first
-    words = f"Excel workbook, sheet {show(parts[0][0])}"
+    words = f"Excel workbook, sheet {quote(parts[0][0])}"
     if len(parts) > 1:
         words = f"Excel workbook, {len(parts)} sheets"
     return Table(words, tuple(columns), load, lambda row: f"row {row + first + 1}")
@@ -195,7 +198,7 @@ def _numbers(rows: Rows, first: int, place: int, heading: str) -> Floats:
             values[at] = float(cell)
         elif not is_missing(cell):
             raise ValueError(
-                f'row {at + first + 1}, column "{heading}": wanted a number, got {show(cell)}'
+                f'row {at + first + 1}, column "{heading}": wanted a number, got {quote(cell)}'
             )
     return values
 
@@ -219,15 +222,44 @@ def read_sheets(path: Path) -> dict[str, Rows]:
         declared = sum(member.file_size for member in archive.infolist())
     refuse_beyond(declared // _BYTES)
     book = openpyxl.load_workbook(path, read_only=True, data_only=True)
-    return {sheet.title: _cells(sheet) for sheet in book.worksheets}
+    visible = [sheet for sheet in book.worksheets if sheet.sheet_state == "visible"]
+    with zipfile.ZipFile(path) as archive:
+        return {sheet.title: _cells(sheet, archive) for sheet in visible}
 
 
-def _cells(sheet: Any) -> Rows:
+_NO_VALUE = re.compile(
+    rb'<c r="([A-Z]+\d+)"[^>]*><f[^>]*?(?:/>|>[^<]*</f>)(?:<v\s*/>|<v></v>)?</c>'
+)
+_MERGED = re.compile(rb'<mergeCell\b[^>]*\bref="([A-Z]+)(\d+):([A-Z]+)(\d+)"')
+
+
+def _cells(sheet: Any, archive: zipfile.ZipFile) -> Rows:
+    """Cells of a sheet; merged ones of a column all have the text of the first."""
+    content = archive.read(sheet._worksheet_path)
+    if (formula := _NO_VALUE.search(content)) is not None:
+        raise Unusable(
+            f"sheet {quote(sheet.title)}, cell {formula[1].decode()}: a formula without its value; "
+            "open the workbook in a spreadsheet program and save it"
+        )
     sheet.reset_dimensions()  # which programs may write wrong
     rows = [list(map(_text, row)) for row in sheet.iter_rows(values_only=True)]
+    for left, first, right, last in _MERGED.findall(content):
+        column = _place_of(left.decode())
+        if left == right and int(first) <= len(rows) and column < len(rows[int(first) - 1]):
+            for row in rows[int(first) : int(last)]:
+                row += [""] * (column + 1 - len(row))
+                row[column] = rows[int(first) - 1][column]
     while rows and not any(rows[-1]):
         rows.pop()
     return rows
+
+
+def _place_of(letters: str) -> int:
+    """Index of a column that a sheet calls by letters, A being 0."""
+    number = 0
+    for letter in letters:
+        number = 26 * number + ord(letter) - ord("A") + 1
+    return number - 1
 
 
 def _text(value: object) -> str:

@@ -22,7 +22,7 @@ from microslip._core.units import (
     is_unit,
     to_si,
 )
-from microslip._core.wording import quoted, shorten, show
+from microslip._core.wording import quote, quoted, shorten
 from microslip.readers.tables import Named, fits, headings, unmistakable
 
 TIME = Kind("time", "s", ("us", "ms", "s", "min", "h"))
@@ -47,24 +47,25 @@ _RAW = (
 
 NEEDED = ("displacement", "force")
 
-# Words of names, in English, German and French.
-_TIME = {"time", "elapsed", "timestamp", "zeit", "temps"}
+# Words of names, in English, German, French and Japanese.
+_TIME = {"time", "elapsed", "timestamp", "zeit", "temps", "時間", "時刻", "経過時間"}
 _COMMANDED = {"commanded", "command", "cmd", "setpoint", "target", "demand", "soll", "sollwert"}
 _MOVED = {
     "displacement", "displacements", "disp", "position", "pos", "stroke", "slip", "travel",
     "deflection", "lvdt", "elongation", "weg", "verfahrweg", "verschiebung", "auslenkung",
-    "déplacement", "deplacement", "glissement",
+    "déplacement", "deplacement", "glissement", "変位", "変位量", "位置",
 }  # fmt: skip
 _ALONG = {
     "friction", "frictional", "tangential", "lateral", "shear", "traction", "reibkraft",
     "reibungskraft", "reibung", "tangentialkraft", "querkraft", "tangentielle", "tangentiel",
-    "frottement",
+    "frottement", "摩擦力", "接線力", "せん断力",
 }  # fmt: skip
 _ACROSS = {
-    "normal", "normalkraft", "normale", "normallast", "clamping", "preload", "vertical",
+    "normal", "normalkraft", "normale", "normallast", "clamp", "clamping", "preload", "vertical",
+    "垂直荷重", "垂直力", "法線力",
 }  # fmt: skip
-_FORCES = {"force", "forces", "kraft", "effort", "loadcell"}
-_LOADS = {"load", "last", "charge"}
+_FORCES = {"force", "forces", "kraft", "effort", "loadcell", "力"}
+_LOADS = {"load", "last", "charge", "荷重"}
 _NEITHER = {
     "coefficient", "coeff", "cof", "ratio", "velocity", "speed", "acceleration", "temperature",
     "temp", "torque", "energy", "moment", "power", "rate", "error", "stiffness", "stress", "wear",
@@ -79,7 +80,17 @@ _COUNTED = {
     "zyklenzahl", "zyklusnummer", "lastwechselzahl", "lastspielzahl",
 }  # fmt: skip
 
-_COEFFICIENTS = {"cof", "mu", "µ", "μ", "reibwert", "reibungszahl", "reibzahl", "reibkoeffizient"}
+_COEFFICIENTS = {
+    "cof",
+    "mu",
+    "µ",
+    "μ",
+    "reibwert",
+    "reibungszahl",
+    "reibzahl",
+    "reibkoeffizient",
+    "摩擦係数",
+}
 
 _TELLING = _TIME | _COMMANDED | _MOVED | _ALONG | _ACROSS | _FORCES | _LOADS | _NEITHER
 
@@ -87,7 +98,7 @@ _TELLING = _TIME | _COMMANDED | _MOVED | _ALONG | _ACROSS | _FORCES | _LOADS | _
 _SYMBOLS = {
     "x": "displacement", "X": "displacement", "δ": "displacement", "delta": "displacement",
     "F": "force", "Ft": "force", "FT": "force", "Ff": "force", "Fx": "force", "F_t": "force",
-    "F_T": "force", "F_x": "force", "F_f": "force",
+    "F_T": "force", "F_x": "force", "F_f": "force", "F_R": "force", "FR": "force",
     "Fn": "normal_load", "FN": "normal_load", "Fz": "normal_load", "F_n": "normal_load",
     "F_N": "normal_load", "F_z": "normal_load", "t": "time",
 }  # fmt: skip
@@ -202,7 +213,7 @@ def scale_of(column: Named, role: str, unit: object, calibration: object) -> Sca
     kind = KINDS[role]
     name = f'{role}: column "{shorten(column.heading, 40)}": '
     if unit is not None and (not isinstance(unit, str) or not unit.strip()):
-        raise ValueError(f'{role}: wanted a unit such as "{kind.usual[1]}", got {show(unit)}')
+        raise ValueError(f'{role}: wanted a unit such as "{kind.usual[1]}", got {quote(unit)}')
     unit_text, where = (str(unit).strip(), "as stated") if unit else (column.unit, column.where)
     if calibration is not None:
         return _calibrated(column, role, unit_text, calibration)
@@ -245,7 +256,7 @@ def _calibrated(column: Named, role: str, unit: str | None, calibration: object)
         match = _FACTOR.fullmatch(calibration) if isinstance(calibration, str) else None
         if match is None:
             raise ValueError(
-                f"{role}: wanted a calibration such as {example}, got {show(calibration)}"
+                f"{role}: wanted a calibration such as {example}, got {quote(calibration)}"
             )
         factor_text = f"{match[1]} {match[2]}"
         if unit is None:
@@ -254,7 +265,7 @@ def _calibrated(column: Named, role: str, unit: str | None, calibration: object)
         try:
             per = Decimal(1) if unit is None else _own_factor(unit)
             factor_unit = kind.unit if unit is None else f"{kind.unit}/({unit})"
-            message = f"{role}: wanted a calibration such as {example}, got {show(calibration)}"
+            message = f"{role}: wanted a calibration such as {example}, got {quote(calibration)}"
             if unit is not None:
                 message += f" for a column in {unit}"
             factor = Decimal(match[1]) * per
@@ -264,7 +275,7 @@ def _calibrated(column: Named, role: str, unit: str | None, calibration: object)
                 f"{role}: wanted a calibration such as {example}, got {factor_text}"
             ) from None
     if not factor or not factor.is_finite():
-        raise ValueError(f"{role}: wanted a calibration that is not zero, got {show(calibration)}")
+        raise ValueError(f"{role}: wanted a calibration that is not zero, got {quote(calibration)}")
     counts = f", column in {unit}" if unit else ""
     return Scale(factor, f"by the calibration {factor_text}{counts}")
 
@@ -292,11 +303,11 @@ def zero_of(zero: object, role: str, values: Floats) -> tuple[float, str]:
     else:
         message = f"{role}: wanted a zero such as {quoted([*ZEROS, f'1 {kind.usual[1]}'])}"
         if not isinstance(zero, str):
-            raise ValueError(f"{message}, got {show(zero)}")
+            raise ValueError(f"{message}, got {quote(zero)}")
         try:
             value = to_si(zero, kind, f"1 {kind.usual[1]}", "any")
         except QuantityError:
-            raise ValueError(f"{message}, got {show(zero)}") from None
+            raise ValueError(f"{message}, got {quote(zero)}") from None
     how = f"its {zero} value, " if zero in ZEROS else ""
     return value, f"zero at {how}{engineering(value, kind.unit)}"
 
@@ -305,7 +316,7 @@ def sign_of(sign: object, role: str) -> int:
     """1 or -1."""
     if sign in (1, -1) and not isinstance(sign, bool):
         return int(sign)
-    raise ValueError(f"{role}: wanted a sign 1 or -1, got {show(sign)}")
+    raise ValueError(f"{role}: wanted a sign 1 or -1, got {quote(sign)}")
 
 
 def by_role(name: str, option: object, example: str) -> Mapping[str, Any]:
@@ -313,8 +324,8 @@ def by_role(name: str, option: object, example: str) -> Mapping[str, Any]:
     if option is None:
         return {}
     if not isinstance(option, Mapping):
-        raise InputError(f"wanted `{name}={example}`, got {show(option)}")
+        raise InputError(f"wanted `{name}={example}`, got {quote(option)}")
     for key in option:
         if key not in KINDS:
-            raise InputError(f"`{name}`: wanted one of {quoted(KINDS)}, got {show(key)}")
+            raise InputError(f"`{name}`: wanted one of {quoted(KINDS)}, got {quote(key)}")
     return option

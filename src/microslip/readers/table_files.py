@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from microslip._core.wording import quoted, show
+from microslip._core.wording import quote, quoted
 from microslip.readers import array_files, arrays, hdf5, laboratory, matlab, text
 from microslip.readers.files import foreign_kind, head_of, kind_of
 from microslip.readers.tables import Table
@@ -45,7 +45,7 @@ def read_table(path: Path, noun: str, file_format: object = None) -> Table:
     head = head_of(path)
     if file_format is not None:
         if not isinstance(file_format, str) or file_format not in READERS:
-            raise ValueError(f"wanted format {quoted(sorted(READERS))}, got {show(file_format)}")
+            raise ValueError(f"wanted format {quoted(sorted(READERS))}, got {quote(file_format)}")
         return READERS[file_format](path)
     if not head:
         raise ValueError(f"wanted {noun}, got an empty file")

@@ -11,16 +11,21 @@ from typing import NamedTuple
 from microslip._core.checks import Floats
 from microslip._core.errors import InputError
 from microslip._core.units import Kind, QuantityError, factor_of, is_unit
-from microslip._core.wording import did_you_mean, quoted, shorten, show
+from microslip._core.wording import did_you_mean, quote, quoted, shorten
 from microslip.readers.files import refuse_beyond
 
 # Text that units are made of, and that is none here.
 NO_UNITS = {"a.u.", "au", "a. u.", "arb. u.", "-", "–", "1", ""}
+_VALUES = ("data", "value", "values", "samples")
+"""Names of fields that hold the values of a struct, whose own name tells what they are."""
 _FORMS = (
     re.compile(r"(?P<name>.*?)\s*\[(?P<unit>[^][]*)\]"),
     re.compile(r"(?P<name>.*?)\s*\((?P<unit>[^()]*)\)"),
     re.compile(r"(?P<name>.+?)\s*(?:\s/\s?|,\s*|\s+in\s+)(?P<unit>\S+)"),
-    # Underscores are in names, too: "F_N" is no force in newtons.
+    # Slashes are in paths, too.
+    re.compile(r"(?P<name>[^/]+)/(?P<unit>[nuµm]?m|[umk]?N|[muµ]?s|sec|m?V)"),
+    # Underscores are in names, too: "F_N" is no force in newtons, but "force_N" is.
+    re.compile(r"(?P<name>[^\W\d_]{3,}(?:_[^\W_]+)*)_(?P<unit>[NmsV])"),
     re.compile(r"(?P<name>.+)_(?P<unit>[nuµm]m|[umk]N|ms|us|sec|mV)"),
 )
 
@@ -128,6 +133,8 @@ def _named(place: int, column: Column) -> Named:
     unit = spelt(unit) if unit and unit.casefold() not in NO_UNITS else None
     unit = unit and shorten(unit, 80)  # of a damaged file it may be anything
     short = name_and_unit(column.short or heading)[0]
+    if short.casefold() in _VALUES and len(parts := re.split(r"[./]", name)) > 1:
+        short = parts[-2]
     return Named(place, heading, name, short, unit, where)
 
 
@@ -147,7 +154,7 @@ def find(columns: Sequence[Named], text: object, role: str = "") -> Named:
     before = f"`{role}`: " if role else ""
     if not isinstance(text, str) or not text.strip():
         raise InputError(
-            f'{before}wanted the name of a column, or "#2" for the second, got {show(text)}'
+            f'{before}wanted the name of a column, or "#2" for the second, got {quote(text)}'
         )
     query = text.strip()
     small = query.casefold()

@@ -15,7 +15,7 @@ import numpy as np
 
 from microslip._core.checks import Floats
 from microslip._core.errors import InputError
-from microslip._core.wording import shorten, show
+from microslip._core.wording import quote, shorten
 from microslip.readers.dialect import (
     NUMBER,
     SEPARATORS,
@@ -125,7 +125,7 @@ class TextFile(NamedTuple):
             hint = " (write numbers without signs between thousands)"
         elif re.fullmatch(r"[\d/. -]*\d{1,2}:\d\d(:\d\d([.,]\d+)?)?", cell):
             hint = "; for times of day write `time=False` and `sample_rate=...`"
-        return InputError(f'line {line}, column "{name}": wanted a number, got {show(cell)}{hint}')
+        return InputError(f'line {line}, column "{name}": wanted a number, got {quote(cell)}{hint}')
 
     def line_of(self, row: int) -> int:
         """Line of a row, both counted as people do and as arrays do."""
@@ -355,7 +355,7 @@ def _cells(file: TextFile, block: _Block) -> Iterator[tuple[int, list[str] | Non
             yield index, None
             continue
         if len(cells) < width or any(cells[width:]):
-            content = f", {show(text.strip())}" if len(cells) == 1 else ""
+            content = f", {quote(text.strip())}" if len(cells) == 1 else ""
             short = ValueError(
                 f"line {index + 1}: wanted {width} cells as in line {layout.first + 1}, "
                 f"got {len(cells)}{content}"

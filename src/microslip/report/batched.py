@@ -20,7 +20,7 @@ from microslip.report.document import (
     Column,
     Document,
     Facts,
-    Number,
+    Headline,
     Section,
     Table,
 )
@@ -28,15 +28,15 @@ from microslip.report.files import csv_text, header, listed, standard_files, tex
 from microslip.study.runs.batch import Batch, Outcome
 
 KIND = "microslip-batch"
-SUMMARY_SCHEMA = 1
+BATCH_SCHEMA = 1
 _QUANTILES = {"q5": 0.05, "q50": 0.5, "q95": 0.95}
 _PANELS = {"loss_factor": "Loss factor η", "dissipated_energy": "Energy [J]"}
 
 
-def document(batch: Batch) -> Document:
+def batch_document(batch: Batch) -> Document:
     """Return a batch as a document; its data is the summary."""
     done, failed = batch.done, batch.failed
-    columns = columns_of(done)
+    columns = batch_columns(done)
     statistics = {
         name: found
         for name, values in columns.items()
@@ -66,7 +66,7 @@ def document(batch: Batch) -> Document:
     answer = f"{len(done)} of {len(batch.outcomes)} items done, {len(failed)} failed"
     answer += f"; the median {number.name} is {number.value}." if number else "."
     data: dict[str, Any] = {
-        **header(KIND, SUMMARY_SCHEMA, "Batch"),
+        **header(KIND, BATCH_SCHEMA, "Batch"),
         "items": len(batch.outcomes),
         "done": len(done),
         "failed": [{"item": item, "reason": reason} for item, reason in reasons],
@@ -85,7 +85,7 @@ def document(batch: Batch) -> Document:
     return listed(Document(KIND, "Batch", answer, tuple(sections), data, (), number, figure, files))
 
 
-def columns_of(completed: list[Outcome]) -> dict[str, Floats]:
+def batch_columns(completed: list[Outcome]) -> dict[str, Floats]:
     """Return the numbers of all items, a row each; columns in the order of their first row."""
     rows = [row for outcome in completed for row in outcome["rows"]]
     names = dict.fromkeys(name for row in rows for name in row)
@@ -103,7 +103,7 @@ def _statistics(finite: Floats) -> dict[str, Any]:
     return {"count": finite.size, **dict(zip(_QUANTILES, quantiles, strict=True))}
 
 
-def _number(statistics: dict[str, Any]) -> Number | None:
+def _number(statistics: dict[str, Any]) -> Headline | None:
     """Return the median of the damping, or else of the first column, with its band."""
     preferred = ("loss_factor", "damping_ratio", *statistics)
     name = next((n for n in preferred if n in statistics), None)
@@ -111,7 +111,7 @@ def _number(statistics: dict[str, Any]) -> Number | None:
         return None
     low, middle, high = (_written(statistics[name][q], name) for q in _QUANTILES)
     band = f"{low} to {high} (5 to 95 % of {statistics[name]['count']} rows)"
-    return Number(name.replace("_", " "), middle, band)
+    return Headline(name.replace("_", " "), middle, band)
 
 
 def _written(value: float, name: str) -> str:
@@ -154,7 +154,7 @@ def _items(completed: list[Outcome], columns: dict[str, Floats]) -> str:
 
 def finish(batch: Batch, folder: Path) -> Document:
     """Write the table over all and the report into the folder of a batch, each file whole."""
-    result = document(batch)
+    result = batch_document(batch)
     for file in standard_files(result):
         with whole_file(folder / file.name, overwrite=True) as stage:
             file.write(stage, lambda share: None)

@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from typing import Any, NamedTuple
 
+from microslip._core.quantities import QUANTITIES
 from microslip._core.units import engineering, significant
 from microslip._core.verdicts import WORDS, Verdict
 from microslip._core.wording import joined, one_line
@@ -29,6 +31,11 @@ _PRINTED = {"^2": "²", "^3": "³", "^4": "⁴", "*": " "}
 def trimmed(unit: str, digits: int = 4) -> Callable[[float], str]:
     """Writer of numbers that somebody chose: no zeros at their end."""
     return partial(engineering, unit=unit, digits=digits, trim=True)
+
+
+def hertz(value: float) -> str:
+    """Write a frequency [Hz] without a prefix."""
+    return f"{value:.5g}"
 
 
 def value(number: float | None, unit: str, digits: int = 4) -> str:
@@ -117,6 +124,29 @@ def si(value: float) -> str:
         mantissa, _, exponent = f"{value:.9e}".partition("e")
         text = f"{mantissa.rstrip('0').rstrip('.')}e{exponent}"
     return re.sub(r"e([+-])0*", lambda match: f"e{match[1].strip('+')}", text)
+
+
+FORMS: dict[str, Callable[[Any], str]] = {
+    "ratio": ratio,
+    "saturating": saturating,
+    "percent": percent,
+    "expected": expected,
+    "decimals": decimals,
+    "area": area,
+    "general": significant,
+    "hertz": hertz,
+}
+"""Writers of numbers by the names that quantities give."""
+
+
+def column(name: str, **changes: Any) -> Column:
+    """Return the column of a quantity, with its label, unit and number format."""
+    quantity = QUANTITIES[name]
+    unit = quantity.unit.replace("-", "")
+    write = trimmed(unit) if quantity.form == "chosen" else FORMS.get(quantity.form)
+    digits = int(quantity.form) if quantity.form.isdigit() else 4
+    of_quantity = Column(name, quantity.label, unit, digits, write, quantity.symbol)
+    return replace(of_quantity, **changes)
 
 
 class TextTable(NamedTuple):

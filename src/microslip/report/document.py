@@ -130,7 +130,7 @@ class File:
     cost: float = 1e-3  # seconds that it takes, more or less
 
 
-class Number(NamedTuple):
+class Headline(NamedTuple):
     """The number of a result: what it is, its value and its band, as people read them."""
 
     name: str
@@ -149,7 +149,7 @@ class Document:
     data: Mapping[str, Any] = field(default_factory=dict)
     """The plain values of summary.json in SI units: what :func:`header` begins, and the numbers."""
     remarks: tuple[str, ...] = ()  # what must be read with the answer
-    number: Number | None = None  # the one that a page shows first
+    number: Headline | None = None  # the one that a page shows first
     figure: str = ""  # name of the picture that a page shows first
     files: tuple[File, ...] = ()  # tables, arrays and texts that go with it into a folder
 

@@ -3,25 +3,20 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from itertools import accumulate
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from microslip._core import kernels, netcdf
 from microslip._core.checks import Progress
-from microslip._core.netcdf import Contents
+from microslip._core.dataset import DataSet
 from microslip._core.wording import ESCAPED, one_line
 from microslip._version import __version__
 from microslip.figures.picture import PictureCache
 from microslip.report.document import Document, File
 from microslip.report.folder import staged
-
-Blocks = Iterator[Mapping[str, NDArray[np.float64]]]
 
 _FORMULAS = tuple(
     "=+-@\N{FULLWIDTH EQUALS SIGN}\N{FULLWIDTH PLUS SIGN}"
@@ -80,24 +75,20 @@ def text_file(name: str, text: Callable[[], str]) -> File:
     return File(name, lambda path, _: path.write_bytes(text().encode("utf-8", ESCAPED)))
 
 
-def csv_file(
-    name: str, parts: Callable[[], Blocks], rows: int, units: Mapping[str, str], columns: int
-) -> File:
-    """A table of numbers as text; see :func:`write_csv`."""
+def csv_file(name: str, data: DataSet, columns: Mapping[str, str], dims: tuple[str, ...]) -> File:
+    """A table of a data set as text; see :meth:`~microslip._core.dataset.DataSet.csv_lines`."""
+    rows = data.count(dims)
     return File(
         name,
-        lambda path, progress: write_csv(path, parts(), rows, units, progress),
-        rows * columns * TEXT,
+        lambda path, progress: write_csv(path, data.csv_lines(columns, dims), rows, progress),
+        rows * len(columns) * TEXT,
     )
 
 
-def netcdf_file(name: str, contents: Callable[[], Contents], numbers: int) -> File:
+def netcdf_file(name: str, data: DataSet) -> File:
     """Labelled arrays as netCDF-4."""
-    return File(
-        name,
-        lambda path, progress: netcdf.write(path, *contents(), progress),
-        numbers * NUMBER,
-    )
+    count = sum(variable.values.size for variable in data.values())
+    return File(name, lambda path, progress: netcdf.write(path, data, progress), count * NUMBER)
 
 
 def write_all(files: Sequence[File], folder: Path, progress: Progress | None = None) -> None:
@@ -117,7 +108,7 @@ def write_all(files: Sequence[File], folder: Path, progress: Progress | None = N
         part(1.0)
 
 
-def write(
+def write_document(
     document: Document,
     folder: Path,
     kinds: Sequence[str] = ("svg",),
@@ -171,24 +162,13 @@ def json_text(data: Mapping[str, Any]) -> str:
 
 
 def write_csv(
-    path: Path,
-    parts: Blocks,
-    rows: int,
-    units: Mapping[str, str],
-    progress: Progress | None = None,
+    path: Path, lines: Iterable[tuple[int, str]], rows: int, progress: Progress | None = None
 ) -> None:
-    """Write blocks of equal columns as one CSV file whose header names columns and units.
-
-    ``rows`` is how many there will be, for the share that ``progress`` is told.
-    """
+    """Write blocks of lines as one CSV file; ``rows`` is the total for ``progress``."""
     written = 0
     with path.open("w", encoding="utf-8", errors=ESCAPED, newline="") as file:
-        for number, part in enumerate(parts):
-            if number == 0:
-                file.write(",".join(f"{name} [{units[name]}]" for name in part) + "\n")
-            # repr is the shortest text that reads back as the same double.
-            texts = [map(repr, column.tolist()) for column in part.values()]
-            file.writelines(",".join(row) + "\n" for row in zip(*texts, strict=True))
-            written += len(next(iter(part.values())))
+        for count, text in lines:
+            file.write(text)
+            written += count
             if progress is not None:
                 progress(written / rows)

@@ -13,18 +13,17 @@ from pathlib import Path
 
 from microslip._core.checks import Progress
 from microslip._version import __version__
-from microslip.figures.html import figure, script
-from microslip.figures.picture import Picture, PictureCache
+from microslip.figures.picture import Picture, PictureCache, figure_element, script
 from microslip.report.cells import HEADLINES, as_text, is_text, judgements, signed
 from microslip.report.document import (
     Block,
     Document,
     Facts,
+    Headline,
     Items,
     Listing,
     Markup,
     Note,
-    Number,
     Section,
     Table,
     Verdicts,
@@ -62,7 +61,7 @@ def page(document: Document, cache: PictureCache, progress: Progress | None = No
             f"<header>\n<h1>{title}</h1>\n<p class='answer'>{escape(document.answer)}</p>\n",
             _number(document.number),
             *_banner(document),
-            *(figure(picture, 1, cache.as_bytes(picture)) for picture in lead),
+            *(figure_element(picture, 1, cache.as_bytes(picture)) for picture in lead),
             '<nav aria-label="Sections">',
             *(f'<a href="#{anchor(s.title)}">{escape(s.title)}</a>' for s in sections),
             "</nav>\n</header>\n<main>\n",
@@ -79,7 +78,7 @@ def _pruned(section: Section, pictures: list[Picture]) -> Section:
     return replace(section, blocks=tuple(blocks))
 
 
-def _number(number: Number | None) -> str:
+def _number(number: Headline | None) -> str:
     """The number that it is about, large, with its band."""
     if number is None:
         return ""
@@ -129,7 +128,7 @@ def _sections(
         for block in section.blocks:
             if isinstance(block, Picture):
                 number += 1
-                yield figure(block, number, cache.as_bytes(block))
+                yield figure_element(block, number, cache.as_bytes(block))
                 if progress is not None:
                     progress(number / pictures)
             else:

@@ -20,7 +20,7 @@ from microslip.laboratory.reading import ChannelNote
 from microslip.laboratory.settling import CERTAIN
 from microslip.report import cells
 from microslip.report import measured_campaign as together
-from microslip.report.document import Block, Column, Document, Items, Note, Number, Section, Table
+from microslip.report.document import Block, Column, Document, Headline, Items, Note, Section, Table
 from microslip.report.files import csv_text, header, text_cell, text_file
 
 KIND = "microslip-measurement"
@@ -36,7 +36,7 @@ _FIRST = (
     "loss_factor",
     "friction_peak",
     "friction_energy",
-    "reversal_stiffness",
+    "chord_stiffness",
 )
 """Columns of a single record in a terminal; the page and summary.json have all."""
 Say = Callable[[str], str]
@@ -121,7 +121,8 @@ def _regime(measured: Measurement) -> str:
     """Such as "mostly gross slip", or which ones it may be where the cycles do not tell."""
     possible = measured.possible_regimes
     if len(possible) < 2:
-        return f"mostly {measured.regime}"
+        is_same = measured.regimes.count(measured.regime) == len(measured)
+        return measured.regime if is_same else f"mostly {measured.regime}"
     shares = " or ".join(f"{name} ({100.0 * share:.0f} %)" for name, share in possible.items())
     return shares if measured.is_settled else shares.replace(" or ", ", ")
 
@@ -145,7 +146,7 @@ def _ends(measured: Measurement) -> str:
     return f"each dissipates {low}, to {high}"
 
 
-def _number(measurements: Sequence[Measurement]) -> Number:
+def _number(measurements: Sequence[Measurement]) -> Headline:
     """Energy a cycle with its interval; over several records its range."""
     energies = [measured.mean["dissipated_energy"] for measured in measurements]
     first, measured = energies[0], measurements[0]
@@ -153,7 +154,7 @@ def _number(measurements: Sequence[Measurement]) -> Number:
         values = [energy.value for energy in energies]
         mean = _joules(float(np.mean(sorted(values))))
         band = f"{_joules(min(values), max(values))} over {len(energies)} records"
-        return Number("dissipated a cycle, the mean of the records", mean, band)
+        return Headline("dissipated a cycle, the mean of the records", mean, band)
     band = ""
     if first.number > 1:
         level = f"{100.0 * measured.confidence:g} % interval of the mean"
@@ -161,7 +162,7 @@ def _number(measurements: Sequence[Measurement]) -> Number:
             level = "range of the cycles"
         band = f"{_joules(first.low, first.high)} ({level})"
     value = _joules(first.value, digits=interval_digits(first.low, first.high))
-    return Number("dissipated a cycle", value, band)
+    return Headline("dissipated a cycle", value, band)
 
 
 def _sections(measured: Measurement, say: Say, is_alone: bool) -> tuple[Section, Section]:

@@ -60,7 +60,7 @@ def rows_of(campaign: Campaign) -> list[tuple[Any, ...]]:
     energies = campaign.energies()
     for i, measured in enumerate(campaign.measurements):
         means = {name: json_value(mean.value) for name, mean in measured.mean.items()}
-        over_area = [means.get(name) for name in ("reversal_stiffness", "dissipated_energy")]
+        over_area = [means.get(name) for name in ("chord_stiffness", "dissipated_energy")]
         rows.append(
             (
                 shorten(measured.name, 40),
@@ -113,6 +113,8 @@ def sections(
         texts = tuple(f"{shorten(name, 80)}: {why}" for name, why in skipped)
         words = Note(f"{len(skipped)} file{'s' * (len(skipped) > 1)} could not be measured:")
         first.append(Section("Left out", (words, Items(texts))))
+    if contradictions := campaign.contradictions():
+        first.append(Section("Contradictions", (Items(tuple(contradictions)),)))
     picture = Picture(
         "evolution",
         "Every cycle of the records over its number, and over the cumulative dissipated energy of "
@@ -181,6 +183,7 @@ def data_of(
         "skipped": [{"file": name, "reason": why} for name, why in skipped],
         "table": [dict(zip(keys, row, strict=True)) for row in rows_of(campaign)],
         "fretting_map": list(map(named, campaign.fretting_map())),
+        "contradictions": campaign.contradictions(),
         "wear": None if wear is None else {"unit": "m^3/J", **named(wear.coefficient)},
     }
     return {key: json_value(values) for key, values in data.items()}

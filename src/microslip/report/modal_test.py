@@ -23,7 +23,7 @@ KIND = "microslip-modal-test"
 """Kind of a folder of modal tests in summary.json."""
 
 
-def document(tests: Sequence[ModalTest]) -> Document:
+def modal_test_document(tests: Sequence[ModalTest]) -> Document:
     """Document of modal tests."""
     names = [shorten(test.name, 100) for test in tests]
     title = names[0] if len(names) == 1 else f"{len(names)} tests of modes"

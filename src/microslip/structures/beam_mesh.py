@@ -125,7 +125,8 @@ def beam_mesh(
         check_count(count, lengths)
         flat = plan(columns, rows, lap.bolts, half, scale, side)
         flat = flat._replace(points=flat.points + np.array([lap.at, 0.0]))
-        faces = [*flat.plate, *(quad for ring in flat.washer for quad in ring)]
+        bolted = [*flat.head, *flat.pressed]
+        faces = [*flat.plate, *(quad for cells in bolted for quad in cells)]
         lower, upper = (left, right) if left.lower else (right, left)
         layered = []
         for part in (lower, upper):
@@ -152,26 +153,37 @@ def beam_mesh(
     material, density = next(iter(of_parts.values()))
     bodies: list[Body] = []
     shanks: list[Shank] = []
-    grip = np.linspace(-arm, arm, 2 * layers + 1)
     for lap, flat, (lower, upper, _, _) in zip(laps, plans, pairs, strict=True):
         fixings: list[int] = []
-        head = lap.bolts.head or 0.0
+        shafts: list[int] = []
+        thick, tall = lap.bolts.washer_thickness, 0.75 * lap.bolts.shank
+        grip = np.concatenate(
+            [[-arm - thick], np.linspace(-arm, arm, 2 * layers + 1), [arm + thick]]
+        )
         for k in range(len(lap.bolts)):
-            ends_of_it = [*flat.washer[k], *flat.clearance[k], *flat.shank[k]]
-            for level, name in ((-arm - head, lower.name), (arm, upper.name)):
-                levels = np.array([level, level + head])
-                fixings += solids.extrude(flat.points, ends_of_it, levels, [name] * 2)
-            inside = ["shank"] * (2 * layers - 1)
+            washer = [*flat.head[k], *flat.pressed[k]]
+            disc = [*flat.head[k], *flat.clearance[k], *flat.shank[k]]
+            for side, name in ((-1.0, lower.name), (1.0, upper.name)):
+                levels = side * (arm + np.array([0.0, thick, thick + tall]))[:: int(side)]
+                quads = (washer, disc)[:: int(side)]
+                for place, ring in enumerate(quads):
+                    fixings += solids.extrude(
+                        flat.points, ring, levels[place : place + 2], [name] * 2
+                    )
+            inside = ["shank"] * (2 * layers + 1)
             shank = solids.extrude(
                 flat.points, flat.shank[k], grip, [lower.name, *inside, upper.name]
             )
-            fixings += shank
+            shafts += shank
             shanks.append(
                 Shank(f"bolt {len(shanks) + 1}", np.array(shank), np.array([0.0, 0.0, 1.0]))
             )
-        name = "bolts" if len(laps) == 1 else f"bolts {len(bodies) + 1}"
+        suffix = "" if len(laps) == 1 else f" {len(bodies) // 2 + 1}"
         metal, heavy = lap.bolts.material or material, lap.bolts.density or density
-        bodies.append(Body(name, np.array(fixings), metal, heavy))
+        volume = len(lap.bolts) * _fixing_volume(lap.bolts, tall)
+        of_fixings = len(lap.bolts) * lap.bolts.fixing_mass(heavy) / volume
+        bodies.append(Body(f"bolts{suffix}", np.array(shafts), metal, heavy))
+        bodies.append(Body(f"heads{suffix}", np.array(fixings), metal, of_fixings))
     cells, places = np.array(solids.cells), solids.points
     for part in parts:
         for start, stop, _, _ in part.free if part.rise else ():
@@ -197,6 +209,13 @@ def beam_mesh(
     return JointMesh(
         places, cells, "hexahedron", tuple(bodies), tuple(contacts), tuple(shanks), corners
     )
+
+
+def _fixing_volume(bolts: Bolts, tall: float) -> float:
+    """Volume of the two discs and two pressed rings of a bolt that are meshed [m^3]."""
+    outer = bolts.pressed if bolts.pressed > 1.02 * bolts.head else bolts.head
+    rings = (outer**2 - bolts.hole**2) * bolts.washer_thickness
+    return 0.5 * math.pi * (rings + bolts.head**2 * tall)
 
 
 def _rows(laps: Iterable[Lap], half: float) -> Floats:

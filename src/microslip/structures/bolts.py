@@ -14,6 +14,7 @@ from microslip._core.errors import InputError
 from microslip._core.frozen import Locked, assign, lock
 from microslip._core.parameters import parameter, parameters_of
 from microslip.contact.materials import Material
+from microslip.friction.pressure import BOLTS
 from microslip.structures.bolt_tightening import (
     TIGHTENING_FACTOR,
     Thread,
@@ -44,7 +45,7 @@ class Bolts(Locked):
     hole : float
         Diameter of the holes [m], above that of the shank.
     washer : float
-        Outer diameter of what presses on the plates [m]: a washer, or the head; above the hole.
+        Outer diameter of the washers [m], above the hole; the width of the heads without washers.
     tension : float or array_like, optional
         Tension of each bolt after tightening [N], one number for all or one for each.
     torque : float or array_like, optional
@@ -58,15 +59,21 @@ class Bolts(Locked):
     thread_friction, bearing_friction : float, optional
         Coefficients of friction in the thread and under the turned head or nut [-].
     head : float, optional
-        Height of a head, and of a nut, with its washer [m]: each is a disc as wide as the washer;
-        0.8 of the shank's diameter unless given.
+        Width of head and nut [m], above the hole; 1.6 shank diameters, but no wider than the
+        washer, unless given.
+    washer_thickness : float, optional
+        Thickness of a washer [m]; a fifth of the shank's diameter unless given.
+    mass : float, optional
+        Mass of head, nut and both washers of a bolt together [kg]; of hexagons 1.5 shank diameters
+        high together and of the washers, in the density of the bolts, unless given.
     material : Material, optional
         Material of the bolts; that of the plates unless given.
     density : float, optional
         Mass density of the bolts [kg/m^3]; that of the plates unless given.
     size : str, optional
-        Such as "M8" in place of shank, hole, washer, thread and pitch: least bearing face of ISO
-        4014, medium holes of ISO 273, coarse threads.
+        Such as "M8" in place of shank, hole, head, washer, its thickness, thread and pitch:
+        heads of ISO 4014, nuts of ISO 4032, washers of ISO 7089, medium holes of ISO 273, coarse
+        threads.
     grade : str, optional
         Such as "8.8" (ISO 898-1); a tension at which a bolt of the size yields is refused.
     tightening_factor : float, optional
@@ -78,8 +85,11 @@ class Bolts(Locked):
     -----
     With frictions given, the torque follows VDI 2230 for threads of 60 degrees,
     M = F [0.16 P + 0.58 d2 mu_G + (D_Km / 2) mu_K], d2 = d - 0.6495 P, with the mean diameter D_Km
-    of the ring between hole and washer. Tensions scatter by 20 to 30 % at the same torque: on how
-    threaded connections lose theirs see Croccolo et al. (2023), DOI 10.3390/machines11020212.
+    of the ring between the hole and the bearing face of the head, of ISO 4014's diameter d_w for a
+    size and 0.9 of the head's width without. A washer is bonded to its plate where it is pressed,
+    to the diameter head + 1.6 washer_thickness (VDI 2230-1); beyond it counts as mass. Tensions
+    scatter by 20 to 30 % at the same torque: on how threaded connections lose theirs see Croccolo
+    et al. (2023), DOI 10.3390/machines11020212.
     """
 
     positions: Any
@@ -94,7 +104,7 @@ class Bolts(Locked):
     )
     washer: float = field(
         default=None,  # type: ignore[assignment]
-        metadata=_size("d_w", "outer diameter of the washers, or of the heads", 0.017),
+        metadata=_size("d_2", "outer diameter of the washers", 0.016),
     )
     tension: Any = field(
         default=None,
@@ -124,9 +134,19 @@ class Bolts(Locked):
     bearing_friction: float | None = field(
         default=None, metadata=_friction("mu_K", "friction under the turned head or nut")
     )
-    head: float | None = field(
+    head: float = field(
+        default=None,  # type: ignore[assignment]
+        metadata=_size("s", "width of head and nut, 1.6 shank diameters unless given", 0.013),
+    )
+    washer_thickness: float = field(
+        default=None,  # type: ignore[assignment]
+        metadata=_size("h", "thickness of a washer, a fifth of the shank unless given", 0.0016),
+    )
+    mass: float | None = field(
         default=None,
-        metadata=_size("k", "height of a head and of a nut, each with its washer", 0.007),
+        metadata=parameter(
+            "m", "kg", "mass of head, nut and both washers of a bolt", above=0.0, example=0.015
+        ),
     )
     material: Material | None = None
     density: float | None = field(
@@ -164,20 +184,20 @@ class Bolts(Locked):
                 f"washer={exact(self.washer)} [m]"
             )
         if self.head is None:
-            assign(self, head=0.8 * self.shank)
+            assign(self, head=min(1.6 * self.shank, self.washer))
+        if self.washer_thickness is None:
+            assign(self, washer_thickness=0.2 * self.shank)
+        if not self.hole < self.head <= self.washer:
+            raise InputError(
+                "`head` must be a width above the hole and at most that of the washer, got "
+                f"head={exact(self.head)}, hole={exact(self.hole)}, "
+                f"washer={exact(self.washer)} [m]"
+            )
         if self.material is not None and not isinstance(self.material, Material):
             raise InputError(f"material must be a Material, got {self.material!r:.60}")
         if self.torque is not None:
             assign(self, torque=lock(each_bolt("torque", self.torque, len(self), "N m")))
-        tightening = {name: getattr(self, name) for name in TIGHTENING}
-        bearing = 0.5 * (self.hole + self.washer)
-        assign(self, tension=lock(tensions(len(self), **tightening, bearing=bearing)))
-        if self.grade is not None and self.utilisation.max() > 1.0:
-            most = self.tension.max() / self.utilisation.max()
-            raise InputError(
-                f"`tension` must be at most {most:.4g} N, at which a {self.size} of grade "
-                f"{self.grade} yields as it is tightened, got {self.tension.max():.4g} N"
-            )
+        assign(self, tension=lock(tensions(self, len(self))))
 
     def __len__(self) -> int:
         return len(self.positions)
@@ -203,44 +223,101 @@ class Bolts(Locked):
         """
         if self.size is None or self.grade is None:
             raise InputError('the stress of bolts needs size="M8" and grade="8.8"')
-        bolt = size_named(self.size)
-        friction = 0.12 if self.thread_friction is None else self.thread_friction
-        stress = Thread(bolt.diameter, bolt.pitch).reduced_stress(1.0, friction)
-        return np.asarray(self.tension * (stress / proof_stress(self.grade, bolt.diameter)))
+        return np.asarray(self.tension / yield_tension(self))
+
+    @property
+    def pressed(self) -> float:
+        """Diameter to which a washer is pressed on its plate [m], head + 1.6 h (VDI 2230-1)."""
+        return min(self.head + 1.6 * self.washer_thickness, self.washer)
+
+    def fixing_mass(self, density: float) -> float:
+        """Mass of head, nut and both washers of a bolt [kg], in a density [kg/m^3] unless given."""
+        if self.mass is not None:
+            return self.mass
+        heights = 1.5 * self.shank if self.size is None else size_named(self.size).heights
+        hexagons = 0.5 * math.sqrt(3.0) * self.head**2 * heights
+        rings = 0.5 * math.pi * (self.washer**2 - self.shank**2) * self.washer_thickness
+        return density * (hexagons - 0.125 * math.pi * self.shank**2 * heights + rings)
 
 
-SIZED = ("shank", "hole", "washer", "thread", "pitch")
+def yield_tension(bolts: Any) -> float:
+    """Return the tension at which a bolt of a size and grade yields as it is tightened [N].
+
+    With torsion by the friction in the thread, 0.12 if that is not given.
+    """
+    if bolts.size is None:
+        raise InputError('`grade` needs the size of the bolts, such as size="M8"')
+    bolt = size_named(bolts.size)
+    friction = 0.12 if bolts.thread_friction is None else float(bolts.thread_friction)
+    thread = Thread(bolt.diameter, bolt.pitch)
+    return proof_stress(bolts.grade, bolt.diameter) / thread.reduced_stress(1.0, friction)
+
+
+SIZED = ("shank", "hole", "head", "washer", "washer_thickness", "thread", "pitch")
 """Dimensions that the size of a bolt gives."""
 
 
 def by_size(size: object, thread_friction: float | None, **given: Any) -> dict[str, Any]:
-    """Diameters and pitch [m] of a size (ISO 4014, ISO 273), where they are not given."""
+    """Return widths, thickness and pitch [m] of a size, where they are not given."""
     bolt = size_named(size)
-    known = {"shank": bolt.diameter, "hole": bolt.hole, "washer": bolt.head}
-    known["thread"] = bolt.diameter
+    known = {
+        "shank": bolt.diameter, "hole": bolt.hole, "head": bolt.flats, "washer": bolt.washer,
+        "washer_thickness": bolt.washer_thickness, "thread": bolt.diameter,
+    }  # fmt: skip
     if thread_friction is not None:  # else a torque goes by its nut factor
         known["pitch"] = bolt.pitch
+    if given.get("washer") is not None:
+        known["head"] = min(bolt.flats, float(given["washer"]))
     return {name: known.get(name) if given.get(name) is None else given[name] for name in SIZED}
 
 
-TIGHTENING = (
-    "tension", "torque", "thread", "nut_factor", "pitch", "thread_friction", "bearing_friction",
-)  # fmt: skip
-"""Parameters of the tightening of bolts."""
+_RULE = ("thread", "nut_factor", "pitch", "thread_friction", "bearing_friction")
 
 
-def tensions(
-    count: int, *, tension: Any, torque: Any, bearing: float | None, **rule: float | None
-) -> Floats:
-    """Tension of each bolt [N], given or by its torque."""
-    if (tension is None) == (torque is None):
+def tensions(bolts: Any, count: int) -> Floats:
+    """Return the tension of each of ``count`` bolts [N], given or by their torque.
+
+    Parameters
+    ----------
+    bolts : object
+        With the attributes of :class:`Bolts` that concern its tightening, sizes and grade.
+    count : int
+        Number of bolts.
+
+    Raises
+    ------
+    InputError
+        Without tension or torque, with both, without one rule for a torque, or where a bolt of
+        the size and grade yields.
+    """
+    if (bolts.tension is None) == (bolts.torque is None):
         raise InputError(
             "bolts need their tension or their tightening torque, "
-            f"{'not both' if torque is not None else 'for example tension=12e3'}"
+            f"{'not both' if bolts.torque is not None else 'for example tension=12e3'}"
         )
-    if torque is None:
-        return each_bolt("tension", tension, count, "N")
-    return each_bolt("torque", torque, count, "N m") / _lever(bearing, **rule)
+    if bolts.torque is None:
+        result = each_bolt("tension", bolts.tension, count, "N")
+    else:
+        rule = {name: getattr(bolts, name) for name in _RULE}
+        lever = _lever(_bearing(bolts), **rule)
+        result = each_bolt("torque", bolts.torque, count, "N m") / lever
+    if bolts.grade is not None:
+        most = yield_tension(bolts)
+        if result.max() > most:
+            given = "" if bolts.torque is None else f", by a torque of {most * lever:.4g} N m"
+            raise InputError(
+                f"`tension` must be at most {most:.4g} N{given}, at which a {bolts.size} of grade "
+                f"{bolts.grade} yields as it is tightened, got {result.max():.4g} N"
+            )
+    return result
+
+
+def _bearing(bolts: Any) -> float | None:
+    """Mean diameter of the face on which the turned head or nut bears [m]."""
+    if bolts.hole is None or bolts.head is None:
+        return None
+    face = 0.9 * bolts.head if bolts.size is None else min(BOLTS[bolts.size].head, bolts.head)
+    return float(0.5 * (bolts.hole + max(face, bolts.hole)))
 
 
 def _lever(
@@ -275,7 +352,7 @@ def _lever(
             f"pitch must be small beside the thread {exact(thread)} m, got {exact(pitch)}"
         )
     if bearing is None:
-        raise InputError("friction under the head needs the diameters of hole and washer")
+        raise InputError("friction under the head needs the diameters of hole and head, or a size")
     return (
         pitch / (2.0 * math.pi)
         + pitch_diameter * thread_friction / (2.0 * math.cos(math.pi / 6.0))

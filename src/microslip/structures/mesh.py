@@ -150,9 +150,11 @@ class Plan(NamedTuple):
 
     points: Floats
     plate: list[tuple[int, ...]]
-    """Cells of the plates, outside the washers."""
-    washer: list[list[tuple[int, ...]]]
-    """Rings between hole and washer, bolt by bolt."""
+    """Cells of the plates, outside the pressed rings."""
+    head: list[list[tuple[int, ...]]]
+    """Rings between the hole and the width of the head, bolt by bolt."""
+    pressed: list[list[tuple[int, ...]]]
+    """Rings beyond the head where the washer is pressed, bolt by bolt; none without a washer."""
     clearance: list[list[tuple[int, ...]]]
     """Rings between shank and hole, bolt by bolt."""
     shank: list[list[tuple[int, ...]]]
@@ -213,7 +215,7 @@ def plan(
             for pair in ((along, -unit), (unit, along), (-along, unit), (-unit, -along))
         ]
     )
-    washer, clearance, shank = [], [], []
+    head, pressed, clearance, shank = [], [], [], []
     for centre in bolts.positions:
 
         def ring(inner: Floats, outer: Floats, layers: int) -> list[tuple[int, ...]]:
@@ -233,14 +235,16 @@ def plan(
 
         radii = {
             name: 0.5 * swell * float(getattr(bolts, name)) * circle
-            for name in ("shank", "hole", "washer")
+            for name in ("shank", "hole", "head", "pressed")
         }
         core = (0.5 * 0.55 * bolts.shank) * (0.75 * square + 0.25 * math.sqrt(2.0) * circle)
-        plate += ring(radii["washer"], half * square, 1)
-        washer.append(ring(radii["hole"], radii["washer"], 1))
+        spreads = bolts.pressed > 1.02 * bolts.head
+        plate += ring(radii["pressed" if spreads else "head"], half * square, 1)
+        head.append(ring(radii["hole"], radii["head"], 1))
+        pressed.append(ring(radii["head"], radii["pressed"], 1) if spreads else [])
         clearance.append(ring(radii["shank"], radii["hole"], 1))
         shank.append(ring(core, radii["shank"], 1) + _core(at, centre, core, side))
-    return Plan(np.array(at.places), plate, washer, clearance, shank)
+    return Plan(np.array(at.places), plate, head, pressed, clearance, shank)
 
 
 def _core(at: _Points, centre: Floats, border: Floats, n: int) -> list[tuple[int, ...]]:

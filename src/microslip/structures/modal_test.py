@@ -120,6 +120,8 @@ class ModalTest(Locked):
         ndarray
             Its damping ratios, those of a decay where the test is one.
         """
+        if not isinstance(curve, ModalCurve):
+            raise InputError(f"`curve` must be a ModalCurve of a mode, got {show(curve)}")
         if self.motion == "steady":
             return curve.damping_ratio
         decay = curve.decay_damping_ratio

@@ -77,6 +77,10 @@ class Reducer:
     def _body(self) -> ElasticBody:
         return ElasticBody(self.elements, self._masses)
 
+    def factorise(self) -> None:
+        """Assemble and factorise the stiffness, once for all reductions."""
+        _ = self._body
+
     def check_sensors(self, sensors: Mapping[str, Any] | None) -> None:
         """Refuse sensors that do not lie on the bodies, before anything is solved."""
         _sensors(self.elements, sensors)

@@ -167,6 +167,8 @@ def identify_modal(
     curves of :meth:`Preload.modes` by harmonic balance, along nonlinear modes
     (Szemplinska-Stupnicka 1979, DOI 10.1016/S0022-460X(79)80003-1).
     """
+    if not isinstance(joint, ReducedJoint):
+        raise InputError(f"`joint` must be a ReducedJoint, got {show(joint)}")
     modal_tests = [tests] if isinstance(tests, ModalTest) else list(tests)
     names = _checked(fit, modal_tests)
     unit_form = joint.patch_gaps if form_table is None else form_table

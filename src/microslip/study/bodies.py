@@ -10,7 +10,7 @@ import numpy as np
 
 from microslip._core import units
 from microslip._core.errors import InputError
-from microslip._core.wording import show
+from microslip._core.wording import quote
 from microslip.contact.materials import Material
 from microslip.friction.pressure import BOLTS
 from microslip.structures.bolts import SIZED, Bolts, by_size
@@ -63,6 +63,8 @@ class BoltsPart(TightenedBolts):
     shank: float | None = optional(Bolts, "shank")
     washer: float | None = optional(Bolts, "washer")
     head: float | None = optional(Bolts, "head")
+    washer_thickness: float | None = optional(Bolts, "washer_thickness")
+    mass: float | None = optional(Bolts, "mass")
     tension: float | None = optional(Bolts, "tension")
     thread: float | None = optional(Bolts, "thread")
     pitch: float | None = optional(Bolts, "pitch")
@@ -93,11 +95,6 @@ class BoltsPart(TightenedBolts):
         along = self.positions or ()
         places = along if self.across is None else np.stack([along, self.across], axis=1)
         return Bolts(places, **{k: v for k, v in sizes.items() if v is not None})
-
-    @property
-    def bearing(self) -> float | None:
-        """Mean diameter of what presses on the plates [m]."""
-        return None if self.hole is None or self.washer is None else 0.5 * (self.hole + self.washer)
 
 
 def check_slack(slack: Sequence[int], count: int) -> None:
@@ -182,7 +179,7 @@ class MeshPart(Part):
                     f".{name}",
                     f"wanted one a body, {len(self.bodies)} of them, got {len(values)}",
                 )
-        refusal = f'wanted a unit such as "mm", got {show(self.unit)}'
+        refusal = f'wanted a unit such as "mm", got {quote(self.unit)}'
         try:
             scale = units.factor_of(self.unit, units.LENGTH, refusal)
         except ValueError as error:

@@ -25,7 +25,7 @@ from microslip._core.parameters import (
     parameters_of,
 )
 from microslip._core.units import LARGEST, SMALLEST, Kind, factor_of, is_unit, times
-from microslip._core.wording import shorten, show
+from microslip._core.wording import quote, shorten
 from microslip.readers.dialect import with_hyphen
 from microslip.readers.files import usable
 from microslip.readers.tables import Named, find, understood
@@ -193,8 +193,8 @@ def _unit(column: Named, stated_unit: str | None, kind: Kind) -> str:
             f'{where}no unit; write it in the header, such as "[{usual}]", or unit = "{usual}"'
         )
     message = f'{where}wanted a unit such as "{usual}", got '
-    factor = factor_of(unit, kind, message + show(unit))
-    if in_head and factor != factor_of(in_head, kind, message + show(in_head)):
+    factor = factor_of(unit, kind, message + quote(unit))
+    if in_head and factor != factor_of(in_head, kind, message + quote(in_head)):
         raise ValueError(
             f'{where}wanted unit = "{in_head}" as in the header, or no unit, got "{unit}"'
         )
@@ -212,7 +212,7 @@ def _values(file: TextFile, place: int, factor: Decimal, declared: Number) -> li
             where = f'line {line}, column "{shorten(file.layout.names[place], 40)}"'
             noun = declared.kind.name if isinstance(declared.kind, Kind) else "number"
             noun = f"a positive {noun}" if declared.is_positive else declared.limited(f"a {noun}")
-            raise ValueError(f"{where}: wanted {noun}, got {show(cell)}")
+            raise ValueError(f"{where}: wanted {noun}, got {quote(cell)}")
         if len(values) == MAX_ROWS:
             raise ValueError(f"wanted at most {MAX_ROWS} rows, got more")
         values.append(value)

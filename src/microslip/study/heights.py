@@ -11,7 +11,7 @@ import numpy as np
 
 from microslip._core.errors import InputError
 from microslip._core.parameters import key_of
-from microslip._core.wording import did_you_mean, quoted, shorten, show
+from microslip._core.wording import did_you_mean, quote, quoted, shorten
 from microslip.contact.heights import HEIGHTS, Statistical
 from microslip.study.fields import (
     COLUMN,
@@ -26,7 +26,7 @@ from microslip.study.fields import (
     table_of,
     text,
 )
-from microslip.study.part import Part, Table, key, optional_key, tag
+from microslip.study.part import Part, SubTable, key, optional_key, tag
 from microslip.study.readers import FAILED, KeyedError, Named, Place
 
 _ALSO_CALLED = {
@@ -139,9 +139,9 @@ def _expected_name(name: str, candidate: Any) -> str:
 
     example = 'a continuous distribution of scipy.stats such as "weibull_min"'
     if isinstance(candidate, stats.rv_discrete):
-        return f"{example}, got {show(name)} (a discrete one)"
+        return f"{example}, got {quote(name)} (a discrete one)"
     synonym = _ALSO_CALLED.get(name.casefold())
-    return f"{example}, got {show(name)}{did_you_mean(synonym or name, distribution_names())}"
+    return f"{example}, got {quote(name)}{did_you_mean(synonym or name, distribution_names())}"
 
 
 def _check_names(name: str, shapes: list[str], parameters: Mapping[str, float]) -> None:
@@ -180,7 +180,7 @@ HEIGHTS_TABLES: dict[str, type[Any]] = {
 """Tables of all exported heights by their kind."""
 
 
-class _AnyHeights(Table):
+class _AnyHeights(SubTable):
     """One of the kinds; a distribution of SciPy given as a kind is told how to be written."""
 
     def read(self, raw_value: object, place: Place) -> Any:
@@ -193,7 +193,7 @@ class _AnyHeights(Table):
                 raise
             message = str(error).partition(", got ")[0]
             hint = f'write kind = "scipy", distribution = "{kind}"'
-            raise KeyedError(".kind", f"{message}, got {show(kind)}; {hint}") from None
+            raise KeyedError(".kind", f"{message}, got {quote(kind)}; {hint}") from None
 
 
 ANY_HEIGHTS = _AnyHeights(*HEIGHTS_TABLES.values(), tag="kind")

@@ -15,7 +15,8 @@ from microslip.contact import (
 )
 from microslip.contact.elastic_plastic import MODELS
 from microslip.friction import BackboneLaw, Interface, PressedJoint
-from microslip.friction.law_files import load_law
+from microslip.friction.law_bands import LawBand
+from microslip.friction.law_files import load_law_and_band
 from microslip.study.fields import (
     LOAD,
     YIELD_STRESS,
@@ -23,7 +24,7 @@ from microslip.study.fields import (
     one_of,
     text,
 )
-from microslip.study.part import Part, Table, key, optional_key
+from microslip.study.part import Part, SubTable, key, optional_key
 from microslip.study.pressure import ANY_PRESSURE, PressurePart
 from microslip.study.readers import Items, KeyedError, Place
 from microslip.study.uncertain import Unsure
@@ -96,7 +97,7 @@ class Joint(Part):
         if not isinstance(surface, (GreenwoodWilliamson, AsperityPopulation)):
             raise InputError(
                 "`tightening_load` wanted only for a surface of summits that can yield, such as "
-                'law = "greenwood-williamson", "population", "scan" or "measured", got '
+                'law = "greenwood-williamson", "population" or "face", got '
                 f"{type(surface).__name__}"
             )
         hardness = surface.pair.hardness if self.yield_stress is None else None
@@ -147,16 +148,18 @@ class LawJoint(Part):
     )
     friction_law: BackboneLaw
     """The law in the file."""
+    band: LawBand | None
+    """Intervals of the law in the file; None for a law that was not identified."""
 
     def check(self, place: Place) -> None:
         """Read the law."""
         reading = place.reading
         try:
-            law = load_law(reading.path(self.law_file))
+            law, band = load_law_and_band(reading.path(self.law_file))
         except InputError as error:
             message = reading.message(str(error), self.law_file)
             raise KeyedError(".law_file", message.replace("`", "")) from None
-        self.keep(friction_law=law)
+        self.keep(friction_law=law, band=band)
 
     @property
     def law(self) -> str:
@@ -178,4 +181,4 @@ def _model_name(raw: Any) -> str:
     return "LawJoint" if "law_file" in raw else "Joint"
 
 
-ANY_JOINT = Table(Joint, LawJoint, tell=_model_name)
+ANY_JOINT = SubTable(Joint, LawJoint, tell=_model_name)

@@ -15,7 +15,7 @@ from microslip._core.options import option
 from microslip._core.parameters import JsonSchema
 from microslip._core.quantities import named
 from microslip._core.units import PRESSURE, engineering
-from microslip._core.wording import shorten, show
+from microslip._core.wording import quote, shorten
 from microslip.contact import MeasuredContact, NormalLaw
 from microslip.study.fields import MATERIALS, text
 from microslip.study.part import SurfaceTable, tag
@@ -72,7 +72,7 @@ class _Channel(Reader):
     def read(self, raw_value: object, place: Place) -> str | int:
         """Return the name or number of the channel."""
         if isinstance(raw_value, bool) or not isinstance(raw_value, (str, int)) or raw_value == "":
-            raise ValueError(f'wanted a channel such as "Topography" or 0, got {show(raw_value)}')
+            raise ValueError(f'wanted a channel such as "Topography" or 0, got {quote(raw_value)}')
         return raw_value
 
     def schema(self) -> JsonSchema:
@@ -93,16 +93,13 @@ class MeasuredFace(SurfaceTable):
     filter: str = key_of(options.FILTER)
     crop: tuple[float, ...] | None = key_of(options.CROP)
     level: str | None = key_of(options.LEVEL)
-    outliers: float | None = key_of(options.OUTLIERS)
-    fill: bool = key_of(options.FILL)
     format: str | None = key_of(options.FORMAT)
     unit: tuple[str, ...] | None = key_of(options.UNIT)
     pixel: tuple[float, ...] | None = key_of(options.PIXEL)
-    key: str | None = key_of(options.KEY)
     channel: str | int | None = key_of(_Channel())
     valid: tuple[float, ...] | None = key_of(options.VALID, example='["-1 mm", "1 mm"]')
     limit: int = key_of(options.LIMIT)
-    law: str = tag("measured", "A scan solved point by point, with contacts that yield.")
+    law: str = tag("face", "A scan solved point by point, with contacts that yield.")
     materials: tuple[str, str] = MATERIALS
     scan: str = key_of(
         text("the name of a scan", "ground.plu"),
@@ -120,7 +117,7 @@ class MeasuredFace(SurfaceTable):
     coarser: bool = key_of(COARSER)
 
     read_scan: Scan
-    """Scan as it is in the file."""
+    """Scan of the file, cropped, without spikes, its missing points filled."""
 
     _law: MeasuredContact | None = None
     _patch: float | None = None  # side of the patches of a structure [m]
@@ -147,11 +144,12 @@ class MeasuredFace(SurfaceTable):
                 self.format,
                 unit=_single(self.unit),
                 pixel=_single(self.pixel),
-                key=self.key,
                 channel=self.channel,
                 valid=None if self.valid is None else (self.valid[0], self.valid[1]),
                 limit=self.limit,
-            ).condition(crop=self.crop)
+            )
+            if not scan.is_profile:
+                scan = scan.repaired().condition(crop=self.crop)
         except InputError as error:
             message = " ".join(str(error).split()).replace(str(here), name)
             message = message if message.startswith(name) else f"{name}: {message}"
@@ -164,11 +162,8 @@ class MeasuredFace(SurfaceTable):
 
     @property
     def conditioned(self) -> Scan:
-        """The scan without outliers, form and long waves; short waves come later."""
-        return self.read_scan.condition(
-            fill="interpolate" if self.fill else None,
-            **named(self, "outliers", "level", "long_cutoff", "filter"),
-        )
+        """The scan without form and long waves; short waves come later."""
+        return self.read_scan.condition(**named(self, "level", "long_cutoff", "filter"))
 
     @cached_property
     def face(self) -> Any:

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from microslip._core.units import engineering
-from microslip._core.wording import did_you_mean, quoted, shorten, show
+from microslip._core.wording import did_you_mean, quote, quoted, shorten
 from microslip.contact.materials import Metal, metal_called, metals
 from microslip.study.readers import KeyedError, Reading
 
@@ -79,4 +79,4 @@ def _unknown(name: str, described: Iterable[str]) -> str:
     hint = did_you_mean(name, [*described, *metals()]) or did_you_mean(
         parts[0] if parts else "", parts
     )
-    return f"wanted {choices}, got {show(name)}{hint}"
+    return f"wanted {choices}, got {quote(name)}{hint}"

@@ -13,12 +13,12 @@ from string import Template
 from microslip._core.errors import StudyError
 from microslip._core.files import reason
 from microslip._core.units import engineering
-from microslip._core.wording import did_you_mean, quoted, shorten, show
+from microslip._core.wording import did_you_mean, quote, quoted, shorten
 
 SCHEMA_FILE = "study.schema.json"
 """File in which editors find the JSON Schema of studies, if it lies beside them."""
 
-LAWS = ("greenwood-williamson", "population", "sphere", "table")
+TEMPLATE_LAWS = ("greenwood-williamson", "population", "sphere", "table")
 """Surfaces that there is a study to begin with for."""
 
 TEMPLATES = {
@@ -40,7 +40,7 @@ rough,2 kN,0.4
 
 def template(
     kind: str = "joint",
-    law: str = LAWS[0],
+    law: str = TEMPLATE_LAWS[0],
     name: str = "joint.toml",
     process: str | None = None,
 ) -> str:
@@ -48,11 +48,11 @@ def template(
 
     ``name`` is that of its file, for the title and the commands in its comments. A joint has a
     surface of one of :data:`LAWS`, or faces as a ``process`` of
-    :data:`microslip.surfaces.finish.PROCESSES` leaves them.
+    :data:`microslip.contact.finish.PROCESSES` leaves them.
     """
-    if law not in LAWS:
-        near = did_you_mean(law, LAWS) if isinstance(law, str) else ""
-        raise StudyError(f"law: wanted {quoted(LAWS)}, got {show(law)}{near}")
+    if law not in TEMPLATE_LAWS:
+        near = did_you_mean(law, TEMPLATE_LAWS) if isinstance(law, str) else ""
+        raise StudyError(f"law: wanted {quoted(TEMPLATE_LAWS)}, got {quote(law)}{near}")
     file, stem = Path(name), Path(name).stem
     title = stem if 0 < len(stem) <= 200 and stem.isprintable() else "A joint"
     words = {
@@ -62,7 +62,7 @@ def template(
         "table": command_line(file.with_suffix(".csv")),
     }
     if process is not None:
-        from microslip.surfaces.finish import PROCESSES, sampling_length
+        from microslip.contact.finish import PROCESSES, sampling_length
 
         leaves = PROCESSES[process]
         words |= {"process": process, "source": leaves.source}
@@ -70,12 +70,12 @@ def template(
         for key, x in {"low": leaves.low, "high": leaves.high, "section": section}.items():
             words[key] = engineering(x, "m", 3, trim=True).replace("µ", "u")
         kind = "process"
-    elif kind == "joint" and law != LAWS[0]:
+    elif kind == "joint" and law != TEMPLATE_LAWS[0]:
         kind = f"joint-{law}"
     return Template(_text_of(f"templates/{kind}.toml")).substitute(words)
 
 
-def write(
+def write_template(
     path: Path,
     law: str = "greenwood-williamson",
     kind: str = "joint",
@@ -83,7 +83,7 @@ def write(
 ) -> list[str]:
     """Write a commented study into a new file, whose name ends in `.toml`.
 
-    A ``process`` of :data:`microslip.surfaces.finish.PROCESSES` makes it one of bolted plates with
+    A ``process`` of :data:`microslip.contact.finish.PROCESSES` makes it one of bolted plates with
     faces as that process leaves them. Returns the commands that come next. A batch has its table of
     changes beside it.
     """

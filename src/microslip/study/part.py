@@ -8,14 +8,14 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
 from microslip._core.errors import StudyError
 from microslip._core.options import Option
 from microslip._core.parameters import REQUIRED, JsonSchema, Number
-from microslip._core.wording import did_you_mean, nearest, quoted, show
+from microslip._core.wording import did_you_mean, nearest, quote, quoted
 from microslip.study.readers import (
     FAILED,
     Constant,
@@ -112,7 +112,7 @@ def tag(value: object, help: str, *, default: Any = REQUIRED) -> Any:
     return key(Constant(value), help, default=default)
 
 
-class Table(Reader):
+class SubTable(Reader):
     """A table, one of several told apart by a key, or by a function of what stands there."""
 
     def __init__(
@@ -148,7 +148,7 @@ class Table(Reader):
                 raise KeyedError(f".{self.tag}", removed)
             near = did_you_mean(choice, self.models) if isinstance(choice, str) else ""
             raise KeyedError(
-                f".{self.tag}", f"wanted {quoted(self.models)}, got {show(choice)}{near}"
+                f".{self.tag}", f"wanted {quoted(self.models)}, got {quote(choice)}{near}"
             )
         return self.models[choice].read(raw_value, place)
 
@@ -204,6 +204,8 @@ class Part:
     @classmethod
     def read(cls, raw_value: object, place: Place) -> Self:
         """The table, or FAILED with what is wrong noted."""
+        if not isinstance(place, Place):
+            raise StudyError(f"`place` must be a Place, got {quote(place)}; use Study.load(path)")
         if not isinstance(raw_value, Mapping):
             raise ValueError(cls.no_table(raw_value, place))
         raw = cls.prepare(dict(raw_value), place)
@@ -272,7 +274,7 @@ class Part:
             if item.required and (item.example or item.reader.example)
         ]
         form = f"such as {{ {', '.join(needed)} }}" if needed else f"[{place.key}]"
-        return f"wanted a table {form}, got {show(raw_value)}"
+        return f"wanted a table {form}, got {quote(raw_value)}"
 
     @classmethod
     def missing(cls, name: str, item: Key, place: Place) -> str:
@@ -321,6 +323,10 @@ class Part:
     def __repr__(self) -> str:
         values = (f"{a}={getattr(self, a)!r}" for a in self.attributes.values())
         return f"{type(self).__name__}({', '.join(values)})"
+
+    def written(self, names: Iterable[str]) -> list[str]:
+        """Return which of some keys the file has."""
+        return [name for name in names if name in self._keys_in_file]
 
     def keep(self, **values: Any) -> None:
         """Attributes that are no keys: what was found when the keys were checked."""

@@ -20,7 +20,7 @@ from microslip.structures.bolt_tightening import (
 )
 from microslip.structures.bolts import Bolts
 from microslip.study.fields import ANGLE, SHARE, Numbers, one_of, optional, quantity, whole_number
-from microslip.study.part import Part, Table, key, optional_key, tag
+from microslip.study.part import Part, SubTable, key, optional_key, tag
 from microslip.study.readers import Items, KeyedError, Place
 from microslip.study.uncertain import Spread, Unsure
 
@@ -64,7 +64,9 @@ class TightenedBolts(Part):
         if self.torque is None or isinstance(self.torque, Spread):
             return {}
         low, high = tension_band(self.tightening_factor or TIGHTENING_FACTOR)
-        return {"torque": Spread.between(low * self.torque, high * self.torque)}
+        spread = Spread.between(low * self.torque, high * self.torque)
+        spread.unit = "N m"
+        return {"torque": spread}
 
     def check(self, place: Place) -> None:
         """Refuse embedding given twice or without a size; a given factor always scatters."""
@@ -319,7 +321,7 @@ class BoltPressure(TightenedBolts, PressurePart):
         return Pressure.bolt(self.size, self.plates, rings=rings, **sizes)
 
 
-ANY_PRESSURE = Table(
+ANY_PRESSURE = SubTable(
     *(ConePressure, ParabolaPressure, AnnulusPressure, TablePressure, PatchesPressure),
     BoltPressure,
     tag="kind",

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple, TypeVar
 
 from microslip._core.errors import InputError
 from microslip._core.parameters import REQUIRED, JsonSchema, Number
-from microslip._core.wording import shorten, show
+from microslip._core.wording import quote, shorten
 
 FAILED: Any = type("Failed", (), {"__repr__": lambda self: "FAILED"})()
 """Stands for a value that could not be read; why is noted."""
@@ -128,12 +128,12 @@ class Constant(Reader):
     """The one value that tells a table from others."""
 
     def __init__(self, value: object) -> None:
-        self.value, self.example = value, show(value)
+        self.value, self.example = value, quote(value)
 
     def read(self, raw_value: object, place: Place) -> Any:
         """The value."""
         if raw_value != self.value or isinstance(raw_value, bool) != isinstance(self.value, bool):
-            raise ValueError(f"wanted {self.example}, got {show(raw_value)}")
+            raise ValueError(f"wanted {self.example}, got {quote(raw_value)}")
         return raw_value
 
     def schema(self) -> JsonSchema:
@@ -159,7 +159,7 @@ class Items(Reader):
             item = self.item.read(raw_value, place)
             return FAILED if item is FAILED else (item,)
         if not isinstance(raw_value, (list, tuple)) or (low and not raw_value):
-            raise ValueError(f"wanted a list such as {self.example}, got {show(raw_value)}")
+            raise ValueError(f"wanted a list such as {self.example}, got {quote(raw_value)}")
         if len(raw_value) > high > low:
             raise ValueError(f"wanted at most {high} items, got {len(raw_value)}")
         if not low <= len(raw_value) <= high:
@@ -208,13 +208,13 @@ class Named(Reader):
     def read(self, raw_value: object, place: Place) -> Any:
         """The values by their names."""
         if not isinstance(raw_value, Mapping):
-            raise ValueError(f"wanted a table such as {self.example}, got {show(raw_value)}")
+            raise ValueError(f"wanted a table such as {self.example}, got {quote(raw_value)}")
         if len(raw_value) > _MOST_NAMES:
             raise ValueError(f"wanted at most {_MOST_NAMES} names, got {len(raw_value)}")
         values: dict[str, Any] = {}
         for name, value in raw_value.items():
             if not isinstance(name, str):
-                place.at(name).refuse(f"wanted a name that is text, got {show(name)}")
+                place.at(name).refuse(f"wanted a name that is text, got {quote(name)}")
                 continue
             here = place.at(name)
             values[name] = here.attempt(lambda: self.item.read(value, here))  # noqa: B023

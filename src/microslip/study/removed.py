@@ -22,20 +22,25 @@ REMOVED_KEYS: dict[str, str] = {
     "structure.masses": "use masses= of LapJoint.reduce or MeshedJoint.reduce in Python",
     "structure.materials": "use ms.BoltedBeam in Python (examples/18_several_laps.py)",
     "structure.densities": "use ms.BoltedBeam in Python (examples/18_several_laps.py)",
-    "surface.skewness": 'give RoughSurface the measured heights in Python, or use law = "measured"',
-    "surface.kurtosis": 'give RoughSurface the measured heights in Python, or use law = "measured"',
-    "uncertainty.scan_patches": 'use law = "measured", whose pieces are resampled',
+    "surface.fill": "leave it out: missing points of a scan are filled",
+    "surface.outliers": "leave it out: spikes of a scan are removed; others by "
+    "ms.Scan.condition(outliers=...) in Python",
+    "surface.key": 'write channel = "z", which also names the array of a file',
+    "surface.skewness": 'give RoughSurface the measured heights in Python, or use law = "face"',
+    "surface.kurtosis": 'give RoughSurface the measured heights in Python, or use law = "face"',
+    "uncertainty.scan_patches": 'use law = "face", whose pieces are resampled',
     "structure.bolts.order": "leave it out: settled motion does not depend on the tightening order",
     "structure.bolts.passes": "leave it out: each bolt is tightened to its tension",
 }
 """Key as a study writes it, without item numbers (such as ``structure.base``), and its remedy."""
 
 REMOVED_VALUES: dict[tuple[str, str], str] = {
-    ("surface.law", "elliptic-summits"): 'use law = "measured" with a scan and direction',
-    ("surface.law", "persson"): 'use law = "measured" with a scan, or law = "rough" without one',
-    ("surface.law", "scan"): 'use law = "measured", the scan point by point',
+    ("surface.law", "measured"): 'write law = "face" with the same keys',
+    ("surface.law", "elliptic-summits"): 'use law = "face" with a scan and direction',
+    ("surface.law", "persson"): 'use law = "face" with a scan, or law = "rough" without one',
+    ("surface.law", "scan"): 'use law = "face", the scan point by point',
     ("surface.law", "drawing"): 'use law = "rough" with ra or rq, roll_off and shortest',
-    ("surface.law", "two-faces"): 'use law = "measured" with a scan of the gap, or law = "rough"',
+    ("surface.law", "two-faces"): 'use law = "face" with a scan of the gap, or law = "rough"',
 }
 """Key and value as a study writes them (such as ``("surface.law", "persson")``), and the remedy."""
 

@@ -34,7 +34,7 @@ from microslip.study.fields import (
 )
 from microslip.study.joints import ANY_JOINT
 from microslip.study.metals import with_metals
-from microslip.study.part import HOMES, Part, Table, homes_of, key, optional_key
+from microslip.study.part import HOMES, Part, SubTable, homes_of, key, optional_key
 from microslip.study.readers import FAILED, Items, KeyedError, Named, Place, Reading
 from microslip.study.structure import StructurePart
 from microslip.study.surfaces import ANY_MATERIAL, ANY_SURFACE
@@ -79,7 +79,7 @@ class UncertaintyPart(Part):
         YES_NO, "Whether Sobol' indices are computed, too; they cost as much.", default=False
     )
     correlations: tuple[CorrelationPart, ...] = key(
-        Items(Table(CorrelationPart), f"[{{ between = {_KEYS}, value = -0.5 }}]", (1, 100)),
+        Items(SubTable(CorrelationPart), f"[{{ between = {_KEYS}, value = -0.5 }}]", (1, 100)),
         "Correlations of the uncertain numbers.",
         default=(),
     )
@@ -133,6 +133,11 @@ def read_fit(reading: Reading, folder: str) -> tuple[tuple[str, ...], Floats, Fl
         raise ValueError("no such folder of an identification (it has no summary.json)")
     with decoded("result of identify"):
         fit = json.loads(whole_text(path))
+        if "curves" in fit:
+            raise Unusable(
+                "wanted the covariance of an interface, as versions before 0.3 wrote it; the "
+                "joint.toml in that folder carries the intervals of the law"
+            )
         while "parameters" not in fit:
             fit = fit["fits"][0] if "fits" in fit else fit["identification"]
         names = tuple(name for name in fit["correlation"]["names"] if name in _FITTED)
@@ -152,7 +157,7 @@ MAX_POINTS = 1_000_000
 FORMATS = ("netcdf", "csv", "svg", "png", "pdf", "uff")
 
 
-class Curve(Part):
+class CurveRange(Part):
     """Amplitudes of the curves [m], evenly spaced on a log axis."""
 
     start: float = key(AMPLITUDE, "Smallest amplitude.", '"1 nm"', alias="from")
@@ -228,11 +233,12 @@ class Excitation(Part):
         Items(Unsure(quantity(FORCE, "100 N")), '["50 N", "200 N"]', distinct=True),
         "Force amplitudes of the loops, instead of displacement amplitudes.",
     )
-    curve: Curve | None = optional_key(
-        Table(Curve), "Displacement amplitudes of the curves, evenly spaced on a log axis."
+    curve: CurveRange | None = optional_key(
+        SubTable(CurveRange),
+        "Displacement amplitudes of the curves, evenly spaced on a log axis.",
     )
     history: History | None = optional_key(
-        Table(History), "A history from rest, in a column of a CSV file."
+        SubTable(History), "A history from rest, in a column of a CSV file."
     )
 
     def check(self, place: Place) -> None:
@@ -286,15 +292,15 @@ class StudyTables(Part):
     )
     joint: Any = key(ANY_JOINT, "Friction and load, or a friction law by its own parameters.")
     excitation: Excitation = key(
-        Table(Excitation), "Amplitudes, curves and histories.", default=Excitation()
+        SubTable(Excitation), "Amplitudes, curves and histories.", default=Excitation()
     )
     structure: StructurePart | None = optional_key(
-        Table(StructurePart), "A bolted structure that the surface holds together."
+        SubTable(StructurePart), "A bolted structure that the surface holds together."
     )
     uncertainty: UncertaintyPart | None = optional_key(
-        Table(UncertaintyPart), "Sampling of the uncertain inputs."
+        SubTable(UncertaintyPart), "Sampling of the uncertain inputs."
     )
-    output: Output = key(Table(Output), "What is written.", default=Output())
+    output: Output = key(SubTable(Output), "What is written.", default=Output())
 
     @classmethod
     def prepare(cls, raw: dict[str, Any], place: Place) -> dict[str, Any]:

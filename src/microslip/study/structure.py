@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any, Literal, cast
 import numpy as np
 
 from microslip._core.checks import Floats
+from microslip._core.parameters import JsonSchema
 from microslip.structures.bolt_tightening import BoltForces
-from microslip.structures.bolts import TIGHTENING as RULES
-from microslip.structures.bolts import Bolts, tensions
+from microslip.structures.bolts import tensions, yield_tension
 from microslip.structures.lap_joint import LapJoint
 from microslip.structures.mesh import loosened, tight
 from microslip.study.bodies import (
@@ -28,7 +28,7 @@ from microslip.study.fields import (
     optional,
     whole_number,
 )
-from microslip.study.part import Part, Table, key, optional_key
+from microslip.study.part import Part, SubTable, key, optional_key
 from microslip.study.readers import Items, KeyedError, Place
 from microslip.study.uncertain import Spread, Unsure
 from microslip.study.vibration import (
@@ -49,8 +49,23 @@ if TYPE_CHECKING:
     from microslip.structures import Convergence
     from microslip.structures.reduction import Reducer
 
+LABORATORY = Spread.between(2e-4, 1e-3, log=True)
+"""Damping ratio of free steel structures without a joint [-], see docs/bolted-structures.md."""
 MOST_SAMPLES = 4096
 USUAL_PATCHES = (15, 2)
+
+
+class BaseDamping(Unsure):
+    """A damping ratio, a range, or "laboratory"."""
+
+    def read(self, raw_value: object, place: Place) -> Any:
+        """Return the ratio or its spread."""
+        return LABORATORY if raw_value == "laboratory" else super().read(raw_value, place)
+
+    def schema(self) -> JsonSchema:
+        """Return the JSON Schema of what may stand here."""
+        inner = super().schema()
+        return {**inner, "anyOf": [{"const": "laboratory"}, *inner["anyOf"]]}
 
 
 class StructurePart(Part):
@@ -66,10 +81,10 @@ class StructurePart(Part):
         default="half-lap",
     )
     mesh: MeshPart | None = optional_key(
-        Table(MeshPart), "Your own mesh in place of length, width, thickness and lap."
+        SubTable(MeshPart), "Your own mesh in place of length, width, thickness and lap."
     )
     density: float | None = optional_key(Unsure(MASS_DENSITY), "Mass density of the parts.")
-    bolts: BoltsPart = key(Table(BoltsPart), "The bolts.")
+    bolts: BoltsPart = key(SubTable(BoltsPart), "The bolts.")
     patches: tuple[int, int] | None = optional_key(
         Items(whole_number(1, 100), "[15, 2]", (2, 2)),
         "Contact patches along and across the lap; 15 x 2 unless given, those that lose most of "
@@ -81,32 +96,34 @@ class StructurePart(Part):
         "width, whichever is less, unless given.",
         '"5 mm"',
     )
-    form: FormPart | None = optional_key(Table(FormPart), "Form of the faces; flat unless given.")
+    form: FormPart | None = optional_key(
+        SubTable(FormPart), "Form of the faces; flat unless given."
+    )
     modes: tuple[int, ...] = key(
         Items(MODE, "[1, 3]", (1, MOST_MODES), distinct=True),
         "Elastic modes, counted from 1.",
         default=(1,),
     )
     amplitude: AmplitudeRange | None = optional_key(
-        Table(AmplitudeRange),
+        SubTable(AmplitudeRange),
         "Amplitudes at the sensor; from 1e-7 to 5e-5 of the length unless given.",
     )
     sensor: SensorPart | None = optional_key(
-        Table(SensorPart),
+        SubTable(SensorPart),
         "Point of the amplitudes; the right end unless given, and required with a mesh.",
         '{ at = ["0.36 m", "0 m", "0 m"], direction = "z" }',
     )
     force: ForcePart | None = optional_key(
-        Table(ForcePart),
+        SubTable(ForcePart),
         "A harmonic force and the response near each mode.",
         '{ amplitude = "5 N" }',
     )
     base_damping_ratio: float = key(
-        Unsure(VISCOUS_RATIO),
-        "Damping of all but the joint, which is added: an input, no result; 0.01 to 0.1 %, as free "
-        "structures of steel have, unless given.",
-        "{ low = 0.0001, high = 0.001 }",
-        default=Spread.between(1e-4, 1e-3),
+        BaseDamping(VISCOUS_RATIO),
+        'Damping of all but the joint, which is added: an input, no result. "laboratory", also '
+        "unless given: 0.02 to 0.1 %, log-uniform, of steel on strings with its sensors.",
+        '"laboratory"',
+        default=LABORATORY,
     )
     harmonics: tuple[int, ...] = key(
         Items(whole_number(0, 16, "1"), "[0, 1, 2, 3]", (1, 17), distinct=True),
@@ -125,7 +142,7 @@ class StructurePart(Part):
         default=False,
     )
     measured: tuple[MeasuredPart, ...] = key(
-        Items(Table(MeasuredPart), '[{ file = "test.csv" }]', (0, 20), single=True),
+        Items(SubTable(MeasuredPart), '[{ file = "test.csv" }]', (0, 20), single=True),
         "A test, or several of them as [[structure.measured]], drawn over the prediction.",
         default=(),
     )
@@ -139,7 +156,8 @@ class StructurePart(Part):
             _require(self.bolts, ".bolts", ("positions", "shank", "hole", "washer"))
         else:
             _refuse(self, "", (*DRAWING_KEYS, "element_size"))
-            _refuse(self.bolts, ".bolts", ("positions", "shank", "across", "head"))
+            drawn = ("positions", "shank", "across", "head", "washer_thickness", "mass")
+            _refuse(self.bolts, ".bolts", self.bolts.written(drawn))
             _require(self, "", ("sensor", *(() if self.mesh.densities else ("density",))))
             _require(self.bolts, ".bolts", ("clamp_length",) if self.bolts.embeds else ())
             if self.style != "half-lap":
@@ -154,7 +172,12 @@ class StructurePart(Part):
                 )
         if len({test.fit for test in self.measured if test.fit}) > 1:
             raise KeyedError(".measured.fit", "wanted the same in all tests, or in one of them")
-        if "form" in self.fitted and self.form is None:
+        if self.form is not None and self.form.is_random and self.form.correlation is None:
+            longest = self._lap_length
+            correlation = Spread.between(longest / 8.0, longest, log=True)
+            correlation.unit = "m"
+            self.form.keep(correlation=correlation)
+        if "form" in self.fitted and (self.form is None or self.form.table is None):
             raise KeyedError(
                 ".measured.fit", 'wanted "form" only with a table structure.form, got none'
             )
@@ -200,12 +223,23 @@ class StructurePart(Part):
         return cast(float, self.length)
 
     @property
+    def _lap_length(self) -> float:
+        """Largest size of a contact [m]."""
+        if self.mesh is None:
+            return float(cast(float, self.lap))
+        mesh = self.mesh.joint.mesh
+        sides = ((c.lower, c.upper) for c in mesh.contacts)
+        return max(
+            min(float(np.ptp(mesh.points[side].reshape(-1, 3), axis=0).max()) for side in both)
+            for both in sides
+        )
+
+    @property
     def _tensions(self) -> Floats:
         """Tension that each bolt is meant to have [N]."""
         if self.mesh is None:
             return self.build().tension
-        tightening = {name: getattr(self.bolts, name) for name in RULES}
-        return tensions(len(self.mesh.bolts), **tightening, bearing=self.bolts.bearing)
+        return tensions(self.bolts, len(self.mesh.bolts))
 
     @property
     def bolt_forces(self) -> BoltForces | None:
@@ -217,15 +251,11 @@ class StructurePart(Part):
             length = self.thickness * (1.0 if self.style == "half-lap" else 2.0)  # type: ignore[operator]
         if length is None:
             return None
-        tensions = tight(self._tensions, self.bolts.slack)
+        forces = tight(self._tensions, self.bolts.slack)
         utilisation = None
         if self.bolts.grade is not None:
-            tight_one = Bolts(
-                [0.0], size=self.bolts.size, grade=self.bolts.grade, tension=tensions.max(),
-                thread_friction=self.bolts.thread_friction,
-            )  # fmt: skip
-            utilisation = float(tight_one.utilisation[0])
-        return self.bolts.forces(float(tensions.min()), float(length), utilisation)
+            utilisation = float(forces.max() / yield_tension(self.bolts))
+        return self.bolts.forces(float(forces.min()), float(length), utilisation)
 
     @property
     def tension(self) -> Floats:
@@ -254,6 +284,17 @@ class StructurePart(Part):
             return self.mesh.joint.shank_sections(self.mesh.along)
         bolts = self.build().bolts
         return [(float(x), float(y), bolts.hole, 0) for x, y in bolts.positions]
+
+    @property
+    def washers(self) -> list[tuple[float, float, float, int]]:
+        """Place along and across [m], pressed diameter [m] and contact of each bolt's washer.
+
+        A mesh does not name its washers: two shank diameters stand for them.
+        """
+        if self.mesh is not None:
+            return [(x, y, 2.0 * d, contact) for x, y, d, contact in self.holes]
+        bolts = self.build().bolts
+        return [(float(x), float(y), bolts.pressed, 0) for x, y in bolts.positions]
 
     @property
     def _body(self) -> tuple[Material, float]:
@@ -293,7 +334,9 @@ class StructurePart(Part):
     @property
     def gaps(self) -> Floats | None:
         """Columns x, y and gap of the form [m]; None of flat faces."""
-        return None if self.form is None else self.form.table * [1.0, 1.0, self.form.factor]
+        if self.form is None or self.form.table is None:
+            return None
+        return np.asarray(self.form.table * [1.0, 1.0, self.form.factor])
 
     @property
     def patch_size(self) -> float:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Iterator, Mapping
 from typing import Any, cast
 
 import numpy as np
 
-from microslip._core.parameters import key_of, parameter_of, parameters_of
+from microslip._core.parameters import JsonSchema, key_of, parameter_of, parameters_of
 from microslip._core.quantities import named
 from microslip._core.units import (
     FORCE,
@@ -23,8 +24,10 @@ from microslip.contact import (
     RoughSurface,
     TabulatedNormalLaw,
 )
+from microslip.contact.finish import GAUSSIAN_RQ
 from microslip.contact.materials import Material, MaterialPair, metals
 from microslip.contact.rough import ERROR as ROUGH_ERROR
+from microslip.study.drawn_face import DrawnSurface
 from microslip.study.fields import (
     AREA,
     HEIGHT,
@@ -42,14 +45,14 @@ from microslip.study.fields import (
 )
 from microslip.study.heights import ANY_HEIGHTS, HEIGHTS_TABLES, GivenHeights, ScipyHeights
 from microslip.study.measured_face import MeasuredFace
-from microslip.study.part import Key, Part, SurfaceTable, Table, key, optional_key, tag
+from microslip.study.part import Key, Part, SubTable, SurfaceTable, key, optional_key, tag
 from microslip.study.readers import KeyedError, Place
 from microslip.study.uncertain import Spread, Unsure
-from microslip.surfaces.finish import GAUSSIAN_RQ
 from microslip.surfaces.options import RA, RQ
 
 __all__ = [
     "SURFACE_TABLES",
+    "DrawnSurface",
     "Elastic",
     "ExponentialHeights",
     "GaussianHeights",
@@ -139,7 +142,7 @@ class PopulationSurface(Surface):
 
     law: str = tag("population", "Given summits.")
     heights: GivenHeights = key(
-        Table(GivenHeights, tag="kind"),
+        SubTable(GivenHeights, tag="kind"),
         "Heights of the summits.",
         '{ kind = "values", values = ["0.4 um", "0.7 um"] }',
     )
@@ -188,6 +191,9 @@ class TableSurface(Surface):
         return TabulatedNormalLaw(pair, separation=separation, load=load, tail=self.tail)  # type: ignore[arg-type]
 
 
+_STEEPEST = 0.1  # Rq or Ra over the longest wave, whose slope is then 0.6
+
+
 class RoughFaceSurface(Surface):
     """A rough face by what a drawing says of it; no summits, and what is pressed flat yields."""
 
@@ -225,6 +231,14 @@ class RoughFaceSurface(Surface):
                 came = "both; remove one" if given else "neither"
                 where = names[1 if given else 0]
                 raise KeyedError(f".{where}", f"wanted {names[0]} or {names[1]}, got {came}")
+        name = "ra" if self.rq is None else "rq"
+        height = float(getattr(self, name))
+        if height > _STEEPEST * self.roll_off:
+            raise KeyedError(
+                f".{name}",
+                f"wanted at most a tenth of roll_off, {engineering(self.roll_off, 'm')}, as waves "
+                f"of roughness are flat, got {engineering(height, 'm')}; is the unit right?",
+            )
         super().check(place)
 
     @property
@@ -282,14 +296,35 @@ SURFACE_TABLES: dict[str, type[Any]] = {
         for kind in NORMAL_LAWS
         if (name := key_of(kind)) in _OWN_TABLES or parameters_of(kind)
     },
-    "measured": MeasuredFace,
+    "face": MeasuredFace,
 }
 """Tables of the normal laws by their name, and that of a measured face."""
 
-ANY_SURFACE = Table(*SURFACE_TABLES.values(), tag="law")
+
+class _AnySurface(SubTable):
+    """A surface by its law; a face by its scan or, without one, by its drawing."""
+
+    def read(self, raw_value: object, place: Place) -> Any:
+        """The table, frozen."""
+        if isinstance(raw_value, Mapping) and raw_value.get("law") == "face":
+            table = MeasuredFace if "scan" in raw_value else DrawnSurface
+            return table.read(raw_value, place)
+        return super().read(raw_value, place)
+
+    def schema(self) -> JsonSchema:
+        """Schema of the tables."""
+        return {"oneOf": [*super().schema()["oneOf"], DrawnSurface.schema()]}
+
+    def tables(self) -> Iterator[tuple[str, type[Part]]]:
+        """Table of each law, and that of a drawing."""
+        yield from super().tables()
+        yield ' with law = "face" and no scan', DrawnSurface
 
 
-ANY_MATERIAL = Table(
+ANY_SURFACE = _AnySurface(*SURFACE_TABLES.values(), tag="law")
+
+
+ANY_MATERIAL = SubTable(
     Elastic, Rigid, tell=lambda raw: "Elastic" if raw.get("rigid", False) is False else "Rigid"
 )
 # Names that results still ask for.

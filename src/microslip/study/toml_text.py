@@ -13,7 +13,7 @@ from typing import Any
 
 from microslip._core.errors import StudyError
 from microslip._core.files import seen_from
-from microslip._core.wording import shorten, show
+from microslip._core.wording import quote, shorten
 from microslip.readers.files import usable
 
 _EXAMPLE = """joint.normal_load="3 kN\""""
@@ -55,7 +55,7 @@ def apply(
 ) -> tuple[str, dict[str, Any], list[Override]]:
     """Replace keys of a study."""
     if not isinstance(overrides, (list, tuple)):
-        raise StudyError(f"overrides: wanted a list such as ['{_EXAMPLE}'], got {show(overrides)}")
+        raise StudyError(f"overrides: wanted a list such as ['{_EXAMPLE}'], got {quote(overrides)}")
     changes = [_read(override) for override in overrides]
     data = copy.deepcopy(data)
     for change in changes:
@@ -118,7 +118,7 @@ def dotted(path: Sequence[str]) -> str:
 def _read(text: object) -> Override:
     """An override from its text."""
     if not isinstance(text, str):
-        raise StudyError(f"override: wanted a text such as '{_EXAMPLE}', got {show(text)}")
+        raise StudyError(f"override: wanted a text such as '{_EXAMPLE}', got {quote(text)}")
     key, equals, value = text.partition("=")
     if not equals:
         raise _error(text, f"wanted KEY=VALUE such as {_EXAMPLE}")
@@ -147,7 +147,7 @@ def _path(text: str, key: str) -> tuple[str, ...]:
         path.append(word)
     if node != 0 or not path:
         example = 'a key such as joint.normal_load before "="'
-        raise _error(text, f"wanted {example}, got {show(key.strip())}")
+        raise _error(text, f"wanted {example}, got {quote(key.strip())}")
     return tuple(path)
 
 
@@ -176,7 +176,7 @@ def _set_key(data: Any, change: Override) -> None:
         node = node[word]
         if not isinstance(node, dict):
             path = dotted(words[:count])
-            wrong = f"{path} is {show(node)} and has no keys; write {path}=VALUE"
+            wrong = f"{path} is {quote(node)} and has no keys; write {path}=VALUE"
             if isinstance(node, list):
                 wrong = f"no item of a list can be set; give all of the list, {path}=[…]"
             raise _error(change.text, wrong)

@@ -11,12 +11,16 @@ import numpy as np
 from microslip._core.checks import Floats
 from microslip._core.parameters import JsonSchema
 from microslip._core.units import engineering
-from microslip._core.wording import did_you_mean, quoted, show
+from microslip._core.wording import did_you_mean, quote, quoted
 from microslip.study.part import Part
 from microslip.study.readers import KeyedError, Place, Plain
 
-_FORMS = (("low", "high"), ("mean", "cv"), ("mean", "cv", "distribution"), ("values",))
+_FORMS = (
+    ("low", "high"), ("low", "high", "distribution"), ("mean", "cv"),
+    ("mean", "cv", "distribution"), ("values",),
+)  # fmt: skip
 _KINDS = ("lognormal", "normal")
+_RANGES = ("uniform", "log-uniform")
 _MOST_VALUES = 100_000
 _MOST_LIST = 1000  # items; longer lists are data
 _LOST = 1e-3
@@ -26,15 +30,17 @@ _LOST = 1e-3
 class Spread(float):
     """A number with its scatter: as a float it is its middle.
 
-    Between ``low`` and ``high`` every value is as likely as any other. With ``mean`` and the
-    coefficient of variation ``cv`` it is lognormal, so that it keeps its sign, or normal and cut
-    off at zero. Of ``values`` each is as likely as any other.
+    Between ``low`` and ``high`` every value is as likely as any other, or every logarithm.
+    With ``mean`` and the coefficient of variation ``cv`` it is lognormal, so that it keeps its
+    sign, or normal and cut off at zero. Of ``values`` each is as likely as any other.
     """
 
     low: float | None = None
     high: float | None = None
     cv: float | None = None
     normal: bool = False
+    log: bool = False
+    """Whether the logarithm is uniform between low and high."""
     values: tuple[float, ...] = ()
     of: str | None = None
     """Key of the number that it follows, and by which factor."""
@@ -42,10 +48,10 @@ class Spread(float):
     unit: str = ""
 
     @classmethod
-    def between(cls, low: float, high: float) -> Spread:
-        """Anything from low to high."""
-        value = cls(0.5 * (low + high))
-        value.low, value.high = low, high
+    def between(cls, low: float, high: float, log: bool = False) -> Spread:
+        """Anything from low to high, uniform or log-uniform."""
+        value = cls(math.sqrt(low * high) if log else 0.5 * (low + high))
+        value.low, value.high, value.log = low, high, log
         return value
 
     @classmethod
@@ -74,6 +80,8 @@ class Spread(float):
             places = np.minimum((shares * len(self.values)).astype(int), len(self.values) - 1)
             return np.asarray(np.array(self.values)[places])
         if self.low is not None and self.high is not None:
+            if self.log:
+                return np.asarray(self.low * (self.high / self.low) ** shares)
             return np.asarray(self.low + (self.high - self.low) * shares)
         from scipy.special import ndtr, ndtri
 
@@ -86,7 +94,7 @@ class Spread(float):
 
     def measure(self, value: float) -> float:
         """A value in the number's own measure: its logarithm where that is what is normal."""
-        return value if self.cv is None or self.normal else math.log(value)
+        return math.log(value) if self.log or (self.cv is not None and not self.normal) else value
 
     @property
     def deviation(self) -> float:
@@ -94,7 +102,8 @@ class Spread(float):
         if self.values:
             return float(np.std(self.values))
         if self.low is not None and self.high is not None:
-            return (self.high - self.low) / math.sqrt(12.0)
+            width = math.log(self.high / self.low) if self.log else self.high - self.low
+            return width / math.sqrt(12.0)
         cv = float(self.cv or 0.0)
         return cv * float(self) if self.normal else math.sqrt(math.log1p(cv**2))
 
@@ -110,7 +119,7 @@ class Spread(float):
             low, high = map(self._text, (self.values[0], self.values[-1]))
             return f"one of {len(self.values)} values, {low} to {high}"
         if self.cv is None:
-            return f"{self._text(self.low)} to {self._text(self.high)}"
+            return f"{self._text(self.low)} to {self._text(self.high)}{', log-uniform' * self.log}"
         kind = "; normal, cut off at zero" if self.normal else ""
         return f"{self._text(float(self))} with a coefficient of variation of {self.cv:g}{kind}"
 
@@ -149,29 +158,34 @@ class Unsure(Plain):
         if "values" in table:
             values = table["values"]
             if not isinstance(values, list) or not 2 <= len(values) <= _MOST_VALUES:
-                raise ValueError(f"wanted two values or more in a list, got {show(values)}")
+                raise ValueError(f"wanted two values or more in a list, got {quote(values)}")
             return Spread.among([inner(value) for value in values])
         if "mean" in table:
             return self._about(table)
         low, high = inner(table["low"]), inner(table["high"])
         if not low < high:
-            raise ValueError(f"wanted low below high, got {show(table['low'])} and "
-                             f"{show(table['high'])}")  # fmt: skip
-        return Spread.between(low, high)
+            raise ValueError(f"wanted low below high, got {quote(table['low'])} and "
+                             f"{quote(table['high'])}")  # fmt: skip
+        kind = table.get("distribution", _RANGES[0])
+        if kind not in _RANGES:
+            raise ValueError(f"wanted distribution {quoted(_RANGES)}, got {quote(kind)}")
+        if kind == _RANGES[1] and not low > 0.0:
+            raise ValueError(f"wanted low above zero for log-uniform, got {quote(table['low'])}")
+        return Spread.between(low, high, kind == _RANGES[1])
 
     def _about(self, table: dict[str, object]) -> Spread:
         cv, kind = table["cv"], table.get("distribution", _KINDS[0])
         plain = isinstance(cv, (int, float)) and not isinstance(cv, bool)
         if not plain or not 0.0 < float(cv) <= 1.0:  # type: ignore[arg-type]
-            raise ValueError(f"wanted cv above 0 and at most 1, such as 0.15, got {show(cv)}")
+            raise ValueError(f"wanted cv above 0 and at most 1, such as 0.15, got {quote(cv)}")
         if kind not in _KINDS:
-            raise ValueError(f"wanted distribution {quoted(_KINDS)}, got {show(kind)}")
+            raise ValueError(f"wanted distribution {quoted(_KINDS)}, got {quote(kind)}")
         from scipy.special import ndtr
 
         lost = float(ndtr(-1.0 / float(cv)))  # type: ignore[arg-type]
         if kind == "normal" and lost > _LOST:
             raise ValueError(
-                f"wanted a cv of at most 0.32 for a normal distribution, got {show(cv)}: "
+                f"wanted a cv of at most 0.32 for a normal distribution, got {quote(cv)}: "
                 f"{lost:.2g} of it would lie below zero; leave distribution out, and it is "
                 "lognormal"
             )
@@ -190,6 +204,7 @@ class Unsure(Plain):
             "cv": {"type": "number", "exclusiveMinimum": 0, "maximum": 1},
             "values": {"type": "array", "items": plain, "minItems": 2},
             "distribution": {"enum": list(_KINDS)},
+            "range": {"enum": list(_RANGES)},
             "of": {"type": "string", "examples": ["joint.normal_load"]},
             "factor": {"type": "number", "exclusiveMinimum": 0, "examples": [2.0]},
         }  # fmt: skip
@@ -197,13 +212,17 @@ class Unsure(Plain):
             {
                 "type": "object",
                 "properties": {
-                    key: {**types[key], "title": key.capitalize(), "description": _MEANINGS[key]}
+                    key: {
+                        **types["range" if key == "distribution" and "low" in form else key],
+                        "title": key.capitalize(),
+                        "description": _MEANINGS[key],
+                    }
                     for key in form
                 },
                 "required": [key for key in form if key not in ("distribution", "factor")],
                 "additionalProperties": False,
             }
-            for form in (_FORMS[0], _FORMS[2], _FORMS[3], ("of", "factor"))
+            for form in (_FORMS[1], _FORMS[3], _FORMS[4], ("of", "factor"))
         ]
         return {"anyOf": [inner, *tables]}
 
@@ -214,7 +233,8 @@ _MEANINGS = {
     "mean": "The expected value.",
     "cv": "Its standard deviation over the mean.",
     "values": "Each as likely as any other.",
-    "distribution": "Lognormal unless given; a normal one is cut off at zero.",
+    "distribution": "Of low and high: uniform unless given, or log-uniform. Of a mean: lognormal "
+    "unless given; a normal one is cut off at zero.",
     "of": "Key of another quantity, which this one follows.",
     "factor": "How many times the other one it is.",
 }
@@ -238,7 +258,7 @@ def with_followers(tables: dict[str, Any]) -> dict[str, Any]:
         key, factor = table["of"], table.get("factor", 1.0)
         plain = isinstance(factor, (int, float)) and not isinstance(factor, bool)
         if not plain or not 0.0 < factor < math.inf:
-            raise KeyedError(where, f"wanted a factor above zero such as 2.0, got {show(factor)}")
+            raise KeyedError(where, f"wanted a factor above zero such as 2.0, got {quote(factor)}")
         if key in passed:
             circle = " -> ".join((*passed[passed.index(key) :], key))
             raise KeyedError(where, f"wanted the key of a number, got keys in a circle, {circle}")
@@ -247,7 +267,7 @@ def with_followers(tables: dict[str, Any]) -> dict[str, Any]:
             source = source.get(name) if isinstance(source, dict) else None
         if source is None or isinstance(source, list):
             raise KeyedError(
-                where, f'wanted of = "the key of one number of this study", got {show(key)}'
+                where, f'wanted of = "the key of one number of this study", got {quote(key)}'
             )
         if follower(source):
             first = followed(source, where, (*passed, key))

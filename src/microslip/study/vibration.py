@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, get_args
+from typing import TYPE_CHECKING, Any, cast, get_args
 
 import numpy as np
 
@@ -12,6 +12,8 @@ from microslip.structures.modal_test import Motion
 from microslip.study.fields import (
     AMPLITUDE,
     FILE,
+    HEIGHT,
+    LENGTH,
     LINE,
     LOAD,
     PLACE,
@@ -24,7 +26,10 @@ from microslip.study.fields import (
 )
 from microslip.study.part import Part, key, optional_key
 from microslip.study.readers import Items, KeyedError, Place, Plain
-from microslip.study.uncertain import Unsure
+from microslip.study.uncertain import Spread, Unsure
+
+if TYPE_CHECKING:
+    from microslip.structures import ReducedJoint
 
 _HERTZ = quantity(FREQUENCY, "150 Hz")
 MOST_FORCES = 10
@@ -97,28 +102,102 @@ class AmplitudeRange(Part):
             raise KeyedError(".to", "wanted more than `from`")
 
 
-class FormPart(Part):
-    """Gap between the unloaded faces: columns x, y and gap of a CSV file."""
+MACHINING = {"ground": (3e-6, 15e-6), "milled": (10e-6, 50e-6)}
+"""Peak to valley of a face of 50 to 150 mm by its machining [m], log-uniform."""
 
-    file: str = key(FILE, example='"form.csv"')
+
+class FormPart(Part):
+    """Gap between the unloaded faces: a measured table, or random faces of a flatness."""
+
+    file: str | None = optional_key(
+        FILE, "CSV file of a measured form; nothing if the faces are random.", '"form.csv"'
+    )
     x: str = key(LINE, "Column of the places along the lap.", '"x"', default="x")
     y: str = key(LINE, "Column of the places across it.", '"y"', default="y")
     gap: str = key(LINE, "Column of the gaps.", '"gap"', default="gap")
     factor: float = key(
         Unsure(number("1.0")),
-        "Factor on the gaps: 0 is flat, -1 the reversed form.",
+        "Factor on the gaps of the file: 0 is flat, -1 the reversed form.",
         default=1.0,
     )
-    table: Floats
-    """Columns x, y and gap [m]."""
+    flatness: float | None = optional_key(
+        Unsure(LENGTH),
+        "Peak to valley of each face without its best plane, for whoever has a drawing and no "
+        "scan: each sample draws two random faces.",
+        '"20 um"',
+    )
+    machining: str | None = optional_key(
+        one_of(*MACHINING),
+        "Machining in place of the flatness: ground faces 3 to 15 um, milled ones 10 to 50 um.",
+        '"ground"',
+    )
+    correlation: float | None = optional_key(
+        Unsure(LENGTH),
+        "Correlation length of random faces; an eighth of the lap to the lap, log-uniform, unless "
+        "given.",
+        '"40 mm"',
+    )
+    rim: float | None = optional_key(
+        Unsure(HEIGHT),
+        "Height of the rim that drilling and tightening raise around a hole, of both faces "
+        "together, for whoever sees it on a scan or shadow marks around holes.",
+        '{ low = "0 um", high = "20 um" }',
+    )
+    table: Floats | None = None
+    """Columns x, y and gap [m]; None without a file."""
 
     def check(self, place: Place) -> None:
-        """Read the columns."""
+        """Read the columns; refuse forms given twice."""
+        if self.machining is not None:
+            if self.flatness is not None:
+                raise KeyedError(".machining", "wanted flatness or machining, got both; remove one")
+            flatness = Spread.between(*MACHINING[self.machining], log=True)
+            flatness.unit = "m"
+            self.keep(flatness=flatness)
+        if self.file is None and self.flatness is None and self.rim is None:
+            raise KeyedError(
+                ".flatness", 'missing; write for example flatness = "20 um", machining = "ground", '
+                'or file = "form.csv"'
+            )  # fmt: skip
+        if (
+            self.rim is not None
+            and min(float(self.rim), getattr(self.rim, "low", None) or 0.0) < 0.0
+        ):
+            raise KeyedError(".rim", "wanted a height of zero or more")
+        if self.correlation is not None and self.flatness is None:
+            raise KeyedError(".correlation", "wanted only beside flatness or machining")
+        if self.file is None:
+            return
         names = {"x": self.x, "y": self.y, "gap": self.gap}
         table = np.array(
             [column_values(PLACE, place.at(to), self.file, name) for to, name in names.items()]
         ).T
         self.keep(table=table)
+
+    @property
+    def is_random(self) -> bool:
+        """Whether each sample draws faces of its own."""
+        return self.flatness is not None
+
+    def apply(
+        self,
+        joint: ReducedJoint,
+        holes: list[tuple[float, float, float, int]],
+        rng: np.random.Generator | None,
+    ) -> ReducedJoint:
+        """Return the joint with this form; without random numbers that of the middle, no waves."""
+        from microslip.structures.random_form import random_gaps, rim_gaps
+
+        gaps = np.zeros(joint.patches)
+        if self.table is not None:
+            gaps = joint.with_form(self.table, self.factor).patch_gaps
+        if self.rim is not None:
+            reach = 0.5 if rng is None else float(rng.uniform())
+            gaps = gaps + rim_gaps(joint, holes, float(self.rim), reach)
+        if self.flatness is not None and rng is not None:
+            length = float(cast(float, self.correlation))
+            gaps = gaps + random_gaps(joint, float(self.flatness), length, rng)
+        return joint.with_form(gaps)
 
 
 class ForcePart(Part):

@@ -1,11 +1,9 @@
-from .finish import SurfaceFinish as SurfaceFinish
 from .moments import Moments as Moments
 from .moments import Statistics as Statistics
 from .patches import cut as cut
 from .scan import Scan as Scan
 from .scan_rules import verdicts as verdicts
 from .spectrum import AxisSpectrum as AxisSpectrum
-from .spectrum import SelfAffineFit as SelfAffineFit
 from .spectrum import Spectrum as Spectrum
 from .summit_statistics import SummitStatistics as SummitStatistics
 from .summits import Summits as Summits

@@ -20,17 +20,21 @@ REMOTENESS = 3.0
 """Distance from all other points, in ranges of those, beyond which one height of several points
 may stand for "nothing measured"."""
 
+_LEAST_SLOPE = 3e-4
+"""Rms slope from point to point below which heights are likely in another unit."""
+
 _ATOM = 1e-10  # [m] no surface varies less: smaller is rounding
 
 
-def spikes(heights: NDArray[np.float64]) -> int:
-    """Number of points so far away that nothing else would be seen beside them."""
+def far_points(heights: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Return the points so far away that nothing else would be seen beside them."""
+    none = np.zeros(heights.shape, dtype=bool)
     # A hundred thousand points are enough for the usual distance, in milliseconds.
     step = max(1, heights.size // 100_000)
     sample = heights.ravel()[::step]
     sample = sample[~np.isnan(sample)]
     if sample.size < 4:
-        return 0
+        return none
     middle = float(np.median(sample))
     usual = float(np.median(np.abs(sample - middle)))
     if usual < _ATOM:  # a flat with something on it, whose parts must tell
@@ -38,8 +42,8 @@ def spikes(heights: NDArray[np.float64]) -> int:
         usual = max(float(high - low), _ATOM)
     far = middle + SPIKE * usual, middle - SPIKE * usual
     if np.nanmax(heights) <= far[0] and np.nanmin(heights) >= far[1]:
-        return 0
-    return int(np.count_nonzero((heights > far[0]) | (heights < far[1])))
+        return none
+    return (heights > far[0]) | (heights < far[1])
 
 
 def repeated(heights: NDArray[np.float64]) -> tuple[float, int, float, float] | None:
@@ -94,6 +98,15 @@ def absurd(heights: NDArray[np.float64], pixel: tuple[float, ...]) -> list[str]:
             f"heights over {engineering(height, 'm')} on {engineering(size, 'm')}: is their unit "
             "right?"
         )
+    slopes = [
+        float(np.sqrt(np.nanmean(np.diff(heights, axis=axis) ** 2))) / distance
+        for axis, distance in zip(range(heights.ndim), pixel[::-1], strict=True)
+    ]
+    if 0.0 < max(slopes) < _LEAST_SLOPE:
+        questions.append(
+            f"an rms slope of {max(slopes):.2g}, less than polished faces have: are the heights in "
+            "another unit?"
+        )
     if not 1e-10 < step < 5e-3:
         questions.append(f"a pixel of {engineering(step, 'm')}: is its unit right?")
     return questions
@@ -116,11 +129,11 @@ def objection(heights: NDArray[np.float64]) -> str:
         return (
             f"all heights are {exact(low)} m: nothing to measure; another channel, or more digits?"
         )
-    if count := spikes(heights):
+    if count := int(np.count_nonzero(far_points(heights))):
         return (
             f"{count} of {heights.size} points lie more than {SPIKE:g} times farther from "
             f"the median than usual (lowest {low:g} m, highest {high:g} m): not heights; "
-            'leave them out by `outliers=6`, or `valid=("-1 mm", "1 mm")` when reading'
+            'leave them out by `repaired()`, or `valid=("-1 mm", "1 mm")` when reading'
         )
     return ""
 

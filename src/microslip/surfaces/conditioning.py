@@ -11,7 +11,7 @@ from microslip._core.checks import Floats
 from microslip._core.errors import InputError
 from microslip._core.frozen import lock
 from microslip._core.units import engineering
-from microslip._core.wording import did_you_mean, quoted, show
+from microslip._core.wording import did_you_mean, quote, quoted
 from microslip.surfaces.checks import length_of
 from microslip.surfaces.filters import robust_mean, smooth, spline_mean
 from microslip.surfaces.height_map import HeightMap, noise_std
@@ -141,13 +141,13 @@ def _cropped(scan: Map, crop: Any) -> Map:
     """The scan without its ends; one length of all, or one along x and one along y."""
     lengths = tuple(crop) if isinstance(crop, (tuple, list)) else (crop,)
     if not 1 <= len(lengths) <= len(scan.pixel):
-        raise InputError(f"`crop` must be a length, or one an axis, got {show(crop)}")
+        raise InputError(f"`crop` must be a length, or one an axis, got {quote(crop)}")
     ends = [length_of("crop", length, "0.4 mm") for length in lengths]
     ends = ends * len(scan.pixel) if len(ends) == 1 else ends
     counts = [math.ceil(end / step - 1e-9) for end, step in zip(ends, scan.pixel, strict=True)]
     if min(n - 2 * c for n, c in zip(scan.heights.shape[::-1], counts, strict=True)) < 4:
         raise InputError(
-            f"`crop` must leave four points along each axis, got {show(crop)} off each end of "
+            f"`crop` must leave four points along each axis, got {quote(crop)} off each end of "
             f"{' x '.join(_readable(size) for size in scan.size)}"
         )
     middle = tuple(
@@ -237,7 +237,7 @@ def _threshold(value: Any) -> float | None:
 def _check_choice(name: str, value: Any, words: tuple[str, ...]) -> None:
     if value is not None and (not isinstance(value, str) or value not in words):
         hint = did_you_mean(value, words) if isinstance(value, str) else ""
-        raise InputError(f"`{name}` must be {quoted(words)} or None, got {show(value)}{hint}")
+        raise InputError(f"`{name}` must be {quoted(words)} or None, got {quote(value)}{hint}")
 
 
 def _without_outliers(scan: HeightMap, limit: float) -> tuple[np.ndarray, str]:

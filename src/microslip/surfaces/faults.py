@@ -16,6 +16,14 @@ from microslip._core.checks import Floats
 from microslip._core.units import engineering
 from microslip._core.verdicts import Remark
 from microslip.surfaces.levelling import level
+from microslip.surfaces.marks import (
+    edge_words,
+    form_words,
+    interpolation_words,
+    scratch_and_dust_words,
+    spike_words,
+)
+from microslip.surfaces.repair import spikes
 
 FAULT = "fault"
 _FEWEST = 16  # points along each side
@@ -56,31 +64,45 @@ def faults(heights: Floats) -> list[Remark]:
     there = heights[~np.isnan(heights)]
     if there.size < 0.2 * heights.size:
         return []
-    flat, form = _levelled(heights)
+    pointed = spikes(heights)
+    found = spike_words(heights, pointed)
+    heights = np.where(pointed, np.nan, heights) if found else heights
+    plane, flat, form = _levelled(heights)
     std = float(np.nanstd(flat))
     if not std > 0.0:
         return []
     coarse = _few_digits(there, std)
-    words = [*_clipped(there), *_missing_peaks(heights, flat, std), *coarse, *_bow(form, std)]
+    rms = _NORMAL * float(np.nanmedian(np.abs(flat - np.nanmedian(flat))))
+    words = [*found, *_clipped(there), *_missing_peaks(heights, flat, std), *coarse]
+    words += scratch_and_dust_words(flat, rms)
+    of_form = [*form_words("rows", plane), *form_words("columns", plane.T)]
+    words += of_form or _bow(form, std)
     for lines, across in (("rows", flat), ("columns", flat.T)):
         raw = heights if lines == "rows" else heights.T
         if coarse:  # lines may be alike by their digits
             continue
         words += _stuck(lines, raw) or [
+            *edge_words(lines, across),
+            *interpolation_words(lines, raw),
             *_steps(lines, across, std),
             *(_wave(lines, across, std) or _offsets(lines, across, std)),
         ]
     return [Remark(FAULT, text) for text in words]
 
 
-def _levelled(heights: Floats) -> tuple[Floats, float]:
-    """Heights without plane and bow, and the standard deviation of the bow."""
+def is_bow(note: str) -> bool:
+    """Whether a note of a scan is the fault of a bowed form."""
+    return isinstance(note, Remark) and note.kind == FAULT and note.words.startswith("bow:")
+
+
+def _levelled(heights: Floats) -> tuple[Floats, Floats, float]:
+    """Return heights without their plane, without a bow as well, and its standard deviation."""
     plane, _ = level(heights, (1.0, 1.0), "plane")
     try:
         flat, _ = level(heights, (1.0, 1.0), "quadratic")
     except ValueError:  # too few points
-        return plane, 0.0
-    return flat, float(np.nanstd(plane - flat))
+        return plane, plane, 0.0
+    return plane, flat, float(np.nanstd(plane - flat))
 
 
 def _long(length: float) -> str:

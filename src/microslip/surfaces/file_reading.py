@@ -13,11 +13,19 @@ import numpy as np
 from microslip._core.errors import InputError
 from microslip._core.units import LENGTH, QuantityError, engineering, to_si
 from microslip._core.verdicts import Remark
-from microslip._core.wording import shorten, show
+from microslip._core.wording import quote, shorten
 from microslip.readers.files import POINTS, reading
-from microslip.surfaces.checks import absurd, exact_zeros, height_array, pixel_of, repeated, spikes
+from microslip.surfaces.checks import (
+    absurd,
+    exact_zeros,
+    far_points,
+    height_array,
+    pixel_of,
+    repeated,
+)
 from microslip.surfaces.faults import faults
 from microslip.surfaces.heights_in_files import RawHeights, Wishes, read_heights
+from microslip.surfaces.repair import fill_values
 
 SUSPECT = "suspect"
 """Kind of a remark that tells of points which may stand for "nothing measured"."""
@@ -50,9 +58,8 @@ def read(path: Path, wishes: Wishes, limit: int = POINTS) -> Understood:
 
 
 def _check(wishes: Wishes) -> None:
-    for name, value in (("format", wishes.format), ("key", wishes.key)):
-        if value is not None and not isinstance(value, str):
-            raise InputError(f"`{name}` must be text, got {show(value)}")
+    if wishes.format is not None and not isinstance(wishes.format, str):
+        raise InputError(f"`format` must be text, got {quote(wishes.format)}")
 
 
 def _format(name: str | None) -> str | None:
@@ -84,11 +91,11 @@ def _understood(raw: RawHeights, path: Path, wishes: Wishes) -> Understood:
     missing = float(np.count_nonzero(np.isnan(heights)) / heights.size)
     if missing:
         notes.append(f"missing: {missing:.3g} of the points.")
-    if count := spikes(heights):
+    if count := int(np.count_nonzero(far_points(heights))):
         spiky = (
             f"spikes: {count} points lie more than a million times farther from the median "
             f"than usual, up to {engineering(float(max(abs(low), abs(high))), 'm')}; "
-            "remove them by `outliers` or `valid`."
+            "`repaired()` removes them."
         )
         notes.append(spiky)
     elif atom := repeated(heights):
@@ -96,8 +103,8 @@ def _understood(raw: RawHeights, path: Path, wishes: Wishes) -> Understood:
         lowest, highest = (engineering(limit, "m", 6, trim=True) for limit in limits)
         words = (
             f"{count} points are all {_length(value)}, far from all others; if that "
-            'stands for "nothing measured", leave them out by '
-            f'`valid=("{lowest}", "{highest}")`.'
+            'stands for "nothing measured", `repaired()` leaves them out, or '
+            f'`valid=("{lowest}", "{highest}")` when reading.'
         )
         notes.append(Remark(SUSPECT, words))
     if (zeros := exact_zeros(heights)) is not None:
@@ -107,8 +114,9 @@ def _understood(raw: RawHeights, path: Path, wishes: Wishes) -> Understood:
             "leave them out by `outliers=6`."
         )
         notes.append(Remark(SUSPECT, words))
-    notes += [Remark(UNIT_QUESTION, question) for question in absurd(heights, pixel)]
-    notes += faults(heights)
+    measured = np.where(fill_values(heights), np.nan, heights)
+    notes += [Remark(UNIT_QUESTION, question) for question in absurd(measured, pixel)]
+    notes += faults(measured)
     return Understood(heights, pixel, name, (first, *raw.notes, *notes))
 
 
@@ -154,7 +162,7 @@ def _units(raw: RawHeights, wishes: Wishes) -> tuple[tuple[float, float], list[s
     if len(pair) != 2:
         raise InputError(
             '`unit`: wanted one such as "um", or one of the coordinates and one of the '
-            f'heights, `unit=("mm", "um")`, got {show(wishes.unit)}'
+            f'heights, `unit=("mm", "um")`, got {quote(wishes.unit)}'
         )
     for axis, file_unit, stated in zip(("coordinates", "heights"), (across, up), pair, strict=True):
         if file_unit is not None and _factor(file_unit) != _factor(stated):
@@ -177,7 +185,7 @@ def _factors(
 
 def _factor(unit: Any) -> float:
     if not isinstance(unit, str) or not unit.strip():
-        raise InputError(f'`unit`: wanted a unit of length such as "um", got {show(unit)}')
+        raise InputError(f'`unit`: wanted a unit of length such as "um", got {quote(unit)}')
     try:
         return to_si(f"1 {unit.strip()}", LENGTH, "1 um")
     except QuantityError as error:
@@ -229,7 +237,7 @@ def _valid(heights: np.ndarray, limits: Any) -> list[str]:
         return []
     if not isinstance(limits, (list, tuple)) or len(limits) != 2:
         raise InputError(
-            f'`valid` must be two heights such as ("-1 mm", "1 mm"), got {show(limits)}'
+            f'`valid` must be two heights such as ("-1 mm", "1 mm"), got {quote(limits)}'
         )
     low, high = (_height(limit) for limit in limits)
     if not low < high:
@@ -256,4 +264,4 @@ def _height(value: Any) -> float:
             raise InputError(f"`valid`: {error}") from None
     if isinstance(value, numbers.Real) and not isinstance(value, bool) and not math.isnan(value):
         return float(value)
-    raise InputError(f'`valid`: wanted a height [m] or such as "1 mm", got {show(value)}')
+    raise InputError(f'`valid`: wanted a height [m] or such as "1 mm", got {quote(value)}')

@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from microslip._core.checks import Progress
 from microslip._core.errors import InputError
+from microslip._core.quantities import named
 from microslip._core.units import engineering
 from microslip._core.verdicts import Verdict
 from microslip._core.wording import shorten
@@ -18,8 +19,9 @@ from microslip.contact.materials import Material, MaterialPair
 from microslip.friction import Interface
 from microslip.surfaces import Scan
 from microslip.surfaces.conditioning import condition
+from microslip.surfaces.faults import is_bow
 from microslip.surfaces.height_map import HeightMap
-from microslip.surfaces.joints import PointByPoint, point_by_point
+from microslip.surfaces.joints import FaceJoint, solve_joint
 from microslip.surfaces.moments import Statistics
 from microslip.surfaces.options import READING
 from microslip.surfaces.scan_rules import judged, radius_in_pixels, verdicts
@@ -47,19 +49,15 @@ class Request:
     cutoff_given: bool = False
     """Whether a cut-off was given, "none" included."""
     long_cutoff: float | None = None
-    level: Any = "plane"
-    outliers: float | None = None
-    fill: bool = False
-    filter: Any = "gaussian"
+    level: Any = "auto"
+    """Form to remove; "auto" is quadratic where the scan is bowed, else a plane."""
     crop: tuple[float, ...] | None = None
-    prominence: float | None = None
     area: float | None = None
     materials: tuple[str, str] | None = None
     normal_load: float | None = None
     friction_coefficient: float = 0.5
     amplitude: float | None = None
     direction: float | None = None
-    point_by_point: bool = False
     reading: Mapping[str, Any] = field(default_factory=dict)
     """Keywords of :meth:`~microslip.Scan.read`."""
 
@@ -102,7 +100,7 @@ class Findings:
     request: Request
     raw: Scan
     """The scan as in the file."""
-    scan: HeightMap
+    scan: Scan
     """The conditioned scan, which all parameters describe."""
     statistics: Statistics
     summit_statistics: SummitStatistics | None
@@ -114,15 +112,12 @@ class Findings:
     """Spectrum of the scan without outliers and form, before any cut-off."""
     spectrum: Spectrum
     verdicts: tuple[Verdict, ...]
-    contact: PointByPoint | None = None
-    """The scan solved point by point under the load, if materials and a load were given."""
-    joint: Interface | None = None
-    """Joint at the load: of the solved face, else of the chapter's model of its summits."""
-
-    @property
-    def makes_surface(self) -> bool:
-        """Whether the summits make a surface of the chapter's model."""
-        return self.summit_statistics is not None and self.summit_statistics.std > 0.0
+    level: str | None = "plane"
+    """Form that was removed."""
+    face: FaceJoint | None = None
+    """Joint of the face, solved point by point, if materials and a load were given."""
+    chapter: Interface | None = None
+    """Joint of the chapter's model of the summits, under the same load."""
 
     @property
     def area(self) -> float | None:
@@ -152,74 +147,61 @@ def analyse(request: Request, progress: Progress | None = None) -> Findings:
     """Measure a scan: parameters, spectrum, summits and, with a load, the joint."""
     report = progress or (lambda share: None)
     pair = request.pair()
-    raw = condition(Scan.read(request.path, **request.reading), crop=request.crop)
-    report(0.1)
-    conditioned = condition(
-        raw,
-        level=request.level,
-        outliers=request.outliers,
-        fill="interpolate" if request.fill else None,
-    )
-    levelled = condition(conditioned, long_cutoff=request.long_cutoff, filter=request.filter)
-    report(0.2)
-    if pair is not None and levelled.is_profile and request.area is None:
-        raise InputError('`area="2 cm^2"` goes with a profile, which has none')
+    raw = Scan.read(request.path, **request.reading)
+    report(0.02)
+    if pair is not None and raw.is_profile:
+        raise InputError(
+            "`normal_load` goes with the scan of an area: a profile does not show how its contacts "
+            "interact"
+        )
+    whole = condition(raw.repaired(), crop=request.crop)
+    level = request.level
+    if level == "auto":
+        level = "quadratic" if any(is_bow(note) for note in raw.notes) else "plane"
+    conditioned = condition(whole, level=level)
+    levelled = condition(conditioned, long_cutoff=request.long_cutoff)
+    report(0.05)
     summits, missing = None, _OF_A_PROFILE if levelled.is_profile else ""
     if not levelled.is_profile:
         try:
-            summits = find_summits(levelled, request.cutoff, prominence=request.prominence)
+            summits = find_summits(levelled, request.cutoff)
         except InputError as error:
             missing = f"No summits were counted: {error.text}."
-    scan = condition(levelled, cutoff=request.cutoff) if summits is None else summits.scan
-    report(0.3)
-    summit_statistics = None if summits is None else summits.statistics()
+    scan = condition(levelled, cutoff=request.cutoff)
+    statistics = None if summits is None else summits.statistics()
     if scan.is_profile:
         with suppress(InputError):  # moments that no Gaussian surface has
-            summit_statistics = scan.moments().mccool()
+            statistics = scan.moments().mccool()
+    report(0.1)
     whole_spectrum = spectrum(conditioned)
-    on_scan = _verdicts(scan, summits, summit_statistics)
-    report(0.5)
+    face, chapter = None, None
+    if pair is not None:
+        load, area = request.normal_load or math.nan, request.area or scan.area
+        face = solve_joint(
+            scan, pair, load, report=lambda share: report(0.1 + 0.85 * share),
+            **named(request, "area", "friction_coefficient", "amplitude", "direction"),
+        )  # fmt: skip
+        if statistics is not None and statistics.std > 0.0:
+            surface = statistics.to_surface(pair, area)
+            chapter = Interface(surface, request.friction_coefficient, normal_load=load)
+    verdicts_of_face = () if face is None else face.joint.validity
     findings = Findings(
         request=request,
         raw=raw,
         scan=scan,
         statistics=scan.statistics(),
-        summit_statistics=summit_statistics,
+        summit_statistics=statistics,
         missing=missing,
         summits=summits,
         whole_spectrum=whole_spectrum,
         spectrum=spectrum(scan) if request.is_filtered else whole_spectrum,
-        verdicts=on_scan,
+        verdicts=(*_verdicts(scan, summits, statistics), *verdicts_of_face),
+        level=level,
+        face=face,
+        chapter=chapter,
     )
-    if pair is not None:
-        findings = _with_joint(findings, pair, lambda share: report(0.5 + 0.5 * share))
     report(1.0)
     return findings
-
-
-def _with_joint(findings: Findings, pair: MaterialPair, report: Progress) -> Findings:
-    """Add the joint at the load: of the face if it can be solved, else of its summits."""
-    request = findings.request
-    load, area = request.normal_load or math.nan, findings.area or math.nan
-    contact = None
-    if not findings.scan.is_profile:
-        contact = point_by_point(
-            findings.scan,
-            pair,
-            load,
-            area=request.area,
-            friction_coefficient=request.friction_coefficient,
-            direction=request.direction,
-            asked=request.point_by_point,
-            report=report,
-        )
-    joint = None if contact is None else contact.joint
-    statistics = findings.summit_statistics
-    if joint is None and statistics is not None and statistics.std > 0.0:
-        surface = statistics.to_surface(pair, area)
-        joint = Interface(surface, request.friction_coefficient, normal_load=load)
-    on_joint = () if joint is None else joint.validity
-    return replace(findings, contact=contact, joint=joint, verdicts=(*findings.verdicts, *on_joint))
 
 
 def _verdicts(

@@ -43,7 +43,6 @@ class Wishes:
     format: Any = None
     unit: Any = None
     pixel: Any = None
-    key: Any = None
     channel: Any = None
     valid: Any = None
 
@@ -74,12 +73,8 @@ def read_heights(path: Path, wishes: Wishes) -> RawHeights:
     if not head:
         raise ValueError("wanted a scan, got an empty file")
     form = wishes.format or _form(head, path.suffix.lower())
-    takes = "key" if form in ARRAY_FILES and form != "npy" else None
-    if form not in ARRAY_FILES and form not in TEXTS:
-        takes = "channel"
-    for name in ("key", "channel"):
-        if getattr(wishes, name) is not None and name != takes:
-            raise InputError(f"`{name}` means nothing for this kind of file; leave it out")
+    if wishes.channel is not None and form in ("npy", *TEXTS):
+        raise InputError("`channel` means nothing for this kind of file; leave it out")
     if form in ARRAY_FILES:
         return _of_arrays(ARRAY_FILES[form](path), wishes)
     if form in TEXTS:
@@ -109,7 +104,7 @@ def _of_arrays(arrays: Arrays, wishes: Wishes) -> RawHeights:
     """The matrix that is meant."""
     named = leaves(arrays)
     alone = arrays.kind == "NumPy's npy file"
-    name = next(iter(named)) if alone else single_array(named, wishes.key, arrays.kind)
+    name = next(iter(named)) if alone else single_array(named, wishes.channel, arrays.kind)
     leaf = named[name]
     refuse_beyond(*leaf.shape)
     values = values_of(name, leaf)

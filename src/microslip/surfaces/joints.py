@@ -1,86 +1,134 @@
-"""The joint of a scan that is solved point by point under the load that has tightened it."""
+"""The joint of a scan: its face solved point by point under the load that has tightened it."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 
-from microslip._core.errors import InputError
+import numpy as np
+
+from microslip._core.checks import Progress
 from microslip._core.units import engineering
 from microslip.contact import MeasuredContact
 from microslip.contact.materials import MaterialPair
 from microslip.contact.measured_face import ContactNumbers
 from microslip.friction import Interface
-from microslip.surfaces.height_map import HeightMap
+from microslip.surfaces.scan import Scan
 
-MOST_POINTS = 512 * 512
-"""Points of a scan that is solved unasked, in seconds."""
+WHOLE = 512 * 512
+"""Points of the largest scan that is solved in one piece, in some ten seconds."""
+_SIDE = 384  # points along a side of the pieces of a larger one, about
+_SMALLEST = 24  # points along a side of the pieces that only tell the scatter
+_RELATIVE_AMPLITUDE = 0.3  # of mu N / k_t, where no amplitude is given
+_NAMES = ("normal_stiffness", "tangential_stiffness", "loss_factor")
 
 
 @dataclass(frozen=True)
-class PointByPoint:
-    """A scan solved under a load, or why it was not."""
+class FaceJoint:
+    """A joint of a measured face at one load, and how well the scan determines it."""
 
-    joint: Interface | None
-    pressure: float
-    """Mean pressure of tightening [Pa]: that of the load, with four digits, rounded up."""
+    joint: Interface
+    law: MeasuredContact
+    amplitude: float
+    """Amplitude [m] of the loss factor."""
     piece: int | None
-    """Points along a side of its pieces, about."""
-    missing: str = ""
-    """Reason why there is none."""
+    """Points along a side of its pieces, about; None of a face that was solved whole."""
+    pieces: MeasuredContact | None = field(repr=False)
+    """The law in several pieces, whose scatter makes the intervals; None of a tiny scan."""
 
-    @property
-    def law(self) -> MeasuredContact | None:
-        """The normal law."""
-        surface = None if self.joint is None else self.joint.surface
-        return surface if isinstance(surface, MeasuredContact) else None
+    @cached_property
+    def values(self) -> dict[str, float]:
+        """Stiffnesses k_n and k_t [N/m] at rest and the loss factor [-] at the amplitude."""
+        return _values(self.joint, self.amplitude)
 
-    def words(self) -> str:
-        """Return the result, or why there is none, in words."""
-        if self.law is None:
-            return f"Not solved point by point: {self.missing}."
-        return (
-            f"Solved point by point: {contact_words(self.law.numbers)}. Verdicts on summits and "
-            "their radii do not apply to it."
-        )
+    @cached_property
+    def intervals(self) -> dict[str, tuple[float, float]]:
+        """Intervals of 90 % of the values; empty where the scan has a single piece.
+
+        The standard error of each logarithm is that of a jackknife over the pieces, and the change
+        by twice the pixel counts as the half-width of a rectangular distribution (GUM 4.3.7).
+        """
+        from scipy.special import stdtrit
+
+        law = self.pieces
+        if law is None:
+            return {}
+        count = law.solution.pressure.shape[1]
+        numbers = range(count)
+        logs = []
+        for left_out in numbers:
+            part = law.of_pieces([k for k in numbers if k != left_out])
+            joint = Interface(
+                part, self.joint.friction_coefficient, normal_load=self.joint.normal_load
+            )
+            logs.append([math.log(value) for value in _values(joint, self.amplitude).values()])
+        variance = (count - 1) * np.var(np.array(logs), axis=0)
+        pixel = math.log(self.law.numbers.coarser or 1.0) ** 2 / 3.0
+        width = float(stdtrit(count - 1, 0.95)) * np.sqrt(variance + pixel)
+        return {
+            name: (value * math.exp(-w), value * math.exp(w))
+            for (name, value), w in zip(self.values.items(), width.tolist(), strict=True)
+        }
 
 
-def point_by_point(
-    scan: HeightMap,
+def _values(joint: Interface, amplitude: float) -> dict[str, float]:
+    values = joint.normal_stiffness, joint.tangential_stiffness, joint.loss_factor(amplitude)
+    return dict(zip(_NAMES, map(float, values), strict=True))
+
+
+def solve_joint(
+    scan: Scan,
     pair: MaterialPair,
     normal_load: float,
     *,
-    area: float | None,
-    friction_coefficient: float,
-    direction: float | None,
-    asked: bool,
-    report: Callable[[float], None],
-) -> PointByPoint:
-    """Solve a scan under a load [N]; one of many points only where that is asked."""
-    pressure = _rounded_up(normal_load / (area or math.prod(scan.size)))
-    shortest = min(scan.heights.shape)
-    piece = 256 if shortest >= 384 else 128 if shortest >= 192 else None
-    why = ""
-    if scan.missing > 0.0:
-        why = "points are missing; fill them by `fill=True`"
-    elif scan.heights.size > MOST_POINTS and not asked:
-        why = f"{scan.heights.size} points take their time; ask for it by `point_by_point=True`"
-    if why:
-        return PointByPoint(None, pressure, piece, why)
-    try:
-        law = MeasuredContact(
-            scan, pair, tightening_pressure=pressure, area=area, piece=piece, direction=direction,
-            progress=lambda done, total: report(done / total),
+    area: float | None = None,
+    friction_coefficient: float = 0.5,
+    amplitude: float | None = None,
+    direction: float | None = None,
+    report: Progress,
+) -> FaceJoint:
+    """Solve the face of a scan point by point under a load [N], and by twice the pixel.
+
+    Parameters
+    ----------
+    scan : Scan
+        The conditioned scan.
+    area : float, optional
+        Apparent area [m^2] of the joint; by default that of the scan.
+    amplitude : float, optional
+        Amplitude [m] of the loss factor; by default 0.3 mu N / k_t.
+    direction : float, optional
+        Direction of the motion from x of the scan [rad]; None is the mean over all directions.
+
+    Raises
+    ------
+    InputError
+        If the load brings too few points into contact, or most of the face to its hardness.
+    """
+    scan = scan.solvable()
+    pressure = _rounded_up(normal_load / (area or scan.area))
+    piece = None if scan.heights.size <= WHOLE else _SIDE
+
+    def solved(size: int | None, start: float, share: float, *, coarser: bool) -> MeasuredContact:
+        return MeasuredContact(
+            scan, pair, tightening_pressure=pressure, area=area, piece=size, direction=direction,
+            coarser=coarser, progress=lambda done, total: report(start + share * done / total),
         )  # fmt: skip
-        joint = Interface(law, friction_coefficient, normal_load=normal_load)
-    except InputError as error:
-        return PointByPoint(None, pressure, piece, error.text)
-    return PointByPoint(joint, pressure, piece)
+
+    law = solved(piece, 0.0, 1.0 if piece else 0.8, coarser=True)
+    pieces: MeasuredContact | None = law
+    half = min(scan.heights.shape) // 2
+    if law.numbers.pieces == 1:
+        pieces = solved(half, 0.8, 0.2, coarser=False) if half >= _SMALLEST else None
+    joint = Interface(law, friction_coefficient, normal_load=normal_load)
+    if amplitude is None:
+        amplitude = _RELATIVE_AMPLITUDE * joint.force_limit / joint.tangential_stiffness
+    return FaceJoint(joint, law, amplitude, piece, pieces)
 
 
 def contact_words(numbers: ContactNumbers) -> str:
-    """The solution of a face, in words."""
+    """Describe the solution of a face in a sentence."""
     n = numbers
     state = f"elastic up to {engineering(n.pressure, 'Pa')}"
     if n.hardness is not None:

@@ -275,13 +275,13 @@ class Statistics:
     rms: float
     """Root mean square height Sq [m] about the mean."""
     mean_deviation: float
-    """Mean absolute height Sa [m] about the mean."""
+    """Arithmetical mean height Sa [m]."""
     skewness: float
     """Skewness Ssk [-]: 0 for a Gaussian surface, below it where plateaus prevail."""
     kurtosis: float
     """Kurtosis Sku [-]: 3 for a Gaussian surface."""
-    flatness: float
-    """From the lowest valley to the highest peak [m]: Sz."""
+    maximum_height: float
+    """Maximum height Sz, from the lowest valley to the highest peak [m]."""
     count: int
     """Points present."""
     missing: float
@@ -315,7 +315,7 @@ def statistics_of(heights: Floats) -> Statistics:
         mean_deviation=deviation * scale,
         skewness=third / second**1.5,
         kurtosis=fourth / (second * second),
-        flatness=scale,
+        maximum_height=scale,
         count=count,
         missing=1.0 - count / flat.size,
     )

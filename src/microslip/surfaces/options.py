@@ -62,14 +62,6 @@ OUTLIERS = option(
     metavar="X",
 )
 FILL = option("fill", "Interpolate missing points.", bool, default=False)
-PROMINENCE = option(
-    "prominence",
-    "Least rise of a summit above the saddle to a higher one; from the noise if absent.",
-    LENGTH,
-    "Prominence",
-    example="2 nm",
-    metavar="LENGTH",
-)
 DIRECTION = option(
     "direction",
     "Direction of motion on the measured face, from x of the scan towards y; the mean over all "
@@ -88,7 +80,7 @@ SCAN_AREA = option(
 )
 BODIES = option(
     "materials",
-    "Two metals of the table; with a load, report the resulting joint.",
+    "Two metals of the table; with a load the face is solved and the joint reported.",
     example="steel",
     items=(2, 2),
     metavar="METAL METAL",
@@ -112,7 +104,7 @@ FRICTION = option(
 )
 AMPLITUDE = option(
     "amplitude",
-    "Amplitude of the loss factor of that joint.",
+    "Amplitude of the loss factor of that joint; 0.3 mu N / k_t if absent.",
     LENGTH,
     example="1 um",
     metavar="LENGTH",
@@ -143,19 +135,23 @@ VALID = option(
     items=(2, 2),
     metavar="LOW HIGH",
 )
-KEY = option("key", "Array of a file that holds several.", example="z", metavar="NAME")
 CHANNEL = option(
-    "channel", "Channel of an instrument's file, by name or number.", example="0", metavar="NAME"
+    "channel",
+    "Channel of an instrument's file, by name or number, or array of a file that holds several.",
+    example="0",
+    metavar="NAME",
 )
 
-READING = (FORMAT, UNIT, PIXEL, VALID, KEY, CHANNEL, LIMIT)
-CONDITIONING = (CUTOFF, LONG_CUTOFF, FILTER, LEVEL, OUTLIERS, FILL, CROP)
-POINT_BY_POINT = option(
-    "point_by_point",
-    "Solve the scan of that joint point by point at any size; the default up to 512 x 512.",
-    bool,
-    default=False,
+READING = (FORMAT, UNIT, PIXEL, VALID, CHANNEL)
+"""Options of reading in `microslip surface`."""
+AUTOMATIC_LEVEL = LEVEL.but(
+    help="Form to remove first; auto is quadratic where the scan is bowed, else plane.",
+    default="auto",
+    choices=("auto", *LEVELS),
+    metavar="[auto|plane|quadratic|cylinder|lines|mean|none]",
 )
+CONDITIONING = (CUTOFF, LONG_CUTOFF, AUTOMATIC_LEVEL, CROP)
+"""Options of conditioning in `microslip surface`."""
 RA = option("ra", "Roughness average Ra of a drawing.", LENGTH, example="0.8 um", metavar="LENGTH")
 RQ = option("rq", "Root mean square height Rq, instead.", LENGTH, example="1 um", metavar="LENGTH")
 RZ = option(
@@ -176,5 +172,5 @@ BREADTH = option(
     example=10.0,
     least=1.5,
 )
-JOINT = (BODIES, LOAD, FRICTION, AMPLITUDE, DIRECTION, POINT_BY_POINT)
+JOINT = (BODIES, LOAD, FRICTION, AMPLITUDE, DIRECTION)
 """Options of a joint in `microslip surface`."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,12 +13,15 @@ from microslip._core.errors import InputError
 from microslip.contact import MeasuredContact
 from microslip.contact.materials import MaterialPair
 from microslip.readers.files import POINTS
-from microslip.surfaces import conditioning, surface_parameters
+from microslip.surfaces import conditioning, repair, surface_parameters
 from microslip.surfaces import spectrum as spectra
 from microslip.surfaces import summits as finding
 from microslip.surfaces.file_reading import read
 from microslip.surfaces.height_map import HeightMap
 from microslip.surfaces.heights_in_files import Wishes
+
+MOST_SOLVED = 1 << 20
+"""Points of a face that is solved point by point; of larger scans every n-th one is."""
 
 
 @dataclass(frozen=True, eq=False, repr=False, init=False)
@@ -53,7 +57,6 @@ class Scan(HeightMap):
         *,
         unit: str | tuple[str, str] | None = None,
         pixel: Any = None,
-        key: str | None = None,
         channel: str | int | None = None,
         valid: tuple[float | str, float | str] | None = None,
         limit: int = POINTS,
@@ -80,10 +83,9 @@ class Scan(HeightMap):
         pixel : float, str or pair of them, optional
             Distance of neighbours, [m] or such as "1.66 um", where the file does not say it; it
             takes the place of what an instrument's file says.
-        key : str, optional
-            Array of an ``.npz``, ``.mat`` or HDF5 that holds more than one, such as "run.z".
         channel : str or int, optional
-            Channel of an instrument's file, by name or from 0.
+            Channel of an instrument's file, by name or from 0; or the array of an ``.npz``,
+            ``.mat`` or HDF5 that holds more than one, such as "run.z".
         valid : pair of floats or str, optional
             Lowest and highest possible height, [m] or such as ("-1 mm", "1 mm"); whatever is
             beyond is missing. Needed where a number such as -9999 stands for "nothing measured".
@@ -97,16 +99,36 @@ class Scan(HeightMap):
         """
         if not isinstance(path, (str, os.PathLike)):
             raise InputError(f"`path` must be text or a path, got {show(path)}")
-        wishes = Wishes(format, unit, pixel, key, channel, valid)
+        wishes = Wishes(format, unit, pixel, channel, valid)
         heights, steps, name, notes = read(Path(path), wishes, limit)
         return cls(heights, steps, name=name, notes=notes)
 
     # Functions of a scan are its methods.
     condition = conditioning.condition
+    repaired = repair.repaired
     spectrum = spectra.spectrum
     areal_parameters = surface_parameters.areal_parameters
     profile_parameters = surface_parameters.profile_parameters
     summits = finding.find_summits
+
+    def solvable(self) -> Scan:
+        """Return the scan as faces are solved: without gaps, and of at most a million points.
+
+        Missing points are interpolated from around them (:meth:`condition`), and of a larger scan
+        every n-th point along x and y is kept; the notes state both.
+        """
+        scan = self.measurable()
+        if scan.missing > 0.0:
+            scan = scan.condition(fill="interpolate")
+        step = math.ceil(math.sqrt(scan.heights.size / MOST_SOLVED))
+        if step == 1 or scan.is_profile:
+            return scan
+        note = f"solved by every {step}th point along x and y; the effect of the pixel is reported."
+        return Scan(
+            scan.heights[::step, ::step], tuple(step * length for length in scan.pixel),
+            name=scan.name, notes=(*scan.notes, note), cutoff=scan.cutoff,
+            long_cutoff=scan.long_cutoff,
+        )  # fmt: skip
 
     def to_contact(
         self,
@@ -117,6 +139,9 @@ class Scan(HeightMap):
         **how: Any,
     ) -> MeasuredContact:
         """Solve the scan point by point: a normal law of interacting contacts that yield.
+
+        Missing points are filled, and a scan of more than a million points is solved by every n-th
+        of them, as :meth:`solvable` says.
 
         Parameters
         ----------
@@ -134,4 +159,4 @@ class Scan(HeightMap):
         MeasuredContact
             The law. The scan is the gap of both faces: of two, that of their sum.
         """
-        return MeasuredContact(self.measurable(), pair, hardness, tightening_pressure, **how)
+        return MeasuredContact(self.solvable(), pair, hardness, tightening_pressure, **how)

@@ -7,9 +7,8 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
-from microslip._core.checks import Floats, positive, show
+from microslip._core.checks import Floats, show
 from microslip._core.errors import InputError
 from microslip._core.frozen import Locked, lock
 from microslip._core.wording import quoted
@@ -17,6 +16,8 @@ from microslip.surfaces.height_map import HeightMap
 from microslip.surfaces.moments import Moments
 
 Window = Literal["hann"] | None
+
+_HANN_ALIKE = 35.0 / 18.0  # n sum w^8 / (sum w^4)^2 of the taper w = sin^2
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,38 +85,6 @@ class Spectrum(Locked):
         independent = np.maximum(0.5 * self.waves / alike, 1.0)
         return np.asarray(1.0 / np.sqrt(independent))
 
-    def self_affine_fit(
-        self, shortest: float | None = None, longest: float | None = None
-    ) -> SelfAffineFit:
-        """Power law through the density between two wavelengths.
-
-        Parameters
-        ----------
-        shortest : float, optional
-            Shortest wavelength [m] that the instrument resolves; by default eight pixels, of a scan
-            with a short-wave cut-off twice that, if longer.
-        longest : float, optional
-            Longest one [m]; by default a quarter of the scan, or half of a long-wave cut-off.
-
-        Returns
-        -------
-        SelfAffineFit
-            Hurst's exponent, its error, and how far the density is from a power law.
-        """
-        pixel = max(axis.pixel for axis in self.axes)
-        size = 2.0 * math.pi / min(float(axis.wavenumber[0]) for axis in self.axes)
-        low = max(8.0 * pixel, 2.0 * (self.cutoff or 0.0))
-        high = min(0.25 * size, 0.5 * (self.long_cutoff or math.inf))
-        low = low if shortest is None else positive("shortest", shortest, "m", 1e-5)
-        high = high if longest is None else positive("longest", longest, "m", 1e-4)
-        inside = (self.wavelength >= low) & (self.wavelength <= high) & (self.density > 0.0)
-        if np.count_nonzero(inside) < 5:
-            raise InputError(
-                f"a power law needs five rings, got {np.count_nonzero(inside)} between {low:g} m "
-                f"and {high:g} m"
-            )
-        return _power_law(self, inside)
-
     @property
     def wavelength(self) -> Floats:
         """Wavelengths of the rings [m], falling."""
@@ -139,61 +108,6 @@ class Spectrum(Locked):
         return Moments(
             self.m0, math.fsum(second) / count, math.fsum(fourth) / count, second, fourth
         )
-
-
-@dataclass(frozen=True)
-class SelfAffineFit:
-    """A power law C = C_0 q^(-2 - 2H) of a spectrum; of a profile q^(-1 - 2H)."""
-
-    hurst: float
-    """Hurst's exponent H [-]: 0 to 1 of a self-affine surface."""
-    error: float
-    """Its standard deviation [-], of the scatter about the law if that is larger than expected."""
-    prefactor: float
-    """Density [m^4] (of a profile [m^3]) at the middle wavelength."""
-    shortest: float
-    longest: float
-    """Wavelengths [m] between which it holds."""
-    misfit: float
-    """Rms of the density about the law, over its uncertainty [-]: one for a power law."""
-
-    def density(self, wavelength: Floats, areal: bool = True) -> Floats:
-        """Density of the law at wavelengths [m]."""
-        middle = math.sqrt(self.shortest * self.longest)
-        power = 2.0 * self.hurst + (2.0 if areal else 1.0)
-        return np.asarray(self.prefactor * (np.asarray(wavelength) / middle) ** power)
-
-
-_HANN_ALIKE = 35.0 / 18.0  # n sum w^8 / (sum w^4)^2 of the taper w = sin^2
-
-
-def _power_law(spectrum: Spectrum, inside: NDArray[np.bool_]) -> SelfAffineFit:
-    """Weighted least squares of logarithms; the mean of the logarithm of few waves is low."""
-    from scipy.special import digamma
-
-    wavelength, error = spectrum.wavelength[inside], spectrum.relative_error[inside]
-    independent = 1.0 / (error * error)
-    low, high = float(wavelength.min()), float(wavelength.max())
-    x = np.log(wavelength / math.sqrt(low * high))
-    y = np.log(spectrum.density[inside]) - (digamma(independent) - np.log(independent))
-    weight = (
-        independent  # the variance of a logarithm is that of the relative error, at first order
-    )
-    mean_x, mean_y = np.average(x, weights=weight), np.average(y, weights=weight)
-    square = float(weight @ (x - mean_x) ** 2)
-    slope = float(weight @ ((x - mean_x) * (y - mean_y))) / square
-    level = mean_y + slope * (x - mean_x)
-    misfit = math.sqrt(float(weight @ (y - level) ** 2) / (x.size - 2))
-    areal = len(spectrum.axes) == 2
-    return SelfAffineFit(
-        0.5 * slope - (1.0 if areal else 0.5),
-        # The taper makes neighbouring rings alike, too.
-        0.5 * max(misfit, 1.0) * math.sqrt(_HANN_ALIKE if spectrum.window else 1.0) / square**0.5,
-        math.exp(float(mean_y - slope * mean_x)),
-        low,
-        high,
-        misfit,
-    )
 
 
 def spectrum(scan: HeightMap, *, window: Window = "hann") -> Spectrum:

@@ -8,7 +8,8 @@
  *   S  array of float64, read and written: a state, which must not be gone through twice
  *   d  number                            n  whole number
  *   T  table: coefficients, inverse width, power, limit, rate
- *   P  load curve as a profile: coefficients, anchor, inverse width, first panel
+ *   P  load curve as a profile: coefficients, anchor, inverse width, first panel; or, for what
+ *      takes it (harmonics), as pieces: edges, rows, breaks
  *   C  the same, or any curve: a callable that answers all questions of a call at once
  *   H  the same, or any curve: an object that is asked one question at a time
  *
@@ -91,11 +92,33 @@ static int take_table(Frame *f, PyObject *const *given)
     return 1;
 }
 
+/* Edges, rows and breaks of a curve that is smooth between places. */
+static int take_pieces(Frame *f, PyObject *const *given)
+{
+    Profile *p = &f->curve;
+    Argument *a = &f->a[f->arguments];
+    if (!take_panels(f, given[1], PIECE_ROW, &p->coefficients, &p->panels)) return 0;
+    if (!take_array(f, given[2], 'a', 0)) return 0;
+    p->breaks = a->reals;
+    p->break_count = a->n;
+    if (!take_array(f, given[0], 'a', 0)) return 0;
+    p->edges = a->reals;
+    if (a->n <= p->panels) {
+        PyErr_SetString(PyExc_ValueError, "a buffer is too short for this kernel");
+        return 0;
+    }
+    p->anchor = p->edges[0];
+    a->curve = p;
+    return 1;
+}
+
 /* Returns how many arguments it took, 0 on failure. */
 static int take_curve(Frame *f, PyObject *const *given, Py_ssize_t count, char letter)
 {
     Profile *p = &f->curve;
     p->questions = NULL;
+    p->edges = NULL;
+    p->break_count = 0;
     if (count == 1 && letter != 'P') {
         f->questions.object = given[0];
         f->questions.mode = letter == 'C' ? ASK : ONE;
@@ -103,6 +126,7 @@ static int take_curve(Frame *f, PyObject *const *given, Py_ssize_t count, char l
         f->a[f->arguments].curve = p;
         return 1;
     }
+    if (count == 3) return take_pieces(f, given) ? 3 : 0;
     if (count < 4) {
         PyErr_SetString(PyExc_TypeError, "this kernel needs the four arguments of a profile");
         return 0;

@@ -109,9 +109,9 @@ static const Kernel kernels[] = {
     {"vector_try", "aa?aaaaaa?AAA", "", run_vector_try, 0,
      "vector_try(place, step or None, last_place, last_step, vectors, tops, weights, lay or None, "
      "new, value, tangent)"},
-    {"vector_cycle", "aaanaaa?ananndAAI", "", run_vector_cycle, 0,
-     "vector_cycle(place, step, rest, samples, tops, weights, lay or None, by_place, places, "
-     "by_step, steps, limit, small, value, slopes, passes)"},
+    {"settle_vectors", "aaanaaa?anannndAAIA", "", run_vector_cycle, 0,
+     "settle_vectors(place, step, rest, samples, tops, weights, lay or None, by_place, places, "
+     "by_step, steps, limit, first, small, value, slopes, passes, left)"},
     {"vector_losses", "aaaaa?A", "", run_vector_losses, 0,
      "vector_losses(vectors, step, first_radii, last_radii, lay or None, loss)"},
     {"gaussian_moment", "aAan", "", run_gaussian_moment, 0,

@@ -17,7 +17,7 @@
  */
 
 #define SERIES 16 /* terms of what sticks */
-#define MOST_BANDS 128
+#define MOST_BANDS 128 /* besides those that end where the law is not smooth */
 /* Lengths times the highest harmonic that rules as a rule take to 1e-10. */
 static const double LENGTHS[RULES] = {0.45, 1.3, 3.0, 4.5, 6.3};
 
@@ -38,7 +38,9 @@ typedef struct {
     double rest;
     double scale;
     int n, depth, failed, all; /* all: sums of a part */
-    Band bands[MOST_BANDS];
+    int most_bands;
+    Band *bands;
+    double *marks;
     double root_place, root_step, *root_phi;
     double then; /* found last */
     int band; /* of the last answer: where its front is, -1 beyond all */
@@ -62,6 +64,7 @@ typedef struct {
 /* -N'', from the profile. */
 static double bend_at(const Profile *p, double x)
 {
+    if (p->edges) return piece_bend(p, x);
     double s, sum = 0.0, scale = 2.0 * p->inverse_width;
     Py_ssize_t panel = find_panel(p, (x - p->anchor) * p->inverse_width, &s);
     if (panel >= p->panels) return 0.0;
@@ -92,13 +95,19 @@ static double sum_series(const Walk *w, const double *series, double x, double *
     return sum[0];
 }
 
+/* The place of a series for a time from -1 to 1: as of a cosine where N'' may have roots. */
+static inline double series_place(const Walk *w, double x)
+{
+    return w->p->edges ? 4.0 / TURN * asin(fmax(fmin(x, 1.0), -1.0)) : x;
+}
+
 /* What had been answered at the time when the front was at q: T, dT and the functions then. */
 static double recall(Walk *w, const Band *b, double t, double *slope, double *phi)
 {
     if (b->kind == STICK_BAND) {
         if (slope) make_waves(t, w->place.H, phi);
         double half = 0.5 * (b->to - b->from);
-        return sum_series(w, b->series, (t - b->from - half) / half, slope);
+        return sum_series(w, b->series, series_place(w, (t - b->from - half) / half), slope);
     }
     double d = w->root_step, D = -w->root_place / d, fall = 0.0; /* t is a share of the path */
     double rise = drop_at(w->p, w->rest + t * d, -t * d);
@@ -291,7 +300,7 @@ static void add_span(Walk *w, double low, double high, const Band *band, double 
                 double d = 0.0, x = 2.0 * (t - band->from) / (band->to - band->from) - 1.0;
                 for (int j = 0; j < n; j++) d += w->step.c[j] * phi[j];
                 w->load = load_at(w->p, w->rest + d, &w->here);
-                w->value = sum_series(w, band->series, x, w->slope);
+                w->value = sum_series(w, band->series, series_place(w, x), w->slope);
             } else {
                 slip_here(w, t, side, both);
                 alone = w->band >= 0 && w->bands[w->band].kind != SLIP_BAND;
@@ -332,7 +341,8 @@ static int fit_stick(Walk *w, Band *b, double low, double high)
     for (int i = 0; i < SERIES; i++) {
         double *row = all + (size_t)i * (2 * n + 1), x = w->rest, speed = 0.0;
         const double *phi = w->waves, *p = w->place.c, *d = w->step.c;
-        make_waves(low + half * (1.0 + w->places[i]), H, w->waves);
+        double place = w->p->edges ? sin(0.25 * TURN * w->places[i]) : w->places[i];
+        make_waves(low + half * (1.0 + place), H, w->waves);
         for (int j = 0; j < n; j++) x += d[j] * phi[j];
         for (int m = 1; m <= H; m++)
             speed += m * (p[2 * m] * phi[2 * m - 1] - p[2 * m - 1] * phi[2 * m]);
@@ -364,6 +374,7 @@ static int fit_stick(Walk *w, Band *b, double low, double high)
         for (int i = 0; i < SERIES / 2; i++) {
             const double *restrict at = all + (k % 2 ? SERIES - 1 - i : i) * width;
             double share = half * w->to_series[k][i];
+            if (w->p->edges) share *= 0.25 * TURN * cos(0.25 * TURN * w->places[i]);
             for (int j = 0; j < width; j++) rates[j] += share * at[j];
         }
     }
@@ -389,7 +400,7 @@ static int fit_stick(Walk *w, Band *b, double low, double high)
 
 static Band *push_band(Walk *w, int kind, double side, double end, double up, double down)
 {
-    if (w->depth == MOST_BANDS) {
+    if (w->depth == w->most_bands) {
         w->failed = 1;
         w->depth--;
     }
@@ -450,10 +461,64 @@ static double find_flip(Walk *w, double low, double high)
     return to;
 }
 
+/* Adds the times at which a front on one side passes a place where the law is not smooth, while the
+ * level of that side rises between two values. */
+static int mark_fronts(const Walk *w, double side, double from, double to, double low, double high,
+                       double *marks, int n)
+{
+    const Motion *m = side > 0.0 ? &w->up : &w->down;
+    double inner = from;
+    for (int k = w->depth - 1; k >= -1 && inner < to; k--) {
+        const Band *b = k < 0 ? NULL : &w->bands[k];
+        if (b && b->kind == SLIP_BAND && b->side == side) continue;
+        double outer = b ? fmin(b->level[side < 0.0], to) : to;
+        if (!(outer > inner)) continue;
+        /* The front is at first + rate times the level; where it stuck, bands end at such places. */
+        double first = 0.0, rate = 1.0;
+        if (b && b->kind == SLIP_BAND) {
+            rate = 0.5;
+            first = 0.5 * b->level[side > 0.0];
+        } else if (b && b->kind == PRESS_BAND) {
+            rate = w->root_step / (w->root_step + side * w->root_place);
+        } else if (b) {
+            inner = outer;
+            continue;
+        }
+        const double *breaks;
+        double begin = w->rest + first + rate * inner, end = w->rest + first + rate * outer;
+        Py_ssize_t count = breaks_between(w->p, fmin(begin, end), fmax(begin, end), &breaks);
+        for (Py_ssize_t i = 0; i < count; i++) {
+            double level = (breaks[i] - w->rest - first) / rate;
+            if (level > from && level < to)
+                marks[n++] = find_time(m, 0, level, 1, low, high, 0.5 * (low + high));
+        }
+        inner = outer;
+    }
+    return n;
+}
+
+/* What a derivative by the step gains where slip's stiffness jumps as contact that sticks begins. */
+static void pass_jump(Walk *w, double t)
+{
+    double rates[3], d = place_at(&w->step, t, rates), fall_rate = rates[0];
+    const double *breaks;
+    double near = 1e-9 * (fabs(w->rest + d) + fabs(w->root_step));
+    if (!breaks_between(w->p, w->rest + d - near, w->rest + d + near, &breaks)) return;
+    Py_ssize_t i = find_piece(w->p, breaks[0]);
+    if (i < 1 || !(fall_rate < 0.0)) return;
+    const double *row = piece_at(w->p, i - 1);
+    double before = row[PIECE_INVERSE] * shape(row + PIECE_POWERS, -1.0);
+    double jump = before - fall_at(w->p, breaks[0]);
+    if (!(jump > 1e-10 * before)) return;
+    place_at(&w->place, t, rates);
+    make_waves(t, w->place.H, w->waves);
+    for (int j = 0; j < w->n; j++) w->slope[w->n + j] += jump * rates[0] / fall_rate * w->waves[j];
+}
+
 /* Once around from the root; with sums, piece by piece between the bands that a front passes. */
 static void go_around(Walk *w, const double *times, int count, int sum)
 {
-    double marks[2 * MOST_BANDS + 2], a, b;
+    double *marks = w->marks, a, b;
     double a_end = level_of(w, 1.0, times[0]), b_end = level_of(w, -1.0, times[0]);
     for (int i = 0; i < count; i++) {
         double low = times[i], high = i + 1 < count ? times[i + 1] : times[0] + TURN;
@@ -464,9 +529,11 @@ static void go_around(Walk *w, const double *times, int count, int sum)
         int rises = a_end > a, falls = b_end > b, n = 0;
         if (!rises && !falls) {
             int first = w->depth;
+            if (w->p->edges && i) pass_jump(w, low);
             stick(w, low, high, 5);
             for (int k = first; sum && k < w->depth; k++)
                 add_span(w, w->bands[k].from, w->bands[k].to, &w->bands[k], 0.0, 0);
+            w->value = sum_series(w, w->bands[w->depth - 1].series, 1.0, w->slope);
             continue;
         }
         double side = rises ? 1.0 : -1.0;
@@ -479,6 +546,8 @@ static void go_around(Walk *w, const double *times, int count, int sum)
                 if (falls && level[1] > b && level[1] < b_end)
                     marks[n++] = find_time(&w->down, 0, level[1], 1, low, high, 0.5 * (low + high));
             }
+            if (w->p->edges && rises) n = mark_fronts(w, 1.0, a, a_end, low, high, marks, n);
+            if (w->p->edges && falls) n = mark_fronts(w, -1.0, b, b_end, low, high, marks, n);
             for (int k = 1; k < n; k++) { /* in order */
                 double t = marks[k];
                 int j = k;
@@ -515,6 +584,27 @@ static int start_walk(Walk *w, double root)
     return 0;
 }
 
+/* Adds the times at which the separation passes a place where the law is not smooth. */
+static int mark_crossings(Walk *w, const double *grid, int points, double *times, int count)
+{
+    Motion *m = &w->step;
+    if (!w->p->edges) return count;
+    find_turns(m, grid, points);
+    for (int i = 0; i < m->turns; i++) {
+        double begin = m->times[i], end = i + 1 < m->turns ? m->times[i + 1] : m->times[0] + TURN;
+        double from = m->x[i], to = m->x[(i + 1) % m->turns];
+        const double *breaks;
+        Py_ssize_t n = breaks_between(w->p, w->rest + fmin(from, to), w->rest + fmax(from, to),
+                                      &breaks);
+        for (Py_ssize_t k = 0; k < n; k++) {
+            double near = begin + (end - begin) * (breaks[k] - w->rest - from) / (to - from);
+            double t = find_time(m, 0, breaks[k] - w->rest, to > from, begin, end, near);
+            times[count++] = fmod(t, TURN);
+        }
+    }
+    return count;
+}
+
 /* Coefficients of the force, the load and their derivatives; NaN of what stands still. */
 static void settle_varying(Walk *w, const double *grid, int points, double tolerance, double *times,
                            double *force, double *J, double *load, double *K)
@@ -545,6 +635,7 @@ static void settle_varying(Walk *w, const double *grid, int points, double toler
         most = fmax(most, reach);
     }
     double first = times[root];
+    count = mark_crossings(w, grid, points, times, count);
     for (int i = 0; i < count; i++)
         if (times[i] < first) times[i] += TURN;
     for (int k = 1; k < count; k++) {
@@ -589,19 +680,26 @@ static int run_varying_harmonics(const Argument *a, Result *out)
         return TOO_SHORT;
     size_t n = (size_t)size, turns = 4 * (size_t)H + 8, wide = 4 * (size_t)H + 1;
     size_t all = 2 * n * n + 3 * n + 3 * wide, room = SERIES * (2 * n + 1);
-    size_t band = 3 * n + (SERIES + 1) * (2 * n + 1);
+    size_t band = 3 * n + (SERIES + 1) * (2 * n + 1), kinks = (size_t)a[10].curve->break_count;
+    size_t most_bands = MOST_BANDS + 2 * kinks, crossings = turns * kinks;
+    size_t most_marks = 2 * most_bands + 2 * kinks + 4;
     size_t doubles = (size_t)points * n + 4 * (2 * n + wide + 2 * turns) + 2 * turns + 9 * n +
-                     MOST_BANDS * band + wide + 2 * all + room + (SERIES + 3) * (2 * n + 1);
+                     most_bands * band + wide + 2 * all + room + (SERIES + 3) * (2 * n + 1) +
+                     crossings + most_marks;
     double *memory = calloc(doubles, sizeof(double)), *at = memory;
     Walk *w = malloc(sizeof(Walk));
-    if (!memory || !w) {
+    Band *bands = malloc(most_bands * sizeof(Band));
+    if (!memory || !w || !bands) {
         free(memory);
         free(w);
+        free(bands);
         return NO_MEMORY;
     }
     double *grid = at;
     at += (size_t)points * n;
     memset(w, 0, sizeof(Walk));
+    w->bands = bands;
+    w->most_bands = (int)most_bands;
     Motion *motions[4] = {&w->place, &w->step, &w->up, &w->down};
     double *own[4];
     for (int k = 0; k < 4; k++) {
@@ -613,9 +711,10 @@ static int run_varying_harmonics(const Argument *a, Result *out)
         at += turns;
     }
     double *times = at;
-    w->root_phi = at += 2 * turns;
+    w->marks = at += 2 * turns + crossings;
+    w->root_phi = at += most_marks;
     at += n;
-    for (int k = 0; k < MOST_BANDS; k++) {
+    for (size_t k = 0; k < most_bands; k++) {
         w->bands[k].ahead = at;
         w->bands[k].phi = at + 2 * n;
         w->bands[k].series = at + 3 * n;
@@ -635,12 +734,7 @@ static int run_varying_harmonics(const Argument *a, Result *out)
     w->all = (int)all;
     w->scale = fmax(H, 1) * log(a[4].x) / log(1e-10);
     for (int r = 0; r < RULES; r++) {
-        int middle = make_rule(r, w->rules[r]);
-        for (int i = 0; i <= middle; i++) {
-            Node *node = &w->rules[r][i];
-            double angle = 0.25 * TURN * node->place, stretch = 0.25 * TURN * cos(angle);
-            *node = (Node){sin(angle), stretch * node->weight, stretch * node->miss};
-        }
+        crowd_rule(make_rule(r, w->rules[r]), w->rules[r]);
     }
     for (int k = 0; k < SERIES; k++) {
         w->places[k] = cos(0.25 * TURN * (2 * k + 1) / SERIES);
@@ -665,5 +759,6 @@ static int run_varying_harmonics(const Argument *a, Result *out)
     out[0].n = w->failed;
     free(memory);
     free(w);
+    free(bands);
     return FINE;
 }

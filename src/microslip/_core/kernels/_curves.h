@@ -14,7 +14,12 @@ struct Profile {
     Py_ssize_t panels, first;
     double anchor, inverse_width;
     Questions *questions; /* NULL for panels */
+    const double *edges;  /* of pieces, see _pieces.h; NULL for panels of equal width */
+    const double *breaks; /* places where it is not smooth, rising */
+    Py_ssize_t break_count;
 };
+
+#include "_pieces.h"
 
 static double ask_drop(Questions *q, double base, double width);
 static double ask_load(Questions *q, double x, double *fall);
@@ -92,6 +97,7 @@ static inline double load_at(const Profile *p, double x, double *fall)
 {
     double s;
     if (p->questions) return ask_load(p->questions, x, fall);
+    if (p->edges) return piece_load(p, x, fall);
     Py_ssize_t panel = find_panel(p, (x - p->anchor) * p->inverse_width, &s);
     if (panel >= p->panels) {
         if (fall) *fall = 0.0;
@@ -109,6 +115,10 @@ static inline double fall_at(const Profile *p, double x)
         ask_load(p->questions, x, &fall);
         return fall;
     }
+    if (p->edges) {
+        piece_load(p, x, &fall);
+        return fall;
+    }
     Py_ssize_t panel = find_panel(p, (x - p->anchor) * p->inverse_width, &s);
     if (panel >= p->panels) return 0.0;
     return -2.0 * p->inverse_width * curve_slope(panel_at(p, panel), s);
@@ -118,6 +128,7 @@ static inline double fall_at(const Profile *p, double x)
 static double drop_at(const Profile *p, double base, double width)
 {
     if (p->questions) return ask_drop(p->questions, base, width);
+    if (p->edges) return piece_drop(p, base, width);
     double s0, s1, z = (base - p->anchor) * p->inverse_width;
     Py_ssize_t low = find_panel(p, z, &s0);
     if (low >= p->panels) return 0.0;

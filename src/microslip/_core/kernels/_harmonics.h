@@ -89,6 +89,16 @@ static int make_rule(int rule, Node *nodes)
     return GAUSS_PLACES[rule];
 }
 #define TURN 6.283185307179586476925
+
+/* The same with places as of a cosine, for integrands with roots at an end. */
+static void crowd_rule(int middle, Node *nodes)
+{
+    for (int i = 0; i <= middle; i++) {
+        double angle = 0.25 * TURN * nodes[i].place, stretch = 0.25 * TURN * cos(angle);
+        nodes[i] = (Node){sin(angle), stretch * nodes[i].weight, stretch * nodes[i].miss};
+    }
+}
+
 #define HALVINGS 48
 #define MOST_PARTS 65536 /* of a piece */
 
@@ -337,6 +347,78 @@ static double product(const double *k, int i, int j)
     return 0.5 * (odd_sum + (larger_sine ? odd_gap : -odd_gap));
 }
 
+/* A piece on which the slope is constant, in closed form: force = f + k (x - x0). */
+static void add_straight(Motion *m, double low, double high, int parent, double f, double k,
+                         double x0, double *force, double *J)
+{
+    int size = m->size, H = m->H, wide = 4 * H + 1;
+    double half = 0.5 * (high - low), *I = m->sums, *by = m->by + parent * size;
+    double *phi = m->phi + parent * size, *w = m->waves;
+    make_waves(half, 2 * H, m->spans);
+    make_waves(0.5 * (low + high), 2 * H, w);
+    I[0] = high - low;
+    for (int n = 1; n <= 2 * H; n++) {
+        double share = 2.0 * m->spans[2 * n] / n;
+        I[2 * n - 1] = share * w[2 * n - 1];
+        I[2 * n] = share * w[2 * n];
+    }
+    for (int n = 0; n < wide; n++) m->k_sums[n] += k * I[n];
+    for (int i = 0; i < size; i++) {
+        double sum = (f + k * (m->c[0] - x0)) * I[i];
+        for (int j = 1; j < size; j++) sum += k * m->c[j] * product(I, i, j);
+        force[i] += sum;
+        for (int j = 0; j < size; j++) J[i * size + j] += I[i] * (by[j] - k * phi[j]);
+    }
+}
+
+/* The same as add_piece, cut where the law is not smooth. */
+static void add_cut(Motion *m, const Line *l, double low, double high, double from, double to,
+                    int parent, double sign, double force_miss, double slope_miss, double *force,
+                    double *J)
+{
+    const Profile *p = l->curve;
+    if (!p || !p->edges || !(high > low)) {
+        add_piece(m, l, low, high, parent, sign, force_miss, slope_miss, force, J);
+        return;
+    }
+    double origin = m->x[parent], first = l->rest + 0.5 * fabs(from - origin), t = low, x = from;
+    double last = l->rest + 0.5 * fabs(to - origin), at = first, f = 0.0;
+    int known = 0; /* whether the force at the beginning of the next part is */
+    const double *breaks;
+    Py_ssize_t count = breaks_between(p, first, last, &breaks);
+    for (Py_ssize_t k = 0; k <= count; k++) {
+        double next = k < count ? breaks[k] : last, end = high, y = to;
+        if (k < count) {
+            y = origin + 2.0 * sign * (next - l->rest);
+            if ((y - x) * sign <= 0.0 || (to - y) * sign <= 0.0) continue;
+            double near = t + (high - t) * (y - x) / (to - x);
+            end = find_time(m, 0, y, sign > 0.0, t, high, near);
+        }
+        Py_ssize_t i = find_piece(p, 0.5 * (at + next));
+        int straight = i >= p->panels;
+        if (!straight && !piece_at(p, i)[PIECE_ROOTS]) {
+            const double *c = piece_at(p, i) + PIECE_POWERS;
+            straight = 1;
+            for (int n = 1; n < TERMS; n++) straight &= c[n] == 0.0;
+            straight &= at >= p->edges[i] && next <= p->edges[i + 1];
+        }
+        if (straight) {
+            double k_here = 0.0; /* N falls evenly over a straight piece */
+            if (i < p->panels) k_here = piece_at(p, i)[PIECE_INVERSE] * piece_at(p, i)[PIECE_WHOLE];
+            if (!known) f = m->force[parent] + 2.0 * sign * drop_at(p, l->rest, at - l->rest);
+            add_straight(m, t, end, parent, f, k_here, x, force, J);
+            f += k_here * (y - x);
+            known = 1;
+        } else {
+            add_piece(m, l, t, end, parent, sign, force_miss, slope_miss, force, J);
+            known = 0;
+        }
+        t = end;
+        x = y;
+        at = next;
+    }
+}
+
 static void settle_harmonics(Motion *m, const Line *l, const double *grid, int points,
                              double tolerance, double *force, double *J)
 {
@@ -375,8 +457,8 @@ static void settle_harmonics(Motion *m, const Line *l, const double *grid, int p
                     double t = 0.5 * (begin + last);
                     t = close == end ? last
                                      : find_time(m, 0, close, sign > 0.0, begin, last, t);
-                    add_piece(m, l, begin, t, m->open[depth - 1], sign, force_miss, slope_miss,
-                              force, J);
+                    add_cut(m, l, begin, t, from, close, m->open[depth - 1], sign, force_miss,
+                            slope_miss, force, J);
                     begin = t;
                     from = close;
                 }
@@ -384,7 +466,8 @@ static void settle_harmonics(Motion *m, const Line *l, const double *grid, int p
             }
             int parent = m->open[depth - 1];
             if (pass)
-                add_piece(m, l, begin, last, parent, sign, force_miss, slope_miss, force, J);
+                add_cut(m, l, begin, last, from, end, parent, sign, force_miss, slope_miss, force,
+                        J);
             if (pass || way + 1 == n) continue;
             double *by = m->by + (way + 1) * size, *phi = m->phi + (way + 1) * size;
             double value = line_at(l, 0.5 * fabs(end - m->x[parent]), &k);
@@ -449,6 +532,7 @@ static int run_harmonics(const Argument *a, Result *out, const Profile *curve,
     m.spans = at + wide;
     make_speeds(grid, points, H, (int)size);
     m.middle = make_rule(1, m.rule);
+    if (curve && curve->edges) crowd_rule(m.middle, m.rule); /* roots at the ends of pieces */
     for (Py_ssize_t i = 0; i < rows; i++) {
         Line line = {curve, table, rests ? rests[i] : 0.0};
         m.c = a[0].reals + i * size;

@@ -275,7 +275,7 @@ static inline double (*map_of(const Round *c, Py_ssize_t k))[6]
 /* By Newton's method the state at the root that a cycle brings back, from g on, with its trace;
  * the times around, or 0. A cycle that brings two states no further apart has one such state alone
  * where its derivative N has no eigenvalue of 1: what is found there is where passes tend to. */
-static Py_ssize_t solve_slider(const Round *c, double top, double small, double *g)
+static Py_ssize_t solve_slider(const Round *c, double top, double small, double *g, double *left)
 {
     for (Py_ssize_t turn = 1; turn <= 12; turn++) {
         double N[4] = {1.0, 0.0, 0.0, 1.0}, *end = c->trace + 14 * c->samples;
@@ -290,7 +290,8 @@ static Py_ssize_t solve_slider(const Round *c, double top, double small, double 
         double x = end[0] - g[0], y = end[1] - g[1];
         if (!(det > 1e-8)) return 0;
         double dx = (q * x - b * y) / det, dy = (a * y - p * x) / det;
-        if (hypot(dx, dy) <= small) return turn;
+        *left = hypot(dx, dy);
+        if (*left <= small) return turn;
         g[0] = end[0] + N[0] * dx + N[1] * dy;
         g[1] = end[1] + N[2] * dx + N[3] * dy;
         double radius = top - c->d[c->root], size = hypot(g[0], g[1]);
@@ -300,12 +301,16 @@ static Py_ssize_t solve_slider(const Round *c, double top, double small, double 
 }
 
 /* Passes of a slider until its state at the root, which is left in g with its trace, changes by so
- * little that it is within `small` of where it tends to; 0 if that takes more than `most`. */
+ * little that it is within `small` of where it tends to. Newton's method is tried after 1, 8, 64 ...
+ * passes: from rest it may lead into a branch of the map without a fixed point. After `most` passes
+ * the state is the last one; `left` is an estimate of its distance from the limit. */
 static Py_ssize_t settle_slider(const Round *c, double top, double small, double rounding,
-                                Py_ssize_t most, double *g)
+                                Py_ssize_t most, double *g, double *left)
 {
     double root[2] = {0.0, 0.0}, change = 0.0;
+    Py_ssize_t solve_at = 1;
     g[0] = g[1] = 0.0;
+    *left = 0.0;
     step_slider(c, c->strides, top, g, NULL);
     for (Py_ssize_t pass = 1; pass < most; pass++) {
         root[0] = g[0];
@@ -315,21 +320,28 @@ static Py_ssize_t settle_slider(const Round *c, double top, double small, double
         /* What is left of a change that shrinks as it did, or as the inverse cube of passes. */
         double ratio = moved / change;
         int there = pass > 1 && ratio < 1.0 && 2.0 * moved * ratio <= small * (1.0 - ratio);
+        *left = ratio < 1.0 ? 2.0 * moved * ratio / (1.0 - ratio) : HUGE_VAL;
         change = moved;
         if (moved <= rounding || there) {
+            if (!there) *left = moved;
             trace_slider(c, top, g);
             return pass + 1;
         }
-        if (pass == 1) {
+        if (pass == solve_at) {
             double solved[2] = {g[0], g[1]};
-            Py_ssize_t turns = solve_slider(c, top, small, solved);
+            double step = 0.0;
+            Py_ssize_t turns = solve_slider(c, top, small, solved, &step);
+            solve_at *= 8;
             if (turns) {
                 memcpy(g, solved, sizeof(solved));
-                return 2 + turns;
+                *left = step;
+                return pass + 1 + turns;
             }
         }
     }
-    return 0;
+    trace_slider(c, top, g);
+    *left = fmin(*left, 2.0 * fmax(top - c->d[c->root], 0.0));
+    return most;
 }
 
 /* Derivatives of a slider's state at the root: what its cycle leaves, or, where it does not slip in
@@ -421,19 +433,21 @@ static void add_slider(const Round *c, double w, const double *settled, double *
 
 /* Settled cycles of nodes that share the sliders, with derivatives along directions: (nodes,
  * samples, 2, 2 places + steps) by those of each part of the place and of the separation. A cycle
- * begins where step + |place| is largest, with a straight path from rest; each slider is taken around
- * until it has settled, all together to `small`, or `most` times: then `passes` is negative. */
+ * begins where step + |place| is largest, or with FIRST at its first sample, with a straight path
+ * from rest; each slider is taken around
+ * until it has settled, all together to `small`, or `most` times; `left` is how far the sum of all
+ * sliders is estimated to be from its limit. */
 static int run_vector_cycle(const Argument *a, Result *out)
 {
     enum { PLACE, STEP, REST, SAMPLES, TOPS, WEIGHTS, LAY, BY_PLACE, PLACES, BY_STEP, STEPS, MOST,
-           SMALL, VALUE, SLOPES, PASSES };
+           FIRST, SMALL, VALUE, SLOPES, PASSES, LEFT };
     Py_ssize_t samples = a[SAMPLES].n, places = a[PLACES].n, steps = a[STEPS].n, most = a[MOST].n;
     Py_ssize_t sliders = a[TOPS].n, nodes = a[PASSES].n, n = nodes * samples;
     Py_ssize_t columns = 2 * places + steps, width = 2 * columns;
     if (samples < 1 || places < 0 || steps < 0 || a[PLACE].n < 2 * n || a[STEP].n < n ||
         a[REST].n < nodes || a[WEIGHTS].n < sliders || a[BY_PLACE].n < samples * places ||
         a[BY_STEP].n < samples * steps || (a[LAY].reals && a[LAY].n < 4) ||
-        a[VALUE].n < 2 * n || a[SLOPES].n < n * width)
+        a[VALUE].n < 2 * n || a[SLOPES].n < n * width || a[LEFT].n < nodes)
         return TOO_SHORT;
     size_t sums = (size_t)((samples + 1) * (width + 3));
     size_t doubles = sums + 2 * (size_t)width + 14 * ((size_t)samples + 1);
@@ -451,6 +465,7 @@ static int run_vector_cycle(const Argument *a, Result *out)
                .shares = memory + (samples + 1) * (width + 2)};
     for (Py_ssize_t i = 0; i < nodes; i++) {
         double reach = -HUGE_VAL, nearest = HUGE_VAL, *shares = c.shares, total = 0.0, size = 0.0;
+        double distance = 0.0;
         Py_ssize_t longest = 1;
         c.x = a[PLACE].reals + 2 * samples * i;
         c.d = a[STEP].reals + samples * i;
@@ -458,7 +473,7 @@ static int run_vector_cycle(const Argument *a, Result *out)
             double far = c.d[t] + hypot(c.x[2 * t], c.x[2 * t + 1]);
             nearest = fmin(nearest, c.d[t]);
             size = fmax(size, 1e-15 * (fabs(c.d[t]) + far - c.d[t]));
-            if (far > reach) {
+            if (far > reach && !(a[FIRST].n && t)) {
                 reach = far;
                 c.root = t;
             }
@@ -472,19 +487,17 @@ static int run_vector_cycle(const Argument *a, Result *out)
         }
         memset(memory, 0, sums * sizeof(double));
         for (Py_ssize_t j = 0; j < sliders; j++) {
-            double g[2];
+            double g[2], left;
             if (!(tops[j] > nearest)) continue; /* it never touches */
             Py_ssize_t passes = settle_slider(&c, tops[j], a[SMALL].x / whole,
-                                              size + 1e-15 * fabs(tops[j]), most, g);
-            if (!passes) {
-                longest = 0;
-                break;
-            }
+                                              size + 1e-15 * fabs(tops[j]), most, g, &left);
             if (passes > longest) longest = passes;
+            distance += weights[j] * left;
             if (columns) derive_start(&c, tops[j], passes, start);
             add_slider(&c, weights[j], g, start);
         }
-        a[PASSES].integers[i] = longest ? longest : -(long long)most;
+        a[PASSES].integers[i] = longest;
+        a[LEFT].reals[i] = distance;
         double held[2] = {0.0, 0.0}, *run = start;
         memset(run, 0, (size_t)width * sizeof(double));
         for (Py_ssize_t k = 0; k < samples; k++) {

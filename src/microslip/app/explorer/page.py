@@ -20,9 +20,9 @@ from microslip._version import __version__
 from microslip.contact import GreenwoodWilliamson
 from microslip.contact.heights import Gaussian
 from microslip.contact.materials import Material, metals
-from microslip.figures.html import script
+from microslip.contact.validity import RULES
+from microslip.figures.picture import script
 from microslip.friction import Interface
-from microslip.friction.validity import RULES
 
 _FOLDER = Path(__file__).parent
 _NODES = 20

@@ -6,9 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from microslip._core.checks import Floats, show
+from microslip._core.checks import Floats, positive, show
 from microslip._core.errors import InputError
 from microslip.friction import Interface, JointField
+from microslip.friction.vector_cycles import SETTLED
 
 
 class ContactNodes:
@@ -28,15 +29,27 @@ class ContactNodes:
         As of :meth:`microslip.JointField.two_directions`, for three directions.
     balanced : bool
         Whether the load at an opening of zero is taken off.
+    tolerance : float, optional
+        Error of the settled forces over the force limit [-], for three directions.
+
+    Attributes
+    ----------
+    converged : ndarray of bool
+        Whether each node of the last call of :meth:`harmonics` has settled, shape (nodes,).
+    residual : ndarray
+        Estimated distance of its forces from those of the limit cycle [N], shape (nodes,).
     """
 
     def __init__(
-        self, field: Any, directions: int, sliders: int, nearest: float | None, balanced: bool
-    ) -> None:
+        self, field: Any, directions: int, sliders: int, nearest: float | None, balanced: bool,
+        tolerance: float = SETTLED,
+    ) -> None:  # fmt: skip
         if not isinstance(field, JointField):
             raise InputError(f"`field` must be a JointField, got {show(field)}")
         self.field, self.directions = field, directions
         self._options: dict[str, Any] = {"sliders": sliders, "nearest": nearest}
+        self._tolerance = positive("tolerance", tolerance, example=SETTLED)
+        self.converged, self.residual = np.ones(field.size, dtype=bool), np.zeros(field.size)
         self._zero = field.separations if field.gaps is None else field.gaps
         self._taken_off = field.load(self._zero)[0] if balanced else np.zeros(field.size)
         self.rest_at(np.zeros((field.size, directions)))
@@ -76,8 +89,15 @@ class ContactNodes:
             found = self._law.harmonics(place[:, 0], numbers, separations=separations)
             tangential = found[0][:, None]
         else:
-            found = self._law.harmonics(place, numbers, separations=separations, samples=samples)
+            found = self._law.harmonics(
+                place,
+                numbers,
+                separations=separations,
+                samples=samples,
+                tolerance=self._tolerance,
+            )
             tangential = found[0]
+        self.converged, self.residual = found.converged, found.residual
         force, jacobian = np.concatenate((tangential, -found[1][:, None]), axis=1), found[2]
         force[:, -1, 0] += self._taken_off
         jacobian[:, -1] *= -1.0

@@ -21,6 +21,7 @@ from microslip._core.checks import Floats, show
 from microslip._core.errors import InputError
 from microslip.export.hosts.contact_nodes import ContactNodes, contact_field
 from microslip.friction import BackboneLaw, Interface, IsotropicJoint, JointField
+from microslip.friction.vector_cycles import SETTLED
 
 
 def elements() -> list[type[Any]]:
@@ -190,7 +191,8 @@ class ContactElement(_Element):
     :class:`microslip.Interface` for one pair of nodes, whose separations are those of no motion
     (of a field its gaps, if it has any); ``sliders``, 128, and ``nearest`` as of
     :meth:`microslip.JointField.two_directions`; ``balanced``, whether the load where nothing moves
-    is taken off, True, since the forces that press a joint are rarely in the model. The normal
+    is taken off, True, since the forces that press a joint are rarely in the model; ``tolerance``,
+    1e-6, error of settled forces in two tangential directions over the force limit. The normal
     displacement opens a contact. One tangential direction takes neither sliders nor samples.
     """
 
@@ -207,7 +209,10 @@ class ContactElement(_Element):
             raise InputError("a contact needs the mean: nh must be a number, or begin with 0")
         options = (self.data.get("sliders", 128), self.data.get("nearest"))
         balanced = bool(self.data.get("balanced", True))
-        self.law = ContactNodes(contact_field(law), len(self.data["dirs"]), *options, balanced)
+        tolerance = self.data.get("tolerance", SETTLED)
+        self.law = ContactNodes(
+            contact_field(law), len(self.data["dirs"]), *options, balanced, tolerance
+        )
         self._count = self.law.field.size
 
     def response(self, motion: Floats) -> tuple[Floats, Floats]:

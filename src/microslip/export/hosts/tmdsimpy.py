@@ -18,6 +18,7 @@ from microslip._core.checks import Floats, floats, show
 from microslip._core.errors import InputError
 from microslip.export.hosts.contact_nodes import ContactNodes
 from microslip.friction import BackboneLaw, JointField
+from microslip.friction.vector_cycles import SETTLED
 
 _SPARSE = 0.1  # share of entries below which a matrix is held without its zeros
 
@@ -209,16 +210,20 @@ class FieldForce(_Force):
         With one tangential direction there are neither sliders nor samples.
     balanced : bool, optional
         Whether the load where nothing is displaced is taken off.
+    tolerance : float, optional
+        Error of the settled forces over the force limit [-], for two tangential directions. No
+        finite motion is refused: ``nodes.converged`` and ``nodes.residual`` [N] tell, node by
+        node, whether the last call of :meth:`aft` met it.
     """
 
     def __init__(
         self, Q: ArrayLike, T: ArrayLike, field: JointField, *, sliders: int = 512,
-        nearest: float | None = None, balanced: bool = False,
+        nearest: float | None = None, balanced: bool = False, tolerance: float = SETTLED,
     ) -> None:  # fmt: skip
         if not isinstance(field, JointField):
             raise InputError(f"`field` must be a JointField, got {show(field)}")
         super().__init__(Q, T, field.size, (2, 3))
-        self.nodes = ContactNodes(field, self._width, sliders, nearest, balanced)
+        self.nodes = ContactNodes(field, self._width, sliders, nearest, balanced, tolerance)
         self._signs = np.append(np.ones(self._width - 1), -1.0)  # an approach closes
 
     @property

@@ -124,6 +124,23 @@ class Diagram:
         self.value = float(result[-1])
         return result
 
+    def stored(self, curve: LoadCurve) -> float:
+        """Return the elastic energy of all sliders [J], as :attr:`microslip.State.stored_energy`.
+
+        A slider over eta holds g, the integral of D from the separation d to eta, in places. By
+        parts the integral of N'' g^2/2 is that of (-N') g D, in which g is straight on each row.
+        """
+        if not self.depth:
+            return 0.0
+        ends, density = self.stack[: self.depth, 0][::-1], self.stack[: self.depth, 1][::-1]
+        begins = np.append(self.separation, ends[:-1])
+        widths = np.maximum(ends - begins, 0.0)
+        held = np.append(0.0, np.cumsum(density * widths)[:-1])
+        drop = np.atleast_1d(curve.drop(begins, widths))
+        moment = 0.5 * widths * drop - curve.excess("excess", begins, widths)
+        total = float((density * (held * drop + density * moment)).sum())
+        return curve.friction * curve.slip * max(total, 0.0)
+
     def _bound(self, stack: Floats, values: Floats, depth: int, curve: LoadCurve) -> int:
         """Rows that are left of ``depth`` where there is a limit to them."""
         if self.limit is None:

@@ -77,8 +77,8 @@ class FieldState(Resumable):
     """
 
     __slots__ = (
-        "_begin", "_depth", "_doubt", "_limit", "_loss", "_marks", "_nodes", "_place", "_room",
-        "_rows", "_step", "_used", "_value",
+        "_begin", "_depth", "_doubt", "_held", "_limit", "_loss", "_marks", "_nodes", "_place",
+        "_room", "_rows", "_step", "_used", "_value",
     )  # fmt: skip
 
     _changing = (
@@ -88,6 +88,8 @@ class FieldState(Resumable):
     # Places, steps if they vary, how far the curve is asked for, and what the kernel makes of them.
     _trial: tuple[Floats, Floats | None, tuple[float, float], tuple[Any, ...]] | None
     _doubt: Floats | None
+    # How far the curve is asked for while separations stay, and what kernels take of it.
+    _held: tuple[tuple[float, float], tuple[Any, ...]] | None
 
     def __init__(self, nodes: Nodes, energies: bool, depth: int | None = None) -> None:
         super().__init__()
@@ -96,7 +98,7 @@ class FieldState(Resumable):
         if self._limit is not None:
             bounding_profile(nodes.curve, 0.0)
             self._doubt = np.zeros((size, DOUBTS))
-        self._nodes = nodes
+        self._nodes, self._held = nodes, None
         self._rows, self._marks = np.zeros((_ROWS * size, 3)), np.zeros((_ROWS * size, 2))
         self._begin, self._room = _ROWS * np.arange(size), np.full(size, _ROWS)
         self._used = _ROWS * size
@@ -171,14 +173,19 @@ class FieldState(Resumable):
         code = np.empty(size, dtype=np.int64)
         load, fall, by_step = (np.empty(size) for _ in range(3))
         current = self._step if step is None else step
-        reach = nodes.reach(self._step, step)
+        if step is None and self._held is not None:
+            reach, curve = self._held
+        else:
+            reach = nodes.reach(self._step, step)
+            curve = nodes.curve.arguments(*reach)
+            self._held = (reach, curve) if step is None else None
         kernels.compiled.field_try(
             place, current, nodes.rests, self._place, self._step, self._value, self._rows,
             self._marks, self._begin, self._depth, front, density, value, code, by_place,
-            load, fall, by_step, *nodes.curve.arguments(*reach),
+            load, fall, by_step, *curve,
         )  # fmt: skip
         self._trial = place, step, reach, (front, density, value, code)
-        stiffness = by_place * (nodes.weights / nodes.slips)
+        stiffness = by_place * nodes.stiffness_scales
         force = value * nodes.weights
         tangent = np.zeros((size, 2, 2))
         tangent[:, 0, 0] = stiffness
@@ -189,6 +196,8 @@ class FieldState(Resumable):
 
     def _take(self, trial: Any) -> None:
         place, step, reach, (front, density, value, code) = trial
+        if step is not None:
+            self._held = None
         current = self._step if step is None else step
         if self._loss is not None:
             self._loss += self._losses(place, current, code, reach)
@@ -305,9 +314,10 @@ class FieldState(Resumable):
         Nodes that outgrow their slot move to the end, with the rows that the step keeps. A step
         that closes rows may leave a node with fewer than it has now; those rows are never copied.
         """
-        full = np.flatnonzero(rows > self._room)
-        if not full.size:
+        more = rows > self._room
+        if not more.any():
             return
+        full = np.flatnonzero(more)
         room = _with_spare(rows[full])
         used = self._used + int(room.sum())
         if used > len(self._rows):

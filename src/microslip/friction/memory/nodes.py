@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -39,6 +40,11 @@ class Nodes:
         """Number of nodes."""
         return self.rests.size
 
+    @cached_property
+    def stiffness_scales(self) -> Floats:
+        """Tangential stiffness of a node over that of the curve [1/m]."""
+        return self.weights / self.slips
+
     def per_node(self, name: str, value: ArrayLike, unit: str) -> Floats:
         """Validate numbers, one a node or one for all; convert quantities to ``unit``."""
         return along(name, value, self.size, unit, "nodes")
@@ -73,6 +79,8 @@ def checked_separations(surface: NormalLaw, separations: Floats) -> Floats:
 def along(name: str, numbers: ArrayLike, size: int, unit: str, kind: str = "samples") -> Floats:
     """Validate numbers along ``size`` samples or nodes: one for each, or one for all."""
     values = floats(name, numbers, unit)
+    if values.shape == (size,):
+        return values
     if values.ndim > 1 or values.size not in (1, size):
         raise InputError(
             f"`{name}` must be one number or one for each of the {size} {kind}, got shape "

@@ -136,6 +136,28 @@ class State(Resumable):
         return self._lost + float(energy.sum())
 
     @property
+    @one_at_a_time
+    def stored_energy(self) -> float:
+        """Elastic energy that the tangential springs hold now [J].
+
+        Half the square of what each slider holds over its stiffness (Iwan 1966, DOI
+        10.1115/1.3625199), in closed form along the memory. At a constant load the work done on the
+        joint is stored plus dissipated energy; under a load that varies the normal force does work
+        on the slipping contacts, too.
+        """
+        if self._diagram is not None:
+            return self._diagram.stored(self._curve())
+        memory, law = self._memory, self._law
+        rows = memory.stack[: memory.depth]
+        ends = np.append(rows[:, 0], memory.last)
+        half = 0.5 * np.abs(np.diff(ends, prepend=0.0))
+        half[0] *= 2.0
+        backbone = law._backbone(half)
+        first = 0.5 * half[0] * backbone[0] - 0.125 * float(law._energy(half[:1])[0])
+        branches = rows[:, 1] * np.diff(ends) + 2.0 * half[1:] * backbone[1:]
+        return max(float(first + branches.sum()), 0.0)
+
+    @property
     def open_reversals(self) -> int:
         """Number of reversals that are remembered; all that the state stores grows with it.
 

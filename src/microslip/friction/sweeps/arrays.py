@@ -12,21 +12,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from microslip._core import netcdf
 from microslip._core.checks import show
+from microslip._core.dataset import DataSet, Variable
 from microslip._core.errors import InputError
 from microslip._core.files import whole_file
 from microslip._core.frozen import lock
-from microslip._core.netcdf import Variable
-from microslip._core.netcdf import write as write_netcdf
-from microslip._core.packages import needed_for
 from microslip._core.units import engineering, prefix
 from microslip.figures.kit import evenly
 from microslip.figures.plot import COLORS, DASHES, Axis, Entry, Panel, Plot
 
 if TYPE_CHECKING:
     import xarray
-
-_BLOCK = 20_000  # lines of a table at a time
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,13 +131,12 @@ class Sweep:
     def to_xarray(self) -> xarray.Dataset:
         """The same as an ``xarray.Dataset``."""
         instead = "to_netcdf(...) and to_csv(...) need nothing more"
-        with needed_for("to_xarray needs", "xarray", instead):
-            import xarray
-        variables, coords = (
-            {name: (v.dims, v.values, dict(v.attributes)) for name, v in group.items()}
-            for group in (self.variables, self.coords)
-        )
-        return xarray.Dataset(variables, coords, attrs=dict(self.attributes))
+        data: xarray.Dataset = self._data.to_xarray(instead)
+        return data
+
+    @property
+    def _data(self) -> DataSet:
+        return DataSet(self.sizes, self.coords, self.variables, self.attributes)
 
     def to_netcdf(self, path: str | Path, overwrite: bool = False) -> Path:
         """Write one netCDF-4 file, whole or not at all, and return its path.
@@ -148,7 +144,7 @@ class Sweep:
         A file in its place is replaced only with ``overwrite``.
         """
         with whole_file(path, overwrite) as stage:
-            write_netcdf(stage, self.sizes, self.coords, self.variables, self.attributes)
+            netcdf.write(stage, self._data)
         return Path(path)
 
     def to_csv(self, path: str | Path, overwrite: bool = False) -> Path:
@@ -156,23 +152,12 @@ class Sweep:
 
         Parameters and errors as :meth:`to_netcdf`; numbers read back bit for bit.
         """
-        shape = self.shape
-        columns = {}
-        for name, (dims, values, about) in {**self.coords, **self.variables}.items():
-            places = [slice(None) if dim in dims else None for dim in self.dims]
-            column = np.broadcast_to(values[tuple(places)] if self.dims else values, shape)
-            unit = "-" if about["units"] == "1" else about["units"]
-            columns[f"{name} [{unit}]"] = column.reshape(-1)
-        count = math.prod(shape)
+        data = self._data
         with (
             whole_file(path, overwrite) as stage,
             stage.open("w", encoding="utf-8", newline="") as file,
         ):
-            file.write(",".join(columns) + "\n")
-            for start in range(0, count, _BLOCK):
-                # repr is the shortest text that reads back as the same double.
-                texts = [map(repr, c[start : start + _BLOCK].tolist()) for c in columns.values()]
-                file.writelines(",".join(row) + "\n" for row in zip(*texts, strict=True))
+            file.writelines(text for _, text in data.csv_lines({n: n for n in data}, self.dims))
         return Path(path)
 
 

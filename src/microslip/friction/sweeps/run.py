@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import LARGEST, Floats, check_one_of, exact, floats, positives, show
+from microslip._core.dataset import Variable
 from microslip._core.errors import InputError
-from microslip._core.netcdf import Variable
 from microslip._core.quantities import QUANTITIES, Quantity
 from microslip._version import __version__
 from microslip.friction import BackboneLaw, Interface

@@ -25,8 +25,12 @@ from microslip.contact import (
 from microslip.contact.base import aluminium
 from microslip.contact.heights import Exponential, Gaussian, as_heights
 from microslip.contact.materials import MaterialPair
-from microslip.friction.surface_guesses import conventional_radius
 
+CONVENTIONAL_AREA = 1e-4
+"""Apparent area [m^2] where none is known: no loop depends on it."""
+_SPREAD = 0.05
+"""Density times radius times standard deviation of the heights of engineering surfaces [-],
+Greenwood and Williamson (1966, DOI 10.1098/rspa.1966.0242): a convention for the radius."""
 _PANELS = (24, 32, 48, 64)
 _LEFT_OUT = 1e-14  # of the largest value, for the terms that a panel leaves out
 
@@ -190,7 +194,7 @@ class Template:
         if isinstance(law, GreenwoodWilliamson):
             summits = constant / (length**1.5 * stiff)  # N_a sqrt(rho)
             if radius is None:
-                radius = conventional_radius(summits / area, length)
+                radius = (_SPREAD * area / (summits * length)) ** 2
             density = summits / (math.sqrt(radius) * area)
             return GreenwoodWilliamson(
                 pair, law.heights._scaled(factor), radius=radius, density=density, area=area

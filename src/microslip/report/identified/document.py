@@ -1,73 +1,64 @@
-"""Identified joints: document and files of a fit."""
+"""Document and files of an identification, from one labelled data set."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
-from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import Any
 
-from microslip._core.errors import InputError
+import numpy as np
+
 from microslip._core.quantities import json_value
-from microslip._core.units import significant
-from microslip._core.wording import capital
+from microslip._core.units import engineering, interval_digits, significant
+from microslip._core.verdicts import Word
+from microslip._core.wording import capital, plural, shorten
 from microslip._version import __version__
-from microslip.identification import Comparison, Identification, figures, identify
-from microslip.identification.caveats import HAS_VALUE, label
-from microslip.identification.models import model_of
-from microslip.laboratory import Measurement, Record, measure
-from microslip.laboratory.campaign import Campaign
-from microslip.laboratory.regimes import RegimeBorders, borders_of
-from microslip.report import measured_campaign as together
+from microslip.friction.law_files import law_content, law_text
+from microslip.identification import Estimate, Identification, figures
+from microslip.identification.curves import CONFIDENCE, SHOWN, AmplitudeTable, curves_of
+from microslip.report import cells
 from microslip.report.document import (
-    Block,
     Column,
     Document,
+    Facts,
+    Headline,
     Items,
     Judged,
     Listing,
     Note,
     Section,
     Table,
-    Verdicts,
 )
 from microslip.report.files import csv_text, header, text_cell, text_file
-from microslip.report.identified import numbers
-from microslip.report.identified.numbers import Summary, joint_text
-
-if TYPE_CHECKING:
-    from microslip.study.description import StudyDescription
+from microslip.study.toml_text import dump
 
 KIND = "microslip-identification"
 """Kind of a folder of an identified joint in summary.json."""
+SCHEMA = 2
 
 Say = Callable[[str], str]
 """Puts messages into the words of who asked, such as the options of a command."""
 
+LEVEL = f"{100.0 * CONFIDENCE:g} %"
+_COLUMNS = {
+    "force": ("Force T", "N"),
+    "dissipated_energy": ("Energy of a cycle", "J"),
+    "damping_ratio": ("Damping ratio ζ", ""),
+}
+_WORDS: Mapping[str, Word] = {"identified": "ok", "assumed": "watch", "bounded": "watch"}
 _METHOD = (
-    "The settled cycles of each record are folded on one; their scatter gives the noise of force "
-    "and displacement. All records are fitted at once by weighted least squares with exact "
-    "derivatives. The rig is a spring in series; force offsets and errors of the displacement are "
-    "nuisances, which are taken out of the residuals. An interval is where the profile of the "
-    "likelihood, all other parameters fitted again, stays above its limit at {level}; where it "
-    "does not close, there is no interval, and the parameter is not identified."
-)
-_GIVEN_NUMBERS = (
-    "Found minus given, in standard deviations of the given value; and by how many of them it "
-    "contradicts the records and all else: the root of the decrease of χ² without it. Beyond 3 "
-    "they disagree, and all that depends on the value is in doubt."
+    "The settled cycles of each record are averaged; their scatter gives the noise. The force of "
+    "any law that obeys Masing's rules is linear in its density of sliders, so all records are "
+    "fitted at once by least squares with stiffnesses that are not negative: one convex problem "
+    "without start values or an assumed shape. At a lower normal load the yield displacements of "
+    f"all sliders are less by one number. An interval ({LEVEL}, each by itself) holds the values "
+    "of all densities whose sum of squares is within a quantile of the least one; the quantile is "
+    "calibrated by simulation from the fit. Loops cannot tell the joint from the rig in series: "
+    "without a measured stiffness of the rig all results are those of both."
 )
 _RESIDUALS = (
-    "χ² is the sum of the squared residuals over their noise, which is taken from the scatter of "
-    "the cycles; reduced, it is 1 where model and noise explain the records. The residual is the "
-    "root mean square of measured minus modelled force over the mean cycle. The noise is that of "
-    "one sample; that of the mean cycle is smaller by the root of the number of samples averaged. "
-    "The energy is that of a cycle, measured minus modelled over measured, with its standard error."
-)
-_LAWS = (
-    "Smaller is better: the criteria of Akaike and of Schwarz penalise parameters. Held-back "
-    "cycles were predicted, not fitted; their error is over the noise, and 1 is the best possible."
+    "The residual is the root mean square of measured minus fitted force over the mean cycle; the "
+    "noise is that of one sample."
 )
 
 
@@ -75,299 +66,268 @@ _LAWS = (
 class Identified:
     """Result of one run of ``identify``."""
 
-    results: tuple[Identification, ...]
-    """One for each law; the first is what the pictures and the study are of."""
-    comparison: Comparison | None
-    study: StudyDescription | None
-    """The study that materials and start are from."""
-    left_out: tuple[str, ...] = ()
-    """Keys of the study that the fit does not follow."""
+    found: Identification
+    title: str = ""
+    """Title of the study that the materials are from."""
+    step: Any = None
+    """The second step: parameters of the interface; None without materials."""
+    no_step: str = ""
+    """Reason why the second step was not made."""
     skipped: tuple[tuple[str, str], ...] = ()
     """Files that could not be read, and why."""
-    campaign: Campaign | None = None
-    """The cycles of several records, measured."""
-
-    @property
-    def first(self) -> Identification:
-        """The law that was asked for first."""
-        return self.results[0]
 
 
-def units_of(laws: Sequence[str]) -> dict[str, str]:
-    """SI units of the parameters that some laws have, and of the rig's stiffness."""
-    units = {
-        parameter.name: parameter.unit for law in laws for parameter in model_of(law).parameters
-    }
-    return {**units, "rig_stiffness": "N/m"}
+# -- the data set ---------------------------------------------------------------------------------
 
 
-def identified(
-    records: Sequence[Record],
-    laws: Sequence[str],
-    study: StudyDescription | None,
-    options: Mapping[str, Any],
-    progress: Callable[[float], None],
-) -> Identified:
-    """Identify laws from records: the first is reported, the others are compared with it.
-
-    Materials, kind of heights and start of an interface are those of the study; ``options`` are
-    as :func:`microslip.identify` takes them.
-    """
-    fits: dict[str, Identification] = {}
-    failed: dict[str, str] = {}
-    left_out: list[str] = []
-    for index, law in enumerate(laws):
-        keywords, names = dict(options), units_of([law])
-        for key in ("fixed", "bounds"):
-            keywords[key] = {name: value for name, value in options[key].items() if name in names}
-        if law != "interface":
-            keywords["contact_area"] = keywords["known"] = keywords["summits"] = None
-        if index > 0:
-            keywords["intervals"] = "curvature"  # of what is compared there are no profiles
-        model: Any = law
-        if law == "interface" and study is not None:
-            from microslip.study.build import build_as_made  # all that reads studies
-
-            model, left_out = build_as_made(study)
-
-        def report(share: float, index: int = index) -> None:
-            progress((index + share) / len(laws))
-
-        try:
-            fits[law] = identify(records, model, progress=report, **keywords)
-        except InputError as error:
-            if index == 0:
-                raise
-            failed[law] = str(error)
-    comparison = None
-    if len(laws) > 1:
-        ordered = sorted(fits.items(), key=lambda item: (not item[1].converged, item[1].aic))
-        comparison = Comparison(MappingProxyType(dict(ordered)), MappingProxyType(failed))
-    return Identified(tuple(fits.values()), comparison, study, tuple(left_out))
-
-
-def measured_together(
-    records: Sequence[Record],
-    confidence: float,
-    cycles: slice | None,
-    counted: Callable[[Measurement, int], Measurement],
-    first: Identification,
-    known: Callable[[list[int]], dict[str, Any]],
-) -> Campaign | None:
-    """Several records measured; those that cannot be are left to what is said of their fit.
-
-    ``counted`` gives a record's cycles their numbers, ``known`` what else a campaign knows of some
-    records; the borders of the regimes are those of the law that was found ``first``.
-    """
-    indices, measurements = [], []
-    for index, record in enumerate(records if len(records) > 1 else ()):
-        try:
-            measured = measure(record, confidence=confidence, cycles=cycles)
-        except InputError:
-            continue
-        measurements.append(counted(measured, index))
-        indices.append(index)
-    if len(measurements) < 2:
-        return None
-    loads = [load.value for m in measurements if (load := m.mean.get("normal_load")) is not None]
-    borders = _borders(first, loads)
-    return Campaign(tuple(measurements), borders=borders, **known(indices))
-
-
-def _borders(first: Identification, loads: Sequence[float]) -> RegimeBorders | None:
-    """Regime borders of the identified law, its rig in series; None without a rig."""
-    rig = first.parameters.get("rig_stiffness")
-    if first.law != "interface" or (rig is not None and rig.verdict not in HAS_VALUE):
-        return None
-    try:
-        return borders_of(first.joint, loads, None if rig is None else rig.value)
-    except InputError:  # the records do not tell the joint
-        return None
-
-
-# -- plain values ---------------------------------------------------------------------------------
-
-
-def summarise(outcome: Identified, say: Say = str, *, labelled: bool = False) -> dict[str, Any]:
-    """Content of summary.json: plain values in SI units, messages as ``say`` puts them.
-
-    For people numbers are ``labelled`` in the messages.
-    """
-    first, *comparisons = (_spelt(result, say, labelled) for result in outcome.results)
-    for record, values in zip(outcome.first.records, first["records"], strict=True):
-        values["rms_residual"] = math.sqrt(float((record.residual**2).mean()))
-    if outcome.left_out:
-        first["notes"].append(
-            f"{' and '.join(outcome.left_out)} of the study: left out, since a fit describes an "
-            "evenly pressed surface; its heights are those in effect in the records."
-        )
-    title = "" if outcome.study is None else outcome.study.title
+def data_of(outcome: Identified, say: Say = str) -> dict[str, Any]:
+    """Return all numbers of an identification as plain values in SI units."""
+    found = outcome.found
+    law = found.law
+    title = f"{outcome.title}: identified" if outcome.title else "Identified joint"
     return {
-        **header(KIND, 1, f"{title}: identified" if title else "Identified joint"),
+        **header(KIND, SCHEMA, title),
         "version": __version__,
+        "of": found.series,
+        "confidence": CONFIDENCE,
+        "amplitude_range": json_value(found.amplitudes),
+        "stiffness": _ends(found.stiffness, "N/m"),
+        "force_limit": _ends(found.force_limit, "N"),
+        "rig_stiffness": {**_ends(found.rig, "N/m"), "given": found.rig_stiffness is not None},
+        "curves": [_curve(table) for table in curves_of(found)],
+        "law": {
+            "yield_displacements": json_value(law.yield_displacements),
+            "stiffnesses": json_value(law.stiffnesses),
+        },
+        "masing": {
+            "chi_squared": json_value(found.chi_squared),
+            "degrees_of_freedom": found.degrees_of_freedom,
+            "holds": bool(found.masing.holds),
+            "text": say(found.masing.text),
+        },
+        "interface": None if outcome.step is None else _step(outcome.step),
+        "records": [
+            {
+                "name": record.name,
+                "normal_load": json_value(record.normal_load),
+                "amplitude": record.folded.amplitude,
+                "cycles": record.folded.cycles,
+                "rms_residual": float(np.sqrt(np.mean(record.residual**2))),
+                "force_noise": record.folded.force_noise,
+                "measured_energy": record.measured_energy,
+            }
+            for record in found.records
+        ],
         "skipped": [{"file": name, "reason": why} for name, why in outcome.skipped],
-        "study": None if outcome.study is None else outcome.study.name,
-        "identification": first,
-        "others": comparisons,
-        "comparison": None if outcome.comparison is None else _compared(outcome.comparison),
+        "notes": [say(note) for note in found.notes],
         "files": [],
     }
 
 
-def _spelt(result: Identification, say: Say, labelled: bool) -> dict[str, Any]:
-    """The summary of a fit with its messages as who asked puts them."""
-
-    def named(name: str) -> str:
-        number = result.parameters.get(name)
-        return label(name, None if number is None else number.load)
-
-    summary = result.summary(call=named) if labelled else result.summary()
-    summary["message"] = say(summary["message"])
-    summary["notes"] = [say(note) for note in summary["notes"]]
-    for number in (*summary["parameters"].values(), *summary["derived"].values()):
-        number["reason"], number["remedy"] = say(number["reason"]), say(number["remedy"])
-    return summary
+def _ends(estimate: Estimate, unit: str) -> dict[str, Any]:
+    return {**{key: json_value(getattr(estimate, key)) for key in Estimate._fields}, "unit": unit}
 
 
-def _compared(comparison: Comparison) -> dict[str, Any]:
-    """Laws side by side, the best first."""
-    ends = ("value", "low", "high", "unit", "low_open", "high_open")
-    data = {
-        "best": comparison.best,
-        "laws": comparison.rows(),
-        "rigs": {
-            name: {law: {end: getattr(fitted, end) for end in ends} for law, fitted in laws.items()}
-            for name, laws in comparison.rigs().items()
+def _curve(table: AmplitudeTable) -> dict[str, Any]:
+    return {
+        "normal_load": json_value(table.load),
+        "measured_amplitudes": json_value(table.measured),
+        "amplitude": json_value(table.amplitude),
+        **{
+            name: {key: json_value(getattr(estimate, key)) for key in Estimate._fields}
+            for name, estimate in table.estimates.items()
         },
-        "failed": comparison.failed,
     }
-    return {key: json_value(value) for key, value in data.items()}
+
+
+def _step(step: Any) -> dict[str, Any]:
+    return {
+        "law": step.law,
+        "fits": bool(step.fits),
+        "misfit": json_value(step.misfit),
+        "misfit_limit": json_value(step.misfit_limit),
+        "parameters": {
+            name: {
+                key: json_value(getattr(one, key))
+                for key in ("value", "low", "high", "unit", "verdict")
+            }
+            for name, one in step.parameters.items()
+        },
+    }
 
 
 # -- the document ---------------------------------------------------------------------------------
 
 
-def document(outcome: Identified, say: Say = str, files: bool = False) -> Document:
-    """Identified and unidentified parameters; with ``files`` the reason for no joint.toml."""
-    toml, why = joint_text(outcome.first, outcome.study, say)
-    pictures = figures.pictures(outcome.first)
-    tables = [text_file("residuals.csv", lambda: _residuals(outcome.first))]
-    summary = summarise(outcome, say)
-    fit = summarise(outcome, say, labelled=True)["identification"]
-    comparison = summary["comparison"]
-    if why and files:
-        for fit_summary in (fit, summary["identification"]):
-            fit_summary["notes"].append(why)
-    level = f"{100.0 * fit['confidence']:g} %"
+def document(outcome: Identified, say: Say = str) -> Document:
+    """Return the law with its intervals, and the second step, as a document."""
+    data, found = data_of(outcome, say), outcome.found
+    holds = data["masing"]["holds"]
     sections = [
-        Section("Parameters", tuple(_parameters(fit, summary["study"], level))),
-        *_open_section(fit),
-        Section("Validity", (Verdicts(numbers.verdicts_of(fit)),)),
-        Section("Figures", pictures, brief=False),
-        Section("Residuals", (_records(fit["records"]), Items(tuple(numbers.quality_of(fit))))),
+        Section("At rest and in gross slip", (_facts(data),)),
+        Section("At the measured amplitudes", (_amplitudes(data),)),
+        Section("Law", (Items(_masing(data)),)),
     ]
-    if (correlations := _correlations(fit)) is not None:
-        sections.append(Section("Correlations", (correlations,)))
-    if comparison is not None:
-        sections.append(Section("Laws compared", tuple(_laws(comparison))))
-    if (campaign := outcome.campaign) is not None:
-        tables.append(text_file("campaign.csv", lambda: together.csv_of(campaign)))
-        table, last = together.sections(campaign, (), fit["confidence"])
-        sections += [replace(section, brief=False) for section in table]
-        sections += last
-        summary["campaign"] = together.data_of(campaign, (), fit["confidence"])
-    if toml is not None:
-        tables.append(text_file("joint.toml", lambda: toml))
-        if (law := numbers.law_json(outcome.first)) is not None:
-            tables.append(text_file(numbers.LAW_FILE, lambda: law))
-        words = Note("In joint.toml, for: microslip predict joint.toml")
-        sections.append(Section("The joint as a study", (words, Listing(toml)), brief=False))
-    method = Note(_METHOD.format(level=level))
-    sections.append(Section("Method", (method,), brief=False))
+    if data["interface"] is not None:
+        sections.append(Section("Parameters", _parameters(data)))
+    elif outcome.no_step:
+        sections.append(Section("Parameters", (Note(outcome.no_step, small=True),)))
+    study = study_text(data)
+    sections += [
+        Section("Figures", figures.pictures(found), brief=False),
+        Section("Residuals", (_records(data["records"]),), brief=False),
+        Section(
+            "The joint as a study",
+            (Note("In joint.toml, for: microslip predict joint.toml"), Listing(study)),
+            brief=False,
+        ),
+        Section("Method", (Note(_METHOD),), brief=False),
+    ]
     if outcome.skipped:
         unreadable = tuple(f"{name}: {why}" for name, why in outcome.skipped)
-        sections.append(
-            Section("Left out", (Note("Files that cannot be read:"), Items(unreadable)))
-        )
-    if fit["notes"]:
-        sections.append(Section("Notes", (Items(tuple(fit["notes"])),)))
+        files = Note("Files that cannot be read:")
+        sections.append(Section("Left out", (files, Items(unreadable))))
+    if data["notes"]:
+        sections.append(Section("Notes", (Items(tuple(data["notes"])),)))
     return Document(
         KIND,
-        summary["title"],
-        numbers.headline(fit),
+        data["title"],
+        headline(data),
         tuple(sections),
-        summary,
-        () if outcome.first.is_plain else (f"{capital(fit['message'])}.",),
-        numbers.first_number(fit),
-        "loops",
-        tuple(tables),
+        data,
+        () if holds else (f"{capital(data['masing']['text'])}.",),
+        _number(data),
+        "law",
+        (
+            text_file("curves.csv", lambda: _curves_csv(data)),
+            text_file("residuals.csv", lambda: _residuals_csv(found)),
+            text_file("law.json", lambda: law_json(outcome)),
+            text_file("joint.toml", lambda: study),
+        ),
     )
 
 
-def _parameters(fit: Summary, study: str | None, level: str) -> list[Block]:
-    blocks: list[Block] = [Note(numbers.sentence(fit))]
-    for title, key, noun in (
-        ("Parameters", "parameters", "parameter"),
-        ("Derived quantities", "derived", "quantity"),
-    ):
-        columns = (
-            Column(noun, noun.capitalize(), short=noun),
-            Column("value", f"Value ({level} interval)", short=f"value ({level} interval)"),
-            Column("verdict", "Verdict", short="verdict"),
-        )
-        rows = tuple(
-            (
-                label(name, number.get("normal_load")),
-                numbers.value_and_interval(number),
-                Judged(numbers.word_of(number), number["verdict"]),
+def headline(data: Mapping[str, Any]) -> str:
+    """Return the largest measured cycle, in a sentence."""
+    curve = data["curves"][-1]
+    at = f"±{engineering(curve['amplitude'][-1], 'm', 3, trim=True)}"
+    if curve["normal_load"] is not None:
+        at += f" and {engineering(curve['normal_load'], 'N', 3, trim=True)}"
+    energy, damping = (
+        interval_text(*(curve[name][key][-1] for key in Estimate._fields), unit)
+        for name, unit in (("dissipated_energy", "J"), ("damping_ratio", ""))
+    )
+    return f"The {data['of']} dissipates at {at} {energy} in a cycle, and ζ is {damping}."
+
+
+def _number(data: Mapping[str, Any]) -> Headline:
+    curve = data["curves"][-1]
+    value, low, high = (curve["dissipated_energy"][key][-1] for key in Estimate._fields)
+    at = engineering(curve["amplitude"][-1], "m", 3, trim=True)
+    digits = interval_digits(low, high, value)
+    ends = " to ".join(engineering(end, "J", digits) for end in (low, high))
+    return Headline(f"energy at ±{at}", engineering(value, "J", digits), f"{ends} ({LEVEL})")
+
+
+def interval_text(value: float | None, low: float | None, high: float | None, unit: str) -> str:
+    """Return a value with its interval as text; an end that is not known is left open."""
+
+    def text(number: float, digits: int) -> str:
+        if unit in ("N", "J", "m", "N/m"):
+            return engineering(number, unit, digits)
+        return f"{significant(number, digits)} {unit}".rstrip()
+
+    if low is None and high is None:
+        return cells.UNKNOWN if value is None else text(value, 4)
+    if high is None:
+        return f"at least {text(low or 0.0, 4)}"
+    if low is None:
+        return f"at most {text(high, 4)}"
+    middle = 0.5 * (low + high) if value is None else value
+    digits = interval_digits(low, high, middle)
+    ends = f"{text(low, digits)} to {text(high, digits)}"
+    return ends if value is None else f"{text(value, digits)} ({ends})"
+
+
+def _facts(data: Mapping[str, Any]) -> Facts:
+    def of(name: str) -> str:
+        number = data[name]
+        return interval_text(*(number[key] for key in Estimate._fields), number["unit"])
+
+    rig = of("rig_stiffness")
+    rig += ", as given" if data["rig_stiffness"]["given"] else ": loops give no more than this"
+    low, high = (engineering(a, "m", 3, trim=True) for a in data["amplitude_range"])
+    load = data["curves"][-1]["normal_load"]
+    at = "" if load is None else f" at {engineering(load, 'N', 3, trim=True)}"
+    return Facts(
+        f"{capital(data['of'])}{at}, with {LEVEL} intervals",
+        (
+            ("Stiffness at rest", of("stiffness")),
+            ("Force limit", of("force_limit")),
+            ("Stiffness of the rig", rig),
+            ("Measured amplitudes", f"{low} to {high}"),
+        ),
+    )
+
+
+def _amplitudes(data: Mapping[str, Any]) -> Table:
+    """Return the estimates at the amplitudes of the records, a row each."""
+    columns = [
+        Column("normal_load", "Normal load", "N", 4, write=cells.trimmed("N"), short="load"),
+        Column("amplitude", "Amplitude", "m", 4, short="amplitude"),
+        *(Column(name, f"{label} ({LEVEL})", short=label) for name, (label, _) in _COLUMNS.items()),
+    ]
+    rows = []
+    for curve in data["curves"]:
+        for a in curve["measured_amplitudes"]:
+            at = curve["amplitude"].index(a)
+            texts = (
+                interval_text(*(curve[name][key][at] for key in Estimate._fields), unit)
+                for name, (_, unit) in _COLUMNS.items()
             )
-            for name, number in fit[key].items()
-        )
-        if rows:
-            blocks.append(Table(title, columns, rows))
-    blocks += [Note(hint, small=True) for hint in numbers.hints_of(fit, study)]
-    if fit["given"]:
-        blocks.append(_prior_table(fit))
-    return blocks
+            rows.append((curve["normal_load"], a, *texts))
+    caption = f"Intervals of {LEVEL}, each by itself, of the {data['of']}."
+    return Table("At the measured amplitudes", tuple(columns), tuple(rows), keys=2, caption=caption)
 
 
-def _open_section(fit: Summary) -> list[Section]:
-    """Open questions of the records; no section where there are none."""
-    texts = numbers.open_texts(fit)
-    ways = tuple(f"{capital(way['text'])}." for way in fit["directions"])
-    blocks: list[Block] = [Items(tuple(texts))]
-    if ways:
-        note = "Combinations of parameters that change the loops by less than their noise:"
-        blocks += [Note(note), Items(ways)]
-    return [Section("Not identified", tuple(blocks))] if texts or ways else []
+def _masing(data: Mapping[str, Any]) -> tuple[str, ...]:
+    masing = data["masing"]
+    reduced = masing["chi_squared"] / masing["degrees_of_freedom"]
+    return (
+        f"{capital(masing['text'])}.",
+        f"Reduced χ² {significant(reduced, 3)} over {masing['degrees_of_freedom']} degrees of "
+        f"freedom, {plural(len(data['records']), 'record')}.",
+    )
 
 
-def _prior_table(fit: Summary) -> Table:
-    """Values given with an uncertainty beside the identified ones."""
-    heads = ("Given values", "Value", "Found", "Deviations", "From other data", "Verdict")
+def _parameters(data: Mapping[str, Any]) -> tuple[Any, ...]:
+    step = data["interface"]
+    columns = (
+        Column("parameter", "Parameter", short="parameter"),
+        Column("value", f"Value ({LEVEL})", short=f"value ({LEVEL})"),
+        Column("verdict", "Verdict", short="verdict"),
+    )
     rows = tuple(
         (
-            label(datum["name"]),
-            " ± ".join(
-                numbers.quantity(datum[key], datum["unit"]) for key in ("value", "uncertainty")
-            ),
-            numbers.quantity(datum["found"], datum["unit"]),
-            numbers.signed(datum["residual"], 2),
-            significant(abs(datum["disagreement"]), 2),
-            Judged("ok", "agrees") if datum["agrees"] else Judged("outside", "disagrees"),
+            capital(name.replace("_", " ")),
+            interval_text(one["value"], one["low"], one["high"], one["unit"].replace("-", ""))
+            if one["verdict"] != "not determined"
+            else cells.UNKNOWN,
+            Judged(_WORDS.get(one["verdict"], "outside"), one["verdict"]),
         )
-        for datum in fit["given"]
+        for name, one in step["parameters"].items()
     )
-    return _texts("Given values", heads, rows, _GIVEN_NUMBERS)
+    words = "fits the loops as well as the law does"
+    if not step["fits"]:
+        words = (
+            "does not fit: χ² rises by more than noise explains "
+            f"({significant(step['misfit'], 3)} over {significant(step['misfit_limit'], 3)}), so "
+            "its parameters are those of the nearest one"
+        )
+    return (Table("Parameters", columns, rows), Note(f"The {step['law']} {words}."))
 
 
-def _texts(title: str, heads: Sequence[str], rows: tuple[Any, ...], caption: str = "") -> Table:
-    columns = tuple(Column(head.lower().replace(" ", "_"), head, short=head) for head in heads)
-    return Table(title, columns, rows, caption=caption)
-
-
-def _records(records: Sequence[Summary]) -> Table:
-    """Residual of each record, and the delay of its force where that was free."""
+def _records(records: Sequence[Mapping[str, Any]]) -> Table:
     columns = (
         Column("name", "Record"),
         Column("normal_load", "N", "N"),
@@ -375,61 +335,73 @@ def _records(records: Sequence[Summary]) -> Table:
         Column("cycles", "Cycles"),
         Column("rms_residual", "Residual", "N", 3),
         Column("force_noise", "Noise of a sample", "N", 3),
-        Column("energy_text", "Energy residual"),
-        Column("delay_text", "Delay"),
+        Column("measured_energy", "Energy of the loop", "J"),
     )
-    late = any(record.get("delay") for record in records)
-    rows = []
-    for record in records:
-        delay = numbers.delay_text(record["delay"]) if late else None
-        cells = {**record, "energy_text": numbers.energy_text(record), "delay_text": delay}
-        rows.append(tuple(cells[column.key] for column in columns))
-    return Table("Residuals", columns, tuple(rows), caption=_RESIDUALS, noun="records")
+    rows = tuple(tuple(record[column.key] for column in columns) for record in records)
+    return Table("Residuals", columns, rows, caption=_RESIDUALS, noun="records")
 
 
-def _correlations(fit: Summary) -> Table | None:
-    """The correlations of the errors, each pair once; None for a single parameter."""
-    names, matrix = fit["correlation"]["names"], fit["correlation"]["matrix"]
-    if len(names) < 2:
-        return None
-    labels = [label(name, fit["parameters"][name].get("normal_load")) for name in names]
-    places = range(len(names) - 1)
-    rows = tuple(
-        (labels[i], *(numbers.signed(matrix[i][j]) if j < i else "" for j in places))
-        for i in range(1, len(names))
-    )
-    caption = (
-        "Correlations of the errors of the fitted parameters: near 1 or −1 the records determine "
-        "only a combination of the two."
-    )
-    return _texts("Correlations", ["", *labels[:-1]], rows, caption)
+# -- files ----------------------------------------------------------------------------------------
 
 
-def _laws(comparison: Summary) -> list[Block]:
-    heads = ("Law", "Status", "Parameters", "Reduced χ²", "AIC", "BIC", "Held back/noise")
-    rows = tuple(
-        (
-            law["law"],
-            law["status"],
-            law["parameters"],
-            significant(law["reduced_chi_squared"]),
-            *("–" if law[key] is None else f"{law[key]:.1f}" for key in ("aic", "bic")),
-            significant(law["held_back"]),
-        )
-        for law in comparison["laws"]
-    )
-    failed = (f"{law}: {why}" for law, why in comparison["failed"].items())
-    return [
-        _texts("Laws compared", heads, rows, _LAWS),
-        Items((*numbers.rig_texts(comparison), *failed)),
+def law_json(outcome: Identified) -> str:
+    """Return the law at the highest load with its intervals, as a law file holds them."""
+    band = curves_of(outcome.found)[-1].band()
+    return law_text(law_content(outcome.found.law, band))
+
+
+def study_text(data: Mapping[str, Any]) -> str:
+    """Return the study of the law in law.json at the measured amplitudes."""
+    curve = data["curves"][-1]
+    lines = [f"Identified by microslip {__version__}, the {data['of']}, from:"]
+    lines += [
+        f"  {shorten(record['name'], 60)}, N = {cells.value(record['normal_load'], 'N')}, "
+        f"amplitude {cells.value(record['amplitude'], 'm')}, {record['cycles']} cycles"
+        for record in data["records"]
     ]
+    if curve["normal_load"] is not None and len(data["curves"]) > 1:
+        load = engineering(curve["normal_load"], "N", 4, trim=True)
+        lines.append(f"The law is that of the highest normal load, {load}.")
+    study = {
+        "schema": 1,
+        "title": data["title"],
+        "joint": {"law_file": "law.json"},
+        "excitation": {
+            "amplitudes": [_written(a) for a in curve["measured_amplitudes"]],
+            "curve": {
+                "from": _written(curve["amplitude"][0]),
+                "to": _written(curve["amplitude"][-1]),
+            },
+        },
+    }
+    return "\n".join(f"# {line}" for line in lines) + f"\n{dump(study)}"
 
 
-def _residuals(result: Identification) -> str:
-    """Measured and modelled force of every record over a cycle."""
+def _written(amplitude: float) -> str:
+    return engineering(amplitude, "m", 6, trim=True).replace("µ", "u")
+
+
+def _curves_csv(data: Mapping[str, Any]) -> str:
+    """Return force, energy and damping ratio against amplitude with their ends."""
+    heads = ["normal load [N]", "amplitude [m]"]
+    for name in SHOWN:
+        label, unit = name.replace("_", " "), _COLUMNS[name][1] or "-"
+        heads += [f"{label} [{unit}]", f"{label} low [{unit}]", f"{label} high [{unit}]"]
 
     def rows() -> Iterator[tuple[Any, ...]]:
-        for record in result.records:
+        for curve in data["curves"]:
+            columns = [curve[name][key] for name in SHOWN for key in Estimate._fields]
+            for row in zip(curve["amplitude"], *columns, strict=True):
+                yield curve["normal_load"], *row
+
+    return csv_text(heads, rows())
+
+
+def _residuals_csv(found: Identification) -> str:
+    """Return measured and fitted force of every record over a cycle."""
+
+    def rows() -> Iterator[tuple[Any, ...]]:
+        for record in found.records:
             columns = (
                 record.phase, record.displacement, record.measured, record.model, record.residual
             )  # fmt: skip
@@ -437,4 +409,4 @@ def _residuals(result: Identification) -> str:
                 yield text_cell(record.name), record.normal_load, *row
 
     heads = ["record", "normal load [N]", "phase [rad]", "displacement [m]", "measured force [N]"]
-    return csv_text([*heads, "model force [N]", "residual [N]"], rows())
+    return csv_text([*heads, "fitted force [N]", "residual [N]"], rows())

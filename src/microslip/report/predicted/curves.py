@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from microslip._core.quantities import QUANTITIES
 from microslip._core.units import engineering
 from microslip.figures.kit import (
     LOOKS,
@@ -40,7 +41,7 @@ from microslip.study.runs.prediction import Prediction
 MOST_LOADS = 6
 MOST_MARKS = 12
 
-Quantity = Callable[[AmplitudeCurve], Floats]
+CurveValues = Callable[[AmplitudeCurve], Floats]
 
 
 def drawn_loads(result: Prediction) -> list[tuple[int, Look]]:
@@ -116,7 +117,7 @@ def some_drawn(values: Floats) -> Floats:
 
 
 def draw_curves(
-    panel: Panel, result: Prediction, axis: AmplitudeAxis, quantity: Quantity
+    panel: Panel, result: Prediction, axis: AmplitudeAxis, quantity: CurveValues
 ) -> Floats:
     """Draw a quantity of every load: a line, and markers where there are loops.
 
@@ -147,7 +148,7 @@ def draw_curves(
 
 
 def _band(
-    panel: Panel, result: Prediction, axis: AmplitudeAxis, quantity: Quantity, number: int
+    panel: Panel, result: Prediction, axis: AmplitudeAxis, quantity: CurveValues, number: int
 ) -> Floats:
     """Shade between the outer quantiles of a load, below all lines; its ordinates."""
     scatter = result.scatter
@@ -180,7 +181,7 @@ def _label(joint: Any) -> str:
 
 CUBIC = "cubic limit, ∝ δₘ³"
 CUBIC_IN_FORCE = "cubic limit, ∝ Tₘ³"
-LINEAR = "linear limit, 4μN δₘ"
+LINEAR_LIMIT = "linear limit, 4μN δₘ"
 MOST_EXPONENT = 6.0
 
 
@@ -214,7 +215,7 @@ def _energy(result: Prediction, axis: AmplitudeAxis) -> Panel:
         for x, y, name, height in _limit_lines(result, index, axis):
             panel.line(x, y, look.color, width=THIN, dash=DASHED)
             if name not in uppermost or height > uppermost[name][0]:
-                uppermost[name] = height, LineName(x, y, name, at_end=name == LINEAR)
+                uppermost[name] = height, LineName(x, y, name, at_end=name == LINEAR_LIMIT)
     energies = draw_curves(panel, result, axis, lambda curve: curve.dissipated_energy)
     if np.isfinite(energies).any():
         panel.y.low, panel.y.high = float(energies.min()) / 5.0, float(energies.max()) * 10.0
@@ -246,7 +247,7 @@ def _limit_lines(
     if limit.linear_offset is not None:
         linear = 4.0 * joint.force_limit * a
         near = linear < 30.0 * energy
-        lines.append((a[near] / axis.unit, linear[near], LINEAR, joint.force_limit))
+        lines.append((a[near] / axis.unit, linear[near], LINEAR_LIMIT, joint.force_limit))
     return lines
 
 
@@ -255,7 +256,7 @@ def _limit_lines(
 
 def _damping(result: Prediction, axis: AmplitudeAxis) -> Panel:
     """Over decades, as the energy: where joints live the loss factor is small."""
-    panel = axis.panel(Axis("Loss factor η", log=True))
+    panel = axis.panel(Axis(QUANTITIES["loss_factor"].label, log=True))
     panel.second = ("Damping ratio ζ = η/2", 0.5)
     top = 4.0 / math.pi
     factors = draw_curves(panel, result, axis, lambda curve: curve.loss_factor)

@@ -15,25 +15,24 @@ from microslip.report.document import (
     Block,
     Document,
     Facts,
+    Headline,
     Items,
     Listing,
     Markup,
     Note,
-    Number,
     Section,
 )
 from microslip.report.predicted.figures import pictures
 from microslip.report.predicted.numbers import KIND, REMINDER
-from microslip.report.predicted.scatter_document import sections as scatter_sections
+from microslip.report.predicted.scatter_document import scatter_sections
 from microslip.report.predicted.tables import (
     cycle_table,
     history_table,
     rest_section,
-    validity,
+    validity_verdicts,
 )
-from microslip.report.structure.document import answer as structure_answer
-from microslip.report.structure.document import number as structure_number
-from microslip.report.structure.document import sections as structure_sections
+from microslip.report.structure.document import structure_answer, structure_sections
+from microslip.report.structure.document import structure_headline as structure_number
 from microslip.study.consistency import questions
 from microslip.study.description import StudyDescription
 from microslip.study.measured_face import NO_CUTOFF
@@ -65,7 +64,7 @@ def document(result: Prediction) -> Document:
     description: list[Block] = [*computed, *study_facts(study), Listing(study.text)]
     sections += [
         Section("Figures", pictures(result), brief=False),
-        Section("Validity", (validity(study, result.joints),)),
+        Section("Validity", (validity_verdicts(study, result.joints),)),
         Section("Notes", (*([Items(notes)] if notes else []), Note(REMARK))),
         Section("Study", tuple(description), brief=False),
         Section("Equations", (Markup(equations(result)),), brief=False),
@@ -118,7 +117,7 @@ def answer(result: Prediction) -> str:
     )
 
 
-def _number(result: Prediction) -> Number:
+def _number(result: Prediction) -> Headline:
     load, place = _middle(result)
     eta = float(result.rows[load].loss_factor[place])
     every = np.concatenate([row.loss_factor for row in result.rows])
@@ -127,12 +126,13 @@ def _number(result: Prediction) -> Number:
     if (scatter := result.scatter) is not None:
         ends = scatter.bands["loss_factor"].values[[0, -1], load, place].tolist()
         shares = " to ".join(f"{100.0 * share:g}" for share in scatter.quantiles[[0, -1]])
-        band = f"{shares} %: {' to '.join(map(significant, ends))}; {band}"
+        told = "not measured" if np.isnan(ends).any() else " to ".join(map(significant, ends))
+        band = f"{shares} %: {told}; {band}"
     elif every.size > 1:
         ends = [float(every.min()), float(every.max())]
         band += f"; from {' to '.join(map(significant, ends))} "
         band += "over the loads and amplitudes of the study"
-    return Number(f"loss factor η at {_case(result)}", significant(eta), band)
+    return Headline(f"loss factor η at {_case(result)}", significant(eta), band)
 
 
 def subject(result: Prediction) -> str:
@@ -152,7 +152,7 @@ def _of(study: StudyDescription) -> str:
     if not study.joint.loads:
         return f"by the friction law {study.joint.law}"
     law = study.surface.law
-    _, surface = LAWS.get(law, ("", f"of the surface {law}"))
+    _, surface = LAW_WORDS.get(law, ("", f"of the surface {law}"))
     loads = _range_text("normal load", [*study.joint.loads], "N")
     if study.joint.tightening_load is not None:
         surface += f" tightened to {_written(study.joint.tightening_load, 'N')}"
@@ -189,12 +189,12 @@ def _law(study: StudyDescription) -> str:
     return str(study.joint.law) if surface is None else surface.law
 
 
-LAWS = {
+LAW_WORDS = {
     "greenwood-williamson": ("Greenwood–Williamson", "of a Greenwood–Williamson surface"),
     "population": ("given summits", "of a given population of summits"),
     "sphere": ("one sphere on a flat", "of one sphere on a flat"),
     "table": ("a table", "with a tabulated normal law"),
-    "measured": ("a measured face", "of a measured face"),
+    "face": ("a measured face", "of a measured face"),
     "rough": ("rough, by its drawing", "of a rough face by its drawing"),
 }
 """Normal laws by themselves, and in a sentence about their joint."""
@@ -221,7 +221,7 @@ def study_facts(study: StudyDescription) -> tuple[Facts, ...]:
     if (surface := study.surface) is None:
         joint = (("Friction law", shorten(repr(study.joint.build()), 200)), *joint)
     else:
-        law, _ = LAWS.get(surface.law, (surface.law, ""))
+        law, _ = LAW_WORDS.get(surface.law, (surface.law, ""))
         bodies = (("Bodies", " on ".join(surface.materials)), ("Normal law", law))
         groups.append(Facts("Surface", bodies + _rows(surface)))
     groups += [Facts("Joint", joint), Facts("Excitation", _rows(study.excitation))]

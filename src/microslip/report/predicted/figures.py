@@ -41,7 +41,7 @@ from microslip.report.predicted.numbers import figure_names
 from microslip.study.runs.columns import AmplitudeCurve
 from microslip.study.runs.prediction import Prediction
 
-MOST_PANELS = 6
+MOST_LOOP_PANELS = 6
 _AREAS = ((1.0, "m²"), (1e-6, "mm²"), (1e-12, "µm²"), (1e-18, "nm²"))
 
 
@@ -50,7 +50,7 @@ _AREAS = ((1.0, "m²"), (1e-6, "mm²"), (1e-12, "µm²"), (1e-18, "nm²"))
 
 def loops(result: Prediction) -> Plot:
     """Hysteresis loops, one panel for each amplitude, one loop for each load."""
-    indices = evenly(len(result.rows[0].amplitude), MOST_PANELS)
+    indices = evenly(len(result.rows[0].amplitude), MOST_LOOP_PANELS)
     columns = 1 if len(indices) == 1 else 2 if len(indices) <= 4 else 3
     largest_x = max(float(row.amplitude[indices].max()) for row in result.rows)
     largest_y = max(float(row.force_amplitude[indices].max()) for row in result.rows)
@@ -329,7 +329,7 @@ FIGURES: dict[str, Callable[[Prediction], Plot]] = {
 """Captions of the figures by name, in the order of reading."""
 
 
-def names(result: Prediction) -> tuple[str, ...]:
+def figure_names_of(result: Prediction) -> tuple[str, ...]:
     """Names of the figures that a result has something to show in."""
     return tuple(name for name in FIGURES if name in figure_names(result.study))
 
@@ -337,13 +337,14 @@ def names(result: Prediction) -> tuple[str, ...]:
 def pictures(result: Prediction) -> tuple[Picture, ...]:
     """The figures that a result has something to show in, in the order of reading."""
     figures = []
-    for name in names(result):
+    for name in figure_names_of(result):
         alternative, caption = _CAPTIONS[name]
         if result.scatter is not None:
             between = " to ".join(f"{100.0 * end:g}" for end in result.scatter.quantiles[[0, -1]])
             edges = "Dashed" if name == "loops" else "Shaded"
             if name in ("loops", "backbone", "energy_damping", "force_damping", "contact_state"):
-                caption += f" {edges}: the {between} % band of the uncertain inputs."
+                of = "uncertain inputs" if result.scatter.inputs else "identified law"
+                caption += f" {edges}: the {between} % band of the {of}."
         figure = FIGURES[name]
         figures.append(Picture(name, caption, lambda figure=figure: figure(result), alternative))  # type: ignore[misc]
     return tuple(figures)

@@ -13,7 +13,7 @@ from microslip.friction import PressedJoint
 from microslip.report.predicted.curves import add_legend, drawn_loads
 from microslip.study.runs.prediction import Prediction
 
-MOST_SAMPLES = 20_000
+MOST_DRAWN_SAMPLES = 20_000
 """Samples of a load up to which each of them is drawn."""
 _STRETCHES, _GRID = 750, 1500
 _LABELS = {
@@ -67,12 +67,12 @@ def history(result: Prediction) -> Plot:
     # The smaller in front of the larger, which would hide it.
     for number in sorted(range(len(loads)), key=lambda i: -sizes[i]):
         look = loads[number][1]
-        dash = () if count > MOST_SAMPLES else look.dash  # strokes shorter than a dash
+        dash = () if count > MOST_DRAWN_SAMPLES else look.dash  # strokes shorter than a dash
         for name, values in columns.items():
             if name != common:
                 panels[name].line(*envelope_of(values[number]), look.color, width=width, dash=dash)
         paths = (columns[name][number] for name in ("displacement", "force"))
-        path_panel.line(*path(*paths), look.color, width=width, dash=dash)
+        path_panel.line(*motion_path(*paths), look.color, width=width, dash=dash)
     path_panel.cross()
     plot = Plot(
         [*panels.values(), path_panel],
@@ -96,7 +96,7 @@ def _scaled(values: list[Floats], name: str) -> tuple[list[Floats], str]:
 
 def envelope(values: Floats) -> tuple[Floats, Floats]:
     """Places and values of a record; of a long one only the extremes of each stretch."""
-    if values.size <= MOST_SAMPLES:
+    if values.size <= MOST_DRAWN_SAMPLES:
         return np.arange(values.size, dtype=np.float64), values
     width = -(-values.size // _STRETCHES)
     stretches = values[: values.size // width * width].reshape(-1, width)
@@ -106,9 +106,9 @@ def envelope(values: Floats) -> tuple[Floats, Floats]:
     return places.astype(np.float64), values[places]
 
 
-def path(x: Floats, y: Floats) -> tuple[Floats, Floats]:
+def motion_path(x: Floats, y: Floats) -> tuple[Floats, Floats]:
     """A path; of a long one each stroke on a fine grid once, since cycles repeat themselves."""
-    if x.size <= MOST_SAMPLES:
+    if x.size <= MOST_DRAWN_SAMPLES:
         return x, y
     cells = np.stack([np.round((v - v.min()) / (np.ptp(v) or 1.0) * _GRID) for v in (x, y)])
     strokes = np.concatenate((cells[:, :-1], cells[:, 1:])).astype(np.int64)

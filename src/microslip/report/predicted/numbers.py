@@ -11,14 +11,12 @@ import numpy as np
 
 from microslip._core.quantities import UNITS, json_value, named
 from microslip._core.units import engineering, significant
-from microslip.contact import SphereOnFlat, TightenedSurface
-from microslip.friction import Interface, PressedJoint, Verdict
+from microslip.contact import SphereOnFlat, TightenedSurface, Verdict
+from microslip.friction import Interface, PressedJoint
 from microslip.report.files import header
-from microslip.report.predicted.scatter_document import FIGURES as SCATTER_FIGURES
-from microslip.report.predicted.scatter_document import numbers as scatter_numbers
+from microslip.report.predicted.scatter_document import SCATTER_FIGURES, scatter_numbers
 from microslip.report.structure.bolts import force_numbers, force_rows
-from microslip.report.structure.document import FIGURES as STRUCTURE_FIGURES
-from microslip.report.structure.document import numbers as structure_numbers
+from microslip.report.structure.document import STRUCTURE_FIGURES, structure_numbers
 from microslip.report.structure.driven import FORCED_FIGURE, FORCED_TABLES, RESPONSES
 from microslip.report.structure.fitted_study import FITTED_STUDY
 from microslip.structures.bolt_tightening import BoltForces
@@ -69,7 +67,7 @@ def _scatters(study: StudyDescription) -> bool:
     return study.structure is None and is_uncertain(study)
 
 
-def files(study: StudyDescription) -> tuple[str, ...]:
+def file_names(study: StudyDescription) -> tuple[str, ...]:
     """Files that a study writes; summary.json, which names the others, is the first."""
     formats = study.output.formats
     tables = {
@@ -78,7 +76,7 @@ def files(study: StudyDescription) -> tuple[str, ...]:
         "history": study.excitation.history is not None,
         "structure": study.structure is not None,
         **dict.fromkeys(FORCED_TABLES, _is_forced(study)),
-        "bands": _scatters(study),
+        "bands": _scatters(study) or getattr(study.joint, "band", None) is not None,
     }
     pictures = [kind for kind in ("svg", "png", "pdf") if kind in formats]
     return (
@@ -95,7 +93,7 @@ def files(study: StudyDescription) -> tuple[str, ...]:
 
 def summarise(result: Prediction, defaults: Defaults) -> dict[str, Any]:
     """Contents of `summary.json`."""
-    study, names, joint = result.study, files(result.study), result.joints[0]
+    study, names, joint = result.study, file_names(result.study), result.joints[0]
     surface, structure, scatter = study.surface, result.structure, result.scatter
     notes = [
         *(defaults.notes() if study.asks_for_joint else ()),
@@ -107,7 +105,7 @@ def summarise(result: Prediction, defaults: Defaults) -> dict[str, Any]:
     parts = {
         **({} if surface is None else surface.findings()),
         "tightening": tightening(joint),
-        "pressure": pressure(joint),
+        "pressure": pressure_numbers(joint),
         "bolts": force_numbers(_bolt_forces(study)),
         "structure": None if structure is None else structure_numbers(structure),
         "uncertainty": None if scatter is None else scatter_numbers(scatter),
@@ -148,7 +146,7 @@ def tightening(joint: Any) -> dict[str, Any] | None:
     }
 
 
-def pressure(joint: Any) -> dict[str, Any] | None:
+def pressure_numbers(joint: Any) -> dict[str, Any] | None:
     """Distribution of the load, if there is one."""
     if not isinstance(joint, PressedJoint):
         return None
@@ -174,7 +172,7 @@ def load_notes(study: StudyDescription, joint: Interface) -> list[str]:
             f"{engineering(state['yield_stress'], 'Pa', 4, trim=True)}, {state['model']}). Loads "
             "up to that are elastic."
         )
-    if (spread := pressure(joint)) is not None:
+    if (spread := pressure_numbers(joint)) is not None:
         notes.append(
             f"joint.pressure: {spread['kind']}, on {significant(1e6 * spread['area'])} mm², "
             f"{significant(spread['concentration'])} times the mean where it is largest, "
@@ -189,7 +187,7 @@ def load_notes(study: StudyDescription, joint: Interface) -> list[str]:
         notes.append(
             f"surface.law: summits that stay elastic bear the bolts here, though at a plasticity "
             f'index of {index:.3g} most yield. law = "rough" (rq, roll_off, shortest) and law = '
-            '"measured" yield under the pressure of each patch: take one of these.'
+            '"face" yield under the pressure of each patch: take one of these.'
         )
     return notes
 
@@ -211,7 +209,7 @@ def joint_entry(study: StudyDescription, joint: Interface) -> dict[str, Any]:
         "slip_scale_meaning": joint._slip_scale[1],
         "sensitivities": leading_inputs(study, joint),
         **hertz(joint, study),
-        "validity": [json_value(verdict._asdict()) for verdict in verdicts(study, joint)],
+        "validity": [json_value(verdict._asdict()) for verdict in joint_verdicts(study, joint)],
     }
 
 
@@ -247,7 +245,7 @@ def hertz(joint: Any, study: StudyDescription) -> dict[str, Any]:
     }
 
 
-def verdicts(study: StudyDescription, joint: Interface) -> list[Verdict]:
+def joint_verdicts(study: StudyDescription, joint: Interface) -> list[Verdict]:
     """Return the verdicts on a joint; none of a law without a normal load."""
     return [*joint.validity] if study.joint.loads else []
 

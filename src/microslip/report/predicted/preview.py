@@ -15,11 +15,11 @@ from microslip._version import __version__
 from microslip.report.cells import si
 from microslip.report.document import Column, Document, Facts, Items, Section, Table
 from microslip.report.predicted.numbers import (
-    files,
+    file_names,
     joint_entry,
     load_notes,
 )
-from microslip.report.predicted.tables import rest_section, validity
+from microslip.report.predicted.tables import rest_section, validity_verdicts
 from microslip.study.build import build_joints
 from microslip.study.consistency import questions
 from microslip.study.description import StudyDescription
@@ -58,7 +58,7 @@ def preview(study: StudyDescription, progress: Progress | None = None) -> Docume
         "points": loads * points,
         "samples": loads * samples,
         "units": dict(UNITS),
-        "files": list(files(study)),
+        "files": list(file_names(study)),
     }
     cost = None if study.structure is None else cost_of(study)
     if cost is not None:
@@ -69,7 +69,7 @@ def preview(study: StudyDescription, progress: Progress | None = None) -> Docume
         Section("Quantities", (_quantity_table(data["quantities"]),)),
         # The area of a structure's surface is not that of a joint: patches have areas of their own.
         *(() if cost is not None else [rest_section(data["joints"], law)]),
-        Section("Validity", (validity(study, joints),)),
+        Section("Validity", (validity_verdicts(study, joints),)),
     ]
     if data["notes"]:
         sections.append(Section("Notes", (Items(tuple(data["notes"])),)))
@@ -83,12 +83,17 @@ def _size(cost: Cost) -> Facts:
     low, high = cost.seconds
     unit, name = (1.0, "s") if high < 120.0 else (60.0, "min")
     duration = f"{math.floor(low / unit)} to {math.ceil(high / unit)} {name}"
+    measured = ", ".join(
+        f"{name} {time:.2g} s"
+        for name, time in zip(("factorisation", "reduction", "balance"), cost.measured, strict=True)
+    )
     rows = (
         ("Finite elements", f"{cost.degrees_of_freedom} degrees of freedom"),
         ("Patches", str(cost.patches)),
         ("Reductions", str(cost.reductions)),
         ("Curves of modes", str(cost.balances)),
-        ("Time on one core", duration),
+        ("Measured here", measured),
+        ("Time of a run, by these", duration),
         ("Memory, about", f"{cost.gigabytes:.1f} GB"),
     )
     return Facts("Size", rows)

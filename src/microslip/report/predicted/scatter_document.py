@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from microslip._core.checks import Floats
-from microslip._core.quantities import json_value, named
+from microslip._core.quantities import QUANTITIES, json_value, named
 from microslip._core.units import engineering
 from microslip.figures.kit import box
 from microslip.figures.picture import Picture
@@ -20,24 +20,22 @@ from microslip.report.document import Block, Column, Facts, Note, Section, Table
 from microslip.study.runs.prediction import Prediction
 from microslip.study.runs.scatter import RANKED, Decision, Scatter
 
-_BANDS = {
-    "loss_factor": Column("loss_factor", "Loss factor η", "", 3, write=cells.ratio),
-    "dissipated_energy": Column("dissipated_energy", "Dissipated energy", "J", 3),
-}
-_LOOP = (
-    Column("normal_load", "Normal load", "N", 4, short="load"),
-    Column("amplitude", "Amplitude", "m", 4, short="amplitude"),
-)
+_BANDS = ("loss_factor", "dissipated_energy")
+_LOOP = tuple(map(cells.column, ("normal_load", "amplitude")))
 _MOST_BARS = 10
-FIGURES = ("tornado",)
+SCATTER_FIGURES = ("tornado",)
 """Names of the figures."""
 
 
-def sections(result: Prediction) -> tuple[Section, ...]:
+def scatter_sections(result: Prediction) -> tuple[Section, ...]:
     """The part of a document that is about the scatter."""
     scatter = result.scatter
     if scatter is None:
         return ()
+    if not scatter.inputs:  # the interval of an identified law
+        tables = (_bands(result, scatter, name) for name in _BANDS)
+        words = (Note(note, small=True) for note in scatter.notes)
+        return (Section("Scatter", (*tables, *words)),)
     inputs = ((entry.key, entry.written) for entry in scatter.inputs)
     blocks: list[Block] = [
         Facts("Uncertain inputs", (*inputs, ("Samples", str(scatter.samples)))),
@@ -68,18 +66,21 @@ def _places(result: Prediction) -> list[tuple[int, int, float | None, float]]:
 
 
 def _bands(result: Prediction, scatter: Scatter, name: str) -> Table:
-    band, column = scatter.bands[name].values, _BANDS[name]
+    band, column = scatter.bands[name].values, cells.column(name)
     columns = (
         *_LOOP,
-        *(replace(column, label=f"{100.0 * q:g} %") for q in scatter.quantiles),
-        Column("error", "90 % interval of these, ±", "", write=cells.percent, short="± (90 %)"),
+        *(replace(column, label=f"{100.0 * q:g} %", short="") for q in scatter.quantiles),
     )
-    widths = _half_widths(scatter, name)
-    rows = tuple(
-        (load, a, *band[:, i, j].tolist(), json_value(np.max(widths[:, i, j])))
-        for i, j, load, a in _places(result)
-    )
-    return Table(column.label, columns, rows, keys=2, noun="loops")
+    rows = [(load, a, *json_value(band[:, i, j])) for i, j, load, a in _places(result)]
+    if name in scatter.intervals:
+        label = "90 % interval of these, ±"
+        columns = (*columns, Column("error", label, "", write=cells.percent, short="± (90 %)"))
+        widest = np.max(_half_widths(scatter, name), axis=0)
+        places = _places(result)
+        rows = [
+            (*row, json_value(widest[i, j])) for row, (i, j, _, _) in zip(rows, places, strict=True)
+        ]
+    return Table(column.label, columns, tuple(rows), keys=2, noun="loops")
 
 
 def _half_widths(scatter: Scatter, name: str) -> Floats:
@@ -166,7 +167,7 @@ def tornado(result: Prediction, scatter: Scatter) -> Plot:
     load = getattr(joint, "normal_load", None)
     at += f", {engineering(load, 'N', 3, trim=True)}" if load is not None else ""
     panel = Panel(
-        Axis("Loss factor η"),
+        Axis(QUANTITIES["loss_factor"].label),
         Axis(low=-0.6, high=len(ticks) - 0.4, ticks=ticks),
         note=f"at {at}; pale: 5 % of the input, dark: 95 %",
     )
@@ -177,7 +178,7 @@ def tornado(result: Prediction, scatter: Scatter) -> Plot:
     return Plot([panel], 1.2 + 0.42 * len(ticks), title=result.study.title)
 
 
-def numbers(scatter: Scatter) -> dict[str, Any]:
+def scatter_numbers(scatter: Scatter) -> dict[str, Any]:
     """Scatter in the summary: plain values in SI units."""
     return {
         "inputs": {entry.key: entry.written for entry in scatter.inputs},
@@ -186,10 +187,14 @@ def numbers(scatter: Scatter) -> dict[str, Any]:
         "bands": {
             name: {
                 "quantiles": json_value(scatter.bands[name].values),
-                "intervals": json_value(scatter.intervals[name]),
+                **(
+                    {"intervals": json_value(scatter.intervals[name])}
+                    if name in scatter.intervals
+                    else {}
+                ),
             }
             for name in (*RANKED, "force_amplitude", "damping_ratio", "tangential_stiffness")
-            if name in scatter.intervals
+            if name in scatter.bands and (name in scatter.intervals or not scatter.inputs)
         },
         "decisions": [
             {

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -11,15 +10,14 @@ from microslip._core.units import engineering, significant
 from microslip.friction import Interface
 from microslip.report import cells
 from microslip.report.document import Column, Section, Table, Verdicts
-from microslip.report.predicted.numbers import verdicts
+from microslip.report.predicted.numbers import joint_verdicts
 from microslip.study.description import StudyDescription
 
 COUNTED = ("population", "sphere")
 """Normal laws whose contacts are counted, one by one."""
 MOST_JOINTS = 20
-MOST_CYCLES = 60
+MOST_CYCLE_ROWS = 60
 
-_N, _M = cells.trimmed("N"), cells.trimmed("m")
 _SCALES = {
     "slip_per_indentation * heights.std": "κ times the standard deviation of the heights",
     "slip_per_indentation * heights.scale": "κ times the mean height",
@@ -29,16 +27,12 @@ _SCALES = {
     "force_limit / tangential_stiffness": "the force limit over the stiffness at rest",
 }
 
-_LOAD = Column("normal_load", "Load", "N", write=_N, short="load")
-_AMPLITUDE = Column("amplitude", "Amplitude", "m", write=_M, short="amplitude")
-_FORCE = Column("force_amplitude", "Force amplitude", "N", write=_N, short="force", brief=False)
-_ENERGY = Column("dissipated_energy", "Energy per cycle", "J", 3, short="energy/cycle")
-_LOSS = Column("loss_factor", "Loss factor η", "", write=cells.ratio, short="η")
 _INPUTS = {
     "friction_coefficient": "μ",
     "normal_load": "N",
     "young_modulus": "E",
     "heights": "spread of heights",
+    "rms_slope": "rms slope",
     "copies": "number of summits",
     "cutoff": "short-wave cut-off",
     "yield_stress": "yield stress",
@@ -48,54 +42,52 @@ _INPUTS = {
     "hurst": "Hurst exponent",
 }
 _MOST_INPUTS = 3
-_DAMPING = Column("damping_ratio", "Damping ratio ζ", "", write=cells.ratio, short="ζ")
 
-Rows = Sequence[dict[str, Any]]
+JointRows = Sequence[dict[str, Any]]
 
 
 def _table(
-    title: str, noun: str, columns: Sequence[Column], rows: Rows, caption: str = ""
+    title: str, noun: str, columns: Sequence[Column], rows: JointRows, caption: str = ""
 ) -> Table:
     """A table of loads or of their loops, whose cells are looked up by key."""
-    keys, limit = (1, MOST_JOINTS) if noun == "loads" else (2, MOST_CYCLES)
+    keys, limit = (1, MOST_JOINTS) if noun == "loads" else (2, MOST_CYCLE_ROWS)
     values = tuple(tuple(row.get(column.key) for column in columns) for row in rows)
     return Table(title, tuple(columns), values, keys, limit, caption, noun=noun)
 
 
-def joint_table(joints: Rows, law: str) -> Table:
+def joint_table(joints: JointRows, law: str) -> Table:
     """Joint at rest, one row for each load."""
     counts = cells.counted if law in COUNTED else cells.expected
-    real = Column("contact_area", "Real area", "m^2", write=cells.area, short="real area")
-    if joints[0]["contact_area_fraction"] is not None:
-        real = replace(real, key="contact_area_fraction", unit="", write=cells.percent)
+    share_known = joints[0]["contact_area_fraction"] is not None
     columns = (
-        _LOAD,
-        Column("contact_count", "Contacts", "", write=counts, short="contacts"),
-        real,
-        Column("mean_contact_pressure", "Mean pressure", "Pa", 3, short="N/real area", brief=False),
-        Column("normal_stiffness", "kₙ", "N/m", 3, brief=False),
-        Column("tangential_stiffness", "kₜ", "N/m", 3),
-        Column("force_limit", "μN", "N", 3),
-        Column("slip_scale", "Slip scale", "m", 3, short="slip scale"),
-        Column("standardised_separation", "h", "", write=cells.decimals),
+        cells.column("normal_load"),
+        cells.column("contact_count", write=counts),
+        cells.column("contact_area_fraction" if share_known else "contact_area"),
+        cells.column("mean_contact_pressure", brief=False),
+        cells.column("normal_stiffness", brief=False),
+        *map(cells.column, ("tangential_stiffness", "rig_tangential_stiffness")),
+        *map(cells.column, ("force_limit", "slip_scale")),
+        cells.column("standardised_separation"),
     )
     scale = joints[0]["slip_scale_meaning"]
     h = joints[0]["standardised_separation"] is not None
     caption = (
-        "kₙ and kₜ are the normal and the tangential stiffness with all contacts sticking, μN is "
+        "kₙ and kₜ are the stiffnesses of the contact alone with all contacts sticking; kₜ at a "
+        "rig is in series with the solid behind a round contact of the apparent area, as two "
+        "half-spaces (Johnson 1985), as sensors beside a small contact measure it. μN is "
         f"the force of gross slip. The slip scale is {_SCALES.get(scale, scale)}"
         + ("; h is the separation of the surfaces over the spread of the heights." if h else ".")
     )
     return _table("Joint", "loads", columns, joints, caption)
 
 
-def rest_section(joints: Rows, law: str) -> Section:
+def rest_section(joints: JointRows, law: str) -> Section:
     """The joint at rest, its Hertz numbers, and what its answers hang on."""
     tables = (joint_table(joints, law), *hertz_table(joints), *hanging_table(joints))
     return Section("Joint at rest", tables)
 
 
-def hanging_table(joints: Rows) -> tuple[Table, ...]:
+def hanging_table(joints: JointRows) -> tuple[Table, ...]:
     """The steepest slopes of each joint; nothing for laws without a surface."""
     rows = []
     for joint in joints:
@@ -110,7 +102,11 @@ def hanging_table(joints: Rows) -> tuple[Table, ...]:
                 if abs(slope) >= 0.01
             ]
             rows.append((joint["normal_load"], label, ", ".join(steepest) or "none"))
-    columns = (_LOAD, Column("quantity", "Quantity"), Column("inputs", "Largest sensitivities"))
+    columns = (
+        cells.column("normal_load"),
+        Column("quantity", "Quantity"),
+        Column("inputs", "Largest sensitivities"),
+    )
     caption = (
         "d ln quantity/d ln input, the largest first: at 0.5 an error of 10 % in the input makes "
         "one of 5 % in the quantity. Moduli, density and area change for both bodies and the "
@@ -121,7 +117,7 @@ def hanging_table(joints: Rows) -> tuple[Table, ...]:
     return (table,) if rows else ()
 
 
-def hertz_table(joints: Rows) -> tuple[Table, ...]:
+def hertz_table(joints: JointRows) -> tuple[Table, ...]:
     """Hertz's and Cattaneo's numbers of a sphere, a row for each load and amplitude."""
     rows = [
         {**joint, **joint["hertz"], **cycle}
@@ -133,12 +129,12 @@ def hertz_table(joints: Rows) -> tuple[Table, ...]:
         return ()
     share = "stick_radius_over_contact_radius"
     columns = (
-        _LOAD,
+        cells.column("normal_load"),
         Column("largest_pressure", "p₀", "Pa"),
         Column("contact_radius", "Contact radius a", "m", short="a"),
         Column("approach", "Approach", "m", short="approach"),
         Column("slip_limit", "Slip limit", "m", short="slip limit"),
-        _AMPLITUDE,
+        cells.column("amplitude"),
         Column(share, "Stick radius c/a", "", write=cells.ratio, short="c/a"),
         Column("edge_traction", "Traction at c", "Pa", short="traction at c"),
     )
@@ -149,19 +145,16 @@ def hertz_table(joints: Rows) -> tuple[Table, ...]:
     return (_table("Hertz and Cattaneo", "loads", columns, rows, caption),)
 
 
-def cycle_table(joints: Rows, *, by_force: bool) -> Table:
+def cycle_table(joints: JointRows, *, by_force: bool) -> Table:
     """Cycles, one row for each load and amplitude; chosen columns come first."""
-    amplitudes = (replace(_FORCE, brief=True), _AMPLITUDE) if by_force else (_AMPLITUDE, _FORCE)
+    amplitude, force = cells.column("amplitude"), cells.column("force_amplitude", brief=by_force)
+    names = ("force_ratio", "dissipated_energy", "loss_factor", "damping_ratio")
+    more = ("secant_stiffness", "dissipation_exponent", "stick_share")
     columns = (
-        _LOAD,
-        *amplitudes,
-        Column("force_ratio", "T/μN", "", write=cells.saturating),
-        _ENERGY,
-        _LOSS,
-        _DAMPING,
-        Column("secant_stiffness", "Secant stiffness", "N/m", 3, brief=False),
-        Column("dissipation_exponent", "Exponent", "", write=significant, brief=False),
-        Column("stick_share", "Sticking share", "", write=cells.percent, brief=False),
+        cells.column("normal_load"),
+        *((force, amplitude) if by_force else (amplitude, force)),
+        *map(cells.column, names),
+        *(cells.column(name, brief=False) for name in more),
     )
     caption = (
         "T/μN is the force amplitude over the force limit. The exponent is the local power of the "
@@ -173,24 +166,21 @@ def cycle_table(joints: Rows, *, by_force: bool) -> Table:
     return _table("Cycles", "loops", columns, rows, f"{caption}.")
 
 
-def history_table(joints: Rows) -> Table:
+def history_table(joints: JointRows) -> Table:
     """Extremes of the time history, one row for each load."""
-    label = "Largest displacement"
     columns = (
-        _LOAD,
-        Column("largest_displacement", label, "m", 3, short=label.lower()),
-        Column("largest_force", "Largest force", "N", 3),
-        Column("dissipated_energy", "Dissipated energy", "J", 3),
+        *map(cells.column, ("normal_load", "largest_displacement", "largest_force")),
+        cells.column("dissipated_energy", label="Dissipated energy", short=""),
     )
     return _table("History", "loads", columns, [{**j, **j["history"]} for j in joints])
 
 
-def validity(study: StudyDescription, joints: Sequence[Interface]) -> Verdicts:
+def validity_verdicts(study: StudyDescription, joints: Sequence[Interface]) -> Verdicts:
     """Return the verdicts of the joints at all loads, each with its load."""
     judgements, places = [], []
     newtons = partial(engineering, unit="N", digits=4, trim=True)
     for joint in joints:
-        for verdict in verdicts(study, joint):
+        for verdict in joint_verdicts(study, joint):
             judgements.append(verdict)
             places.append(newtons(getattr(joint, "normal_load", 0.0)))
     caption = (

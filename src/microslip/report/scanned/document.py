@@ -22,10 +22,10 @@ from microslip.report.document import (
     Block,
     Column,
     Document,
+    Headline,
     Items,
     Listing,
     Note,
-    Number,
     Section,
     Table,
     Verdicts,
@@ -33,8 +33,7 @@ from microslip.report.document import (
 from microslip.report.files import csv_text, header, text_file
 from microslip.report.scanned import joint_section
 from microslip.report.scanned.height_pictures import height_plot, spectrum_plot
-from microslip.report.scanned.surface_block import block
-from microslip.surfaces.file_reading import SUSPECT
+from microslip.report.scanned.study_file import NAME, study_text
 from microslip.surfaces.findings import Findings
 from microslip.surfaces.summits import Summits
 from microslip.surfaces.surface_parameters import (
@@ -57,10 +56,10 @@ _GAPS = (
 )
 _HEIGHTS = {
     "rms": ("Sq, rms height", "m"),
-    "mean_deviation": ("Sa, arithmetic mean height", "m"),
+    "mean_deviation": ("Sa, arithmetical mean height", "m"),
     "skewness": ("Ssk, skewness", ""),
     "kurtosis": ("Sku, kurtosis", ""),
-    "flatness": ("Sz, maximum height", "m"),
+    "maximum_height": ("Sz, maximum height", "m"),
 }
 _SUMMITS = {
     "density": ("density", "1/m^2"),
@@ -73,26 +72,26 @@ Say = Callable[[str], str]
 
 
 def document(findings: Findings, folder: Path | None = None, say: Say = str) -> Document:
-    """Make the document of a scan; surface.toml names the scan as seen from the folder."""
+    """Make the document of a scan; study.toml names the scan as seen from the folder."""
     remarks = tuple(say(text) for text in _remarks(findings))
     notes = findings.scan.notes if findings.summits is None else findings.summits.notes
     data = summarise(findings, remarks)
     sections = [
         Section("Heights", _parameters(findings, data), brief=False),
-        Section("Summits", _summits(findings, data)),
         *joint_section.sections(findings, say),
+        Section("Statistics of the chapter's model", _summits(findings, data)),
         Section("Figures", _pictures(findings), brief=False),
         Section("Validity", (Verdicts(findings.verdicts, short=True),)),
     ]
     files = [text_file("spectrum.csv", lambda: _spectrum_rows(findings))]
     if (summits := findings.summits) is not None:
         files.append(text_file("summits.csv", lambda: _summit_rows(summits)))
-    if findings.makes_surface:
-        text = block(findings, folder or Path())
-        files.append(text_file("surface.toml", lambda: text))
-        sections.append(Section("Surface of a study", (Listing(text),), brief=False))
+    if findings.face is not None:
+        text = study_text(findings, findings.face, folder or Path())
+        files.append(text_file(NAME, lambda: text))
+        sections.append(Section("Study of the joint", (Listing(text),), brief=False))
     sections.append(Section("Reading of the file", (Items(tuple(map(say, notes))),), brief=False))
-    number = Number("rms height Sq", engineering(findings.statistics.rms, "m", 4))
+    number = Headline("rms height Sq", engineering(findings.statistics.rms, "m", 4))
     return Document(
         KIND, findings.raw.name, _answer(findings), tuple(sections), data, remarks, number,
         "heights", tuple(files),
@@ -108,12 +107,12 @@ def summarise(findings: Findings, remarks: tuple[str, ...]) -> dict[str, Any]:
         "version": __version__,
         "name": findings.raw.name,
         **named(request, "cutoff", "cutoff_given", "long_cutoff"),
-        "level": request.level or "none",
-        **named(request, "outliers", "fill", "area"),
+        "level": findings.level or "none",
+        "area": request.area,
         "points": list(scan.heights.shape[::-1]),
         "pixel": list(scan.pixel),
         "size": list(scan.size),
-        "missing": json_value(scan.missing),
+        "missing": json_value(findings.scan.unfiltered.missing),
         "warnings": list(remarks),
         "parameters": json_value(named(findings.statistics, *_HEIGHTS)),
         "areal": None if scan.is_profile else json_value(vars(areal_parameters(scan))),
@@ -140,7 +139,15 @@ def _answer(findings: Findings) -> str:
     """Return the summits in a sentence, with the cut-off and the size of the scan."""
     height = f"Sq {engineering(findings.statistics.rms, 'm', 4)}"
     measured = f"{_size_text(findings)}. {capital(findings.cutoff_text())}: {height}."
-    statistics = findings.summit_statistics
+    face, statistics = findings.face, findings.summit_statistics
+    if face is not None:
+        values = face.values
+        return (
+            f"At {engineering(face.joint.normal_load, 'N', 4)}: k_n "
+            f"{engineering(values['normal_stiffness'], 'N/m', 3)}, k_t "
+            f"{engineering(values['tangential_stiffness'], 'N/m', 3)}, loss factor "
+            f"{values['loss_factor']:.3g} at {engineering(face.amplitude, 'm', 3)}. {measured}"
+        )
     if statistics is None:
         return f"No summits. {measured}"
     how = "by its moments" if findings.summits is None else "counted"
@@ -156,9 +163,11 @@ def _remarks(findings: Findings) -> list[str]:
     request = findings.request
     remarks = [] if request.cutoff_given else [NOT_GIVEN]
     doubts = [note for note in findings.raw.notes if isinstance(note, Remark)]
-    # Points that were left out are not suspected again.
-    remarks += [d.words for d in doubts if d.kind == SUSPECT and request.outliers is None]
-    remarks += [capital(doubt.words) for doubt in doubts if doubt.kind != SUSPECT]
+    # Fill values are left out, which a note of the repair states.
+    remarks += [capital(d.words) for d in doubts if "`repaired()`" not in d.words]
+    remarks += [capital(n) for n in findings.scan.notes if n.startswith(("repair:", "fill:"))]
+    if findings.request.level == "auto" and findings.level != "plane":
+        remarks.append(f"The form, a bow, is removed: level {findings.level}.")
     return [*remarks, findings.missing] if findings.missing else remarks
 
 
@@ -168,7 +177,8 @@ def _size_text(findings: Findings) -> str:
     points = " x ".join(str(n) for n in scan.heights.shape[::-1])
     pixel = " x ".join(engineering(step, "m", 4) for step in dict.fromkeys(scan.pixel))
     size = " x ".join(engineering(length, "m") for length in scan.size)
-    lost = f", {significant(100.0 * scan.missing, 2)} % missing" if scan.missing else ""
+    missing = findings.scan.unfiltered.missing
+    lost = f", {significant(100.0 * missing, 2)} % missing" if missing else ""
     return f"{points} points, pixel {pixel}, {size}{lost}"
 
 
@@ -214,6 +224,7 @@ def _summits(findings: Findings, data: dict[str, Any]) -> tuple[Block, ...]:
     rows = tuple(
         (label, _written(data["summits"][name], unit)) for name, (label, unit) in _SUMMITS.items()
     )
+    rows += tuple(joint_section.chapter_rows(findings))
     head = "summits by the moments of the profile"
     if findings.summits is not None:
         head = f"{findings.summits.count} summits"
@@ -222,7 +233,7 @@ def _summits(findings: Findings, data: dict[str, Any]) -> tuple[Block, ...]:
 
 def _written(value: float | None, unit: str) -> str:
     if value is None:
-        return "–"
+        return "not determined"
     if unit == "1/m^2":
         return f"{significant(1e-6 * value)} 1/mm²"
     if not unit and float(value).is_integer():

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from contextlib import suppress
 
 import numpy as np
 
 from microslip._core.checks import Floats
-from microslip._core.errors import InputError
 from microslip._core.units import engineering, prefix
 from microslip.figures.kit import (
     EDGE,
@@ -52,8 +50,9 @@ def height_plot(findings: Findings) -> Plot:
         return trace_figure(findings.scan, findings.title("Heights"))
     scan, summits = findings.scan, findings.summits
     unit, letter = length_prefix(max(scan.size))
-    low, high = np.nanquantile(scan.heights, (SHARE, 1.0 - SHARE)).tolist()
-    middle = float(np.nanmean(scan.heights))
+    heights = np.where(np.isnan(scan.unfiltered.heights), np.nan, scan.heights)
+    low, high = np.nanquantile(heights, (SHARE, 1.0 - SHARE)).tolist()
+    middle = float(np.nanmean(heights))
     rows, columns = _detail(scan, summits)
     dx, dy = (step / unit for step in scan.pixel)
     map_panel, right = (
@@ -67,8 +66,8 @@ def height_plot(findings: Findings) -> Plot:
         for place in (0, 1)
     )
     for panel, part, start in (
-        (map_panel, scan.heights, (0, 0)),
-        (right, scan.heights[rows, columns], (rows.start, columns.start)),
+        (map_panel, heights, (0, 0)),
+        (right, heights[rows, columns], (rows.start, columns.start)),
     ):
         x, y = (start[1] - 0.5) * dx, (start[0] - 0.5) * dy
         ends = x, x + part.shape[1] * dx, y, y + part.shape[0] * dy
@@ -164,11 +163,6 @@ def spectrum_plot(findings: Findings) -> Plot:
         panel.add(between(x, density * (1.0 + error), density * (1.0 - error), _SCATTER))
         legend.append(Entry("± its uncertainty", _SCATTER))
         _fill(panel, findings, unit, before, after)
-        with suppress(InputError):  # too few rings for a power law
-            fit = unfiltered_spectrum.self_affine_fit()
-            at = np.array([fit.shortest, fit.longest])
-            panel.add(_line(at / unit, fit.density(at) / _MICRO**4, COLORS[3], 1.6, DASHED))
-            legend.append(Entry(f"H = {fit.hurst:.2f}", COLORS[3], DASHED))
         panels.append(panel)
     before = [
         _line(p.wavelength / unit, p.density / _MICRO**3, *under) for p in unfiltered_spectrum.axes

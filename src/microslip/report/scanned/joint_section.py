@@ -10,80 +10,90 @@ from microslip._core.quantities import json_value, named
 from microslip._core.units import engineering
 from microslip.contact.figures import face_plot
 from microslip.figures.picture import Picture
-from microslip.friction import Interface
 from microslip.report.document import Column, Note, Section, Table
 from microslip.surfaces.findings import Findings
+from microslip.surfaces.joints import contact_words
 
-_COLUMNS = (
-    Column("separation", "separation", "m", 3),
-    Column("contacts", "contacts", "", 3),
-    Column("real_area", "real/apparent", "", 3),
-    Column("tangential_stiffness", "stiffness", "N/m", 3),
-    Column("loss_factor", "η", "", 3),
-)
-"""Numbers of the joint at rest, and its loss factor at the amplitude."""
+_QUANTITIES = {
+    "normal_stiffness": ("normal stiffness k_n", "N/m"),
+    "tangential_stiffness": ("tangential stiffness k_t", "N/m"),
+    "loss_factor": ("loss factor η", ""),
+}
 
 
 def sections(findings: Findings, say: Callable[[str], str] = str) -> list[Section]:
     """Return the section of the joint, or none if no joint was requested."""
-    joint, contact = findings.joint, findings.contact
-    if joint is None and contact is None:
+    face = findings.face
+    if face is None:
         return []
-    notes = () if contact is None else (Note(say(contact.words())),)
-    tables: tuple[Table, ...] = ()
-    if joint is not None:
-        values = _numbers(findings, joint)
-        row = (values["law"], *(values[column.key] for column in _COLUMNS))
-        tables = (Table("", (Column("law", "by"), *_COLUMNS), (row,)),)
-    load = engineering(findings.request.normal_load or 0.0, "N", 4)
-    return [Section(f"The joint at {load}", (*tables, *notes))]
+    intervals, rows = face.intervals, []
+    for name, (label, unit) in _QUANTITIES.items():
+        if name == "loss_factor":
+            label += f" at {engineering(face.amplitude, 'm')}"
+        low_high = intervals.get(name)
+        between = "–" if low_high is None else " to ".join(_value(v, unit) for v in low_high)
+        rows.append((label, _value(face.values[name], unit), between))
+    columns = (
+        Column("quantity", "by the face"),
+        Column("value", "value"),
+        Column("interval", "90 % interval"),
+    )
+    title = f"The joint at {engineering(face.joint.normal_load, 'N', 4)}"
+    notes = [
+        f"The face is solved point by point: {contact_words(face.law.numbers)}.",
+        "The interval is the scatter of the pieces of the scan and the effect of the pixel; those "
+        "of the load, the hardness and the friction coefficient come on top."
+        if intervals
+        else "No interval: the scan is too small to be cut into pieces.",
+    ]
+    return [Section(title, (Table("", columns, tuple(rows)), *(Note(say(n)) for n in notes)))]
+
+
+def chapter_rows(findings: Findings) -> list[tuple[str, str]]:
+    """Return the stiffness by the chapter's model, with that of the measured face beside it."""
+    face, chapter = findings.face, findings.chapter
+    if face is None or chapter is None:
+        return []
+    own = engineering(chapter.normal_stiffness, "N/m", 3)
+    measured = engineering(face.values["normal_stiffness"], "N/m", 3)
+    return [("normal stiffness (the measured face)", f"{own} ({measured})")]
 
 
 def summary(findings: Findings) -> dict[str, Any] | None:
     """Return the joint as plain values; None if no joint was requested."""
-    joint, contact = findings.joint, findings.contact
-    if joint is None and contact is None:
+    face = findings.face
+    if face is None:
         return None
+    chapter = findings.chapter
     data: dict[str, Any] = {
-        "materials": findings.request.materials or (),
-        **named(findings.request, "normal_load", "friction_coefficient", "amplitude"),
-        "area": findings.area,
-        **({} if joint is None else _numbers(findings, joint)),
-        "point_by_point": None
-        if contact is None
-        else {"missing": contact.missing}
-        if contact.law is None
-        else asdict(contact.law.numbers),
+        "materials": findings.request.materials,
+        **named(findings.request, "normal_load", "friction_coefficient"),
+        "area": face.law.area,
+        "amplitude": face.amplitude,
+        **face.values,
+        "intervals": face.intervals,
+        "face": asdict(face.law.numbers),
+        "chapter_normal_stiffness": None if chapter is None else chapter.normal_stiffness,
     }
     return {key: json_value(value) for key, value in data.items()}
 
 
-def _numbers(findings: Findings, joint: Interface) -> dict[str, Any]:
-    surface: Any = joint.surface
-    solved = findings.contact is not None and findings.contact.law is not None
-    amplitude, separation = findings.request.amplitude, joint.separation
-    return {
-        "law": "point by point" if solved else "Gaussian summits",
-        "separation": separation,
-        "contacts": None if solved else float(surface.contact_count(separation)),
-        "real_area": float(surface.contact_area(separation)) / float(surface.area),
-        "tangential_stiffness": joint.tangential_stiffness,
-        "loss_factor": None if amplitude is None else float(joint.loss_factor(amplitude)),
-    }
-
-
 def pictures(findings: Findings) -> tuple[Picture, ...]:
-    """Return the picture of the face point by point, or none if it was not solved."""
-    contact = findings.contact
-    if contact is None or contact.law is None:
+    """Return the picture of the solved face, or none if no joint was requested."""
+    if findings.face is None:
         return ()
-    law = contact.law
+    law = findings.face.law
+    which = "" if law.numbers.pieces == 1 else f" of the first of its {law.numbers.pieces} pieces"
     return (
         Picture(
             "contact",
-            "The scan point by point: pressures of its first piece under the load, its contacts "
-            "under this load and two lighter ones, and the load against the separation.",
+            f"The face point by point: pressures{which} under the load, contacts under this load "
+            "and two lighter ones, and the load against the separation.",
             lambda: face_plot(law),
             "Pressures, contacts and loads of the scan solved point by point",
         ),
     )
+
+
+def _value(value: float, unit: str) -> str:
+    return engineering(value, unit, 3) if unit else f"{value:.3g}"

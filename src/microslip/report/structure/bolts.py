@@ -12,7 +12,7 @@ from microslip.structures.bolt_tightening import BoltForces, tension_band
 from microslip.study.runs.structure_prediction import StructurePrediction, TightMode
 
 
-def names(prediction: StructurePrediction) -> str:
+def slack_names(prediction: StructurePrediction) -> str:
     """The slack bolts, in words."""
     slack = prediction.part.bolts.slack
     listed = ", ".join(str(number) for number in sorted(slack))
@@ -73,7 +73,7 @@ def comparison(prediction: StructurePrediction) -> Section:
         )  # fmt: skip
         rows = tuple(zip(*(json_value(values) for values in curves), strict=True))
         title = (
-            f"Mode {mode.number} with {names(prediction)} slack, "
+            f"Mode {mode.number} with {slack_names(prediction)} slack, "
             f"mode {beside.number} with all tight"
         )
         last = engineering(float(mode.curve.amplitude[mode.last]), unit, 3)

@@ -9,20 +9,19 @@ from typing import Any
 
 import numpy as np
 
-from microslip._core.checks import Floats
-from microslip._core.netcdf import Variable
-from microslip._core.quantities import QUANTITIES, json_value, named
+from microslip._core.quantities import json_value, named
 from microslip._core.units import engineering
 from microslip.figures.picture import Picture
 from microslip.report import cells
-from microslip.report.document import Block, Column, Facts, Note, Number, Section, Table
+from microslip.report.document import Block, Column, Facts, Headline, Note, Section, Table
 from microslip.report.structure.bolts import (
     comparison,
     force_numbers,
     force_rows,
-    names,
+    slack_names,
     tight_numbers,
 )
+from microslip.report.structure.data import curves
 from microslip.report.structure.driven import (
     FORCED_FIGURE,
     force_plot,
@@ -37,27 +36,41 @@ from microslip.report.structure.pictures import (
     shape_plot,
     slip_plot,
 )
+from microslip.report.structure.tested import tested_numbers, tested_section
 from microslip.structures import Convergence
 from microslip.structures.modal_curve import Resonance
 from microslip.study.runs.structure_prediction import Bands, Mode, StructurePrediction
 
 _PATCH = ("x", "y", "area", "gap", "normal_load")
-FIGURES = ("modal_curves", "pressure_map", "slip_map", "loss_map", "mode_shapes")
+STRUCTURE_FIGURES = ("modal_curves", "pressure_map", "slip_map", "loss_map", "mode_shapes")
 """Names of the figures."""
 
 
-def answer(prediction: StructurePrediction) -> str:
+def structure_answer(prediction: StructurePrediction) -> str:
     """The result in a sentence."""
     mode, curve, last = prediction.modes[0], prediction.modes[0].curve, prediction.modes[0].last
     band = "" if mode.bands is None else f" (5–95 %: {_band(mode.bands, last)})"
-    slack = f" with {names(prediction)} slack" if prediction.tight else ""
+    slack = f" with {slack_names(prediction)} slack" if prediction.tight else ""
     place = engineering(float(curve.amplitude[last]), prediction.part.unit, 3)
     return (
         f"Mode {mode.number}: {curve.linear_frequency:.5g} Hz fully stuck{slack}; at an amplitude "
         f"of {place} at the sensor "
         f"{curve.frequency[last]:.5g} Hz, with a damping ratio in steady motion of "
-        f"{cells.ratio(float(curve.damping_ratio[last]))}{band}. {_errors(prediction)}"
+        f"{cells.ratio(float(curve.damping_ratio[last]))}{band}.{_outside(prediction)} "
+        f"{_errors(prediction)}"
     )
+
+
+def _outside(prediction: StructurePrediction) -> str:
+    """Tests and responses that the answer does not cover, in words."""
+    away = [verdict for verdict in prediction.judged if verdict.word != "inside"]
+    text = f" {len(away)} of {len(prediction.judged)} tested quantities are not inside." * bool(
+        away
+    )
+    beyond = [f for mode in prediction.modes for f in mode.forced if f.beyond]
+    if beyond:
+        text += " Not covered: forced responses beyond the largest amplitude."
+    return text
 
 
 def _errors(prediction: StructurePrediction) -> str:
@@ -72,12 +85,14 @@ def _errors(prediction: StructurePrediction) -> str:
     errors = f"Errors: of patches, mesh and reduction {model}; of truncated harmonics ±{left:.1%}"
     if mode.bands is None:
         return f"{errors}."
+    if math.isnan(mode.bands.damping_error):
+        return f"{errors}; no sample has a solution, so there is no band."
     if not math.isfinite(mode.bands.damping_error):
         return f"{errors}; sampling error of the band's ends unknown: too few samples."
     return f"{errors}; sampling error of the band's ends ±{mode.bands.damping_error:.1%}."
 
 
-def number(prediction: StructurePrediction) -> Number:
+def structure_headline(prediction: StructurePrediction) -> Headline:
     """The damping ratio at the largest amplitude, with its band."""
     mode, last = prediction.modes[0], prediction.modes[0].last
     place = engineering(float(mode.curve.amplitude[last]), prediction.part.unit, 3)
@@ -85,19 +100,21 @@ def number(prediction: StructurePrediction) -> Number:
     if mode.bands is not None:
         band = f"5 to 95 %: {_band(mode.bands, last)}"
     value = cells.ratio(float(mode.curve.damping_ratio[last]))
-    return Number(f"steady damping ratio ζ of mode {mode.number} at {place}", value, band)
+    return Headline(f"steady damping ratio ζ of mode {mode.number} at {place}", value, band)
 
 
 def _band(bands: Bands, place: int) -> str:
     return " to ".join(cells.ratio(bands.damping_ratio[end, place]) for end in (0, -1))
 
 
-def sections(prediction: StructurePrediction) -> tuple[Section, ...]:
+def structure_sections(prediction: StructurePrediction) -> tuple[Section, ...]:
     """The parts of a document that are about the structure, the first ones to read."""
     parts = [Section("Structure", (_model(prediction),))]
     blocks: list[Block] = [_table(mode, prediction.part.unit) for mode in prediction.modes]
     ranking = [_ranking(mode) for mode in prediction.modes if mode.bands is not None]
     parts.append(Section("Frequency and damping", (*blocks, Note(_remark(prediction), small=True))))
+    if (tested := tested_section(prediction)) is not None:
+        parts.append(tested)
     if prediction.tight:
         parts.append(comparison(prediction))
     if prediction.part.force is not None:
@@ -108,11 +125,11 @@ def sections(prediction: StructurePrediction) -> tuple[Section, ...]:
         parts.append(Section("Contributions to the scatter", tuple(ranking)))
     if prediction.identified is not None:
         parts.append(fitted_section(prediction, prediction.identified))
-    parts.append(Section("Structure in figures", pictures(prediction), brief=False))
+    parts.append(Section("Structure in figures", structure_pictures(prediction), brief=False))
     return tuple(parts)
 
 
-def pictures(prediction: StructurePrediction) -> tuple[Picture, ...]:
+def structure_pictures(prediction: StructurePrediction) -> tuple[Picture, ...]:
     """The figures."""
     markers = " Markers are the tests." if prediction.tests else ""
     if any(test.motion == "decay" for test in prediction.tests):
@@ -167,7 +184,7 @@ def pictures(prediction: StructurePrediction) -> tuple[Picture, ...]:
     )
 
 
-def numbers(prediction: StructurePrediction) -> dict[str, Any]:
+def structure_numbers(prediction: StructurePrediction) -> dict[str, Any]:
     """Structure in the summary: plain values in SI units."""
     joint, state, convergence = prediction.joint, prediction.state, prediction.convergence
     parts = {
@@ -182,7 +199,7 @@ def numbers(prediction: StructurePrediction) -> dict[str, Any]:
         "identified": prediction.identified and fitted_numbers(prediction.identified),
     }
     return {
-        "answer": answer(prediction),
+        "answer": structure_answer(prediction),
         "amplitude_quantity": prediction.part.quantity,
         "degrees_of_freedom": {"elements": joint.full_size, "reduced": joint.size},
         "equilibrium_error": state.equilibrium_error,
@@ -195,38 +212,17 @@ def numbers(prediction: StructurePrediction) -> dict[str, Any]:
             )
         ],
         "modes": [_mode_numbers(mode) for mode in prediction.modes],
+        **tested_numbers(prediction),
         **{name: part for name, part in parts.items() if part is not None},
     }
 
 
-def columns(prediction: StructurePrediction) -> dict[str, Floats]:
-    """The curves of all modes in long form, for a CSV file."""
-    parts = [
-        {"mode": np.full(mode.curve.amplitude.size, float(mode.number)), **_curves(mode)}
-        for mode in prediction.modes
-    ]
-    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
-
-
-def _curves(mode: Mode) -> dict[str, Floats]:
-    """The curves of a mode by the names that they have everywhere."""
-    curves = {
-        "amplitude": mode.curve.amplitude,
-        "modal_frequency": mode.curve.frequency,
-        "modal_damping_ratio": mode.curve.damping_ratio,
-    }
-    for name in ("frequency", "damping_ratio") if mode.bands is not None else ():
-        for word, row in zip(("low", "median", "high"), getattr(mode.bands, name), strict=True):
-            curves[f"modal_{name}_{word}"] = row
-    return curves
-
-
 def _mode_numbers(mode: Mode) -> dict[str, Any]:
-    bands, curves = mode.bands, _curves(mode)
+    bands, columns = mode.bands, curves(mode)
     result: dict[str, Any] = {
         "mode": mode.number,
         **named(mode.curve, "linear_frequency", "message"),
-        **{c.key: json_value(curves[c.key]) for c in _COLUMNS[:3] if c.key in curves},
+        **{c.key: json_value(columns[c.key]) for c in _COLUMNS[:3]},
         "harmonic_error": json_value(mode.curve.harmonic_error),
         "loss_share": json_value(mode.loss()),
         "mac": json_value(mode.curve.mac),
@@ -263,43 +259,75 @@ def _model(prediction: StructurePrediction) -> Facts:
         ("Reduced to", f"{joint.patches} patches, {bolts}, {joint.size} in all"),
         ("Bolt tension", ", ".join(engineering(float(t), "N", 4) for t in tensions)),
         *force_rows(part.bolt_forces),
-        *([("Slack", names(prediction))] if prediction.tight else []),
+        *([("Slack", slack_names(prediction))] if prediction.tight else []),
         ("Patches in contact", f"{pressed} of {joint.patches}"),
         ("Largest pressure", engineering(float(state.pressures.max()), "Pa", 3)),
         ("Residual of the tightened state", f"{state.equilibrium_error:.1e} of the largest force"),
         ("Base damping, an input", cells.ratio(part.base_damping_ratio)),
+        ("Form", _form(prediction)),
     ]
     rows += [(f"Uncertain inputs: {name}", text) for name, text in prediction.inputs]
     return Facts("Model", tuple(rows))
 
 
+def _form(prediction: StructurePrediction) -> str:
+    """The form of the faces in words."""
+    form = prediction.part.form
+    if form is None:
+        return "faces taken as flat"
+    words = [] if form.table is None else [f"table of {form.file}"]
+    if form.is_random:
+        words.append("random faces in the samples, flat in the middle")
+    if form.rim is not None:
+        words.append("rims around the holes")
+    return ", ".join(words)
+
+
 _COLUMNS = (
-    Column("amplitude", "Amplitude at the sensor", "m", 3, short="amplitude"),
-    Column("modal_frequency", "Frequency [Hz]", "Hz", write=lambda f: f"{f:.5g}", short="Hz"),
-    Column("modal_damping_ratio", "Damping ratio ζ, steady", "", write=cells.ratio, short="ζ"),
-    Column("modal_damping_ratio_low", "ζ, 5 %", "", write=cells.ratio),
-    Column("modal_damping_ratio_median", "ζ, 50 %", "", write=cells.ratio),
-    Column("modal_damping_ratio_high", "ζ, 95 %", "", write=cells.ratio),
+    cells.column("amplitude", label="Amplitude at the sensor", digits=3, write=None),
+    *map(cells.column, ("modal_frequency", "modal_damping_ratio")),
+    *(cells.column(f"modal_damping_ratio_{word}") for word in ("low", "median", "high")),
 )
 
 
 def _table(mode: Mode, unit: str) -> Table:
-    curves = _curves(mode)
+    columns = curves(mode)
     listed = tuple(
         replace(column, unit=unit) if column.key == "amplitude" else column
         for column in _COLUMNS
-        if column.key in curves
+        if column.key in columns
     )
-    rows = tuple(zip(*(json_value(curves[column.key]) for column in listed), strict=True))
+    rows = tuple(zip(*(json_value(columns[column.key]) for column in listed), strict=True))
     title = f"Mode {mode.number}, {mode.curve.linear_frequency:.5g} Hz fully stuck"
     return Table(title, listed, rows, caption=mode.curve.message, noun="amplitudes")
 
 
+def _patches_remark(prediction: StructurePrediction) -> list[str]:
+    """Warn of patches too large for the waves of random faces."""
+    form, joint = prediction.part.form, prediction.joint
+    if form is None or not form.is_random:
+        return []
+    correlation = form.correlation
+    shortest = float(getattr(correlation, "low", None) or correlation or 0.0)
+    longest = float(np.diff(joint.patch_boxes)[:, [0, 2]].max())
+    if longest <= 0.5 * shortest:
+        return []
+    return [
+        f"Patches of {engineering(longest, 'm')} are longer than half the shortest correlation "
+        f"length, {engineering(shortest, 'm')}: give more patches, or a longer correlation."
+    ]
+
+
 def _remark(prediction: StructurePrediction) -> str:
-    error = max(float(np.nanmax(abs(m.curve.harmonic_error))) for m in prediction.modes)
+    errors = np.concatenate([abs(m.curve.harmonic_error) for m in prediction.modes])
     harmonics = ", ".join(map(str, prediction.part.harmonics))
-    text = f"Harmonics beyond {harmonics} would change the joint's damping by {error:.1%}."
-    shapes = min(float(np.nanmin(m.curve.mac)) for m in prediction.modes)
+    text = f"The effect of harmonics beyond {harmonics} is not known."
+    if (known := errors[np.isfinite(errors)]).size:
+        text = (
+            f"Harmonics beyond {harmonics} would change the joint's damping by {known.max():.1%}."
+        )
+    macs = np.concatenate([m.curve.mac for m in prediction.modes])
+    shapes = float(np.min(macs, where=np.isfinite(macs), initial=1.0))
     if shapes < _SAME_SHAPE:
         text += f" Shapes change: their MAC with those of stuck joints falls to {shapes:.3f}."
     near = (_resonance(mode, other) for mode in prediction.modes for other in mode.curve.near)
@@ -307,6 +335,7 @@ def _remark(prediction: StructurePrediction) -> str:
         [
             text,
             *near,
+            *_patches_remark(prediction),
             *(_bands_remark(m, prediction.part.mesh is not None) for m in prediction.modes),
         ]
     )
@@ -329,6 +358,11 @@ def _bands_remark(mode: Mode, meshed: bool) -> str:
     if mode.bands is None:
         return ""
     error = mode.bands.damping_error
+    if math.isnan(error):
+        return (
+            f"Mode {mode.number} has no bands: none of the samples has a solution; narrow the "
+            "uncertain inputs or take smaller amplitudes."
+        )
     text = (
         f"Bands of mode {mode.number} are the 5, 50 and 95 % quantiles of harmonic balances at "
         "Sobol' points, interpolated where the inputs explain the result. The sampling error "
@@ -375,51 +409,3 @@ def _ranking(mode: Mode) -> Table:
         Column("share", "Share in the scatter of ln ζ", "", write=cells.percent),
     )
     return Table(f"Mode {mode.number}", listed, mode.bands.ranking, noun="inputs")
-
-
-AMPLITUDE, PATCH = "structure_amplitude", "patch"
-"""Dimensions beside `mode`."""
-
-Labelled = dict[str, Variable]
-
-
-def labelled(prediction: StructurePrediction) -> tuple[dict[str, int], Labelled, Labelled]:
-    """Dimensions, coordinates and variables."""
-    table = columns(prediction)
-    modes, amplitude = len(prediction.modes), prediction.modes[0].curve.amplitude
-    joint, state = prediction.joint, prediction.state
-    dims = {"mode": modes, AMPLITUDE: amplitude.size, PATCH: joint.patches}
-    numbers = np.array([mode.number for mode in prediction.modes], dtype=np.int32)
-    coords = {
-        "mode": Variable(("mode",), numbers, QUANTITIES["mode"].attributes),
-        AMPLITUDE: _named(
-            (AMPLITUDE,),
-            amplitude,
-            prediction.part.unit,
-            f"{prediction.part.quantity} amplitude at the sensor",
-        ),
-        "patch_x": _named((PATCH,), joint.patch_centres[:, 0], "m", "place along the lap"),
-        "patch_y": _named((PATCH,), joint.patch_centres[:, 1], "m", "place across the lap"),
-    }
-    variables = {
-        name: Variable(("mode", AMPLITUDE), values.reshape(modes, -1), QUANTITIES[name].attributes)
-        for name, values in table.items()
-        if name not in ("mode", "amplitude")
-    }
-    loss = np.stack([mode.loss() for mode in prediction.modes])
-    slip = np.stack([mode.slip(joint) for mode in prediction.modes])
-    largest = "at the largest amplitude"
-    for name, values, unit, meaning in (
-        ("area", joint.patch_areas, "m^2", "area of a patch"),
-        ("gap", joint.patch_gaps, "m", "gap of a patch where nothing presses"),
-        ("normal_load", state.normal_loads, "N", "normal load of a patch after tightening"),
-        ("loss_share", loss, "1", f"share of a patch in the loss of a cycle {largest}"),
-        ("slip", slip, "m", f"relative tangential amplitude of a patch {largest}"),
-    ):
-        along = ("mode", PATCH)[2 - values.ndim :]
-        variables[f"patch_{name}"] = _named(along, values, unit, meaning)
-    return dims, coords, variables
-
-
-def _named(dims: tuple[str, ...], values: Floats, unit: str, meaning: str) -> Variable:
-    return Variable(dims, np.ascontiguousarray(values), {"units": unit, "long_name": meaning})

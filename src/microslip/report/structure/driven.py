@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from microslip._core.checks import Floats
+from microslip._core.dataset import DataSet, Variable
 from microslip._core.quantities import json_value, named
 from microslip._core.units import engineering, prefix
 from microslip.figures.kit import between, look_of
@@ -28,16 +30,11 @@ FORCED_TABLES = ("forced_response", "frf")
 """Names of the CSV files: near each mode with bands, and of all modes together."""
 
 
-def forced_columns(
-    prediction: StructurePrediction,
-) -> tuple[dict[str, dict[str, Floats]], dict[str, str]]:
-    """Columns of the CSV files, and the units that depend on what the sensor measures."""
-    responses = prediction.frequency_responses
+def forced_tables(prediction: StructurePrediction) -> dict[str, DataSet]:
+    """Return the tables of the CSV files, along the dimension ``row``."""
+    if not (responses := prediction.frequency_responses):
+        return {}
     unit = prediction.part.unit
-    units = dict.fromkeys(("amplitude", *_BAND), unit)
-    if not responses:
-        return {}, units
-    over_force = response_columns(responses)
     parts = []
     for mode in prediction.modes:
         for forced in mode.forced:
@@ -52,10 +49,21 @@ def forced_columns(
                     **(dict(zip(_BAND, bands, strict=True)) if prediction.inputs else {}),
                 }
             )
-    near = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
-    frf = {name: values for name, (_, values) in over_force.items()}
-    units |= {name: unit for name, (unit, _) in over_force.items()}
-    return dict(zip(FORCED_TABLES, (near, frf), strict=True)), units
+    units = {"mode": "1", "force_amplitude": "N", "frequency": "Hz"}
+    near = {
+        name: (units.get(name, unit), np.concatenate([part[name] for part in parts]))
+        for name in parts[0]
+    }
+    tables = zip(FORCED_TABLES, (near, response_columns(responses)), strict=True)
+    return {name: _table_of(columns) for name, columns in tables}
+
+
+def _table_of(columns: Mapping[str, tuple[str, Floats]]) -> DataSet:
+    variables = {
+        name: Variable(("row",), values, {"units": unit})
+        for name, (unit, values) in columns.items()
+    }
+    return DataSet({"row": len(next(iter(variables.values())).values)}, {}, variables)
 
 
 _BAND = ("amplitude_low", "amplitude_median", "amplitude_high")
@@ -75,6 +83,7 @@ def response_numbers(forced: ForcedMode) -> dict[str, Any]:
             zip(("amplitude", "frequency"), json_value(forced.peak_bands.T), strict=True)
         )
         result["sampling_error"] = json_value(forced.error)
+    if forced.bands is not None or forced.beyond:
         result["beyond"] = forced.beyond
     return result
 
@@ -110,6 +119,11 @@ def force_section(prediction: StructurePrediction) -> Section:
             remarks.append(
                 f"{name} moves beyond the largest amplitude, which about {most} reach: give a "
                 "larger amplitude.to."
+                + (
+                    " No sample stays below it, so there are no bands."
+                    if prediction.inputs and forced.bands is None
+                    else ""
+                )
             )
         elif forced.beyond:
             remarks.append(

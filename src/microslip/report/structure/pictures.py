@@ -16,6 +16,7 @@ from microslip.figures.plot import (
     Entry,
     Panel,
     Plot,
+    Words,
     stacked,
 )
 from microslip.structures import ModalCurve, ModalTest
@@ -178,9 +179,10 @@ def _shape(prediction: StructurePrediction, mode: Mode) -> Panel:
     turned = (shape * np.exp(-1j * np.angle(shape[np.argmax(abs(shape))]))).real
     motion = outside.motion.astype(float) @ turned
     points = outside.points.astype(float)
-    # Drawings lie along x; a mesh may lie anyhow. Seen from the side, or from above.
-    along = int(np.argmax(np.ptp(points, axis=0))) if prediction.part.mesh is not None else 0
-    first, second = (axis for axis in range(3) if axis != along)
+    if prediction.part.mesh is not None:
+        return _isometric(points, motion, outside.facets, mode)
+    # Drawings lie along x. Seen from the side, or from above.
+    along, first, second = 0, 1, 2
     up = second if np.ptp(motion[:, second]) >= np.ptp(motion[:, first]) else first
     hidden = 3 - along - up
     near = points[:, hidden].min() if hidden < up else points[:, hidden].max()
@@ -207,3 +209,41 @@ def _shape(prediction: StructurePrediction, mode: Mode) -> Panel:
         for facet in visible:
             panel.add(Area(1e3 * places[facet, along], 1e3 * places[facet, up], color))
     return panel
+
+
+def _isometric(points: Floats, motion: Floats, facets: NDArray[np.int32], mode: Mode) -> Panel:
+    """A mode of a mesh, which may lie anyhow, in isometric view with the axes of its file."""
+    view = np.array([[-0.866, 0.866, 0.0], [-0.5, -0.5, 1.0]])
+    eye = np.array([1.0, 1.0, 1.0])
+    size = float(np.ptp(points, axis=0).max())
+    moved = np.linalg.norm(motion, axis=1)
+    grown = points + 0.08 * size / moved.max() * motion
+    depth = grown[facets].mean(axis=1) @ eye
+    # Cells behind others are drawn first.
+    order = np.argsort(depth)
+    flat = 1e3 * grown @ view.T
+    share = moved[facets].mean(axis=1) / moved.max()
+    panel = Panel(
+        Axis("Isometric view [mm]"),
+        Axis(""),
+        note=f"Mode {mode.number}, {mode.curve.frequency[mode.last]:.5g} Hz",
+        equal=True,
+        grid=False,
+    )
+    for facet in order:
+        corners = flat[facets[facet]]
+        panel.add(Area(corners[:, 0], corners[:, 1], _blend(float(share[facet]))))
+    origin = 1e3 * (points.min(axis=0) - 0.05 * size)
+    for axis, name in enumerate("xyz"):
+        end = origin.copy()
+        end[axis] += 1e3 * 0.25 * size
+        (x0, y0), (x1, y1) = view @ origin, view @ end
+        panel.line([x0, x1], [y0, y1], COLORS[0], width=1.0)
+        panel.add(Words(x1, y1, name, data=True))
+    return panel
+
+
+def _blend(share: float) -> str:
+    """Colour between light and dark for a share of the largest motion."""
+    red, green, blue = (round(v) for v in _LIGHT + share * (_DARK - _LIGHT))
+    return f"#{red:02x}{green:02x}{blue:02x}"

@@ -42,7 +42,7 @@ STUDIES = ".toml"
 
 
 @dataclass(frozen=True)
-class Item:
+class BatchItem:
     """One piece of a batch: what it is called, what is done, to which file, with which changes."""
 
     name: str
@@ -70,7 +70,7 @@ class Item:
         return hashlib.sha256(json.dumps(parts).encode()).hexdigest()[:16]
 
 
-def items_of(source: Path, study: Path | None) -> list[Item]:
+def items_of(source: Path, study: Path | None) -> list[BatchItem]:
     """Return the items of a folder, a list of paths, or a CSV table of changes to a study.
 
     The study is that of a table, of scans, or of the joint that defines the regimes of records.
@@ -102,18 +102,18 @@ def items_of(source: Path, study: Path | None) -> list[Item]:
     return items
 
 
-def _of_file(path: Path, study: str, name: str) -> Item:
+def _of_file(path: Path, study: str, name: str) -> BatchItem:
     if path.suffix.lower() == STUDIES:
-        return Item(name, "predict", str(path.resolve()))
+        return BatchItem(name, "predict", str(path.resolve()))
     surface: Any = None
     if study:
         with suppress(ValueError):  # the study has its error told when it is run
             surface = tables_of(text_of(Path(study))).get("surface")
     work = "scan" if isinstance(surface, dict) and "scan" in surface else "measure"
-    return Item(name, work, str(path.resolve()), study)
+    return BatchItem(name, work, str(path.resolve()), study)
 
 
-def _of_table(source: Path, rows: list[list[str]], study: str) -> Iterator[Item]:
+def _of_table(source: Path, rows: list[list[str]], study: str) -> Iterator[BatchItem]:
     keys = rows[0] if rows else []
     for number, row in enumerate(rows[1:], start=1):
         if not any(row):
@@ -124,13 +124,15 @@ def _of_table(source: Path, rows: list[list[str]], study: str) -> Iterator[Item]
             )
         cells = dict(zip(keys, row, strict=True))
         name = cells.pop("name", "") or f"{number:06d}"
-        yield Item(name, "predict", "", study, tuple(f"{k}={cell}" for k, cell in cells.items()))
+        yield BatchItem(
+            name, "predict", "", study, tuple(f"{k}={cell}" for k, cell in cells.items())
+        )
 
 
 # -- one item --------------------------------------------------------------------------------------
 
 
-def run_item(item: Item) -> Outcome:
+def run_item(item: BatchItem) -> Outcome:
     """Return the result of an item: rows of plain numbers, or the reason why there are none."""
     begin = time.perf_counter()
     try:
@@ -142,15 +144,15 @@ def run_item(item: Item) -> Outcome:
     return {**_heading(item), **outcome, "seconds": round(time.perf_counter() - begin, 4)}
 
 
-def _heading(item: Item) -> Outcome:
+def _heading(item: BatchItem) -> Outcome:
     return {"item": item.name, "mark": item.mark, "work": item.work}
 
 
-def _rows(item: Item) -> Any:
+def _rows(item: BatchItem) -> Any:
     from microslip.laboratory import Record, measure
     from microslip.study.build import build_joints
     from microslip.study.description import StudyDescription
-    from microslip.study.runs.prediction import rows_of as rows_at_amplitudes
+    from microslip.study.runs.prediction import amplitude_rows as rows_at_amplitudes
 
     if item.work != "measure":
         scan = (f"surface.scan={json.dumps(item.path)}",) * (item.work == "scan")
@@ -193,7 +195,7 @@ def prepare(folder: Path) -> None:
         raise InputError(f"{folder}: cannot be written: {reason(error)}") from None
 
 
-def earlier_outcomes(folder: Path, items: Sequence[Item]) -> dict[str, Outcome]:
+def earlier_outcomes(folder: Path, items: Sequence[BatchItem]) -> dict[str, Outcome]:
     """Return outcomes of an earlier run that still hold; items that failed are tried again."""
     outcomes = {}
     for item in items:
@@ -206,8 +208,8 @@ def earlier_outcomes(folder: Path, items: Sequence[Item]) -> dict[str, Outcome]:
     return outcomes
 
 
-def run(
-    items: Sequence[Item],
+def run_batch(
+    items: Sequence[BatchItem],
     folder: Path,
     workers: int = 1,
     dask: str | None = None,
@@ -222,7 +224,7 @@ def run(
     remaining = [item for item in items if item.name not in outcomes]
     report = progress or (lambda share: None)
     if workers == 1 and dask is None:
-        work: Iterator[tuple[Item, Outcome]] = ((item, run_item(item)) for item in remaining)
+        work: Iterator[tuple[BatchItem, Outcome]] = ((item, run_item(item)) for item in remaining)
     else:
         work = _in_parallel(remaining, lambda: _pool(workers, dask))
     for count, (item, outcome) in enumerate(work, start=1):
@@ -253,12 +255,12 @@ def _pool(workers: int, dask: str | None) -> Iterator[tuple[Executor, int]]:
 
 
 def _in_parallel(
-    items: Sequence[Item], pool_of: Callable[[], AbstractContextManager[tuple[Executor, int]]]
-) -> Iterator[tuple[Item, Outcome]]:
+    items: Sequence[BatchItem], pool_of: Callable[[], AbstractContextManager[tuple[Executor, int]]]
+) -> Iterator[tuple[BatchItem, Outcome]]:
     """Run items in an executor; where a process dies, its items run again in a new one."""
     waiting, tries = list(reversed(items)), dict.fromkeys(items, 0)
     while waiting:
-        running: dict[Future[Outcome], Item] = {}
+        running: dict[Future[Outcome], BatchItem] = {}
         with pool_of() as (pool, workers):
             try:
                 while waiting or running:
@@ -282,6 +284,6 @@ def _in_parallel(
                         yield item, _lost_worker(item)
 
 
-def _lost_worker(item: Item) -> Outcome:
+def _lost_worker(item: BatchItem) -> Outcome:
     cause = f"its worker died {_TRIES} times (out of memory, or killed)"
     return {**_heading(item), "status": "failed", "reason": cause, "seconds": 0.0}

@@ -18,7 +18,9 @@ _Columns = TypeVar("_Columns", bound="Columns")
 _BLOCK = 20_000
 
 
-def blocks(size: int, progress: Progress | None = None, largest: int = _BLOCK) -> Iterator[slice]:
+def pieces_of(
+    size: int, progress: Progress | None = None, largest: int = _BLOCK
+) -> Iterator[slice]:
     """Pieces of so many things; small ones first, for those who wait to see progress."""
     start, length = 0, min(largest, 64)
     while start < size:
@@ -52,7 +54,7 @@ class Columns(Locked):
     ) -> _Columns:
         """Make a long one piece by piece."""
         arrays: dict[str, Floats] = {}
-        for piece in blocks(size, progress):
+        for piece in pieces_of(size, progress):
             for name, array in make(piece).columns().items():
                 arrays.setdefault(name, np.empty(size))[piece] = array
         return cls(**{field.name: arrays.get(field.name) for field in fields(cls)})

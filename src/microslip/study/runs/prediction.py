@@ -11,25 +11,28 @@ from typing import Any
 import numpy as np
 
 from microslip._core.checks import Floats, Progress, whole_number
-from microslip._core.netcdf import Variable
+from microslip._core.dataset import Variable
 from microslip._core.quantities import QUANTITIES
 from microslip._core.units import engineering
 from microslip._core.wording import plural
-from microslip.friction import Interface
+from microslip.contact.half_space import in_series, solid_stiffness
+from microslip.contact.materials import MaterialPair
+from microslip.friction import Interface, LawBand
 from microslip.friction.input_slopes import input_slopes
 from microslip.friction.loops import Loop
 from microslip.study.build import at_middle, blame, build_joints, is_uncertain
 from microslip.study.description import StudyDescription
+from microslip.study.joints import LawJoint
 from microslip.study.measured_face import MeasuredFace
 from microslip.study.runs.columns import (
     AmplitudeCurve,
     Columns,
     HistoryResponse,
     Limits,
-    blocks,
+    pieces_of,
 )
 from microslip.study.runs.scatter import Scatter, scatter, with_amplitudes
-from microslip.study.runs.structure import run as run_structure
+from microslip.study.runs.structure import run_structure
 from microslip.study.runs.structure_prediction import StructurePrediction
 
 
@@ -68,7 +71,7 @@ MEANINGS = {
 """Meanings that differ from that of the quantity by itself."""
 
 
-def variables(result: Prediction) -> dict[str, Variable]:
+def variables_of(result: Prediction) -> dict[str, Variable]:
     """All numbers by their names, the verdicts left out."""
     driven = "amplitude" if result.study.excitation.force_amplitudes is None else "force_amplitude"
     arrays = {
@@ -82,7 +85,7 @@ def variables(result: Prediction) -> dict[str, Variable]:
     return arrays
 
 
-def labelled(dims: tuple[str, ...], values: Floats, name: str, meaning: str = "") -> Variable:
+def variable_of(dims: tuple[str, ...], values: Floats, name: str, meaning: str = "") -> Variable:
     """Values with the unit and the meaning of a quantity, or with a meaning of their own."""
     about = QUANTITIES[name].attributes
     return Variable(dims, values, {**about, "long_name": meaning} if meaning else about)
@@ -95,7 +98,7 @@ def _scalars(result: Prediction) -> dict[str, Variable]:
         for joint, limits in zip(result.joints, result.limits, strict=True)
     ]
     variables = {
-        name: labelled(("load",), np.array([row[name] for row in rows], dtype=float), name)
+        name: variable_of(("load",), np.array([row[name] for row in rows], dtype=float), name)
         for name in rows[0]
         if any(row[name] is not None for row in rows)
     }
@@ -118,9 +121,30 @@ def scalars(study: StudyDescription, joint: Interface) -> dict[str, float | None
         "mean_contact_pressure": joint.normal_load / contact if contact else None,
         "normal_stiffness": getattr(joint, "normal_stiffness", None),
         "tangential_stiffness": joint.tangential_stiffness,
+        **_at_rig(study, joint, area),
         "force_limit": joint.force_limit,
         "slip_per_indentation": getattr(joint, "slip_per_indentation", None),
         "slip_scale": joint._slip_scale[0],
+    }
+
+
+def _at_rig(
+    study: StudyDescription, joint: Interface, area: float | None
+) -> dict[str, float | None]:
+    """Stiffnesses in series with half-spaces [N/m]; None where finite elements carry the solid."""
+    names = ("rig_normal_stiffness", "rig_tangential_stiffness")
+    pair = getattr(getattr(joint, "surface", None), "pair", None)
+    if area is None or study.structure is not None or not isinstance(pair, MaterialPair):
+        return dict.fromkeys(names)
+    alone = joint.normal_stiffness, joint.tangential_stiffness
+    pressure, hole, count = getattr(study.joint, "pressure", None), 0.0, 1
+    if (outer := getattr(pressure, "outer", None)) is not None:
+        hole, count = float(pressure.inner or 0.0) / outer, pressure.count
+        area = count * math.pi * outer**2 * (1.0 - hole**2)
+    solid = solid_stiffness(pair, area / count, hole)
+    return {
+        name: in_series(stiff, count * behind)
+        for name, stiff, behind in zip(names, alone, solid, strict=True)
     }
 
 
@@ -129,7 +153,7 @@ def _samples(result: Prediction, driven: str) -> dict[str, Variable]:
     variables = {}
     for name, attribute in names.items():
         values = np.array([[getattr(loop, attribute) for loop in loops] for loops in result.loops])
-        variables[name] = labelled(("load", driven, "sample"), values, name)
+        variables[name] = variable_of(("load", driven, "sample"), values, name)
     return variables
 
 
@@ -138,7 +162,7 @@ def _columns(
 ) -> dict[str, Variable]:
     """Columns of one table for each load, by their names."""
     return {
-        prefix + name: labelled(
+        prefix + name: variable_of(
             ("load", dim),
             _stacked([table.columns()[name] for table in tables]),
             name,
@@ -214,7 +238,7 @@ MOST_WORKERS = 256
 _STRUCTURE = 0.95  # share of a run that a structure takes
 
 
-def run(
+def run_prediction(
     study: StudyDescription, progress: Progress | None = None, workers: int = 1
 ) -> tuple[Prediction, Defaults]:
     """Compute a study, and say what it left open; see :meth:`microslip.Study.run`."""
@@ -227,7 +251,42 @@ def run(
         result, defaults = _scattered(study, progress, workers)
     else:
         result, defaults = _computed(study, progress)
+        if isinstance(study.joint, LawJoint) and study.joint.band is not None:
+            result = replace(result, scatter=_measured_scatter(result, study.joint.band))
     return result, defaults
+
+
+def _measured_scatter(result: Prediction, band: LawBand) -> Scatter:
+    """Return the intervals of an identified law; NaN for what its records do not tell."""
+    law = result.joints[0]
+    bands = {
+        name: variable._replace(
+            dims=("quantile", *variable.dims), values=np.full((2, *variable.values.shape), np.nan)
+        )
+        for name, variable in variables_of(result).items()
+        if variable.values.dtype.kind == "f" and "sample" not in variable.dims[-1]
+    }
+    for prefix, (table,) in (("", result.rows[:1]), ("curve_", result.curves[:1])):
+        a = table.amplitude
+        ends = band.of(law, a)
+        columns = {
+            "force_amplitude": ends["force"],
+            "force_ratio": ends["force"] / law.force_limit,
+            "secant_stiffness": ends["force"] / a,
+            "dissipated_energy": ends["dissipated_energy"],
+            "damping_ratio": ends["damping_ratio"],
+            "loss_factor": 2.0 * ends["damping_ratio"],
+        }
+        for name, values in columns.items():
+            if prefix + name in bands:
+                bands[prefix + name].values[:, 0] = values
+    low, high = (engineering(float(end), "m", 3, trim=True) for end in band.amplitude[[0, -1]])
+    tail = 0.5 * (1.0 - band.confidence)
+    notes = (
+        f"Intervals of the identified law at {100.0 * band.confidence:g} % each, known between "
+        f"amplitudes of {low} and {high}; outside, its records determine nothing.",
+    )
+    return Scatter((), 0, np.array([tail, 1.0 - tail]), bands, {}, (), notes)
 
 
 def _scattered(
@@ -239,17 +298,21 @@ def _scattered(
     first = result.rows[0]
     fixed_study = with_amplitudes(study, first.amplitude, result.curves[0].amplitude)
     bands = scatter(
-        fixed_study, variables(result), _variables, workers, _part(progress, 0, 1, begin, 1.0)
+        fixed_study,
+        variables_of(result),
+        _variables,
+        workers,
+        _part(progress, 0, 1, begin, 1.0),
     )
     return replace(result, study=study, scatter=bands), defaults
 
 
 def _variables(study: StudyDescription) -> dict[str, Variable]:
     """All numbers of a study without anything uncertain, by their names in result.nc."""
-    return variables(_computed(study)[0])
+    return variables_of(_computed(study)[0])
 
 
-def rows_of(study: StudyDescription) -> list[dict[str, float]]:
+def amplitude_rows(study: StudyDescription) -> list[dict[str, float]]:
     """Results of a study at the amplitudes of its loops only, a row a load and loop."""
     study = at_middle(study)
     joints = build_joints(study)
@@ -330,7 +393,7 @@ def _loops(
     """Return the loops of one joint."""
     loops: list[Loop] = []
     with blame(study, "excitation.amplitudes"):
-        for piece in blocks(row.amplitude.size, progress):
+        for piece in pieces_of(row.amplitude.size, progress):
             loops += [joint.loop(a) for a in row.amplitude[piece].tolist()]
     return tuple(loops)
 

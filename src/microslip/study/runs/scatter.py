@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 
 from microslip._core.checks import Floats, Progress
+from microslip._core.dataset import Variable
 from microslip._core.errors import InputError, StudyError
-from microslip._core.netcdf import Variable
 from microslip.friction.sweeps.quantiles import intervals, ranking
 from microslip.study.build import Design, Input
 from microslip.study.description import StudyDescription
 from microslip.study.runs.columns import AmplitudeCurve
-from microslip.study.schema import GROUPS, Curve
+from microslip.study.schema import GROUPS, CurveRange
 
 Variables = Mapping[str, Variable]
 Compute = Callable[[StudyDescription], Variables]
@@ -78,7 +78,7 @@ def with_amplitudes(study: StudyDescription, amplitudes: Floats, grid: Floats) -
     if excitation.amplitudes is None and excitation.force_amplitudes is None:
         changes["amplitudes"] = tuple(amplitudes.tolist())
     if excitation.curve is None:
-        changes["curve"] = Curve.of(start=float(grid[0]), to=float(grid[-1]), points=grid.size)
+        changes["curve"] = CurveRange.of(start=float(grid[0]), to=float(grid[-1]), points=grid.size)
     return study.copy(excitation=excitation.copy(**changes), structure=None)
 
 

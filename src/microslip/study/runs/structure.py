@@ -23,6 +23,7 @@ from microslip.structures import (
 )
 from microslip.structures.periodic_motion import moving_modes
 from microslip.structures.reduction_convergence import refined
+from microslip.structures.tie_limits import tie_limits
 from microslip.study.build import Design, at_middle, blame, build_surface, is_uncertain
 from microslip.study.description import StudyDescription
 from microslip.study.measured_face import MeasuredFace
@@ -33,12 +34,14 @@ from microslip.study.runs.structure_prediction import (
     Sampled,
     StructurePrediction,
     TightMode,
+    joint_damping,
 )
 from microslip.study.runs.structure_responses import (
     forced_modes,
     frequency_responses,
     gain_of,
 )
+from microslip.study.runs.structure_tests import changes, judge
 from microslip.study.structure import StructurePart
 from microslip.study.uncertain import Spread, value_at
 from microslip.study.vibration import MeasuredPart
@@ -50,19 +53,24 @@ _NAMES = {
     "structure.bolts.torque": "bolt torque",
     "structure.bolts.embedding": "embedding of the bolts",
     "structure.form.factor": "factor on the form",
+    "structure.form.flatness": "flatness of the faces",
+    "structure.form.correlation": "correlation length of the faces",
+    "structure.form.rim": "rim around the holes",
     "structure.base_damping_ratio": "base damping ratio",
 }
 _OF_LAWS = ("bolts.tension", "bolts.torque", "bolts.nut_factor", "bolts.thread_friction",
             "bolts.bearing_friction", "bolts.embedding", "bolts.rz", "bolts.clamp_length",
-            "form.factor", "base_damping_ratio")  # fmt: skip
+            "form.factor", "form.flatness", "form.correlation", "form.rim",
+            "base_damping_ratio")  # fmt: skip
 """Keys of a structure that leave its reduced model as it is."""
 _SIDES = ["structure.lap", "structure.width"]
 BASE = "structure.base_damping_ratio"
 _CANDIDATES = 12  # modes among which one with all bolts tight is looked for
+_FACES = 44  # stream of the random faces of samples
 _DENSE = 16_384  # points at which bands interpolate between the samples
 
 
-def run(study: StudyDescription, progress: Progress | None = None) -> StructurePrediction:
+def run_structure(study: StudyDescription, progress: Progress | None = None) -> StructurePrediction:
     """Reduce the structure of a study once, tighten it, and follow its modes with their bands."""
     tell = progress or (lambda share: None)
     design = Design(study) if is_uncertain(study) else None
@@ -106,9 +114,12 @@ def run(study: StudyDescription, progress: Progress | None = None) -> StructureP
         with blame(study, "structure.measured.fit"):
             identified = _identified(middle, joint, tests)
     tight = _all_tight(middle, formed, state)
+    shapes = state.model.shapes[:, [number - 1 for number in part.modes]]
     return StructurePrediction(
         part, formed, state, modes, inputs, identified, tests, convergence, tight,
         frequency_responses(part, joint, state, modes),
+        tuple(tie_limits(joint, part.washers, shapes)),
+        judge(tests, modes, part.quantity), changes(tests, modes),
     )  # fmt: skip
 
 
@@ -248,11 +259,16 @@ def _identified(
     )
 
 
-def tightened(study: StudyDescription, joint: ReducedJoint) -> tuple[ReducedJoint, Preload]:
-    """The joint with the form and the tension of a study, and its state under them."""
+def tightened(
+    study: StudyDescription, joint: ReducedJoint, rng: np.random.Generator | None = None
+) -> tuple[ReducedJoint, Preload]:
+    """Return the joint with the form and tension of a study, and its state under them.
+
+    Random faces are drawn by ``rng``; without it they are flat.
+    """
     part = study.bolted
     if part.form is not None:
-        joint = joint.with_form(part.form.table, part.form.factor)
+        joint = part.form.apply(joint, part.holes, rng)
     joint = joint.with_tension(part.tension)
     return joint, joint.tightened(build_surface(study), study.joint.friction_coefficient)
 
@@ -298,7 +314,7 @@ def _samples(
     def numbers(curve: ModalCurve, model: ReducedJoint) -> Floats:
         gain = 1.0 if part.force is None else gain_of(curve, model)
         return np.array([
-            curve.frequency, curve.damping_ratio - curve.base_damping,
+            curve.frequency, joint_damping(curve),
             gain * np.ones(curve.amplitude.size),
         ])  # fmt: skip
 
@@ -315,7 +331,8 @@ def _samples(
                 model = _reduced(sample, joint.layout * [1.0, lap, lap, width, width])
             else:
                 model = joint.scaled(*scales(middle, sample, scaled))
-            _, state = tightened(sample, model)
+            rng = np.random.default_rng([design.part.seed, _FACES, row])
+            _, state = tightened(sample, model, rng)
             for index, number in enumerate(sample_part.modes):
                 curve = _curve(sample_part, model, state, number)
                 samples[index, :, row] = numbers(curve, model)
@@ -375,6 +392,14 @@ def _bands(
     scores, dense = sampled.scores, sampled.dense
     with np.errstate(invalid="ignore", divide="ignore"):
         logs = np.log(sampled.frequency), np.log(sampled.joint_damping)
+    middle = len(part.amplitudes) // 2
+    total = sampled.joint_damping[:, middle] + sampled.base_damping[0]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        of_middle = {"frequency": logs[0][:, middle], "damping_ratio": np.log(total)}
+    slopes = {
+        key: tuple(zip(names, _slopes(scores, values), strict=True))
+        for key, values in of_middle.items()
+    }
     frequency, frequency_error = quantiles(scores, logs[0], dense, SHARES)
     damping, damping_error = quantiles(scores, logs[1], dense, SHARES, sampled.base_damping)
     model = None if convergence is None else convergence.error
@@ -384,24 +409,48 @@ def _bands(
         # Of the damping ratio only the joint's part has this error.
         of_joint = 1.0 - float(sampled.base_damping[0].mean()) / np.exp(damping)
         damping = damping + model[1] * np.maximum(of_joint, 0.0) * outwards
-    middle = len(part.amplitudes) // 2
-    total = sampled.joint_damping[:, middle] + sampled.base_damping[0]
+    random = part.form is not None and part.form.is_random
     return Bands(
         np.exp(frequency),
         np.exp(damping),
-        _ranking(scores, total, names),
-        float(np.nanmax(frequency_error, initial=0.0)),
-        float(np.nanmax(damping_error, initial=0.0)),
+        _ranking(scores, of_middle["damping_ratio"], names, random),
+        slopes,
+        _widest(frequency_error),
+        _widest(damping_error),
         int((~np.isfinite(sampled.frequency)).any(axis=1).sum()),
         model,
     )
 
 
+def _widest(errors: Floats) -> float:
+    """Largest of some half-widths [-]; NaN where none is known."""
+    known = errors[~np.isnan(errors)]
+    return float(known.max()) if known.size else math.nan
+
+
+def _slopes(scores: Floats, logs: Floats) -> list[float]:
+    """Change of a logarithm by a standard deviation of each input, by linear regression."""
+    known = np.isfinite(logs)
+    if known.sum() <= scores.shape[1]:
+        return [0.0] * scores.shape[1]
+    matrix = np.column_stack([np.ones(int(known.sum())), scores[known]])
+    solved = np.linalg.lstsq(matrix, logs[known], rcond=None)[0]
+    return [float(slope) for slope in solved[1:]]
+
+
 def _ranking(
-    scores: Floats, damping: Floats, names: tuple[str, ...]
+    scores: Floats, logs: Floats, names: tuple[str, ...], random: bool
 ) -> tuple[tuple[str, float], ...]:
-    """Shares of the inputs in the scatter of ln(damping), by a linear regression on them."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        shares, _ = ranking(scores, np.log(damping))
+    """Shares of the inputs in the scatter of ln(damping), by a linear regression on them.
+
+    What the inputs leave unexplained is the share of random faces, where faces are random.
+    """
+    if np.isfinite(logs).sum() <= scores.shape[1]:
+        return tuple((name, 0.0) for name in names)
+    shares, explained = ranking(scores, logs)
     pairs = [(name, float(share)) for name, share in zip(names, shares, strict=True)]
+    if random:
+        explained = min(max(explained, 0.0), 1.0)
+        pairs = [(name, explained * share) for name, share in pairs]
+        pairs.append(("waves of the faces", 1.0 - explained))
     return tuple(sorted(pairs, key=lambda pair: -pair[1]))

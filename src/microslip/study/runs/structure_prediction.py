@@ -17,6 +17,8 @@ from microslip.structures import (
     Preload,
     ReducedJoint,
 )
+from microslip.structures.tie_limits import TieLimits
+from microslip.study.runs.structure_verdicts import Change, QuantityVerdict
 from microslip.study.structure import StructurePart
 
 SHARES = (0.05, 0.5, 0.95)
@@ -31,9 +33,11 @@ class Bands:
     damping_ratio: Floats  # the same [-]
     ranking: tuple[tuple[str, float], ...]
     """Share of each input in the scatter of ln(damping ratio) [-], the largest first."""
+    slopes: dict[str, tuple[tuple[str, float], ...]]
+    """Change of ln(frequency) and ln(damping ratio) by a standard deviation of each input [-]."""
     frequency_error: float
-    """Largest relative half-width of the 90 % intervals of the quantiles, for there are so few
-    samples [-]; infinite where they leave an outer quantile open."""
+    """Largest relative half-width of the 90 % intervals of the quantiles [-]; infinite where too
+    few samples leave an outer quantile open, NaN where no sample was solved."""
     damping_error: float
     """The same of the damping ratio [-]."""
     unsolved: int
@@ -41,6 +45,14 @@ class Bands:
     model_error: tuple[float, float] | None
     """Error of patches, mesh and reduction that the ends include, of frequency and joint damping
     [-]; None where it was not estimated."""
+
+
+def joint_damping(curve: ModalCurve) -> Floats:
+    """Return the damping ratio of the joint alone [-], at least 1e-14.
+
+    Rounding of stuck joints leaves differences of zero or below, which have no logarithm.
+    """
+    return np.maximum(curve.damping_ratio - curve.base_damping, 1e-14)
 
 
 class Sampled(NamedTuple):
@@ -134,3 +146,6 @@ class StructurePrediction:
     convergence: Convergence | None = None  # how good the model is for the first mode
     tight: tuple[TightMode, ...] = ()  # its modes with all bolts tight, where some are slack
     frequency_responses: tuple[FrequencyResponse, ...] = ()  # one a force, all modes together
+    limits: tuple[TieLimits, ...] = ()  # one a mode: the lap open, tied under washers, tied
+    judged: tuple[QuantityVerdict, ...] = ()  # tests against the bands
+    changes: tuple[Change, ...] = ()  # rise and fall of predictions and tests

@@ -17,6 +17,7 @@ from microslip.study.runs.structure_prediction import (
     ForcedMode,
     Mode,
     Sampled,
+    joint_damping,
 )
 from microslip.study.schema import GROUPS
 from microslip.study.structure import StructurePart
@@ -68,7 +69,7 @@ def _forced(
     frequency, damping = curve.frequency[solved], curve.damping_ratio[solved]
     gain = gain_of(curve, joint)[solved]
     base = np.array([curve.base_damping])
-    row = np.log([frequency, damping - curve.base_damping, gain]).reshape(1, -1)
+    row = np.log([frequency, joint_damping(curve)[solved], gain]).reshape(1, -1)
     middle = answers(row, base, np.ones(1))
     most = 2.0 * damping[-1] * asked[-1] * (2.0 * math.pi * frequency[-1]) ** (2 - power) / gain[-1]
     peaks = middle
@@ -86,6 +87,8 @@ def _forced(
     plain = ForcedMode(force, at, response, reached, None, None, math.nan, 0.0, float(most))
     if sampled is None:
         return plain._replace(beyond=float(middle.beyond[0]))
+    if not solved_rows.any() or peaks.beyond.all():  # no peak is known, so there is no band
+        return plain._replace(beyond=1.0)
 
     def of_points(points: Floats, base: Floats) -> Floats:
         found = answers(points, base, at)
@@ -148,7 +151,7 @@ def _frequency_response(
     for mode in modes:
         curve, solved = mode.curve, mode.curve.converged
         gain = _gain(curve, joint)[solved]
-        columns = [curve.frequency[solved], curve.damping_ratio[solved] - base, abs(gain)]
+        columns = [curve.frequency[solved], joint_damping(curve)[solved], abs(gain)]
         fine, (values,) = refined(part.amplitudes[solved], np.log(columns)[None])
         frequency, of_joint, size = values
         fine = fine / (2.0 * math.pi * frequency) ** power

@@ -1,0 +1,176 @@
+"""Curves that are smooth between given places only, as pieces that are exact to rounding."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.polynomial import chebyshev
+
+from microslip._core import kernels
+from microslip._core.checks import Floats
+from microslip._core.frozen import Locked, lock
+from microslip._core.kernels.table import NODES, TO_POWERS, TO_SERIES
+from microslip._core.quadrature import gauss_legendre
+
+_ROUNDING = 4e-15  # of the slope on a piece, for the terms left out
+_NOTHING = 2e-17  # of the load, for what a piece leaves out of it
+_LEVELS = 60
+_MOST_PIECES = 60_000
+_EPS = 2.3e-16
+_Y = 0.5 * (1.0 + NODES)
+_SHARES, _WEIGHTS = gauss_legendre(16)
+
+
+def _mean_matrix(roots: bool) -> Floats:
+    """Return what takes a Chebyshev series of the slope to the powers of its mean from the end.
+
+    The mean over 0 <= t <= 1 at z t is G of ``_pieces.h`` over the width of the piece; where roots
+    are taken, t is the square of the variable of integration.
+    """
+    weights = 2.0 * _SHARES * _WEIGHTS if roots else _WEIGHTS
+    places = 2.0 * _Y[:, None] * _SHARES - 1.0
+    rows = [
+        (chebyshev.chebval(places, np.eye(kernels.TERMS)[k]) @ weights) @ TO_SERIES
+        for k in range(kernels.TERMS)
+    ]
+    return np.asarray(np.array(rows)[:, : kernels.TERMS] @ TO_POWERS, dtype=np.float64)
+
+
+_MEANS = _mean_matrix(False), _mean_matrix(True)
+
+
+@dataclass(frozen=True, eq=False)
+class Pieces(Locked):
+    """A decreasing convex N(x), such as a load curve or the force limit less a backbone.
+
+    Between ``breaks`` N is smooth but for roots of the distance to the next break above, as a
+    contact of spheres has them where it ends. What is sampled is -N'; N follows by integration from
+    the last edge on, so that both keep their relative accuracy.
+    """
+
+    edges: Floats
+    rows: Floats
+    breaks: Floats
+
+    @classmethod
+    def sample(
+        cls,
+        fall: Callable[[Floats], Floats],
+        load: Callable[[Floats], Floats],
+        breaks: Floats,
+        low: float,
+        high: float,
+        origin: float = 0.0,
+        cuts: Floats | None = None,
+    ) -> Pieces | None:
+        """Return the pieces of N on [low, high] by -N' and N; None where there would be too many.
+
+        Places are exact to the rounding of ``origin`` plus a place. Further edges may stand at
+        ``cuts`` to begin with, where N changes on scales of many sizes. Pieces are halved until the
+        terms that they leave out are rounding of the slope, or nothing beside the load.
+        """
+        inner = breaks[(breaks > low) & (breaks < high)]
+        edges = np.concatenate(([low], inner, [high]))
+        if cuts is not None:
+            edges = np.unique(np.append(edges, cuts[(cuts > low) & (cuts < high)]))
+        begin, end = edges[:-1], edges[1:]
+        ends_at_break = np.isin(end, inner) | (end == high)
+        done: list[tuple[Floats, Floats, Floats, Floats]] = []
+        for level in range(_LEVELS):
+            width = end - begin
+            plain = end[:, None] - width[:, None] * _Y
+            rooted = end[:, None] - width[:, None] * _Y**2
+            series, fits = _fit(fall, load, plain, begin, width, origin)
+            takes_roots = np.zeros(begin.size, dtype=bool)
+            retry = np.flatnonzero(~fits & ends_at_break)
+            if retry.size:
+                other, fitted = _fit(fall, load, rooted[retry], begin[retry], width[retry], origin)
+                good = retry[fitted]
+                series[good], takes_roots[good], fits[good] = other[fitted], True, True
+            size = abs(origin) + np.maximum(np.abs(begin), np.abs(end))
+            fits |= (width <= 8.0 * _EPS * size) | (level == _LEVELS - 1)
+            done.append((begin[fits], end[fits], takes_roots[fits], series[fits]))
+            rough = ~fits
+            if not rough.any():
+                break
+            begin, end, last = begin[rough], end[rough], ends_at_break[rough]
+            middle = 0.5 * (begin + end)
+            begin, end = np.append(begin, middle), np.append(middle, end)
+            ends_at_break = np.append(np.zeros(last.size, dtype=bool), last)
+            if begin.size + sum(part[0].size for part in done) > _MOST_PIECES:
+                return None
+        begin, end, roots, series = (np.concatenate(part) for part in zip(*done, strict=True))
+        order = np.argsort(begin)
+        begin, end, roots, series = begin[order], end[order], roots[order] > 0, series[order]
+        # What is rounding of the first term is taken off: straight pieces stay straight.
+        straight = np.abs(series[:, 1:]).max(axis=1) <= 8.0 * _EPS * np.abs(series[:, 0])
+        means = [series[:, : kernels.TERMS] @ matrix for matrix in _MEANS]
+        powers = np.where(roots[:, None], means[1], means[0]) * (end - begin)[:, None]
+        powers[straight, 0], powers[straight, 1:] = (series[:, 0] * (end - begin))[straight], 0.0
+        whole = powers.sum(axis=1)
+        after = np.append(np.cumsum(whole[::-1])[::-1], 0.0) + float(load(np.array([high]))[0])
+        rows = np.column_stack((after[1:], roots, 1.0 / (end - begin), whole, powers))
+        return cls(
+            lock(np.append(begin, end[-1])),
+            lock(np.ascontiguousarray(rows)),
+            lock(np.append(inner, high)),
+        )
+
+    @cached_property
+    def arguments(self) -> tuple[Any, ...]:
+        """The pieces as kernels of harmonics take them, after their other arguments."""
+        return self.edges, self.rows, self.breaks
+
+
+def _fit(
+    fall: Callable[[Floats], Floats],
+    load: Callable[[Floats], Floats],
+    x: Floats,
+    begin: Floats,
+    width: Floats,
+    origin: float,
+) -> tuple[Floats, Any]:
+    """Return Chebyshev series of the slope at rows of places, and whether they are resolved."""
+    values = fall(x.reshape(-1)).reshape(x.shape)
+    series = values @ TO_SERIES
+    left_out = np.abs(series[:, kernels.TERMS - 1 :]).max(axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        steep = np.abs(np.diff(values, axis=1) / np.diff(x, axis=1))
+    noise = 4.0 * _EPS * (abs(origin) + np.abs(x).max(axis=1)) * np.nan_to_num(steep).max(axis=1)
+    resolved = left_out <= np.maximum(_ROUNDING * np.abs(values).max(axis=1), noise)
+    resolved |= left_out * width <= _NOTHING * np.abs(load(begin))
+    return series, resolved
+
+
+def backbone_pieces(
+    backbone: Callable[[Floats], Floats],
+    slope: Callable[[Floats], Floats],
+    kinks: Floats,
+    limit: float,
+    stiffness: float,
+) -> Pieces | None:
+    """Return the force limit less a backbone as pieces, from rest to where it is reached."""
+    end = reach = limit / stiffness
+    kinks = kinks[kinks > 0.0]
+    if kinks.size:
+        end = max(end, float(kinks[-1]))
+    if not (math.isfinite(end) and end > 0.0):
+        return None
+    for _ in range(400):
+        if float(slope(np.array([end * (1.0 + 1e-12)]))[0]) * end <= 1e-17 * limit:
+            break
+        end *= 1.5
+    else:
+        return None
+
+    def left(u: Floats) -> Floats:
+        return np.maximum(limit - backbone(u), 0.0)
+
+    doublings = math.ceil(math.log2(end / reach))
+    cuts = np.array([math.ldexp(reach, k) for k in range(doublings if doublings > 8 else 0)])
+    return Pieces.sample(slope, left, kinks, 0.0, end, cuts=cuts)

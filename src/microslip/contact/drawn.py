@@ -1,0 +1,539 @@
+"""The normal load law of a machined face that is known by its drawing."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from types import MappingProxyType
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from microslip._core.checks import Floats, exact, plain, positive, show
+from microslip._core.errors import InputError
+from microslip._core.frozen import assign, lock, made_once
+from microslip.contact import face_table as table
+from microslip.contact.base import OVER_HARDNESS, NormalLaw, Tightenings, aluminium, check_pair
+from microslip.contact.face_law import FaceLaw, FirstLoading, checked_direction
+from microslip.contact.finish import Finish, combined
+from microslip.contact.materials import MaterialPair
+
+STIFFNESS_ERROR = 0.05
+"""Standard deviation of ln k_n of the table against boundary elements [-]."""
+ENERGY_ERRORS = MappingProxyType({0.1: 0.6, 0.3: 0.25, 1.0: 0.09})
+"""The same of the energy of a cycle, by its amplitude over mu N/k_t."""
+SHAPE_ERROR = 0.25
+"""Standard deviation of the logarithm of what small cycles lose, by which bands draw the shape."""
+_ROUGHEST = 1.0  # slope of profiles
+_HIGHEST = 2e-4  # rms height [m]
+_LAY_SPREAD = 0.08  # of ln(stiffness ratio), where the lay is not known
+_BREADTH_SPREAD = 0.1  # of ln(breadth), where it is not known
+_LOADINGS = 40
+_STEP = 0.02  # of logarithms, for slopes
+
+
+class FaceErrors(NamedTuple):
+    """Standard deviations of the logarithm of the normal stiffness [-]."""
+
+    table: float
+    """Error of the table against boundary elements."""
+    realisation: float
+    """Difference between a face of the area of the law and the mean of many such faces."""
+    inputs: float
+    """Effect of the spreads of the inputs."""
+
+    @property
+    def total(self) -> float:
+        """Root of the sum of squares."""
+        return math.hypot(*self)
+
+
+@dataclass(frozen=True, eq=False, repr=False, init=False)
+class DrawnFace(FaceLaw):
+    """A rough face by the rms height and slope of its drawing, tightened once to a pressure.
+
+    The law is that of Gaussian faces solved by boundary elements that yield, from a table of three
+    dimensionless groups. Use it where there is no scan; :class:`microslip.MeasuredContact` solves a
+    scan point by point.
+
+    Parameters
+    ----------
+    pair : MaterialPair
+        The two materials; the hardness of the softer one bounds the pressure.
+    rms : float
+        Root mean square height Rq of the gap [m]: of two faces the root of the sum of their
+        squares, see :meth:`from_finish`.
+    slope : float
+        Root mean square slope Rdq of profiles of the gap [-]; under a lay that of profiles across
+        it. It depends on the short-wave cut-off lambda_s of the profile, which must be stated.
+    area : float
+        Apparent area [m^2].
+    tightening_pressure : float
+        Largest mean pressure that the face has borne [Pa].
+    plateau : float, optional
+        Rms height Rpq of the plateau [m] of a honed face (ISO 21920-2), whose valleys bear nothing:
+        it takes the place of ``rms``, and the slope falls with it.
+    breadth : float, optional
+        Rq <q>/h' [-], from 0.6 to 0.95, with the mean wavenumber <q> of the spectrum and the rms
+        gradient h'; 0.84 unless it is known.
+    lay : float, optional
+        Slope of profiles along the lay over that across it, in (0, 1]: 1 of an isotropic face. It
+        decides the ratio of normal and tangential stiffness by direction.
+    direction : float, optional
+        Direction of the motion [rad] from across the lay; None is the mean of all directions.
+    spreads : mapping, optional
+        Standard deviations of the logarithms of "rms", "slope", "hardness" and
+        "tightening_pressure" [-], where these are ranges. Bands draw them.
+    stiffness_factor, shape_factor : float
+        Factors on the stiffness and on what small cycles lose [-]: for bands, and for a measured
+        stiffness.
+
+    Notes
+    -----
+    With h = H/(E* h') and A = p/H the stiffness k_n Rq/p and the shape of the unloading are those
+    of the table. The contact is elastic below the tightening load, so that friction follows from
+    the law as from any other (Ciavarella 1998, J. Appl. Mech. 65, 998). Yielding is a bound on the
+    pressure (Almqvist et al. 2007, DOI 10.1016/j.triboint.2006.09.001).
+
+    Under a lay k_n/k_t = a - (a - 1) c, with a = 2 lambda - 1 of the pair and c the slope in the
+    direction of motion over the sum of the slopes along and across.
+    """
+
+    key = "face"
+
+    separations: Any = field(init=False, default=None)
+    loads: Any = field(init=False, default=None)
+    tail: Any = field(init=False, default="exponential")
+    rms: float
+    slope: float
+    area: float
+    tightening_pressure: float
+    plateau: float | None = None
+    breadth: float | None = None
+    lay: float | None = None
+    direction: float | None = None
+    spreads: Mapping[str, float] = field(default_factory=dict)
+    stiffness_factor: float = 1.0
+    shape_factor: float = 1.0
+
+    def __init__(
+        self,
+        pair: MaterialPair,
+        rms: float,
+        slope: float,
+        area: float,
+        tightening_pressure: float,
+        *,
+        plateau: float | None = None,
+        breadth: float | None = None,
+        lay: float | None = None,
+        direction: float | None = None,
+        spreads: Mapping[str, float] | None = None,
+        stiffness_factor: float = 1.0,
+        shape_factor: float = 1.0,
+    ) -> None:
+        check_pair(pair)
+        if pair.hardness is None:
+            raise InputError(
+                "`pair` must have a hardness [Pa], which decides how far the face yields; write "
+                "Material(210e9, 0.3, hardness=2.4e9), and a very large one for an elastic face"
+            )
+        checked: dict[str, Any] = {
+            "rms": positive("rms", rms, "m", 4e-7),
+            "slope": positive("slope", slope, "", 0.1),
+            "area": positive("area", area, "m^2", 1e-4),
+            "tightening_pressure": positive("tightening_pressure", tightening_pressure, "Pa", 1e8),
+            "stiffness_factor": positive("stiffness_factor", stiffness_factor),
+            "shape_factor": positive("shape_factor", shape_factor),
+        }
+        for name, value, unit, most, example in (
+            ("plateau", plateau, "m", checked["rms"], 1e-7),
+            ("breadth", breadth, "", table.BREADTH[2], 0.84),
+            ("lay", lay, "", 1.0, 0.2),
+        ):
+            checked[name] = None if value is None else positive(name, value, unit, example)
+            if checked[name] is not None and checked[name] > most:
+                where = " of `rms`" if name == "plateau" else ""
+                came = exact(checked[name])
+                raise InputError(f"`{name}` must be at most {most:g}{where}, got {came}")
+        if breadth is not None and breadth < table.BREADTH[0]:
+            raise InputError(
+                f"`breadth` must be at least {table.BREADTH[0]:g}, got {exact(breadth)}"
+            )
+        spread = {
+            name: positive(f"spreads[{name!r}]", value) for name, value in (spreads or {}).items()
+        }
+        if unknown := set(spread) - set(_SPREAD):
+            raise InputError(
+                f"`spreads` must name some of {', '.join(_SPREAD)}, got {show(unknown.pop())}"
+            )
+        assign(self, pair=pair, spreads=MappingProxyType(spread), **checked)
+        checked_direction(self, direction)
+        self._check_range()
+        numbers, form = self._numbers, self._shape
+        length = self._rms / self._stiffness  # p/k
+        self._set_curve(
+            pair,
+            float(numbers.separation[0]) * self._rms + form.distance * length,
+            form.share,
+            self._heaviest,
+            1.0 / length,
+        )
+
+    def _check_range(self) -> None:
+        if self.slope > _ROUGHEST:
+            raise InputError(
+                f"`slope` must be the tangent Rdq of profiles, at most {_ROUGHEST:g}, got "
+                f"{exact(self.slope)}; a slope in degrees must be written as its tangent"
+            )
+        hardness, modulus = self.hardness, self.pair.composite_modulus
+        if 0.1 * modulus < hardness < 10.0 * modulus:
+            raise InputError(
+                f"`hardness` must be at most a tenth of the modulus E*, {0.1 * modulus:.3g} Pa, "
+                f"as that of all metals, got {exact(hardness)}; write 1e15 for an elastic face"
+            )
+        if self.rms > _HIGHEST:
+            raise InputError(
+                f"`rms` must be at most {_HIGHEST:g} m, more than any machined face has, got "
+                f"{exact(self.rms)} m; check its unit, or take form and waviness off"
+            )
+        share = self.tightening_pressure / hardness
+        most = table.TIGHTENED[1]
+        if share > most * (1.0 + 1e-9):
+            raise InputError(
+                f"`tightening_pressure` must be at most {most:g} of the hardness "
+                f"{hardness:.4g} Pa, beyond which no face was solved, got "
+                f"{exact(self.tightening_pressure)} Pa; a larger area or a harder material bears "
+                "more"
+            )
+        limit = table.PRESSURE * modulus * self.gradient
+        if self.tightening_pressure > limit * (1.0 + 1e-9):
+            raise InputError(
+                f"`tightening_pressure` must be at most {limit:.4g} Pa, {table.PRESSURE:g} of E* "
+                "times the rms gradient, beyond which nearly all of the face touches, got "
+                f"{exact(self.tightening_pressure)} Pa; check `slope`, or lower the pressure"
+            )
+
+    # -- other ways to say it ----------------------------------------------------------------------
+
+    @classmethod
+    def from_finish(
+        cls,
+        pair: MaterialPair,
+        *finishes: Finish,
+        area: float,
+        tightening_pressure: float,
+        **options: Any,
+    ) -> DrawnFace:
+        """Return the law of one face against a smooth one, or of two faces, by their drawings.
+
+        Parameters
+        ----------
+        pair : MaterialPair
+            The two materials.
+        *finishes : Finish
+            Roughness of one face or of both; the gap has the roots of the sums of squares.
+        area : float
+            Apparent area [m^2].
+        tightening_pressure : float
+            Largest mean pressure that the face has borne [Pa].
+        **options
+            Further arguments of the class; spreads that are given replace those of the finishes.
+
+        Raises
+        ------
+        InputError
+            If there are not one or two finishes, or a number is out of range.
+        """
+        if not 1 <= len(finishes) <= 2 or not all(isinstance(f, Finish) for f in finishes):
+            raise InputError(
+                "one or two ms.Finish must be given, such as ms.Finish(ra=0.8e-6), got "
+                f"{show(finishes)}"
+            )
+        rms, slope = finishes[0].rms, finishes[0].slope
+        if len(finishes) == 2:
+            rms, slope = combined(rms, finishes[1].rms), combined(slope, finishes[1].slope)
+        known = {"rms": rms.spread, "slope": slope.spread}
+        spreads = {name: spread for name, spread in known.items() if spread > 0.0}
+        options["spreads"] = spreads | dict(options.get("spreads") or {})
+        return cls(pair, rms.middle, slope.middle, area, tightening_pressure, **options)
+
+    def along(self, direction: float | None) -> DrawnFace:
+        """Return the face moved in a direction [rad] from across the lay; None is the mean."""
+        return self._changed(direction=direction)
+
+    def _changed(self, **changes: Any) -> DrawnFace:
+        values = {name: getattr(self, name) for name in _ARGUMENTS}
+        return DrawnFace(**(values | changes))
+
+    def __replace__(self, **changes: Any) -> DrawnFace:
+        return self._changed(**changes)
+
+    def _patch(self, area: float, share: float) -> NormalLaw:
+        return self._changed(area=area)
+
+    def _under(self, load: float) -> NormalLaw:
+        """The face tightened anew where a load [N] makes it yield further."""
+        if load <= self._heaviest * (1.0 + 1e-9):
+            return self
+        return self._changed(tightening_pressure=load / self.area)
+
+    def _tightened_by(self, pressures: Floats) -> Tightenings:
+        """Places that were tightened by less: the shape of this law, with their own length p/k.
+
+        The length hardly depends on the pressure, so that lightly pressed places slip as early.
+        """
+        h, pi, breadth = self._groups
+        share = np.clip(pressures / self.tightening_pressure, 1e-9, 1.0)
+        found = _values(np.full(share.size, h), pi * share, breadth)
+        lengths = float(self._numbers.stiffness[0]) / found.stiffness
+        places = np.asarray(self.separation(share * self._heaviest))
+        return Tightenings(share, lengths, places, self.closest)
+
+    # -- numbers -----------------------------------------------------------------------------------
+
+    @property
+    def hardness(self) -> float:
+        """Hardness of the softer body [Pa]."""
+        assert self.pair.hardness is not None
+        return self.pair.hardness
+
+    @property
+    def gradient(self) -> float:
+        """Rms gradient h' of the gap that bears [-]."""
+        along = 1.0 if self.lay is None else self.lay
+        return self.slope * math.hypot(1.0, along) * self._rms / self.rms
+
+    @property
+    def _rms(self) -> float:
+        """Rms height of what bears [m]."""
+        return self.rms if self.plateau is None else self.plateau
+
+    @property
+    def _wave(self) -> float:
+        """Wavelength of the mean wavenumber [m]."""
+        return 2.0 * math.pi * self._rms / (self._groups[2] * self.gradient)
+
+    @property
+    def _tightening(self) -> float:
+        return self.tightening_pressure
+
+    @cached_property
+    def _groups(self) -> tuple[float, float, float]:
+        """Groups h, pi and breadth of the table, within its ranges."""
+        stiff = self.pair.composite_modulus * self.gradient
+        h = min(self.hardness / stiff, table.HARDNESS[1])
+        breadth = table.BREADTH[1] if self.breadth is None else self.breadth
+        return h, self.tightening_pressure / stiff, breadth
+
+    @cached_property
+    def _numbers(self) -> table.NodeValues:
+        h, pi, breadth = self._groups
+        return _values(np.array([h]), np.array([pi]), breadth)
+
+    @property
+    def _stiffness(self) -> float:
+        """Stiffness k_n Rq/p at tightening [-]."""
+        return float(self._numbers.stiffness[0]) * self.stiffness_factor
+
+    @cached_property
+    def _shape(self) -> table.Shape:
+        return table.shape(self._numbers.bends[0], self.shape_factor)
+
+    @cached_property
+    def slip_length(self) -> float:
+        """Length p/k_n of the tightened face [m].
+
+        Times the slip per indentation it is the displacement over which the joint starts to slide.
+        """
+        return self._rms / self._stiffness
+
+    @cached_property
+    def first_loading(self) -> FirstLoading:
+        """First loading from 0.1 % of the tightening pressure up to it."""
+        h, pi, breadth = self._groups
+        p = np.geomspace(1e-3, 1.0, _LOADINGS)
+        found = _values(np.full(p.size, h), pi * p, breadth)
+        pressure = self.tightening_pressure * p
+        stiffness = self.stiffness_factor * found.loading * pressure * (self.area / self._rms)
+        return FirstLoading(pressure, self._rms * found.separation, stiffness)
+
+    @property
+    def _slopes(self) -> tuple[float, float]:
+        """Shares of the slope across and along the lay."""
+        along = 1.0 if self.lay is None else self.lay
+        return 1.0 / (1.0 + along), along / (1.0 + along)
+
+    @cached_property
+    def _tangential(self) -> Floats:
+        a = 2.0 * self.pair.stiffness_ratio - 1.0
+        return lock(np.diag([1.0 / (a - (a - 1.0) * c) for c in self._slopes]))
+
+    def contact_area(self, separation: ArrayLike) -> Any:
+        """Real contact area [m^2], for separations [m] of any shape, at the shortest waves."""
+        loads = np.asarray(self.load(separation), dtype=float) / self._heaviest
+        at = np.log(table.SHARES[::-1])
+        shares = self._numbers.contacts[0, ::-1]
+        with np.errstate(divide="ignore"):
+            x = np.log(np.minimum(loads, 1.0))
+        # Below the lightest load of the table the area falls with the load.
+        inside = np.interp(x, np.append(at, 0.0), np.append(shares, 0.0))
+        inside = inside + np.minimum(x - at[0], 0.0)
+        return plain(np.asarray(self.area * float(self._numbers.contact[0]) * np.exp(inside)))
+
+    # -- errors ------------------------------------------------------------------------------------
+
+    def scatter(self, size: float) -> float:
+        """Return the standard deviation of ln k_n between square patches of one face [-].
+
+        Parameters
+        ----------
+        size : float
+            Side of a patch [m].
+        """
+        size = positive("size", size, "m", 5e-3)
+        # Of Rq itself, and of k_n Rq/p; 2.1 is the roll-off over the mean wavelength (Hurst 0.7).
+        share = max(self.tightening_pressure / self.hardness, 1e-4)
+        return 2.1 * self._wave / size * math.hypot(0.16, 0.045 * share**-0.42)
+
+    @cached_property
+    def sensitivities(self) -> dict[str, float]:
+        """Slopes d ln k_n/d ln(input) [-]: rms, slope, hardness, young_modulus, pressure."""
+        h, pi, breadth = self._groups
+        up, down = math.exp(_STEP), math.exp(-_STEP)
+        n = np.array([h * up, h * down, h, h])
+        p = np.array([pi * up, pi * down, pi * up, pi * down])
+        found = np.log(_values(n, p, breadth).stiffness)
+        by_both = float(found[0] - found[1]) / (2.0 * _STEP)  # h and pi rise as E* h' falls
+        by_pressure = float(found[2] - found[3]) / (2.0 * _STEP)
+        return {
+            "rms": -1.0,
+            "slope": -by_both,
+            "hardness": by_both - by_pressure,
+            "young_modulus": -by_both,
+            "tightening_pressure": 1.0 + by_pressure,
+        }
+
+    @cached_property
+    def errors(self) -> FaceErrors:
+        """Errors of ln k_n by the table, the realisation and the inputs."""
+        slopes = self.sensitivities
+        parts = [slopes[name] * spread for name, spread in self.spreads.items()]
+        if self.breadth is None:
+            h, pi, middle = self._groups
+            ends = [
+                float(np.log(_values(np.array([h]), np.array([pi]), b).stiffness[0]))
+                for b in (middle * math.exp(-_BREADTH_SPREAD), middle * math.exp(_BREADTH_SPREAD))
+            ]
+            parts.append(0.5 * (ends[1] - ends[0]))
+        realisation = self.scatter(math.sqrt(self.area))
+        return FaceErrors(STIFFNESS_ERROR, realisation, math.hypot(*parts))
+
+    @property
+    def unknown_lay(self) -> float:
+        """Standard deviation of ln(k_n/k_t) as the lay was not given [-]; 0 where it was."""
+        return _LAY_SPREAD if self.lay is None else 0.0
+
+    def drawn(self, random: np.random.Generator) -> DrawnFace:
+        """Draw a face from the spreads of the inputs and the errors of the table.
+
+        Parameters
+        ----------
+        random : numpy.random.Generator
+            Source of random numbers.
+
+        Returns
+        -------
+        DrawnFace
+            A face without spreads. Inputs are log-normal and independent, clipped to the range of
+            the table.
+        """
+        scale = {
+            name: math.exp(self.spreads.get(name, 0.0) * random.standard_normal())
+            for name in _SPREAD
+        }
+        changes: dict[str, Any] = {
+            name: getattr(self, name) * scale[name]
+            for name in ("rms", "slope", "tightening_pressure")
+        }
+        if self.plateau is not None:
+            changes["plateau"] = self.plateau * scale["rms"]
+        changes["slope"] = min(changes["slope"], _ROUGHEST)
+        hardness = self.hardness * scale["hardness"]
+        if self.breadth is None:
+            low, middle, high = table.BREADTH
+            wanted = middle * math.exp(_BREADTH_SPREAD * random.standard_normal())
+            changes["breadth"] = min(max(wanted, low), high)
+        error = math.hypot(STIFFNESS_ERROR, self.scatter(math.sqrt(self.area)))
+        changes["stiffness_factor"] = self.stiffness_factor * math.exp(
+            error * random.standard_normal()
+        )
+        changes["shape_factor"] = self.shape_factor * math.exp(
+            SHAPE_ERROR * random.standard_normal()
+        )
+        gradient = self.gradient * changes["slope"] / self.slope
+        changes["tightening_pressure"] = min(
+            changes["tightening_pressure"],
+            table.TIGHTENED[1] * hardness,
+            table.PRESSURE * self.pair.composite_modulus * gradient,
+        )
+        if self.lay is None:
+            changes["lay"] = math.exp(-abs(random.standard_normal()))
+            # The gradient is known by its slope; only the shares of the directions are not.
+            changes["slope"] *= math.sqrt(2.0) / math.hypot(1.0, changes["lay"])
+        return self._changed(pair=self.pair.with_hardness(hardness), spreads=None, **changes)
+
+    def _assumptions(self, separation: float | None) -> dict[str, float | None]:
+        return {
+            OVER_HARDNESS: self.tightening_pressure / self.hardness,
+            "hardness over modulus and slope": self._groups[0],
+        }
+
+    def _standardised(self, separation: float) -> float | None:
+        return separation / self._rms
+
+    def __repr__(self) -> str:
+        return (
+            f"DrawnFace(rms={self.rms:g}, slope={self.slope:g}, area={self.area:g}, "
+            f"tightening_pressure={self.tightening_pressure:g}, hardness={self.hardness:g}, "
+            f"plateau={self.plateau}, breadth={self.breadth}, lay={self.lay}, "
+            f"direction={self.direction})"
+        )
+
+    @classmethod
+    @made_once
+    def examples(cls) -> tuple[NormalLaw, ...]:
+        """A ground face of aluminium, and one with a lay moved across it."""
+        metal = aluminium().with_hardness(1.2e9)
+        return (
+            cls(metal, 4e-7, 0.1, 1e-4, 3e7),
+            cls(metal, 1.6e-6, 0.2, 1e-4, 1e8, lay=0.3, direction=0.0),
+        )
+
+
+_SPREAD = ("rms", "slope", "hardness", "tightening_pressure")
+_ARGUMENTS = (
+    "pair", "rms", "slope", "area", "tightening_pressure", "plateau", "breadth", "lay",
+    "direction", "spreads", "stiffness_factor", "shape_factor",
+)  # fmt: skip
+
+
+def _values(h: Floats, pi: Floats, breadth: float) -> table.NodeValues:
+    """Values of the table, continued beyond its ranges.
+
+    A face of less hardness than the table's is stiffer as 1/h, and one of less pressure has the
+    shape and the slip length of the lightest.
+    """
+    inside = np.maximum(h, table.HARDNESS[0])
+    wanted = pi * inside / h  # the pressure with this tightening at the hardness inside
+    pressure = np.maximum(wanted, table.TIGHTENED[0] * np.minimum(inside, 1.0))
+    found = table.values(inside, pressure, breadth)
+    lighter = pressure / wanted
+    return found._replace(
+        stiffness=found.stiffness * inside / h,
+        separation=found.separation + np.log(lighter) / found.loading,
+        contact=found.contact / lighter,
+    )

@@ -1,0 +1,153 @@
+"""Normal laws of whole faces: tightened once to a pressure, elastic below it."""
+
+from __future__ import annotations
+
+import math
+from abc import abstractmethod
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from microslip._core.checks import Floats, exact, number
+from microslip._core.errors import InputError
+from microslip._core.frozen import assign
+from microslip._core.verdicts import Verdict
+from microslip.contact.base import NormalLaw
+from microslip.contact.materials import MaterialPair
+from microslip.contact.table import TabulatedNormalLaw
+from microslip.contact.validity import verdicts
+
+_SAMPLES = 24  # points of the table above the heaviest load
+_BEYOND = 1e6  # times the heaviest load, to which steps of static solutions go
+
+
+class FirstLoading(NamedTuple):
+    """First loading of a face up to its tightening, lightest pressure first.
+
+    Ultrasound at a rising load measures the stiffness of unloading instead, by which a face
+    answers to small changes; a load-deflection test measures the slope of this curve.
+    """
+
+    pressure: Floats
+    """Mean pressures [Pa]."""
+    separation: Floats
+    """Distances of the mean planes [m]."""
+    stiffness: Floats
+    """Slopes -dN/dd of the load on the area [N/m]."""
+
+
+class FaceLaw(TabulatedNormalLaw):
+    """Law of a face that was tightened; a table with an end, above which the face yields again."""
+
+    area: float
+    direction: float | None
+
+    def _set_curve(
+        self, pair: MaterialPair, separation: Floats, share: Floats, heaviest: float, rate: float
+    ) -> None:
+        """Set the table from loads over the heaviest, which begin at 1, and -d ln N/dd there.
+
+        The law goes on beyond its heaviest load, for the trial steps of static solutions.
+        """
+        beyond = np.log(_BEYOND) * (np.arange(_SAMPLES, 0, -1) / _SAMPLES) ** 2
+        steepest = max(rate, (share[0] - share[1]) / (separation[1] - separation[0]))
+        d = np.concatenate([separation[0] - beyond / steepest, separation])
+        loads = np.concatenate([np.exp(beyond), share]) * heaviest
+        TabulatedNormalLaw.__init__(self, pair, d, loads, tail="exponential")
+
+    # -- the face ----------------------------------------------------------------------------------
+
+    @property
+    @abstractmethod
+    def first_loading(self) -> FirstLoading:
+        """First loading up to the tightening: pressures, separations, stiffnesses."""
+
+    @property
+    @abstractmethod
+    def _tightening(self) -> float:
+        """Largest pressure [Pa] that the face has borne."""
+
+    @property
+    @abstractmethod
+    def _tangential(self) -> Floats:
+        """Tangential over normal stiffness in the plane [-], (2, 2)."""
+
+    def slip_per_indentation(self, direction: float | None = None) -> float:
+        """Return kappa/mu, the slip of a contact over its indentation at mu = 1 [-].
+
+        It is the ratio of normal and tangential stiffness.
+
+        Parameters
+        ----------
+        direction : float, optional
+            Direction of the motion [rad] from x of the face; None is the mean of all directions.
+        """
+        if direction is None:
+            return 2.0 / float(np.trace(self._tangential))
+        direction = number("direction", direction, "rad")
+        e = np.array([math.cos(direction), math.sin(direction)])
+        return 1.0 / float(e @ self._tangential @ e)
+
+    @property
+    def validity(self) -> tuple[Verdict, ...]:
+        """Verdicts on the assumptions at the tightening load: name, value, limit, word, meaning."""
+        return verdicts(self, self.closest)
+
+    # -- the law -----------------------------------------------------------------------------------
+
+    @property
+    def stiffness_ratio(self) -> float:
+        """Normal over tangential stiffness in the direction of motion [-]."""
+        return self.slip_per_indentation(self.direction)
+
+    @property
+    def _lay(self) -> Floats | None:
+        if self.direction is None:
+            return None
+        c, s = math.cos(self.direction), math.sin(self.direction)
+        turn = np.array([[c, -s], [s, c]])
+        tensor = turn.T @ self._tangential @ turn
+        return np.asarray(tensor / tensor[0, 0])
+
+    @property
+    def _heaviest(self) -> float:
+        return self._tightening * self.area
+
+    @property
+    def closest(self) -> float:
+        """Separation of the mean planes under the tightening load [m]."""
+        return float(np.asarray(self.separations)[_SAMPLES])
+
+    @property
+    def _span(self) -> tuple[float, float]:
+        return self.closest, TabulatedNormalLaw._span.fget(self)[1]  # type: ignore[attr-defined]
+
+    def _separations(self, value: ArrayLike) -> Floats:
+        return NormalLaw._separations(self, value)  # also closer, for steps of static solutions
+
+    def _check_rest(self, loads: Floats) -> None:
+        share = float(np.max(loads, initial=0.0)) / self._heaviest
+        if share > 1.0 + 1e-6:
+            raise InputError(
+                f"`tightening_pressure` must be at least {share * self._tightening:.4g} "
+                f"Pa, which is what the most loaded place bears, got "
+                f"{exact(self._tightening)} Pa: solve the face with a higher one"
+            )
+
+    def _solve(self, loads: Floats) -> Floats:
+        heaviest = self._heaviest
+        if loads.max() > heaviest * (1.0 + 1e-9):
+            raise InputError(
+                f"`load` must be at most the tightening load or the heaviest that was solved, "
+                f"{heaviest:.8g} N, above which the face yields again, got {exact(loads.max())} N; "
+                "use a higher `tightening_pressure`"
+            )
+        return super()._solve(np.minimum(loads, heaviest))
+
+
+def checked_direction(law: FaceLaw, direction: float | None) -> None:
+    """Set the direction of a law [rad]."""
+    if direction is not None:
+        direction = number("direction", direction, "rad")
+    assign(law, direction=direction)

@@ -1,0 +1,243 @@
+"""Dimensionless law of Gaussian faces that yield when they are tightened: a fitted table.
+
+Three groups describe a face under a tightening pressure p, with R and h' the rms height and the
+rms gradient of the gap, H the hardness and <q> the mean wavenumber of the spectrum:
+
+- hardness h = H/(E* h'),
+- tightening A = p/H, or pressure pi = p/(E* h') = A h,
+- breadth R <q>/h', between 0.6 and 0.95.
+
+`tools/make_face_table.py` solves the faces and stores their means, the nodes. The fits are linear
+least squares in powers of t = -ln(1 + 1/h^2)/2 and v = ln hypot(A, 2 pi), which stay finite for an
+elastic face (h infinite: t = 0, A = 0), and of ln(breadth).
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from microslip._core.checks import Floats
+from microslip._core.frozen import lock
+
+SHARES = np.array([0.985, 0.95, 0.87, 0.72, 0.5, 0.3, 0.15, 0.06, 0.02, 0.005])
+"""Loads of the unloading, over that of tightening, at which the law was fitted."""
+HARDNESS = (0.03, 1e9)
+"""Range of h; the faces of h = 1e9 are elastic."""
+TIGHTENED = (0.003, 0.5)
+"""Range of A = p/H."""
+PRESSURE = 0.32
+"""Largest pi = p/(E* h')."""
+BREADTH = (0.60, 0.84, 0.95)
+"""Smallest, usual and largest breadth R <q>/h' [-]."""
+
+_FINE = np.concatenate([1.0 - np.geomspace(2e-3, 0.28, 48), np.geomspace(0.715, 0.005, 60)])
+
+
+class NodeValues(NamedTuple):
+    """Fitted values of faces at their tightening, arrays over the faces."""
+
+    stiffness: Floats
+    """k R/p of the unloading [-]."""
+    separation: Floats
+    """Distance of the mean planes over R [-]."""
+    loading: Floats
+    """k R/p of the first loading [-]."""
+    contact: Floats
+    """Share of the apparent area in contact [-]."""
+    bends: Floats
+    """(1 - k/k_t)/(1 - N/N_t) at the shares, (faces, shares)."""
+    contacts: Floats
+    """Logarithm of the contact at the shares over that at tightening [-], (faces, shares)."""
+
+
+class Shape(NamedTuple):
+    """Unloading of one face from its tightening."""
+
+    share: Floats
+    """Loads over that of tightening, falling from 1."""
+    distance: Floats
+    """Separations from that of tightening, over p/k."""
+    stiffness: Floats
+    """Stiffnesses over that at tightening."""
+
+
+def groups(hardness: ArrayLike, pressure: ArrayLike) -> tuple[Floats, Floats]:
+    """Return the variables t and v of h and pi."""
+    h = np.asarray(hardness, dtype=float)
+    pi = np.asarray(pressure, dtype=float)
+    return -0.5 * np.log1p(h**-2.0), np.log(np.hypot(pi / h, 2.0 * pi))
+
+
+_DEGREE = 5
+_POWERS = tuple((i, j) for i in range(_DEGREE + 1) for j in range(_DEGREE + 1 - i))
+
+
+def _terms(degree: int, by_v: int, by_breadth: int) -> tuple[list[int], list[int]]:
+    """Return the numbers of the powers t^i v^j of a fit, and of those that ln(breadth) multiplies.
+
+    The first have a total degree and one in v, the second a total degree, none below zero.
+    """
+    plain = [n for n, (i, j) in enumerate(_POWERS) if i + j <= degree and j <= by_v]
+    return plain, [n for n, (i, j) in enumerate(_POWERS) if i + j <= by_breadth]
+
+
+_TERMS = {
+    "stiffness": _terms(5, 4, 2), "separation": _terms(4, 4, 1), "contact": _terms(4, 4, 1),
+    "bends": _terms(3, 2, 1), "contacts": _terms(3, 2, 0),
+}  # fmt: skip
+_PIXEL: dict[str, tuple[list[int], list[int]]] = {
+    name: ([_POWERS.index(power) for power in powers], [])
+    for name, powers in {
+        "stiffness": [(1, 0), (2, 0)], "contact": [(0, 0), (0, 1), (1, 0)], "bends": [(2, 0)],
+    }.items()
+}  # fmt: skip
+"""Terms of the change by the pixel: none of elastic faces but in the area of contact."""
+
+
+def _powers(t: Floats, v: Floats) -> tuple[Floats, Floats]:
+    """Return all powers (powers, faces), and their derivatives by v."""
+    w = 0.5 * (v + 3.0)
+    ts, ws = [np.ones_like(t)], [np.ones_like(w)]
+    for _ in range(_DEGREE):
+        ts.append(ts[-1] * t)
+        ws.append(ws[-1] * w)
+    rising = [np.zeros_like(w)] + [0.5 * j * ws[j - 1] for j in range(1, _DEGREE + 1)]
+    return (
+        np.stack([ts[i] * ws[j] for i, j in _POWERS]),
+        np.stack([ts[i] * rising[j] for i, j in _POWERS]),
+    )
+
+
+def _basis(powers: Floats, breadth: Floats, terms: tuple[list[int], list[int]]) -> Floats:
+    """Return the terms of a fit: (terms, faces)."""
+    plain, multiplied = terms
+    return np.concatenate([powers[plain], (np.log(breadth) + 0.2) * powers[multiplied]])
+
+
+def fit(nodes: dict[str, NDArray[Any]]) -> dict[str, Floats]:
+    """Fit the nodes of solved faces; :func:`values` reads the result.
+
+    Parameters
+    ----------
+    nodes : dict of ndarray
+        ``hardness``, ``pressure``, ``breadth``, ``weight`` and, one a node, ``stiffness``,
+        ``loading``, ``contact`` (logarithms), ``separation``, ``bends`` and ``contacts``. Those of
+        the same names after ``pixel_`` are differences of the limit of a fine pixel and the pixel
+        of the nodes.
+    """
+    weight = np.asarray(nodes["weight"], dtype=float)
+    powers, rising = _powers(*groups(nodes["hardness"], nodes["pressure"]))
+    fine, _ = _powers(*groups(nodes["pixel_hardness"], nodes["pixel_pressure"]))
+    # Changes by the pixel are not continued to softer faces than those that show them.
+    solved = np.asarray(nodes["pixel_hardness"])
+    inside = np.maximum(nodes["hardness"], solved.min(initial=1.0))
+    within = _powers(*groups(inside, nodes["pressure"]))[0]
+    breadth, none = np.asarray(nodes["breadth"], dtype=float), np.ones(fine.shape[1])
+    found: dict[str, Floats] = {}
+    for name, terms in _TERMS.items():
+        y = np.asarray(nodes[name], dtype=float).reshape(weight.size, -1)
+        change = np.asarray(nodes[f"pixel_{name}"], dtype=float)
+        change = change.reshape(none.size, y.shape[1])
+        rows, scale = _basis(powers, breadth, terms).T, weight
+        if name == "separation":
+            # The stiffness of first loading is the slope of this separation.
+            rows = np.concatenate([rows, 0.5 * _basis(rising, breadth, terms).T])
+            scale = np.concatenate([weight, weight])
+        columns = []
+        for k in range(y.shape[1]):
+            right = y[:, k]
+            if name in _PIXEL and none.size:
+                known = np.isfinite(change[:, k])
+                here = _basis(within, np.ones(weight.size), _PIXEL[name]).T
+                there = _basis(fine, none, _PIXEL[name]).T
+                right = right + here @ _least_squares(there[known], change[known, k])
+            if name == "separation":
+                right = np.concatenate([right, -0.5 * np.exp(-np.asarray(nodes["loading"]))])
+            known = np.isfinite(right)
+            columns.append(
+                _least_squares(rows[known] * scale[known, None], right[known] * scale[known])
+            )
+        found[name] = np.array(columns)
+    return found
+
+
+def _least_squares(rows: Floats, right: Floats) -> Floats:
+    return np.asarray(np.linalg.lstsq(rows, right, rcond=1e-10)[0])
+
+
+@lru_cache(maxsize=1)
+def coefficients() -> dict[str, Floats]:
+    """Return the fitted coefficients of the package's table."""
+    return {name: lock(stored()[f"fitted_{name}"]) for name in _TERMS}
+
+
+def stored() -> dict[str, NDArray[Any]]:
+    """Return all arrays of the package's table: version, nodes and coefficients."""
+    from importlib.resources import files
+
+    path = files("microslip.contact").joinpath("face_table.npz")
+    with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
+        return dict(archive)
+
+
+def values(hardness: ArrayLike, pressure: ArrayLike, breadth: ArrayLike = BREADTH[1]) -> NodeValues:
+    """Return the law of faces at their tightening.
+
+    Parameters
+    ----------
+    hardness, pressure, breadth : array_like
+        Groups h, pi and breadth, one-dimensional or one number.
+    """
+    c = coefficients()
+    t, v, b = np.broadcast_arrays(*groups(hardness, pressure), breadth)
+    t, v, b = (np.atleast_1d(np.asarray(x, dtype=float)) for x in (t, v, b))
+    powers, rising = _powers(t, v)
+    found = {name: c[name] @ _basis(powers, b, terms) for name, terms in _TERMS.items()}
+    slope = c["separation"][0] @ _basis(rising, b, _TERMS["separation"])
+    stiffness = np.exp(found["stiffness"][0])
+    return NodeValues(
+        stiffness=stiffness,
+        separation=found["separation"][0],
+        # No face is stiffer as it is loaded than as it is unloaded, and an elastic one is equal.
+        loading=np.minimum(1.0 / np.maximum(-slope, 1e-3), stiffness),
+        contact=np.exp(found["contact"][0]),
+        bends=np.exp(found["bends"]).T,
+        contacts=found["contacts"].T,
+    )
+
+
+@lru_cache(maxsize=1)
+def _interpolation() -> Floats:
+    """Return the matrix of a natural cubic in ln(share), from the shares to the fine loads."""
+    from scipy.interpolate import CubicSpline
+
+    x = np.log(SHARES[::-1])
+    at = np.clip(np.log(_FINE), x[0], x[-1])
+    return np.asarray(CubicSpline(x, np.eye(x.size), bc_type="natural")(at))[:, ::-1]
+
+
+def shape(bends: Floats, factor: float = 1.0) -> Shape:
+    """Return the unloading of one face from its bends, times a factor, convex.
+
+    Parameters
+    ----------
+    bends : ndarray
+        Those of :class:`NodeValues`, shape (shares,).
+    factor : float
+        Factor on them near rest; towards no load, where all of the stiffness is lost, it has no
+        effect.
+    """
+    y = np.exp(_interpolation() @ np.log(bends))
+    y = factor * y / (1.0 + (factor - 1.0) * y * (1.0 - _FINE))
+    share = np.concatenate([[1.0], _FINE])
+    stiffness = np.concatenate([[1.0], 1.0 - y * (1.0 - _FINE)])
+    # A convex law has a stiffness that falls; no stiffness is as low as a straight line to zero.
+    floor = 0.5 * share
+    stiffness = np.minimum.accumulate(np.clip(stiffness, floor, 1.0))
+    stiffness *= 1.0 - 1e-9 * np.arange(share.size)
+    steps = -np.diff(share) * 2.0 / (stiffness[1:] + stiffness[:-1])
+    return Shape(share, np.concatenate([[0.0], np.cumsum(steps)]), stiffness)

@@ -1,0 +1,188 @@
+"""Rms height and slope of a machined face from its drawing, with their spreads."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from functools import cached_property
+from types import MappingProxyType
+from typing import NamedTuple
+
+from microslip._core.checks import positive, show
+from microslip._core.errors import InputError
+from microslip._core.frozen import assign
+from microslip._core.wording import did_you_mean, quoted
+
+GAUSSIAN_RQ = math.sqrt(0.5 * math.pi)
+"""Rq over Ra of Gaussian heights [-]."""
+
+
+class Estimate(NamedTuple):
+    """A positive number that is known with a log-normal spread."""
+
+    middle: float
+    spread: float
+    """Standard deviation of its logarithm [-]."""
+
+    @classmethod
+    def of_range(cls, low: float, high: float) -> Estimate:
+        """Return the estimate whose 90 % interval is a range."""
+        return cls(math.sqrt(low * high), math.log(high / low) / (2.0 * 1.6449))
+
+    def times(self, middle: float, low: float, high: float) -> Estimate:
+        """Return the product with an independent factor that lies between two others."""
+        return Estimate(self.middle * middle, math.hypot(self.spread, self.of_range(low, high)[1]))
+
+
+@dataclass(frozen=True)
+class Process:
+    """Roughness average Ra [m] that a process commonly leaves, and its source."""
+
+    low: float
+    high: float
+    source: str
+
+
+_CHART = "ASME B46.1, common production methods"
+PROCESSES: Mapping[str, Process] = MappingProxyType(
+    {
+        "milled": Process(0.8e-6, 6.3e-6, _CHART),
+        "turned": Process(0.4e-6, 6.3e-6, _CHART),
+        "ground": Process(0.1e-6, 1.6e-6, _CHART),
+        "honed": Process(0.1e-6, 0.8e-6, _CHART),
+        "lapped": Process(0.05e-6, 0.4e-6, _CHART),
+        "polished": Process(0.1e-6, 0.4e-6, _CHART),
+        "eroded": Process(1.6e-6, 4.75e-6, f"{_CHART} (electrical discharge machining)"),
+        "blasted": Process(
+            1.0e-6, 12.5e-6, "Greenwood and Williamson 1966 (beads) to ISO 8503-1, medium (grit)"
+        ),
+    }
+)
+"""Finishes of machining processes, by name."""
+_ALIASES = {"edm": "eroded", "spark-eroded": "eroded", "sandblasted": "blasted"}
+
+
+@dataclass(frozen=True)
+class Finish:
+    """Roughness of one machined face, as a drawing states it.
+
+    Parameters
+    ----------
+    ra, rq, rz : float, optional
+        Roughness average, root mean square or mean peak-to-valley height of a profile [m], one of
+        them (ISO 21920-2); without one a process must be given.
+    rdq : float, optional
+        Root mean square slope of profiles Rdq [-].
+    rsm : float, optional
+        Mean width of the profile elements RSm [m], in place of Rdq.
+    process : str, optional
+        "milled", "turned", "ground", "honed", "lapped", "polished", "eroded" (EDM) or "blasted".
+
+    Notes
+    -----
+    Rq is 1.25 Ra of Gaussian heights, 1.11 (a sine) to 1.5 (plateaus with scratches); of Rz it is
+    the expected range of a Gaussian profile over one sampling length (1/8 to 1/3.5 of Rz). A
+    process alone leaves Rq open by a factor of two to four.
+
+    Rdq of RSm is 2 pi Rq/RSm (Rice), 0.7 to 1.5 times that, since RSm does not count small
+    elements. Without both it follows the correlations of slope with roughness that Lambert and
+    Fletcher (1997), DOI 10.2514/2.6221, review: mean slopes 0.076 Rq^0.52 and 0.124 Rq^0.743 (Rq in
+    um), from the smaller over 1.5 to the larger times 1.5. Ranges are intervals of 90 %. This slope
+    is the largest uncertainty of a joint that is known by its drawing: measure it.
+    """
+
+    ra: float | None = None
+    rq: float | None = None
+    rz: float | None = None
+    rdq: float | None = None
+    rsm: float | None = None
+    process: str | None = None
+
+    def __post_init__(self) -> None:
+        units = {"ra": "m", "rq": "m", "rz": "m", "rdq": "", "rsm": "m"}
+        for item in fields(self):
+            value = getattr(self, item.name)
+            if value is not None and item.name != "process":
+                assign(self, **{item.name: positive(item.name, value, units[item.name])})
+        if self.process is not None:
+            assign(self, process=process_named(self.process))
+        heights = [name for name in ("ra", "rq", "rz") if getattr(self, name) is not None]
+        if len(heights) > 1 or (not heights and self.process is None):
+            came = quoted(heights, "and") if heights else "nothing of it"
+            raise InputError(
+                f"one of ra, rq and rz must be given, or a process such as ground, got {came}"
+            )
+        if self.rdq is not None and self.rsm is not None:
+            raise InputError("one of rdq and rsm must be given, got both; remove rsm")
+
+    @cached_property
+    def rms(self) -> Estimate:
+        """Root mean square height Rq [m]."""
+        if self.rq is not None:
+            return Estimate(self.rq, 0.0)
+        if self.rz is not None:
+            return Estimate(self.rz, 0.0).times(1.0 / self._range_over_rms, 1 / 8.0, 1 / 3.5)
+        average = Estimate(self.ra or 1.0, 0.0)
+        if self.ra is None:
+            process = PROCESSES[str(self.process)]
+            average = Estimate.of_range(process.low, process.high)
+        return average.times(GAUSSIAN_RQ, 1.11, 1.5)
+
+    @property
+    def _range_over_rms(self) -> float:
+        """Expected range of a Gaussian profile over a sampling length, over its rms.
+
+        Extremes of n waves lie at sqrt(2 ln n) + 0.577/sqrt(2 ln n) on either side. Without RSm
+        there are ten of them, as sampling lengths are chosen.
+        """
+        assert self.rz is not None
+        sampling = sampling_length(0.2 * self.rz)
+        waves = 10.0 if self.rsm is None else max(sampling / self.rsm, 2.0)
+        root = math.sqrt(2.0 * math.log(waves))
+        return 2.0 * (root + 0.5772 / root)
+
+    @cached_property
+    def slope(self) -> Estimate:
+        """Root mean square slope Rdq of profiles [-]."""
+        rms = self.rms.middle
+        if self.rdq is not None:
+            return Estimate(self.rdq, 0.0)
+        if self.rsm is not None:
+            return Estimate(2.0 * math.pi * rms / self.rsm, self.rms.spread).times(1.0, 0.7, 1.5)
+        # Mean absolute slopes, as of Gaussian ones: of a profile sqrt(2/pi) of its rms.
+        um = 1e6 * rms
+        slopes = [GAUSSIAN_RQ * slope for slope in (0.076 * um**0.52, 0.124 * um**0.743)]
+        return Estimate.of_range(min(slopes) / 1.5, max(slopes) * 1.5)
+
+
+def combined(first: Estimate, second: Estimate) -> Estimate:
+    """Return the root of the sum of squares of two independent estimates."""
+    total = math.hypot(first.middle, second.middle)
+    parts = [(item.middle / total) ** 2 * item.spread for item in (first, second)]
+    return Estimate(total, math.hypot(*parts))
+
+
+_SAMPLING = (
+    (0.02e-6, 0.08e-3),
+    (0.1e-6, 0.25e-3),
+    (2e-6, 0.8e-3),
+    (10e-6, 2.5e-3),
+    (80e-6, 8e-3),
+)
+"""Largest Ra [m] and the sampling length [m] that ISO 4288 takes for it."""
+
+
+def sampling_length(ra: float) -> float:
+    """Return the sampling length [m] that ISO 4288 takes for Ra [m]: the cut-off of the filter."""
+    return next((length for most, length in _SAMPLING if ra <= most), _SAMPLING[-1][1])
+
+
+def process_named(name: object) -> str:
+    """Return the process that a name or an alias means."""
+    word = name.strip().casefold() if isinstance(name, str) else ""
+    word = _ALIASES.get(word, word)
+    if word not in PROCESSES:
+        hint = did_you_mean(word, PROCESSES)
+        raise InputError(f"`process` must be one of {quoted(PROCESSES)}, got {show(name)}{hint}")
+    return word

@@ -1,0 +1,36 @@
+"""Compliance of the solid behind an apparent contact, by half-spaces."""
+
+from __future__ import annotations
+
+import math
+
+from microslip.contact.materials import MaterialPair
+
+
+def solid_stiffness(pair: MaterialPair, area: float, hole: float = 0.0) -> tuple[float, float]:
+    """Return normal and tangential stiffness of the two bodies behind a contact [N/m].
+
+    Parameters
+    ----------
+    pair : MaterialPair
+        Materials of the two bodies, each a half-space.
+    area : float
+        Apparent area [m^2].
+    hole : float, optional
+        Inner over outer radius of an annulus [-]; a full round contact by default.
+
+    Notes
+    -----
+    A round contact whose faces stay plane: 2 E* a, and 8 G* a of tangential motion (Johnson,
+    *Contact Mechanics*, 1985, sections 3.4 and 7.2), with a the outer radius. An annulus by the
+    series of Collins (1963, DOI 10.1017/S0013091500010749), 1 - 4 e^3/(3 pi^2) - 8 e^5/(15 pi^2)
+    in e. A square has 0.6 % more than the round contact of its area (Gazetas 1983).
+    """
+    radius = math.sqrt(area / (math.pi * (1.0 - hole**2)))
+    size = 2.0 * radius * (1.0 - (4.0 * hole**3 / 3.0 + 8.0 * hole**5 / 15.0) / math.pi**2)
+    return size * pair.composite_modulus, 4.0 * size * pair.composite_shear_modulus
+
+
+def in_series(first: float, second: float) -> float:
+    """Return the stiffness of two springs in series [N/m]."""
+    return 1.0 / (1.0 / first + 1.0 / second) if first > 0.0 and second > 0.0 else 0.0

@@ -1,0 +1,118 @@
+"""Law of sliders found from measured loops: a piecewise-linear backbone with its range."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from microslip._core.checks import Floats
+from microslip._core.errors import InputError
+from microslip._core.frozen import Locked
+from microslip._core.parameters import parameter
+from microslip.friction.base import BackboneLaw
+from microslip.friction.iwan import Iwan
+from microslip.friction.sliders import Sliders
+
+
+@dataclass(frozen=True, eq=False)
+class SliderLaw(Locked, BackboneLaw):
+    """Sliders in parallel, each elastic up to its yield displacement, with a range of amplitudes.
+
+    Parameters
+    ----------
+    yield_displacements : array_like
+        Displacement at which each slider slips [m], above zero, one-dimensional.
+    stiffnesses : array_like
+        Stiffness of each slider [N/m], above zero, one for each yield displacement.
+    smallest_amplitude, largest_amplitude : float
+        Range of amplitudes [m] in which the law is known. Below, it is elastic; above, sliders that
+        did not slip in the range go on as springs.
+
+    Notes
+    -----
+    T0(u) is the sum of k_i min(u, y_i) (Iwan 1966, DOI 10.1115/1.3625199), a concave polygon.
+    :func:`microslip.identify` finds it from loops without an assumption on its shape.
+    """
+
+    yield_displacements: ArrayLike = field(
+        metadata=parameter(
+            "y_i", "m", "displacement at which each slider slips", above=0.0, many=True
+        )
+    )
+    stiffnesses: ArrayLike = field(
+        metadata=parameter("k_i", "N/m", "stiffness of each slider", above=0.0, many=True)
+    )
+    smallest_amplitude: float = field(
+        metadata=parameter("a_min", "m", "smallest amplitude of the range", above=0.0)
+    )
+    largest_amplitude: float = field(
+        metadata=parameter("a_max", "m", "largest amplitude of the range", above=0.0)
+    )
+
+    key = "sliders"
+
+    def __post_init__(self) -> None:
+        self._check_parameters()
+        counts = [np.size(values) for values in (self.yield_displacements, self.stiffnesses)]
+        if counts[0] != counts[1]:
+            raise InputError(
+                "`yield_displacements` and `stiffnesses` must have the same length, got "
+                f"{counts[0]} and {counts[1]}"
+            )
+        if self.smallest_amplitude > self.largest_amplitude:
+            raise InputError(
+                "`smallest_amplitude` must not exceed `largest_amplitude`, got "
+                f"{self.smallest_amplitude:g} m and {self.largest_amplitude:g} m"
+            )
+
+    @cached_property
+    def _cells(self) -> Iwan:
+        y, k = np.asarray(self.yield_displacements), np.asarray(self.stiffnesses)
+        return Iwan(k, k * y)
+
+    @property
+    def force_limit(self) -> float:
+        """Force at which all sliders slip [N]."""
+        return self._cells.force_limit
+
+    def _backbone(self, u: Floats) -> Floats:
+        return self._cells._backbone(u)
+
+    def _slope(self, u: Floats) -> Floats:
+        return self._cells._slope(u)
+
+    def _inverse(self, force: Floats) -> Floats:
+        return self._cells._inverse(force)
+
+    def _energy(self, amplitude: Floats) -> Floats:
+        return self._cells._energy(amplitude)
+
+    def _energy_slope(self, amplitude: Floats) -> Floats:
+        return self._cells._energy_slope(amplitude)
+
+    def sliders(self) -> Sliders:
+        """Return the sliders in the order in which they slip [m, N/m]."""
+        return self._cells.sliders()
+
+    def outside(self, amplitude: ArrayLike) -> Any:
+        """Return whether amplitudes [m], of any shape, are outside the range of the law."""
+        a = np.asarray(amplitude, dtype=float)
+        return (a < self.smallest_amplitude) | (a > self.largest_amplitude)
+
+    def __repr__(self) -> str:
+        return (
+            f"SliderLaw({np.size(self.stiffnesses)} sliders, known from "
+            f"{self.smallest_amplitude:.3g} to {self.largest_amplitude:.3g} m)"
+        )
+
+    @classmethod
+    def examples(cls) -> tuple[SliderLaw, ...]:
+        """Return a few sliders, and many whose last one slips far outside the range."""
+        few = cls([1e-7, 3e-7, 2e-6], [4e8, 1e8, 5e7], 5e-8, 1e-6)
+        grid = np.geomspace(1e-8, 1e-6, 60)
+        many = cls(np.append(grid, 1e-4), np.append(np.full(60, 5e6), 2e7), 1e-8, 1e-6)
+        return few, many

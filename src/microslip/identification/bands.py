@@ -1,0 +1,158 @@
+"""Confidence intervals of linear functionals of a density of sliders, at a calibrated level."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import cached_property
+
+import numpy as np
+from scipy.special import chdtri
+
+from microslip._core.checks import Floats
+from microslip.identification.free_form import FreeForm
+from microslip.identification.nonnegative import Path, minimum
+from microslip.laboratory.estimates import dependence_of, quantile
+
+QUANTILE = 3.841458820694124
+"""Quantile of chi-squared with one degree of freedom at 95 %."""
+_DRAWS, _MOST = 24, 2.0
+"""Simulated fits of the calibration, and the largest factor on the quantile."""
+_RUNS = (1, 8, 16, 32, 64)
+"""Lengths of runs of residuals whose sums are compared with white noise."""
+_UNLIKELY = 0.01
+"""Probability below which residuals or cycles scatter more than noise explains."""
+
+
+class Bands:
+    """Intervals of functionals c.x of a fit, x the stiffnesses of sliders and the moved shifts.
+
+    An interval is the range of c.x in which the sum of squares rises by at most a quantile over
+    its minimum, under stiffnesses that are not negative. The quantile is that of chi-squared times
+    two factors: one of simulated fits (at a face of the cone the statistic is a mixture of
+    chi-squared distributions), and one of residuals and cycles that scatter more than white noise.
+    """
+
+    def __init__(self, fit: FreeForm) -> None:
+        self.fit = fit
+
+    @cached_property
+    def excess(self) -> float:
+        """Factor on the variance by residuals that run together; 1 for white noise."""
+        fit, largest = self.fit, 1.0
+        freedom = fit.freedom / fit.residual.size
+        for run in _RUNS:
+            count = fit.residual.size // run
+            if count < 20:
+                break
+            sums = fit.residual[: count * run].reshape(count, run).sum(axis=1)
+            total = float(sums @ sums) / run / (freedom if run == 1 else 1.0)
+            if total > float(chdtri(count, _UNLIKELY)):
+                largest = max(largest, total / count)
+        return largest
+
+    @cached_property
+    def _cycles(self) -> list[Floats]:
+        """Whitened scatter of the cycles of each record about their mean (cycles, rows)."""
+        scatter = []
+        for rows in self.fit.rows:
+            folded = rows.folded
+            if folded.cycles < 3:
+                scatter.append(np.zeros((0, folded.force.size)))
+                continue
+            apart = (folded.cycle_force - folded.cycle_count * folded.force) / folded.count
+            scatter.append(rows.whitened(apart.T).T)
+        return scatter
+
+    @cached_property
+    def _growths(self) -> list[Floats]:
+        """Half the growth of the force of each record over its cycles, whitened (rows)."""
+        growths = []
+        for rows in self.fit.rows:
+            force = rows.folded.force
+            half = 0.5 * rows.folded.growth * (force - force.mean())
+            growths.append(rows.whitened(half[:, None])[:, 0])
+        return growths
+
+    def _by_cycles(self, direction: Floats) -> float:
+        """Return the variance of a functional by the scatter of whole cycles over that of noise."""
+        total, grown, freedom, at = 0.0, 0.0, 0, 0
+        for scatter, growth in zip(self._cycles, self._growths, strict=True):
+            count, bins = scatter.shape
+            along = direction[at : at + bins]
+            if count:
+                part = scatter @ along
+                # Cycles that resemble their neighbours count as fewer.
+                one = dependence_of(part, 0)
+                wider = one.factor * (quantile(0.95, one.freedom) / quantile(0.95, count)) ** 2
+                total += float(part @ part) * wider * count / (count - 1)
+                freedom += count - 1
+                # The last cycles may be meant and not their mean.
+                grown += float(growth @ along) ** 2
+            at += bins
+        norm = float(direction @ direction)
+        if not freedom or norm <= 0.0:
+            return 1.0
+        ratio = total / norm
+        ratio = ratio if ratio * freedom > float(chdtri(freedom, _UNLIKELY)) else 1.0
+        return ratio + grown / norm
+
+    @cached_property
+    def _probes(self) -> Floats:
+        """Functionals for the calibration: force, energy and stiffness inside and at the end."""
+        fit = self.fit
+        y, size = fit.thresholds(), fit.g.size
+        probes = np.zeros((4, size))
+        a, half = fit.largest, 0.5 * fit.smallest
+        probes[0, : y.size] = np.minimum(a, y)
+        probes[1, : y.size] = 4.0 * y * np.maximum(a - y, 0.0)
+        probes[2, : y.size] = 4.0 * y * np.maximum(half - y, 0.0)
+        probes[3, : y.size] = 1.0
+        return np.asarray(probes / fit.scale)
+
+    @cached_property
+    def calibration(self) -> float:
+        """Factor on the quantile, the mean of the statistic over simulated fits; at least 1."""
+        fit, rng = self.fit, np.random.default_rng(0)
+        base = fit.cone.gram @ fit.g
+        statistics = []
+        for _ in range(_DRAWS):
+            h = base + fit.design.T @ rng.standard_normal(fit.measured.size)
+            g = minimum(fit.cone, h, fit.g > 0.0)
+            for c in self._probes:
+                value, truth = float(c @ g), float(c @ fit.g)
+                sign = 1.0 if value > truth else -1.0
+                path = Path(fit.cone, h, g, sign * c)
+                statistics.append(path.until(value=sign * truth)[1])
+        mean = float(np.mean(np.clip(statistics, 0.0, 25.0)))
+        return min(max(mean, 1.0), _MOST)
+
+    def interval(self, c: Floats) -> tuple[float, float, float]:
+        """Return value, lower and upper end of a functional of stiffnesses and shifts."""
+        fit = self.fit
+        scaled = np.zeros(fit.g.size)
+        scaled[: c.size] = c
+        scaled = scaled / fit.scale
+        value = float(scaled @ fit.g)
+        used = np.flatnonzero(fit.g != 0.0)
+        direction = (
+            fit.design[:, used]
+            @ np.linalg.lstsq(fit.cone.gram[np.ix_(used, used)], scaled[used], rcond=None)[0]
+        )
+        excess = max(self.excess, self._by_cycles(direction))
+        level = QUANTILE * self.calibration * excess
+        low, _ = Path(fit.cone, fit.h, fit.g, scaled).until(level=level)
+        high, _ = Path(fit.cone, fit.h, fit.g, -scaled).until(level=level)
+        return value, min(low, value), max(-high, value)
+
+
+def widened(
+    value: float, low: float, high: float, errors: Sequence[float]
+) -> tuple[float, float, float]:
+    """Return an interval with independent errors added, each a standard deviation."""
+    extra = QUANTILE * sum(error * error for error in errors)
+    return (
+        value,
+        value - math.sqrt((value - low) ** 2 + extra),
+        value + math.sqrt((high - value) ** 2 + extra),
+    )

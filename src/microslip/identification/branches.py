@@ -1,0 +1,131 @@
+"""Branch tree of a folded record, which depends on its displacement alone."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from microslip._core.checks import Floats
+from microslip.friction.memory import Memory
+from microslip.laboratory.folding import Folded
+
+_COINCIDENT = 1e-7  # rad
+
+
+class Cycle(NamedTuple):
+    """The branch tree of a folded record, from its largest displacement on: made once."""
+
+    half: Floats
+    sign: Floats
+    parent: NDArray[np.int64]
+    basis: Floats
+    """Terms of the displacement (rows) at each place."""
+    phase: Floats
+    """Phase of each place [rad]."""
+    first: NDArray[np.int64]
+    """Index of the first node of each bin."""
+    second: NDArray[np.int64]
+    """Index of its last node, the first one where all samples of the bin have one phase."""
+    begin: NDArray[np.int64]
+    """Nodes at which the pieces of the bins begin; none where bins are points."""
+    end: NDArray[np.int64]
+    """Nodes at which they end."""
+    bin: NDArray[np.int64]
+    """Bin of each piece."""
+    share: Floats
+    """Share of each piece in its bin [-]."""
+
+
+def cycle_of(folded: Folded, even: float = 1.0) -> Cycle:
+    """Return the tree of a record: nodes of its bins, corners and turning points.
+
+    A bin reaches from its mean phase by ``even`` standard deviations of its phases, the root of 3
+    for phases that are even over the bin.
+    """
+    is_wide = bool(np.any(folded.spread > 0.0))
+    width = even * folded.spread
+    low, high = folded.phase - width, folded.phase + width
+    corners = low[0] + np.mod(folded.corners - low[0], 2.0 * math.pi)
+    nodes = np.concatenate((low, high, corners) if is_wide else (low, corners))
+    turns = low[0] + np.mod(turning_points(folded) - low[0], 2.0 * math.pi)
+    # One that a bin meets is not doubled: there would be a cycle of rounding's size.
+    away = np.abs((turns[:, None] - nodes + math.pi) % (2.0 * math.pi) - math.pi)
+    phase = np.concatenate((nodes, turns[away.min(axis=1) > _COINCIDENT]))
+    phase = low[0] + np.mod(phase - low[0], 2.0 * math.pi)
+    order = np.argsort(phase, kind="stable")
+    phase = phase[order]
+    basis = folded.basis(phase)
+    x = basis @ folded.coefficients
+    x -= 0.5 * (float(x.min()) + float(x.max()))
+    root = int(np.argmax(x))
+    place = np.empty(order.size, dtype=np.int64)
+    place[order] = (np.arange(order.size) - root) % order.size
+    x = np.ascontiguousarray(np.roll(x, -root))
+    phase = np.roll(phase, -root)
+    tree = Memory().tree(x)
+    count = folded.phase.size
+    first = place[:count]
+    second = place[count : 2 * count] if is_wide else first
+    pieces = [np.zeros(0, dtype=np.int64)] * 3
+    share = np.zeros(0)
+    if is_wide:
+        size = order.size
+        number = (second - first) % size
+        bins = np.repeat(np.arange(count), number)
+        along = np.arange(bins.size) - np.repeat(np.cumsum(number) - number, number)
+        begin = (first[bins] + along) % size
+        end = (begin + 1) % size
+        length = np.mod(phase[end] - phase[begin], 2.0 * math.pi)
+        whole = np.bincount(bins, length, minlength=count)
+        point = whole <= 0.0
+        share = length / np.where(point, 1.0, whole)[bins]
+        keep = share > 0.0
+        pieces, share = [begin[keep], end[keep], bins[keep]], share[keep]
+        alone = np.flatnonzero(np.bincount(pieces[2], minlength=count) == 0)
+        pieces = [
+            np.append(pieces[0], first[alone]),
+            np.append(pieces[1], first[alone]),
+            np.append(pieces[2], alone),
+        ]
+        share = np.append(share, np.ones(alone.size))
+    return Cycle(
+        np.maximum(tree.half - folded.play, 0.0) if folded.play else tree.half,
+        tree.sign,
+        tree.parent,
+        np.ascontiguousarray(np.roll(basis, -root, axis=0).T),
+        phase,
+        first,
+        second,
+        pieces[0],
+        pieces[1],
+        pieces[2],
+        share,
+    )
+
+
+def turning_points(folded: Folded) -> Floats:
+    """Phases [rad] at which the displacement turns."""
+    size = max(512, 16 * int(folded.harmonics.max()))
+    grid = np.linspace(0.0, 2.0 * math.pi, size + 1)
+    slope = folded.displacement(grid, 1)
+    at = np.flatnonzero((slope[1:] > 0.0) != (slope[:-1] > 0.0))
+    low, high = grid[at], grid[at + 1]
+    rising = slope[at + 1] > slope[at]
+    place = 0.5 * (low + high)
+    for _ in range(50):
+        here, bend = folded.displacement(place, 1), folded.displacement(place, 2)
+        above = (here > 0.0) == rising
+        low, high = np.where(above, low, place), np.where(above, place, high)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            step = here / bend
+        new = place - step
+        # Newton's step, where it stays in the bracket.
+        new = np.where((new >= low) & (new <= high), new, 0.5 * (low + high))
+        converged = np.abs(new - place) <= 1e-14 * math.pi
+        place = new
+        if converged.all():
+            break
+    return place

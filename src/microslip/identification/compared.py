@@ -1,0 +1,301 @@
+"""Named laws beside the free form that envelops them all."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from microslip._core.checks import Floats, show
+from microslip._core.errors import InputError
+from microslip._core.frozen import Locked
+from microslip._core.threads import single_threaded
+from microslip._core.units import significant
+from microslip.friction import Jenkins, SegalmanIwan
+from microslip.identification.bands import Bands
+from microslip.identification.found import Identification
+from microslip.identification.free_form import FreeForm, Rows
+from microslip.identification.interface_step import interface_law, interface_starts
+from microslip.identification.nonnegative import cone_of, minimum
+from microslip.identification.run import fitted_records
+from microslip.identification.second_step import Law, Statistics, Unknown, Values, solve
+from microslip.laboratory.record import Record
+
+FREE = "free form"
+LAWS = ("interface", "jenkins", "segalman", "iwan")
+_CELLS = 8
+_HELD = 4
+"""Every such cycle is held back."""
+_DECIDED = 6.0
+"""Difference of Akaike's criteria from which on a law is preferred."""
+
+
+class ComparedLaw(NamedTuple):
+    """One law in a comparison."""
+
+    parameters: int
+    """Number of free parameters."""
+    chi_squared: float
+    """Sum of squares of the residuals over their noise [-]."""
+    reduced_chi_squared: float
+    """Sum of squares over degrees of freedom [-]."""
+    aic: float
+    """Akaike's criterion (DOI 10.1109/TAC.1974.1100705)."""
+    bic: float
+    """Schwarz's criterion (DOI 10.1214/aos/1176344136)."""
+    held_back: float | None
+    """RMS error over noise [-] with which a fit of the other cycles predicts those held back."""
+    values: Mapping[str, float]
+    """Best values of the parameters, in SI units."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Comparison(Locked):
+    """Several laws on the same records, within the envelope of the free form.
+
+    Made by :func:`microslip.compare`; criteria after Akaike (1974, DOI 10.1109/TAC.1974.1100705)
+    and Schwarz (1978, DOI 10.1214/aos/1176344136).
+    """
+
+    found: Identification
+    """The fit of free form: whether the loops obey Masing's rules at all."""
+    laws: Mapping[str, ComparedLaw]
+    """The laws by name, the least criterion of Akaike first."""
+    failed: Mapping[str, str]
+    """Laws that do not suit the records, and why."""
+
+    @property
+    def best(self) -> str:
+        """Name of the preferred law, or "undecided"."""
+        if not self.laws:
+            return "undecided"
+        by_aic = list(self.laws)
+        by_bic = min(self.laws, key=lambda name: self.laws[name].bic)
+        held = {n: law.held_back for n, law in self.laws.items() if law.held_back is not None}
+        agree = by_bic == by_aic[0]
+        if held:
+            agree &= held[by_aic[0]] <= min(held.values()) * (1.0 + 1e-3)
+        if len(by_aic) > 1:
+            agree &= self.laws[by_aic[1]].aic - self.laws[by_aic[0]].aic >= _DECIDED
+        return by_aic[0] if agree else "undecided"
+
+    def table(self) -> str:
+        """Return the laws as text, one a line."""
+        head = f"{'law':<12}{'parameters':>11}{'chi^2/dof':>12}{'AIC':>12}{'BIC':>12}"
+        lines = [f"{head}{'held back':>12}"]
+        for name, law in self.laws.items():
+            numbers = (law.reduced_chi_squared, law.aic, law.bic, law.held_back)
+            texts = "".join(
+                f"{'–' if number is None else significant(number, 5):>12}" for number in numbers
+            )
+            lines.append(f"{name:<12}{law.parameters:>11}{texts}")
+        lines.append(f"preferred: {self.best}")
+        lines.append(self.found.masing.text)
+        lines += [f"{name}: {why}" for name, why in self.failed.items()]
+        return "\n".join(lines)
+
+    def __repr__(self) -> str:
+        return f"Comparison({', '.join(self.laws)}; preferred: {self.best})"
+
+
+class _Fit(NamedTuple):
+    """A law fitted at all loads of one fit of free form."""
+
+    misfit: float
+    parameters: int
+    coefficients: Floats
+    values: dict[str, float]
+
+
+@single_threaded
+def compare(
+    records: Record | Iterable[Record], laws: Sequence[str] = LAWS, **options: Any
+) -> Comparison:
+    """Compare named laws on the same records.
+
+    Criteria after Akaike (1974, DOI 10.1109/TAC.1974.1100705) and Schwarz (1978).
+
+    Parameters
+    ----------
+    records : Record or iterable of Record
+        As for :func:`microslip.identify`.
+    laws : sequence of str, optional
+        Among "interface", "jenkins", "segalman" and "iwan" (eight cells).
+    options : optional
+        ``normal_load``, ``rig_stiffness``, ``noise`` and ``heights`` of
+        :func:`microslip.identify`, the same for all laws.
+
+    Returns
+    -------
+    Comparison
+        The laws with the criteria of Akaike and Schwarz and the error at cycles held back.
+
+    Raises
+    ------
+    InputError
+        For an unknown law or option.
+    """
+    if isinstance(laws, str) or not isinstance(laws, Sequence) or not laws:
+        raise InputError(
+            f"`laws` must be a list such as ['interface', 'jenkins'], got {show(laws)}"
+        )
+    for name in laws:
+        if name not in LAWS:
+            raise InputError(f"`laws` must be among {', '.join(LAWS)}, got {show(name)}")
+    heights = options.pop("heights", None)
+    found, rows = fitted_records(records, **options)
+    fits = {name: _fits_of(name, found, found.fits, heights) for name in laws}
+    failed = {name: fit for name, fit in fits.items() if isinstance(fit, str)}
+    held = _held_back(found, rows, [name for name in laws if name not in failed], heights)
+    compared: dict[str, ComparedLaw] = {}
+    forces = sum(fit.measured.size for fit in found.fits)
+    offsets = len(rows)
+    for name, parts in fits.items():
+        if isinstance(parts, str):
+            continue
+        count = sum(part.parameters for part in parts)
+        chi = sum(
+            fit.chi_squared + part.misfit
+            for fit, part in zip(_parts(name, found.fits), parts, strict=True)
+        )
+        values: dict[str, float] = {}
+        for fit, part in zip(_parts(name, found.fits), parts, strict=True):
+            label = "" if len(parts) == 1 else f" at {fit.loads[0]:.4g} N"
+            values |= {key + label: value for key, value in part.values.items()}
+        compared[name] = ComparedLaw(
+            count,
+            chi,
+            chi / max(forces - offsets - count, 1),
+            chi + 2.0 * count,
+            chi + count * math.log(forces),
+            held.get(name),
+            MappingProxyType(values),
+        )
+    ordered = sorted(compared.items(), key=lambda item: item[1].aic)
+    return Comparison(found, MappingProxyType(dict(ordered)), MappingProxyType(failed))
+
+
+def _parts(name: str, fits: Sequence[FreeForm]) -> list[FreeForm]:
+    """Return the fits of free form that a law is fitted to: one a load where it knows no load."""
+    if name == "interface":
+        return list(fits)
+    return [part for fit in fits for part in (fit.separate or [fit])]
+
+
+def _fits_of(
+    name: str, found: Identification, fits: Sequence[FreeForm], heights: Any
+) -> list[_Fit] | str:
+    """Return the fits of a law, or why it does not suit the records."""
+    try:
+        return [_fit(name, found, fit, heights) for fit in _parts(name, fits)]
+    except InputError as error:
+        return str(error)
+
+
+def _fit(name: str, found: Identification, fit: FreeForm, heights: Any) -> _Fit:
+    rig = found.rig_stiffness
+    statistics = Statistics(fit, Bands(fit), rig, rig is None and name == "interface")
+    top = fit.largest
+    force = float(fit.k @ np.minimum(top, fit.thresholds()))
+    stiffness = float(fit.k.sum())
+    if name == "iwan":
+        return _cells(fit)
+    starts: Sequence[dict[str, float]] = []
+    if name == "interface":
+        loads = [load for load in fit.loads if load is not None]
+        law, _ = interface_law(loads, heights, force, stiffness)
+        starts = interface_starts(statistics, law, force, stiffness, max(loads))
+    elif name == "jenkins":
+        law = Law(
+            name,
+            (Unknown("stiffness", "N/m", stiffness), Unknown("force_limit", "N", force)),
+            lambda u, v, _: Jenkins(v["stiffness"], v["force_limit"])._backbone(u),
+        )
+    else:
+        law = Law(
+            name,
+            (
+                Unknown("stiffness", "N/m", stiffness),
+                Unknown("force_limit", "N", 1.2 * force),
+                Unknown("chi", "", -0.3, False, -0.99, 3.0),
+                Unknown("beta", "", 0.3, False, 0.0, 100.0),
+            ),
+            _segalman,
+        )
+    problem, q, least, _ = solve(statistics, law, starts=starts)
+    values = problem.values(q)
+    return _Fit(max(least - statistics.least, 0.0), q.size, problem.coefficients(values), values)
+
+
+def _segalman(u: Floats, v: Values, _: float | None) -> Floats:
+    law = SegalmanIwan(
+        stiffness=v["stiffness"], force_limit=v["force_limit"], chi=v["chi"], beta=v["beta"]
+    )
+    return np.asarray(law._backbone(u))
+
+
+def _cells(fit: FreeForm) -> _Fit:
+    y = fit.y[:-1]
+    wanted = np.geomspace(max(y[0], 0.02 * fit.largest), fit.largest, _CELLS)
+    columns = np.unique([int(np.argmin(np.abs(y - one))) for one in wanted])
+    columns = np.append(columns, y.size)
+    gram = fit.cone.gram[np.ix_(columns, columns)]
+    g = minimum(cone_of(gram, fit.free[columns]), fit.h[columns])
+    whole = np.zeros(fit.g.size)
+    whole[columns] = g
+    rest = fit.measured - fit.design @ whole
+    values = {
+        f"cell of {fit.y[i]:.3g} m": float(k / fit.scale[i])
+        for i, k in zip(columns, g, strict=True)
+        if k > 0.0
+    }
+    return _Fit(
+        max(float(rest @ rest) - fit.chi_squared, 0.0),
+        int(np.count_nonzero(g)),
+        whole,
+        values,
+    )
+
+
+def _held_back(
+    found: Identification, rows: Sequence[Rows], laws: Sequence[str], heights: Any
+) -> dict[str, float]:
+    """Return the RMS error over noise of each law at cycles that its fit did not see."""
+    if any(one.folded.cycles < _HELD for one in rows):
+        return {}
+    masks = []
+    for one in rows:
+        mask = np.ones(one.folded.cycles, dtype=bool)
+        mask[_HELD - 1 :: _HELD] = False
+        masks.append(mask)
+    seen = {
+        id(one): Rows(one.folded.part(mask), one.load)
+        for one, mask in zip(rows, masks, strict=True)
+    }
+    away = {id(one): one.folded.part(~mask) for one, mask in zip(rows, masks, strict=True)}
+    fits = [FreeForm([seen[id(one)] for one in fit.rows], fit.loads) for fit in found.fits]
+    result = {}
+    for name in laws:
+        parts = _fits_of(name, found, fits, heights)
+        if isinstance(parts, str):
+            continue
+        total, count = 0.0, 0
+        back = {id(seen[key]): folded for key, folded in away.items()}
+        for fit, part in zip(_parts(name, fits), parts, strict=True):
+            x = part.coefficients / fit.scale
+            k, moved = x[: fit.y.size], x[fit.y.size :]
+            for one in fit.rows:
+                level = fit.level[one.load]
+                shift = fit.shifts[level] + (moved[level - 1] if level else 0.0)
+                held = Rows(back[id(one)], one.load)
+                force = held.columns(fit.y + shift) @ k
+                miss = held.folded.force - force
+                miss = (miss - np.average(miss, weights=held.folded.count)) * held.weight
+                total += float(miss @ miss)
+                count += miss.size
+        result[name] = math.sqrt(total / max(count, 1))
+    return result

@@ -1,0 +1,530 @@
+"""Result of an identification: what loops determine, with intervals."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from microslip._core.checks import Floats, floats, plain, positive
+from microslip._core.errors import InputError
+from microslip._core.frozen import Locked, lock
+from microslip.contact.materials import MaterialPair
+from microslip.figures.plot import Plot
+from microslip.figures.plottable import Plottable
+from microslip.friction import Interface
+from microslip.friction.slider_law import SliderLaw
+from microslip.identification.bands import QUANTILE, Bands, widened
+from microslip.identification.estimate import Estimate as Estimate
+from microslip.identification.free_form import NEVER, FreeForm, Rows
+from microslip.identification.interface_step import interface_step
+from microslip.identification.masing import Masing, masing_of
+from microslip.identification.record_fit import RecordFit as RecordFit
+from microslip.identification.second_step import NOT, Parameter, SecondStep, Statistics
+
+_STEP = 0.02
+"""Step of a difference, over the displacement, where a polygon is taken for a smooth curve."""
+_BEYOND = 0.01
+"""Share of the largest amplitude by which an amplitude may exceed it."""
+_NOTHING = 1e-9
+"""Share of the upper end below which a lower end is zero."""
+_FLAT = 0.02
+"""Share of the force that another amplitude may add at gross slip."""
+
+
+class _At(NamedTuple):
+    """A fit at one normal load."""
+
+    fit: FreeForm
+    bands: Bands
+    y: Floats
+    """Thresholds [m]."""
+    by_shift: Floats
+    """Weights of the shifts of the fit in the shift at this load."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class InterfaceStep(SecondStep):
+    """A Greenwood interface fitted to what loops determine."""
+
+    _model: Any = None
+    _materials: Any = None
+    _loads: tuple[float, ...] = ()
+
+    def joint(self, normal_load: float | None = None) -> Interface:
+        """Return the interface of the best values, without its rig.
+
+        Parameters
+        ----------
+        normal_load : float, optional
+            Normal load [N]; without it the highest measured.
+
+        Raises
+        ------
+        InputError
+            If the rig is unknown, because the stiffness of the joint is then not determined.
+        """
+        undetermined = [one.name for one in self.parameters.values() if one.verdict == NOT]
+        if undetermined:
+            raise InputError(
+                f"the loops do not determine {', '.join(undetermined)}: they cannot tell the joint "
+                "from the rig; give `rig_stiffness=(value, error)`"
+            )
+        load = (
+            max(self._loads)
+            if normal_load is None
+            else positive("normal_load", normal_load, "N", 500.0)
+        )
+        radius = self.parameters.get("radius")
+        materials = self._materials
+        if radius is not None:
+            materials = materials._replace(radius=radius.value)
+        joint: Interface = self._model.build(self.values, load, materials)
+        return joint
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Identification(Locked, Plottable):
+    """What loops determine: a friction law of free form, its energies and forces, with intervals.
+
+    Made by :func:`microslip.identify` from the density of sliders (Iwan 1966,
+    DOI 10.1115/1.3625199). Without a measured stiffness of the rig all results are
+    those of the joint and the rig in series.
+    """
+
+    fits: tuple[FreeForm, ...]
+    """One fit of all normal loads, or one for each where one density does not hold for all."""
+    records: tuple[RecordFit, ...]
+    """Each record with the force of the fitted law."""
+    rig_stiffness: tuple[float, float] | None
+    """Stiffness of the rig that was given [N/m], and its standard error; None without one."""
+    gain_errors: Mapping[str, float] = field(default_factory=dict)
+    """Relative standard deviations of the gains of the sensors [-]."""
+    notes: tuple[str, ...] = ()
+    """Remarks on the fit, a sentence each."""
+    step: InterfaceStep | None = None
+    """Physical parameters, where materials were given or a law was asked for."""
+
+    def _figure(self) -> Plot:
+        from microslip.identification.figures import loops  # which reads this module
+
+        return loops(self)
+
+    # -- where it holds ---------------------------------------------------------------------------
+
+    @property
+    def series(self) -> str:
+        """Name of the object to which the results belong."""
+        return "joint" if self.rig_stiffness else "joint and rig in series"
+
+    @cached_property
+    def loads(self) -> tuple[float, ...]:
+        """Different normal loads [N], falling; empty without any."""
+        return tuple(load for fit in self.fits for load in fit.loads if load is not None)
+
+    @cached_property
+    def amplitudes(self) -> tuple[float, float]:
+        """Smallest and largest amplitude of the records [m], of the joint where it is known."""
+        ends = []
+        for end in (min, max):
+            best = None
+            for fit in self.fits:
+                for rows in fit.rows:
+                    a = rows.amplitude
+                    if self._compliance:
+                        at = fit.level[rows.load]
+                        a -= self._compliance * float(fit.backbone(np.array([a]), at)[0])
+                    best = a if best is None else end(best, a)
+            ends.append(float(best or 0.0))
+        return ends[0], ends[1]
+
+    @cached_property
+    def _compliance(self) -> float:
+        return 0.0 if self.rig_stiffness is None else 1.0 / self.rig_stiffness[0]
+
+    @cached_property
+    def _bands(self) -> dict[int, Bands]:
+        return {id(fit): Bands(fit) for fit in self.fits}
+
+    def _at(self, normal_load: float | None) -> _At:
+        """Return the fit at a normal load, or at the highest one."""
+        if normal_load is None:
+            return self._level(self.fits[0], 0)
+        load = positive("normal_load", normal_load, "N", 500.0)
+        for fit in self.fits:
+            for level, measured in enumerate(fit.loads):
+                if measured is not None and abs(load / measured - 1.0) <= 0.01:
+                    return self._level(fit, level)
+        return self._between(load)
+
+    def _level(self, fit: FreeForm, level: int) -> _At:
+        gradient = fit.shift_gradient(level)
+        return _At(fit, self._bands[id(fit)], fit.y + fit.shifts[level], gradient)
+
+    def _between(self, load: float) -> _At:
+        """Return the fit at a load that was not measured, inside the range of those that were."""
+        fit = self.fits[0]
+        loads = [measured for measured in fit.loads if measured is not None]
+        if len(self.fits) > 1 or len(loads) < 2 or not loads[-1] <= load <= loads[0]:
+            texts = ", ".join(f"{measured:.4g}" for measured in self.loads) or "none"
+            raise InputError(
+                f"`normal_load` must be one of those measured ({texts} N)"
+                + (" or between them" if len(self.fits) == 1 and len(loads) > 1 else "")
+                + f", got {load:.4g} N; measure at this load"
+            )
+        if fit.friction is not None:
+            shift, slope = fit.shift_at(load)
+            return _At(fit, self._bands[id(fit)], fit.y + shift, np.array([slope]))
+        # B(u*) = mu (N_high - N), with mu that of the two measured loads about this one.
+        reach = fit.backbone(-fit.shifts)
+        after = next(i for i, measured in enumerate(loads) if measured <= load)
+        share = (loads[after - 1] - load) / (loads[after - 1] - loads[after])
+        force = reach[after - 1] + share * (reach[after] - reach[after - 1])
+        corners = np.append(0.0, fit.thresholds())
+        shift = -float(np.interp(force, fit.backbone(corners), corners))
+        weights = np.zeros(len(loads) - 1)
+        weights[after - 1] = share
+        if after > 1:
+            weights[after - 2] = 1.0 - share
+        return _At(fit, self._bands[id(fit)], fit.y + shift, weights)
+
+    # -- functionals ------------------------------------------------------------------------------
+
+    def _coefficients(self, at: _At, shape: Callable[[Floats], Floats]) -> Floats:
+        """Return coefficients of stiffnesses and shifts of a sum over sliders by thresholds."""
+        y = np.maximum(at.y, 0.0)
+        c = np.append(shape(y), np.zeros(at.by_shift.size))
+        if at.by_shift.any():
+            step = _STEP * at.fit.largest
+            more, less = (
+                float(at.fit.k @ shape(np.maximum(at.y + way * step, 0.0))) for way in (1.0, -1.0)
+            )
+            c[y.size :] = at.by_shift * (more - less) / (2.0 * step)
+        return c
+
+    def _force_of(self, at: _At, u: float) -> tuple[Floats, float, float]:
+        """Coefficients of the force, the force and the stiffness at a displacement in series."""
+        c = self._coefficients(at, lambda y: np.minimum(u, y))
+        k, y = at.fit.k, np.maximum(at.y, 0.0)
+        low, here, high = (
+            float(k @ np.minimum(v, y)) for v in ((1 - _STEP) * u, u, (1 + _STEP) * u)
+        )
+        return c, here, (high - low) / (2.0 * _STEP * u)
+
+    def _in_series(self, at: _At, a: float) -> float:
+        """Return the displacement of joint and rig at which the joint has one of ``a``."""
+        if not self._compliance:
+            return a
+        y = np.append(0.0, np.sort(np.maximum(at.y, 0.0)))
+        x = y - self._compliance * _sum(at, y)
+        return float(np.interp(a, np.maximum.accumulate(x), y))
+
+    def _measure(self, name: str, amplitude: ArrayLike, normal_load: float | None) -> Estimate:
+        a = floats("amplitude", amplitude, "m")
+        if a.size and not a.min() > 0.0:
+            raise InputError(f"`amplitude` must be above zero, got {a.min():g} m")
+        largest = self.amplitudes[1]
+        if a.size and a.max() > largest * (1.0 + _BEYOND):
+            raise InputError(
+                f"`amplitude` must be at most the largest measured, {largest:.4g} m, got "
+                f"{a.max():.4g} m; loops say nothing beyond it"
+            )
+        at = self._at(normal_load)
+        ends = np.array([self._one(name, at, float(one)) for one in a.reshape(-1)])
+        value, low, high = (plain(ends[:, i].reshape(a.shape)) for i in range(3))
+        return Estimate(value, low, high)
+
+    def _one(self, name: str, at: _At, a: float) -> tuple[float, float, float]:
+        u = self._in_series(at, a)
+        c_force, force, slope = self._force_of(at, u)
+        c_energy = self._coefficients(at, lambda y: 4.0 * y * np.maximum(u - y, 0.0))
+        energy = float(c_energy[: at.y.size] @ at.fit.k)
+        energy_slope = 4.0 * max(force - u * slope, 0.0)
+        # By the amplitude and by the compliance of the rig: u = a + c B(u).
+        softer = 1.0 / max(1.0 - self._compliance * slope, 1e-3)
+        c_energy = c_energy + energy_slope * self._compliance * softer * c_force
+        c_force = c_force * softer
+        by_c = (slope * force * softer, energy_slope * force * softer)
+        inner = slope * softer, energy_slope * softer
+        gain_f, gain_x = (self.gain_errors.get(key, 0.0) for key in ("force", "displacement"))
+        by_gain = (
+            (gain_f * force, gain_x * a * inner[0]),
+            (gain_f * energy, gain_x * (energy - a * inner[1])),
+        )
+        c_error = 0.0
+        if self.rig_stiffness is not None:
+            c_error = self.rig_stiffness[1] * self._compliance**2
+        errors_f, errors_e = (np.array([by_c[i] * c_error, *by_gain[i]]) for i in (0, 1))
+        if name == "force":
+            c, errors, value = c_force, errors_f, force
+        elif name == "energy":
+            c, errors, value = c_energy, errors_e, energy
+        elif name == "secant":
+            c, value = c_force / a, force / a
+            errors = errors_f / a
+            errors[2] -= gain_x * force / a
+        else:
+            factor = (1.0 if name == "loss" else 0.5) / (math.pi * a * force)
+            value = factor * energy
+            c = factor * (c_energy - energy / force * c_force)
+            errors = factor * (errors_e - energy / force * errors_f)
+            errors[2] -= gain_x * value
+        middle, low, high = at.bands.interval(c)
+        ends = widened(value, value + low - middle, value + high - middle, errors.tolist())
+        # All quantities are sums of stiffnesses with factors that are not negative.
+        low = ends[1] if ends[1] > _NOTHING * abs(ends[2]) else 0.0
+        return ends[0], low, ends[2]
+
+    def force(self, amplitude: ArrayLike, *, normal_load: float | None = None) -> Estimate:
+        """Return the force T [N] at an amplitude.
+
+        Parameters
+        ----------
+        amplitude : array_like
+            Amplitude of the displacement [m], any shape, at most the largest measured.
+        normal_load : float, optional
+            Normal load [N], measured or between measured ones; without it the highest one.
+        """
+        return self._measure("force", amplitude, normal_load)
+
+    def dissipated_energy(
+        self, amplitude: ArrayLike, *, normal_load: float | None = None
+    ) -> Estimate:
+        """Return the energy E_d of a cycle [J]; amplitudes [m] of any shape, as :meth:`force`."""
+        return self._measure("energy", amplitude, normal_load)
+
+    def damping_ratio(self, amplitude: ArrayLike, *, normal_load: float | None = None) -> Estimate:
+        """Return the equivalent viscous damping ratio E_d/(2 pi a T) [-].
+
+        Amplitudes [m] of any shape and the normal load [N] are as for :meth:`force`.
+        """
+        return self._measure("damping", amplitude, normal_load)
+
+    def loss_factor(self, amplitude: ArrayLike, *, normal_load: float | None = None) -> Estimate:
+        """Return the loss factor E_d/(pi a T) [-] at amplitudes [m] of any shape."""
+        return self._measure("loss", amplitude, normal_load)
+
+    def secant_stiffness(
+        self, amplitude: ArrayLike, *, normal_load: float | None = None
+    ) -> Estimate:
+        """Return the secant stiffness T/a [N/m]; amplitudes [m] of any shape, as :meth:`force`."""
+        return self._measure("secant", amplitude, normal_load)
+
+    @cached_property
+    def stiffness(self) -> Estimate:
+        """Stiffness at rest [N/m], at the highest load."""
+        return self.stiffness_at(None)
+
+    def stiffness_at(self, normal_load: float | None) -> Estimate:
+        """Return the stiffness at rest [N/m] at a normal load [N]."""
+        at = self._at(normal_load)
+        value, low, high = at.bands.interval(
+            self._coefficients(at, lambda y: np.where(y > 0.0, 1.0, 0.0))
+        )
+        gains = [self.gain_errors.get(key, 0.0) * value for key in ("force", "displacement")]
+        value, low, high = widened(value, low, high, gains)
+        if self.rig_stiffness is None:
+            return Estimate(value, low, high)
+        rig, error = self.rig_stiffness
+        # Compliances subtract, and so do their errors: a stiffness may be open above, not below.
+        by_rig = math.sqrt(QUANTILE) * error / rig**2
+        compliance = 1.0 / value - 1.0 / rig
+        more = math.hypot(1.0 / low - 1.0 / value, by_rig)
+        less = math.hypot(1.0 / value - 1.0 / high, by_rig)
+        return Estimate(
+            1.0 / compliance if compliance > 0.0 else math.nan,
+            1.0 / max(compliance + more, 1e-300),
+            1.0 / (compliance - less) if compliance > less else math.inf,
+        )
+
+    @cached_property
+    def force_limit(self) -> Estimate:
+        """Force of gross slip [N], at the highest load; only a lower end where none was reached."""
+        return self.force_limit_at(None)
+
+    def force_limit_at(self, normal_load: float | None) -> Estimate:
+        """Return the force of gross slip [N] at a normal load [N]."""
+        at = self._at(normal_load)
+        a = max(rows.amplitude for rows in at.fit.rows)
+        force = at.bands.interval(self._coefficients(at, lambda y: np.minimum(a, y)))
+        inner = 0.9 * a
+        slope = at.bands.interval(
+            self._coefficients(at, lambda y: np.minimum(a, y) - np.minimum(inner, y))
+        )
+        further = slope[2] * a / (a - inner)
+        value, low, high = widened(*force, [self.gain_errors.get("force", 0.0) * force[0]])
+        if further > _FLAT * force[0]:
+            return Estimate(math.nan, low, math.inf)
+        return Estimate(value, low, high + further)
+
+    # -- the law ----------------------------------------------------------------------------------
+
+    @cached_property
+    def law(self) -> SliderLaw:
+        """Friction law of sliders at the highest load; usable wherever a backbone law is."""
+        return self.law_at(None)
+
+    def law_at(self, normal_load: float | None) -> SliderLaw:
+        """Return the friction law at a normal load [N]; without the rig where that was given."""
+        at = self._at(normal_load)
+        used = (at.fit.k > 0.0) & (at.y > 0.0)
+        y, k = at.y[used], at.fit.k[used]
+        order = np.argsort(y)
+        y, k = y[order], k[order]
+        if self._compliance:
+            y, k = _joint_alone(y, k, self._compliance)
+        return SliderLaw(y, k, *self.amplitudes)
+
+    # -- the second step --------------------------------------------------------------------------
+
+    def interface(
+        self,
+        pair: MaterialPair | None = None,
+        *,
+        area: float | None = None,
+        heights: Any = None,
+        known: Mapping[str, Any] | None = None,
+        contact_area: tuple[float, float, float] | None = None,
+    ) -> InterfaceStep:
+        """Fit the Greenwood interface to what the loops determine.
+
+        Parameters
+        ----------
+        pair : MaterialPair, optional
+            The two materials, which turn the slip scale into a height.
+        area : float, optional
+            Apparent area [m^2], for densities of summits.
+        heights : optional
+            Distribution of heights or a surface whose shape counts; by default Gaussian heights.
+        known : mapping, optional
+            Data from elsewhere as (value, standard deviation) by the names of parameters; "radius"
+            or "density" separate the two; "summits" is the number of all summits, whose random
+            heights widen the intervals.
+        contact_area : tuple, optional
+            Measured real contact area (value [m^2], uncertainty [m^2], normal load [N]), which
+            separates radius and density of the summits.
+
+        Returns
+        -------
+        InterfaceStep
+            Parameters with intervals and verdicts, and the joint they make.
+
+        Raises
+        ------
+        InputError
+            For records without a normal load, or wrong data.
+        """
+        fit = self.fits[0]
+        rig = self.rig_stiffness
+        bands = self._bands[id(fit)]
+        statistics = Statistics(fit, bands, rig, rig is None)
+        loads = [load for load in fit.loads if load is not None]
+        force = float(fit.k @ np.minimum(fit.largest, fit.thresholds()))
+        stiff = self.stiffness.value
+        if not math.isfinite(stiff):
+            stiff = 2.0 * self.stiffness.low
+        with np.errstate(all="ignore"):  # far out in an open interval numbers overflow
+            step, model, materials = interface_step(
+                statistics,
+                loads,
+                force,
+                stiff,
+                pair=pair,
+                area=area,
+                heights=heights,
+                known=known,
+                contact_area=contact_area,
+            )
+        return InterfaceStep(**vars(step), _model=model, _materials=materials, _loads=tuple(loads))
+
+    @property
+    def parameters(self) -> Mapping[str, Parameter]:
+        """Parameters of the interface by name; empty without a second step."""
+        return {} if self.step is None else self.step.parameters
+
+    # -- the rig ----------------------------------------------------------------------------------
+
+    @cached_property
+    def rig(self) -> Estimate:
+        """Stiffness of the rig [N/m]: as it was given, or the lower bound that loops give."""
+        if self.rig_stiffness is not None:
+            value, error = self.rig_stiffness
+            return Estimate(*widened(value, value, value, [error]))
+        return Estimate(math.nan, self.stiffness.low, math.inf)
+
+    @cached_property
+    def masing(self) -> Masing:
+        """Test whether the loops obey Masing's rules, with the cause where one is found."""
+        return masing_of(self.fits)
+
+    # -- the fit ----------------------------------------------------------------------------------
+
+    @property
+    def chi_squared(self) -> float:
+        """Sum of squares of the residuals over their noise [-]."""
+        return sum(fit.chi_squared for fit in self.fits)
+
+    @property
+    def degrees_of_freedom(self) -> int:
+        """Number of forces less what was fitted."""
+        return sum(fit.freedom for fit in self.fits)
+
+    @property
+    def reduced_chi_squared(self) -> float:
+        """Sum of squares over degrees of freedom [-], about 1 for a law of Masing."""
+        return self.chi_squared / self.degrees_of_freedom
+
+    def __repr__(self) -> str:
+        count = len(self.records)
+        return (
+            f"Identification({count} record{'s' if count > 1 else ''}, {self.series}, "
+            f"reduced_chi_squared={self.reduced_chi_squared:.3g})"
+        )
+
+
+def _sum(at: _At, u: Floats) -> Floats:
+    y = np.maximum(at.y, 0.0)
+    return np.minimum(u[:, None], y) @ at.fit.k
+
+
+def _joint_alone(y: Floats, k: Floats, compliance: float) -> tuple[Floats, Floats]:
+    """Return the sliders of the joint from those of joint and rig: x = u - c B(u) is exact.
+
+    A polygon stays a polygon; a side as stiff as the rig is taken as 1e3 times as stiff as the rig.
+    """
+    corners = np.append(0.0, y)
+    force = np.minimum(corners[:, None], y) @ k
+    x = np.diff(corners) - compliance * np.diff(force)
+    rise = np.diff(force)
+    x = np.maximum(x, 1e-3 * compliance * rise)
+    slope = np.append(rise / x, 0.0)
+    slope = np.minimum.accumulate(slope)
+    keep = -np.diff(slope) > 1e-12 * slope[0]
+    return np.cumsum(x)[keep], -np.diff(slope)[keep]
+
+
+def result_of(
+    fits: Sequence[FreeForm],
+    rows: Sequence[Rows],
+    rig: tuple[float, float] | None,
+    gains: Mapping[str, float],
+    notes: Sequence[str],
+) -> Identification:
+    """Return the result of fits, whose records are in the order of ``rows``."""
+    of = {id(one): fit for fit in fits for one in fit.rows}
+    records = []
+    for one in rows:
+        fit = of[id(one)]
+        force = fit.force_of(one)
+        away = one.folded.force - force
+        offset = float(np.average(away, weights=one.folded.count))
+        records.append(RecordFit(one.folded, lock(force + offset)))
+    return Identification(tuple(fits), tuple(records), rig, dict(gains), tuple(notes))
+
+
+__all__ = ["NEVER", "Estimate", "Identification", "RecordFit", "result_of"]

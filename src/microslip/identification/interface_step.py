@@ -1,0 +1,385 @@
+"""Second step of an identification: the Greenwood interface, from what loops determine."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from microslip._core.checks import Floats, positive, show
+from microslip._core.errors import InputError
+from microslip._core.wording import did_you_mean
+from microslip.contact import GreenwoodWilliamson
+from microslip.contact.materials import MaterialPair
+from microslip.identification.bands import QUANTILE
+from microslip.identification.models.base import Materials
+from microslip.identification.models.interface import InterfaceModel
+from microslip.identification.second_step import (
+    ASSUMED,
+    BOUNDED,
+    IDENTIFIED,
+    NOT,
+    Datum,
+    Law,
+    Parameter,
+    SecondStep,
+    Statistics,
+    Unknown,
+    Values,
+    parameters_of,
+    solve,
+    step_of,
+    verdict_of,
+)
+
+FRICTION, SCALE, SEPARATION = "friction_coefficient", "slip_scale", "standardised_separation"
+CONTACT_AREA = "contact_area"
+_SUMMITS = ("radius", "density", "summit_count", CONTACT_AREA)
+_SCALES, _SEPARATIONS = (0.1, 0.25, 0.6, 1.5), (-0.5, 0.8, 2.0, 3.5)
+"""Starts: slip scale over the length of the force limit over the stiffness; separation."""
+
+
+def interface_step(
+    statistics: Statistics,
+    loads: Sequence[float],
+    force: float,
+    stiffness: float,
+    *,
+    pair: MaterialPair | None,
+    area: float | None,
+    heights: Any,
+    known: Mapping[str, Any] | None,
+    contact_area: tuple[float, float, float] | None,
+) -> tuple[SecondStep, InterfaceModel, Materials]:
+    """Fit the interface to the statistics of a free form.
+
+    Parameters
+    ----------
+    statistics : Statistics
+        Statistics of the fit at all loads.
+    loads : sequence of float
+        Different normal loads [N].
+    force, stiffness : float
+        Largest force [N] at the highest load, stiffness at rest of the joint [N/m]: for a start.
+    pair, area, heights, known, contact_area
+        As for :func:`microslip.identify`.
+    """
+    if pair is not None and not isinstance(pair, MaterialPair):
+        raise InputError(f"`pair` must be a MaterialPair of two materials, got {show(pair)}")
+    area = None if area is None else positive("area", area, "m^2", 2e-4)
+    law, model = interface_law(loads, heights, force, stiffness)
+    materials = Materials(pair, area)
+    known = dict(known or {})
+    summits = known.pop("summits", None)
+    data, measured = _data(known, model, materials, list(loads), contact_area)
+    scatter = None
+    if summits is not None:
+        count = float(summits[0]) if isinstance(summits, (tuple, list)) else float(summits)
+        scatter = _scatter(statistics, model, loads, count)
+    starts = interface_starts(statistics, law, force, stiffness, max(loads))
+    problem, q, least, covariance = solve(statistics, law, data, scatter, starts)
+    parameters = parameters_of(problem, q, least, covariance)
+    for name in known:
+        if name in parameters:
+            parameters[name] = replace(parameters[name], verdict=ASSUMED)
+    values = problem.values(q)
+    free = [one.name for one in problem.unknowns]
+    for name, unit, is_log, function in _derived(model, materials, list(loads), measured, known):
+        parameters[name] = _propagated(
+            name,
+            unit,
+            is_log,
+            function,
+            values,
+            free,
+            problem.unknowns,
+            covariance,
+            statistics,
+            measured if name in _SUMMITS else None,
+        )
+        if name in known or (name == CONTACT_AREA and measured):
+            parameters[name] = replace(parameters[name], verdict=ASSUMED)
+    if statistics.free_rig:
+        # Loops cannot tell a rig from a joint: only the shape assumed for N(d) does.
+        for name, one in list(parameters.items()):
+            if name not in (FRICTION, "force_limit", "rig_stiffness") and one.verdict != ASSUMED:
+                parameters[name] = _open(one)
+        parameters.pop("rig_stiffness", None)
+    step = step_of(statistics, law, problem, least, parameters, q)
+    if not step.fits:
+        # Intervals of a law that the loops contradict hold no true value; the limit needs no law.
+        for name, one in parameters.items():
+            if one.verdict in (IDENTIFIED, BOUNDED):
+                known_limit = name in (FRICTION, "force_limit")
+                parameters[name] = replace(one, verdict=BOUNDED) if known_limit else _open(one)
+        step = step_of(statistics, law, problem, least, parameters, q)
+    return step, model, materials
+
+
+def _open(one: Parameter) -> Parameter:
+    """Return a parameter that is not determined."""
+    low = -math.inf if one.name == SEPARATION else 0.0
+    return replace(one, value=math.nan, low=low, high=math.inf, verdict=NOT)
+
+
+def interface_law(
+    loads: Sequence[float], heights: Any, force: float, stiffness: float
+) -> tuple[Law, InterfaceModel]:
+    """Return the law of an interface with its unknowns, for loads that are known."""
+    if not loads:
+        raise InputError(
+            "an interface needs the normal load of each record; write "
+            "Record(..., normal_load=500.0) or `normal_load=500.0`"
+        )
+    model = InterfaceModel.of_shape(heights, loads)
+    unknowns = (
+        Unknown(FRICTION, "", min(force / max(loads), 2.0)),
+        Unknown(SCALE, "m", force / stiffness),
+        Unknown(SEPARATION, "", 1.0, False, *model.template.bounds()),
+    )
+    law = Law(
+        "interface",
+        unknowns,
+        lambda u, values, load: model.curve(u, values, load or loads[0])[0],
+    )
+    return law, model
+
+
+def interface_starts(
+    statistics: Statistics, law: Law, force: float, stiffness: float, load: float
+) -> list[dict[str, float]]:
+    """Return the two starts of a grid with the least sum of squares."""
+    starts = [
+        {SCALE: share * force / stiffness, SEPARATION: h} for share in _SCALES for h in _SEPARATIONS
+    ]
+    mu = force / load
+    rig = statistics.rig
+    series = rig[0] if rig else math.inf
+    if statistics.free_rig:
+        series = 3.0 * float(statistics.fit.k.sum())
+    sums = []
+    for start in starts:
+        values = {FRICTION: mu} | start
+
+        def curve(u: Floats, load: float | None, values: Values = values) -> Floats:
+            return law.backbone(u, values, load)
+
+        g = statistics.sliders(curve, 1.0 / series)
+        sums.append(float(np.sum(np.nan_to_num(statistics.residuals(g), nan=1e9) ** 2)))
+    return [starts[i] for i in np.argsort(sums)[:2]]
+
+
+def _scatter(
+    statistics: Statistics, model: InterfaceModel, loads: Sequence[float], count: float
+) -> Callable[[Mapping[str, float]], Floats]:
+    """Return a function: changes of scaled coefficients by random heights (columns)."""
+    fit = statistics.fit
+    nodes = np.append(np.append(0.0, fit.y[:-1]), fit.y[-2] * 1.001)
+    high = max(loads)
+
+    def changes(values: Mapping[str, float]) -> Floats:
+        rows = model.by_summits(nodes, values, high, list(loads)) / math.sqrt(count)
+        slope = np.diff(rows, axis=1) / np.diff(nodes)
+        k = np.concatenate((slope[:, :-1] - slope[:, 1:], slope[:, -1:]), axis=1)
+        shifts = []
+        for shift in fit.shifts[1:]:
+            at = np.array([-shift])
+            moved = model.by_summits(at, values, high, list(loads))[:, 0] / math.sqrt(count)
+            shifts.append(moved / float(model.curve(at, values, high)[1][0]))
+        whole = np.concatenate((k, np.array(shifts).reshape(len(fit.shifts) - 1, -1).T), axis=1)
+        return (whole * np.where(np.isfinite(fit.scale), fit.scale, 0.0)).T
+
+    return changes
+
+
+Function = Callable[[Mapping[str, float]], float]
+
+
+def _derived(
+    model: InterfaceModel,
+    materials: Materials,
+    loads: list[float],
+    measured: tuple[str, float, float, float] | None,
+    known: Mapping[str, Any],
+) -> list[tuple[str, str, bool, Function]]:
+    """Return names, units and functions of what follows from the parameters."""
+    top = max(loads)
+
+    def of(name: str) -> Function:
+        def function(values: Mapping[str, float]) -> float:
+            for one in model.derived(values, top, materials):
+                if one.name == name:
+                    return float(one.value)
+            return math.nan
+
+        return function
+
+    names = [("force_limit", "N"), ("tangential_stiffness", "N/m")]
+    if materials.pair is not None:
+        names.append(("std", "m"))
+        if materials.area is not None and isinstance(model.template.law, GreenwoodWilliamson):
+            names.append(("density_root_radius", "m^-1.5"))
+    found = [(name, unit, True, of(name)) for name, unit in names]
+    if measured is not None:
+        found += [
+            (name, unit, True, function)
+            for name, unit, function in _summits(model, materials, measured)
+            if name != measured[0]
+        ]
+    return found
+
+
+def _summits(
+    model: InterfaceModel, materials: Materials, measured: tuple[str, float, float, float]
+) -> list[tuple[str, str, Function]]:
+    """Return radius and density of the summits by one of them or by the contact area.
+
+    The loops tell density times the root of the radius, the area density times the radius. The
+    measured value is the entry of its name in the values of the parameters.
+    """
+    name, value, _, load = measured
+
+    def of(wanted: str) -> Function:
+        def function(values: Mapping[str, float]) -> float:
+            joint: Any = model.build(values, load, materials)
+            surface = joint.surface
+            datum = values.get(name, value)
+            count = surface.density * surface.area
+            if name == CONTACT_AREA:
+                ratio = datum / joint.contact_area
+            elif name == "radius":
+                ratio = math.sqrt(datum / surface.radius)
+            else:
+                ratio = count / (datum * (materials.area or 1.0))
+            numbers = {
+                "radius": surface.radius * ratio**2,
+                "summit_count": count / ratio,
+                "density": count / ratio / (materials.area or 1.0),
+                CONTACT_AREA: joint.contact_area * ratio,
+            }
+            return float(numbers[wanted])
+
+        return function
+
+    units = (("radius", "m"), ("summit_count", ""), ("density", "m^-2"), (CONTACT_AREA, "m^2"))
+    return [
+        (wanted, unit, of(wanted))
+        for wanted, unit in units
+        if wanted != "density" or materials.area is not None
+    ]
+
+
+def _pair_of(name: str, datum: Any) -> tuple[float, float]:
+    if hasattr(datum, "value") and hasattr(datum, "standard_error"):
+        return float(datum.value), float(datum.standard_error)
+    try:
+        value, error = (float(part) for part in datum)
+    except (TypeError, ValueError):
+        raise InputError(
+            f"`known`: {name} must be (value, standard deviation), such as (5e-7, 2e-8), got "
+            f"{show(datum)}"
+        ) from None
+    if not (math.isfinite(value) and error > 0.0 and math.isfinite(error)):
+        raise InputError(
+            f"`known`: {name} must be a value and a standard deviation above zero, got "
+            f"{show(datum)}"
+        )
+    return value, error
+
+
+def _data(
+    known: Mapping[str, Any],
+    model: InterfaceModel,
+    materials: Materials,
+    loads: list[float],
+    contact_area: Any,
+) -> tuple[list[Datum], tuple[str, float, float, float] | None]:
+    """Return data on the parameters, and what separates radius and density of the summits."""
+    measured = None
+    top = max(loads)
+    if contact_area is not None:
+        try:
+            value, error, load = (float(part) for part in contact_area)
+        except (TypeError, ValueError):
+            raise InputError(
+                "`contact_area` must be (value [m^2], uncertainty [m^2], normal load [N]), got "
+                f"{show(contact_area)}"
+            ) from None
+        if materials.pair is None:
+            raise InputError(
+                "`contact_area` needs `pair=...`, the two materials: the contact area depends on "
+                "the modulus"
+            )
+        positive("contact_area", value, "m^2", 2e-5)
+        positive("uncertainty of contact_area", error, "m^2", 1e-6)
+        positive("normal load of contact_area", load, "N", 2000.0)
+        if materials.area is not None and value > materials.area:
+            raise InputError(
+                f"`contact_area` must not be above the apparent area, {materials.area:g} m^2, got "
+                f"{value:g} m^2"
+            )
+        measured = (CONTACT_AREA, value, error, load)
+    functions: dict[str, Function] = {
+        name: function for name, _, _, function in _derived(model, materials, loads, None, known)
+    }
+    for name in (FRICTION, SCALE, SEPARATION):
+        functions[name] = lambda values, name=name: float(values[name])  # type: ignore[misc]
+    data = []
+    for name, datum in known.items():
+        value, error = _pair_of(name, datum)
+        if name in ("radius", "density") and materials.pair is not None and measured is None:
+            measured = (name, value, error, top)
+            continue
+        if name not in functions:
+            hint = did_you_mean(name, list(functions))
+            raise InputError(
+                f"`known`: {show(name)} is no parameter of an interface, which has "
+                f"{', '.join(functions)}{hint}"
+            )
+        data.append(Datum(name, value, error, functions[name]))
+    return data, measured
+
+
+def _propagated(
+    name: str,
+    unit: str,
+    is_log: bool,
+    function: Function,
+    values: Mapping[str, float],
+    free: Sequence[str],
+    unknowns: Sequence[Unknown],
+    covariance: Floats,
+    statistics: Statistics,
+    measured: tuple[str, float, float, float] | None = None,
+) -> Parameter:
+    """Return a quantity of the parameters, its interval by the covariance of these."""
+    value = function(values)
+    by = np.zeros(len(free))
+    for i, one in enumerate(unknowns):
+        step = 1e-3
+        ends = []
+        for way in (1.0, -1.0):
+            moved = dict(values)
+            if one.is_log:
+                moved[one.name] *= math.exp(way * step)
+            else:
+                moved[one.name] += way * step
+            ends.append(math.log(function(moved)) if is_log else function(moved))
+        by[i] = (ends[0] - ends[1]) / (2.0 * step)
+    variance = float(by @ covariance @ by) * statistics.level / QUANTILE
+    if measured is not None:
+        kind, datum, error, _ = measured
+        up, down = (
+            math.log(function({**values, kind: datum * (1.0 + way * 1e-3)})) for way in (1, -1)
+        )
+        variance += ((up - down) / 2e-3 * error / datum) ** 2
+    half = math.sqrt(QUANTILE * max(variance, 0.0))
+    low, high = (
+        (value * math.exp(-min(half, 700.0)), value * math.exp(min(half, 700.0)))
+        if is_log
+        else (value - half, value + half)
+    )
+    return Parameter(name, unit, value, low, high, verdict_of(value, low, high, is_log))

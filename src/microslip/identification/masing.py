@@ -1,0 +1,199 @@
+"""Test whether loops obey Masing's rules, and signatures of what may break them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import chdtri
+
+from microslip._core import kernels
+from microslip._core.checks import Floats
+from microslip._core.frozen import Locked
+from microslip._core.units import significant
+from microslip.identification.free_form import FreeForm, Rows
+from microslip.identification.nonnegative import cone_of, minimum
+from microslip.laboratory.motion import phase_derivative
+
+NAMED = 0.9
+"""Share of the misfit that a signature must remove for its cause to be named."""
+UNDETERMINED = "not determined"
+_TIE = 12.0
+"""Difference of sums of squares below which two signatures explain the misfit alike."""
+_TAIL = 0.005
+"""Probability on each side of the interval of chi-squared."""
+
+
+@dataclass(frozen=True)
+class Masing(Locked):
+    """Whether the residual of the free form is noise: then the loops obey Masing's rules."""
+
+    reduced_chi_squared: float
+    """Sum of squares over degrees of freedom [-]."""
+    low: float
+    high: float
+    """Interval in which noise alone has it with a probability of 99 % [-]."""
+    even: float
+    odd: float
+    """Shares of the residual that repeat and that change sign in the other half cycle [-]."""
+    cause: str
+    """Cause of the misfit, several joined by "or" where they explain it alike; "not determined", or
+    empty where the residual is noise."""
+    removed: Mapping[str, float]
+    """Share of the misfit that each signature removes [-]; empty where the residual is noise."""
+
+    @property
+    def holds(self) -> bool:
+        """Whether the residual is no larger than noise explains."""
+        return self.reduced_chi_squared <= self.high
+
+    @property
+    def text(self) -> str:
+        """Sentence on the test."""
+        value = significant(self.reduced_chi_squared, 3)
+        limit = significant(self.high, 3)
+        if self.holds:
+            return (
+                f"the loops obey Masing's rules within noise: reduced chi-squared {value}, noise "
+                f"explains up to {limit}"
+            )
+        half = "even" if self.even > 0.5 else "odd"
+        share = f"{max(self.even, self.odd):.0%}"
+        words = (
+            f"the loops do not obey Masing's rules: reduced chi-squared {value}, noise explains up "
+            f"to {limit}; the residual is {half} in the two half cycles ({share})"
+        )
+        if self.cause == UNDETERMINED:
+            return f"{words}; detected, cause not determined"
+        explained = max(self.removed.values())
+        return f"{words}; {self.cause} explains {explained:.0%} of it"
+
+
+def _centred(values: Floats) -> Floats:
+    return np.asarray(values - 0.5 * (values.max() + values.min()))
+
+
+def _moved(fit: FreeForm, rows: Rows, moves: Floats) -> Floats:
+    """Return the change of the force by a change of the displacement at the places (bins,)."""
+    cycle = rows.cycle
+    above = np.where(cycle.parent < 0, 0, cycle.parent)
+    y = fit.y + fit.shifts[fit.level[rows.load]]
+    rise = rows.stiffness(y, fit.k) * (moves - moves[above])
+    return rows.sums(rise[:, None])[:, 0]
+
+
+def _delay(fit: FreeForm, rows: Rows) -> Floats:
+    turned = phase_derivative(rows.folded.coefficients, rows.folded.harmonics)
+    return _moved(fit, rows, turned @ rows.cycle.basis)[:, None]
+
+
+def _clearance(fit: FreeForm, rows: Rows) -> Floats:
+    cycle = rows.cycle
+    y = fit.y + fit.shifts[fit.level[rows.load]]
+    reach = np.maximum(y, 0.0)
+    rise = (np.minimum(cycle.half[:, None], reach) @ fit.k) * cycle.sign
+    force = rise[:, None].copy()
+    kernels.compiled.accumulate(cycle.parent, force, np.zeros(1))
+    return _moved(fit, rows, -np.sign(force[:, 0]))[:, None]
+
+
+def _lost_motion(fit: FreeForm, rows: Rows) -> Floats:
+    y = fit.y + fit.shifts[fit.level[rows.load]]
+    rise = -rows.stiffness(y, fit.k) * rows.cycle.sign
+    return rows.sums(rise[:, None])
+
+
+def _twice(fit: FreeForm, rows: Rows) -> Floats:
+    force, phase = _centred(rows.folded.force), rows.folded.phase
+    return np.column_stack((force * np.cos(2.0 * phase), force * np.sin(2.0 * phase)))
+
+
+def _of(shape: Callable[[Rows], Floats]) -> Callable[[FreeForm, Rows], Floats]:
+    return lambda fit, rows: np.asarray(shape(rows))[:, None]
+
+
+SIGNATURES: Mapping[str, Callable[[FreeForm, Rows], Floats]] = {
+    "a delay of the force": _delay,
+    "a viscous force": _of(lambda r: r.folded.displacement(r.folded.phase, 1)),
+    "inertia": _of(lambda r: r.folded.displacement(r.folded.phase, 2)),
+    "a parallel spring": _of(lambda r: r.folded.displacement(r.folded.phase)),
+    "clearance at zero force": _clearance,
+    "lost motion at reversals": _lost_motion,
+    "tilted faces": _of(
+        lambda r: _centred(r.folded.force) * _centred(r.folded.displacement(r.folded.phase))
+    ),
+    "friction that differs between the directions": _of(lambda r: np.abs(_centred(r.folded.force))),
+    "a normal load at twice the frequency": _twice,
+    "drift within the cycle": _of(lambda r: r.folded.phase - math.pi),
+}
+"""Changes of the force in the bins of a record by causes that break Masing's rules."""
+
+
+def _with_columns(fit: FreeForm, signature: Callable[[FreeForm, Rows], Floats]) -> float:
+    """Return the sum of squares with a signature of free size in each record."""
+    blocks = []
+    for number, rows in enumerate(fit.rows):
+        columns = rows.whitened(signature(fit, rows))
+        row = [
+            columns if other == number else np.zeros((columns.shape[0], columns.shape[1]))
+            for other in range(len(fit.rows))
+        ]
+        blocks.append(np.hstack(row))
+    extra = np.vstack(blocks)
+    norm = np.linalg.norm(extra, axis=0)
+    extra = extra[:, norm > 0.0] / norm[norm > 0.0]
+    design = np.hstack((fit.design, extra))
+    free = np.append(fit.free, np.ones(extra.shape[1], dtype=bool))
+    gram = design.T @ design
+    empty = np.diag(gram) == 0.0
+    gram[empty, empty] = 1.0
+    cone = cone_of(gram, free)
+    start = np.append(fit.g, np.zeros(extra.shape[1]))
+    h = cone.gram @ start + design.T @ fit.residual
+    g = minimum(cone, h, start > 0.0)
+    rest = fit.measured - design @ g
+    return float(rest @ rest)
+
+
+def _even(fits: Sequence[FreeForm]) -> float:
+    """Return the share of the residual that repeats in the other half cycle."""
+    even = total = 0.0
+    for fit in fits:
+        for rows in fit.rows:
+            residual = rows.folded.force - fit.force_of(rows)
+            residual = residual - np.average(residual, weights=rows.folded.count)
+            other = np.interp(
+                rows.folded.phase + math.pi, rows.folded.phase, residual, period=2.0 * math.pi
+            )
+            even += float(np.sum((0.5 * (residual + other) * rows.weight) ** 2))
+            total += float(np.sum((0.5 * (residual - other) * rows.weight) ** 2))
+    total += even
+    return even / total if total > 0.0 else 0.5
+
+
+def masing_of(fits: Sequence[FreeForm]) -> Masing:
+    """Return the test of a fit, with the signatures where it fails."""
+    chi = sum(fit.chi_squared for fit in fits)
+    freedom = sum(fit.freedom for fit in fits)
+    low, high = (float(chdtri(freedom, p)) / freedom for p in (1.0 - _TAIL, _TAIL))
+    even = _even(fits)
+    removed: dict[str, float] = {}
+    cause = ""
+    if chi / freedom > high:
+        misfit = chi - freedom
+        left = {
+            name: sum(_with_columns(fit, signature) for fit in fits)
+            for name, signature in SIGNATURES.items()
+        }
+        removed = {name: min(max((chi - one) / misfit, 0.0), 1.0) for name, one in left.items()}
+        least = min(left.values())
+        # Signatures that leave as little as the best one, within noise, tie with it.
+        ties = [
+            name
+            for name, one in left.items()
+            if removed[name] >= NAMED and one - least <= _TIE * max(1.0, least / freedom)
+        ]
+        cause = " or ".join(ties) if ties else UNDETERMINED
+    return Masing(chi / freedom, low, high, even, 1.0 - even, cause, removed)

@@ -1,0 +1,171 @@
+"""Least squares on a Gram matrix under coefficients that are not negative, and their profiles."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import LinAlgError
+from scipy.linalg.lapack import dposv
+
+from microslip._core.checks import Floats
+
+_RIDGE = 1e-10
+"""Ridge over the mean diagonal of the Gram matrix. It keeps nearly equal columns solvable."""
+_SMALL = 1e-4
+"""Gradient along a column of norm 1, in standard deviations of noise, that is not followed."""
+_MOST_CHANGES = 20
+"""Changes of the passive set per column until a search stops."""
+
+
+class Cone(NamedTuple):
+    """Quadratic g'Gg - 2 h'g with coefficients g >= 0, except those that are ``free`` in sign.
+
+    The columns of G have the norm 1, so that coefficients compare.
+    """
+
+    gram: Floats
+    free: NDArray[np.bool_]
+
+
+def cone_of(gram: Floats, free: NDArray[np.bool_]) -> Cone:
+    """Return the problem with a ridge for columns that are nearly equal."""
+    return Cone(gram + _RIDGE * np.trace(gram) / len(gram) * np.eye(len(gram)), free)
+
+
+def _solve(matrix: Floats, right: Floats) -> Floats:
+    _, x, info = dposv(matrix, right)
+    if info == 0:
+        return np.asarray(x)
+    return np.asarray(np.linalg.lstsq(matrix, right, rcond=None)[0])
+
+
+def minimum(cone: Cone, h: Floats, passive: NDArray[np.bool_] | None = None) -> Floats:
+    """Return the coefficients of the minimum (Lawson and Hanson's method on the Gram matrix).
+
+    Parameters
+    ----------
+    cone : Cone
+        Gram matrix (n, n) and signs.
+    h : ndarray
+        Right-hand side (n,).
+    passive : ndarray of bool, optional
+        Coefficients that are probably above zero, from a fit close by.
+    """
+    gram, free = cone
+    size = h.size
+    p = free.copy() if passive is None else passive | free
+    g = np.zeros(size)
+    tolerance = max(1e-12 * float(np.abs(h).max(initial=0.0)), _SMALL)
+    barred = np.zeros(size, dtype=bool)
+    for _ in range(_MOST_CHANGES * size):
+        while True:
+            at = np.flatnonzero(p)
+            if not at.size:
+                break
+            s = _solve(gram[np.ix_(at, at)], h[at])
+            wrong = (s <= 0.0) & ~free[at]
+            if not wrong.any():
+                g[:] = 0.0
+                g[at] = s
+                break
+            old = g[at]
+            with np.errstate(divide="ignore", invalid="ignore"):
+                step = np.where(wrong, old / (old - s), np.inf)
+            best = float(np.nanmin(step[wrong])) if np.isfinite(step[wrong]).any() else 0.0
+            best = min(max(best, 0.0), 1.0)
+            g[at] = old + best * (s - old)
+            leaves = wrong & (step <= best * (1.0 + 1e-12) + 1e-300)
+            leaves |= wrong & (old <= 0.0)
+            g[at[leaves]] = 0.0
+            p[at[leaves]] = False
+        w = h - gram @ g
+        w[p | barred] = -np.inf
+        new = int(np.argmax(w))
+        if not w[new] > tolerance:
+            break
+        p[new] = True
+        at = np.flatnonzero(p)
+        s = _solve(gram[np.ix_(at, at)], h[at])
+        # A coefficient that rounding would remove again at once ends in a circle.
+        if s[np.searchsorted(at, new)] <= 0.0:
+            p[new] = False
+            barred[new] = True
+        else:
+            barred[:] = False
+    return g
+
+
+def objective(cone: Cone, h: Floats, g: Floats) -> float:
+    """Return g'Gg - 2 h'g."""
+    return float(g @ (cone.gram @ g) - 2.0 * (h @ g))
+
+
+class Path:
+    """Minima of g'Gg - 2 (h - l c)'g over l >= 0, which are linear in l piece by piece.
+
+    On the passive set P: g = a - l b with G_PP a = h_P and G_PP b = c_P, so the rise of the
+    objective over its minimum is known in closed form, and so is where it reaches a level.
+    """
+
+    def __init__(self, cone: Cone, h: Floats, g: Floats, c: Floats) -> None:
+        self.cone, self.h, self.c, self.g = cone, h, c, g
+        self.start = objective(cone, h, g)
+        self.passive = (g > 0.0) | cone.free
+
+    def until(self, level: float | None = None, value: float | None = None) -> tuple[float, float]:
+        """Follow the minima until the rise reaches a level, or c'g falls to a value.
+
+        Returns
+        -------
+        tuple of float
+            The value c'g and the rise there.
+        """
+        (gram, free), h, c = self.cone, self.h, self.c
+        p, at_l = self.passive.copy(), 0.0
+        last = -1
+        reached, rise = float(c @ self.g), 0.0
+        for _ in range(12 * h.size):
+            at = np.flatnonzero(p)
+            if not at.size:
+                return 0.0, max(rise, -self.start)
+            try:
+                ab = _solve(gram[np.ix_(at, at)], np.column_stack((h[at], c[at])))
+            except LinAlgError:
+                break
+            a, b = ab[:, 0], ab[:, 1]
+            ca, cb, ha = float(c[at] @ a), float(c[at] @ b), float(h[at] @ a)
+            base = -ha - self.start
+            ends = at_l
+            with np.errstate(divide="ignore", invalid="ignore"):
+                leave = np.where((b > 0.0) & ~free[at], a / b, np.inf)
+            leave[at == last] = np.inf if last >= 0 else leave[at == last]
+            w = np.column_stack((h, c)) - gram[:, at] @ ab
+            with np.errstate(divide="ignore", invalid="ignore"):
+                enter = np.where(w[:, 1] < 0.0, w[:, 0] / w[:, 1], np.inf)
+            enter[p] = np.inf
+            if last >= 0:
+                enter[last] = np.inf
+            out, into = int(np.argmin(leave)), int(np.argmin(enter))
+            ends = max(min(float(leave[out]), float(enter[into])), at_l)
+            if level is not None:
+                stop = np.sqrt(max(level - base, 0.0) / cb) if cb > 0.0 else np.inf
+            else:
+                stop = (
+                    (ca - float(value if value is not None else 0.0)) / cb if cb > 0.0 else np.inf
+                )
+            stop = max(float(stop), at_l)
+            if stop <= ends or not np.isfinite(ends):
+                if not np.isfinite(stop):
+                    return reached, rise
+                return ca - stop * cb, base + stop * stop * cb
+            at_l = ends
+            reached, rise = ca - ends * cb, base + ends * ends * cb
+            if leave[out] <= enter[into]:
+                last = int(at[out])
+                p[last] = False
+            else:
+                last = into
+                p[last] = True
+        return reached, rise

@@ -1,0 +1,132 @@
+"""Pieces of a record that one settled cycle describes: stepped records, digitised loops."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from microslip._core.checks import Floats
+from microslip._core.errors import InputError
+from microslip._core.frozen import lock
+from microslip.laboratory.cycle_columns import columns_of
+from microslip.laboratory.folding import Folded, averaged
+from microslip.laboratory.record import Record
+
+_ALIKE = 0.05
+"""Relative difference of amplitudes or periods of cycles that belong together."""
+_FEWEST = 4
+"""Cycles of a piece: one of running-in and three settled ones."""
+_NEAR, _MOST_CYCLES = 0.5, 3.0
+"""Share of the amplitude beyond which a run has a turning point; cycles of a digitised loop."""
+
+
+def _part(record: Record, first: int, last: int, label: str) -> Record:
+    """Return samples of a record, ``last`` included, under a name of their own."""
+
+    def cut(channel: Any) -> Any:
+        return channel[first : last + 1] if isinstance(channel, np.ndarray) else channel
+
+    return Record(
+        cut(record.displacement),
+        cut(record.force),
+        normal_load=cut(record.normal_load),
+        time=cut(record.time),
+        sample_rate=None if record.time is not None else record.sample_rate,
+        name=f"{record.name}, {label}",
+    )
+
+
+def stretches_of(record: Record) -> list[Record]:
+    """Cut a record of several amplitudes or frequencies into stretches of one each.
+
+    A record whose cycles are alike, or that has no two stretches of enough cycles, stays whole.
+    """
+    try:
+        columns = columns_of(record, 0.0)
+    except (InputError, ValueError):
+        return [record]
+    start, period, amplitude = (columns[name] for name in ("start", "period", "amplitude"))
+    groups: list[list[int]] = []
+    for i in range(start.size):
+        if groups:
+            last = groups[-1]
+            pairs = (
+                (amplitude[i], np.median(amplitude[last])),
+                (period[i], np.median(period[last])),
+            )
+            if all(abs(one / other - 1.0) <= _ALIKE for one, other in pairs if other):
+                last.append(i)
+                continue
+        groups.append([i])
+    long = [group for group in groups if len(group) >= _FEWEST]
+    if len(long) < 2:
+        return [record]
+    pieces = []
+    for group in long:
+        first, end = int(start[group[0]]), int(start[group[-1]] + period[group[-1]])
+        label = f"cycles {group[0] + 1} to {group[-1] + 1}"
+        pieces.append(_part(record, first, min(end, record.displacement.size - 1), label))
+    return pieces
+
+
+def _turning_samples(x: Floats) -> NDArray[np.int64]:
+    """Return the samples of the peaks and troughs of a displacement, its ends included."""
+    low, high = np.percentile(x, (1.0, 99.0))
+    away = (x - 0.5 * (low + high)) / (0.5 * (high - low))
+    side = np.where(away > _NEAR, 1, np.where(away < -_NEAR, -1, 0))
+    turns: list[int] = []
+    run: list[int] = []
+    way = 0
+    for i in np.flatnonzero(side):
+        if side[i] != way and run:
+            turns.append(run[int(np.argmax(way * x[run]))])
+            run = []
+        way = int(side[i])
+        run.append(int(i))
+    if run:
+        turns.append(run[int(np.argmax(way * x[run]))])
+    return np.array(turns, dtype=np.int64)
+
+
+def loop_of(record: Record, noise: tuple[float, float], bins: int) -> Folded:
+    """Return a digitised loop of half a cycle to three cycles, whose noise is stated, folded.
+
+    Of more than one cycle the last one counts. Half a cycle, from one turning point to the other,
+    is completed by symmetry, and its samples count once.
+    """
+    x, force = record.displacement, record.force
+    turns = _turning_samples(x)
+    if turns.size == 2 and abs(int(turns[1] - turns[0])) >= 0.9 * (x.size - 1):
+        middle_x, middle = (0.5 * (values[turns[0]] + values[turns[1]]) for values in (x, force))
+        branch = slice(int(turns[0]), int(turns[1]))
+        u, f = x[branch] - middle_x, force[branch] - middle
+        load = record.normal_load
+        whole = Record(
+            np.concatenate((u, -u)),
+            np.concatenate((f, -f)),
+            normal_load=float(np.mean(load)) if load is not None else None,
+            name=record.name,
+        )
+        # Each sample stands twice: with twice the variance it counts once.
+        folded = averaged(whole, (noise[0] * 2.0**0.5, noise[1] * 2.0**0.5), bins)
+        # The middle is known from two samples only; its error has opposite signs on the branches.
+        error = 0.5**0.5 * np.hypot(noise[0], noise[1] * np.ptp(f) / np.ptp(u))
+        row = error * np.sign(folded.displacement(folded.phase, 1))
+        return replace(folded, stepped=lock(row[None]))
+    period = 2.0 * float(np.mean(np.diff(turns))) if turns.size > 1 else 0.0
+    if period and 1.02 * period < x.size <= _MOST_CYCLES * period:
+        if turns.size >= 3:
+            first, last = int(turns[-3]), int(turns[-1])
+        else:
+            first, last = x.size - 1 - round(period), x.size - 1
+        return averaged(_part(record, first, last - 1, "last cycle"), noise, bins)
+    return averaged(record, noise, bins)
+
+
+def whole_records(records: Sequence[Record]) -> list[Record]:
+    """Return the records, those of several amplitudes or frequencies cut into stretches."""
+    return [piece for record in records for piece in stretches_of(record)]

@@ -1,0 +1,421 @@
+"""Parameters of a physical law from the sufficient statistics of a fit of free form."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.optimize import least_squares
+from scipy.special import chdtri
+
+from microslip._core.checks import Floats
+from microslip._core.frozen import Locked
+from microslip._core.units import engineering
+from microslip.identification.bands import QUANTILE, Bands
+from microslip.identification.free_form import FreeForm
+
+IDENTIFIED, BOUNDED, NOT, ASSUMED = "identified", "bounded", "not determined", "assumed"
+_NARROW = 0.3
+"""Largest half width of an interval over the value, or of its logarithm, of what is identified."""
+_FINE = 1500
+"""Points of a curve behind a rig."""
+_KEPT = 1e-10
+"""Eigenvalues of the Gram matrix, over the largest one, that carry information."""
+_FAR = 12.0
+"""Largest change of a logarithm in the search of an end of an interval."""
+_STEP = 1e-4
+
+Values = Mapping[str, float]
+
+
+class Unknown(NamedTuple):
+    """A free parameter: its name, unit, start and whether its logarithm is fitted."""
+
+    name: str
+    unit: str
+    start: float
+    is_log: bool = True
+    low: float = -math.inf
+    high: float = math.inf
+
+
+class Law(NamedTuple):
+    """A law with parameters: its force of first loading at displacements, by values and a load."""
+
+    name: str
+    unknowns: Sequence[Unknown]
+    backbone: Callable[[Floats, Values, float | None], Floats]
+
+
+class Datum(NamedTuple):
+    """A measured value of a quantity of the parameters, with its standard error."""
+
+    name: str
+    value: float
+    error: float
+    function: Callable[[Values], float]
+
+
+@dataclass(frozen=True)
+class Parameter(Locked):
+    """A parameter of a physical law with its 95 % confidence interval and a verdict."""
+
+    name: str
+    unit: str
+    value: float
+    """Best value; not a number where it is not determined."""
+    low: float
+    high: float
+    verdict: str
+    """"identified", "bounded", "not determined" or "assumed"."""
+
+    def __str__(self) -> str:
+        if self.verdict == NOT:
+            return f"{self.name}: {NOT}"
+        ends = (self.value, self.low, self.high)
+        prefixed = self.unit in ("N", "m", "N/m")  # a power of a length has no prefix
+        value, low, high = (
+            engineering(v, self.unit) if prefixed else f"{v:.4g} {self.unit}".rstrip() for v in ends
+        )
+        return f"{self.name}: {value} ({low} to {high}), {self.verdict}"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SecondStep(Locked):
+    """A physical law fitted to the sufficient statistics of a fit of free form."""
+
+    law: str
+    """Name of the law."""
+    parameters: Mapping[str, Parameter]
+    """Parameters and what follows from them, by name."""
+    misfit: float
+    """Rise of the sum of squares over that of the free form [-]."""
+    misfit_limit: float
+    """Rise that noise explains with a probability of 99 % [-]."""
+    chi_squared: float
+    """Sum of squares of the residuals over their noise [-]."""
+    degrees_of_freedom: int
+    """Number of forces less the parameters."""
+    aic: float
+    """Akaike's criterion: chi-squared plus twice the number of parameters."""
+    bic: float
+    """Schwarz's criterion: chi-squared plus their number times the logarithm of the forces."""
+    values: Mapping[str, float] = field(default_factory=dict)
+    """Best values of the free parameters."""
+
+    @property
+    def fits(self) -> bool:
+        """Whether the law explains the loops as well as the free form does."""
+        return self.misfit <= self.misfit_limit
+
+    def table(self) -> str:
+        """Return the parameters as text, one a line."""
+        words = "fits" if self.fits else "does not fit"
+        head = (
+            f"{self.law} {words}: chi-squared rises by {self.misfit:.3g} over the free form "
+            f"(noise explains {self.misfit_limit:.3g})"
+        )
+        return "\n".join([head, *(str(one) for one in self.parameters.values())])
+
+    def __repr__(self) -> str:
+        return f"SecondStep({self.law!r}, {'fits' if self.fits else 'does not fit'})"
+
+
+class Statistics:
+    """Whitened sufficient statistics of a fit: a law with sliders g has residuals R g - r.
+
+    The sliders of a law are those of the polygon through its backbone at the thresholds.
+    """
+
+    def __init__(
+        self, fit: FreeForm, bands: Bands, rig: tuple[float, float] | None, free_rig: bool
+    ) -> None:
+        self.fit, self.rig, self.free_rig = fit, rig, free_rig
+        gram = fit.design.T @ fit.design
+        value, vector = np.linalg.eigh(gram)
+        keep = value > _KEPT * value[-1]
+        root = np.sqrt(value[keep])
+        self.root = root[:, None] * vector[:, keep].T
+        h = gram @ fit.g + fit.design.T @ fit.residual
+        self.target = (vector[:, keep].T @ h) / root
+        best = self.root @ fit.g - self.target
+        self.least = float(best @ best)
+        self.dimension = int(np.count_nonzero(keep))
+        self.level = QUANTILE * bands.excess
+
+    def sliders(self, curve: Callable[[Floats, float | None], Floats], compliance: float) -> Floats:
+        """Return scaled coefficients of a law behind a compliance [m/N]."""
+        fit = self.fit
+        y = fit.y[:-1]
+        reach = np.append(y, [y[-1] * 1.001, y[-1]])
+        nodes = np.append(0.0, reach[:-1])
+        force, shifts = self._series(curve, compliance, nodes)
+        width = np.diff(nodes)
+        slope = np.diff(force) / width
+        # The polygon closest in the mean square lies h^2/12 T'' beside the curve at its nodes.
+        bend = (slope[:-1] - slope[1:]) * 0.5 * (width[:-1] + width[1:])
+        force[1:-2] += bend[:-1] / 12.0
+        slope = np.diff(force) / width
+        k = np.append(slope[:-1] - slope[1:], slope[-1])
+        return np.concatenate((k, shifts)) * np.where(np.isfinite(fit.scale), fit.scale, 0.0)
+
+    def _series(
+        self, curve: Callable[[Floats, float | None], Floats], compliance: float, nodes: Floats
+    ) -> tuple[Floats, Floats]:
+        """Return the force at displacements in series, and changes of the free coefficients."""
+        fit = self.fit
+        load = fit.reference
+        if not compliance and not fit.extra:
+            return curve(nodes, load), np.zeros(0)
+        end = nodes[-1] * 1.01
+        x = np.append(0.0, np.geomspace(1e-5 * end, end, _FINE))
+        force = curve(x, load)
+        u = x + compliance * force
+        if fit.friction is not None:
+            assert load is not None
+            far = np.array([1e3 * end])
+            fall = float((curve(far, load) - curve(far, 0.5 * load))[0])
+            moved = np.array([fall / (0.5 * load) - fit.friction])
+            return np.interp(nodes, u, force), moved
+        shifts = []
+        for low in fit.loads[1:]:
+            # B_high(u*) is what the limit falls by: mu (N_high - N_low).
+            assert load is not None
+            assert low is not None
+            fall = (curve(np.array([1e3 * end]), load) - curve(np.array([1e3 * end]), low))[0]
+            shifts.append(-float(np.interp(fall, force, u)))
+        return np.interp(nodes, u, force), np.array(shifts) - fit.shifts[1:]
+
+    def residuals(self, g: Floats) -> Floats:
+        """Return whitened residuals of scaled coefficients."""
+        return np.asarray(self.root @ g - self.target)
+
+
+class _Problem:
+    """Residuals of a law with the data from elsewhere, by its free coordinates."""
+
+    def __init__(
+        self,
+        statistics: Statistics,
+        law: Law,
+        data: Sequence[Datum],
+        scatter: Callable[[Values], Floats] | None = None,
+    ) -> None:
+        self.statistics, self.law, self.data, self.scatter = statistics, law, data, scatter
+        unknowns = list(law.unknowns)
+        fit = statistics.fit
+        if statistics.free_rig:
+            stiff = float(fit.k.sum())
+            unknowns.append(Unknown("rig_stiffness", "N/m", 3.0 * stiff, low=1.001 * stiff))
+        elif statistics.rig is not None and statistics.rig[1] > 0.0:
+            unknowns.append(Unknown("rig_stiffness", "N/m", statistics.rig[0]))
+        self.unknowns = unknowns
+
+    def values(self, q: Floats) -> dict[str, float]:
+        return {
+            one.name: math.exp(v) if one.is_log else float(v)
+            for one, v in zip(self.unknowns, q, strict=True)
+        }
+
+    @property
+    def start(self) -> Floats:
+        return np.array([math.log(u.start) if u.is_log else u.start for u in self.unknowns])
+
+    @property
+    def bounds(self) -> tuple[Floats, Floats]:
+        low, high = [], []
+        for one in self.unknowns:
+            if one.is_log:
+                low.append(math.log(one.low) if one.low > 0.0 else math.log(one.start) - 30.0)
+                high.append(
+                    math.log(one.high) if one.high < math.inf else math.log(one.start) + 30.0
+                )
+            else:
+                low.append(one.low)
+                high.append(one.high)
+        return np.array(low), np.array(high)
+
+    def coefficients(self, values: Values) -> Floats:
+        rig = self.statistics.rig
+        stiffness = values.get("rig_stiffness", rig[0] if rig else math.inf)
+        return self.statistics.sliders(
+            lambda u, load: self.law.backbone(u, values, load), 1.0 / stiffness
+        )
+
+    def __call__(self, q: Floats) -> Floats:
+        values = self.values(q)
+        rows = self.statistics.residuals(self.coefficients(values))
+        if self._whitening is not None:
+            directions, shrink = self._whitening
+            rows = rows - directions @ (shrink * (directions.T @ rows))
+        rig = self.statistics.rig
+        extra = [(datum.function(values) - datum.value) / datum.error for datum in self.data]
+        if "rig_stiffness" in values and rig is not None and rig[1] > 0.0:
+            extra.append((values["rig_stiffness"] - rig[0]) / rig[1])
+        rows = np.append(rows, extra)
+        return np.asarray(np.nan_to_num(rows, nan=1e6, posinf=1e6, neginf=-1e6))
+
+    _whitening: tuple[Floats, Floats] | None = None
+
+    def whiten(self, q: Floats) -> None:
+        """Weigh by the scatter of random heights of summits, at these values."""
+        if self.scatter is None:
+            return
+        changes = self.statistics.root @ self.scatter(self.values(q))
+        square, turned = np.linalg.eigh(changes.T @ changes)
+        keep = square > 1e-6
+        directions = (changes @ turned[:, keep]) / np.sqrt(square[keep])
+        self._whitening = directions, 1.0 - 1.0 / np.sqrt(1.0 + square[keep])
+
+
+def solve(
+    statistics: Statistics,
+    law: Law,
+    data: Sequence[Datum] = (),
+    scatter: Callable[[Values], Floats] | None = None,
+    starts: Sequence[Mapping[str, float]] = (),
+) -> tuple[_Problem, Floats, float, Floats]:
+    """Return problem, best coordinates, sum of squares and covariance of a law."""
+    problem = _Problem(statistics, law, data, scatter)
+    low, high = problem.bounds
+    best: Any = None
+    tries = [problem.start]
+    for start in starts:
+        q = problem.start.copy()
+        for i, one in enumerate(problem.unknowns):
+            if one.name in start:
+                q[i] = math.log(start[one.name]) if one.is_log else start[one.name]
+        tries.append(q)
+    for q in tries:
+        inside = np.clip(q, low + 1e-9, high - 1e-9)
+        found = least_squares(
+            problem, inside, bounds=(low, high), x_scale=1.0, diff_step=_STEP, max_nfev=60
+        )
+        if best is None or found.cost < best.cost:
+            best = found
+    if scatter is not None:
+        for _ in range(2):
+            problem.whiten(best.x)
+            best = least_squares(
+                problem, best.x, bounds=(low, high), x_scale=1.0, diff_step=_STEP, max_nfev=60
+            )
+    q = np.asarray(best.x)
+    best = least_squares(problem, q, bounds=(low, high), jac="3-point", diff_step=1e-3, max_nfev=20)
+    jacobian = best.jac
+    covariance = np.linalg.pinv(jacobian.T @ jacobian, rcond=1e-14)
+    return problem, np.asarray(best.x), 2.0 * float(best.cost), covariance
+
+
+def profile(
+    problem: _Problem, q: Floats, least: float, i: int, error: float
+) -> tuple[float, float]:
+    """Return the ends of a coordinate's profile interval, infinite where none is reached."""
+    level = problem.statistics.level
+    low, high = problem.bounds
+    others = np.arange(q.size) != i
+    ends = []
+    for way in (-1.0, 1.0):
+        reach = min(max(1.96 * error, 1e-6), _FAR)
+        bracket_low, at, rest = 0.0, reach, q[others].copy()
+        bracket_high = math.inf
+        end = way * math.inf
+        for _ in range(14):
+            place = q[i] + way * at
+            if not low[i] < place < high[i] or at > _FAR:
+                at = min(at, _FAR, (high[i] - q[i]) if way > 0 else (q[i] - low[i]))
+                place = q[i] + way * at
+
+            def part(p: Floats, place: float = place) -> Floats:
+                whole = np.empty(q.size)
+                whole[others], whole[i] = p, place
+                return problem(whole)
+
+            if rest.size:
+                found = least_squares(
+                    part,
+                    np.clip(rest, low[others] + 1e-9, high[others] - 1e-9),
+                    bounds=(low[others], high[others]),
+                    diff_step=_STEP,
+                    max_nfev=25,
+                )
+                rise = 2.0 * float(found.cost) - least
+                rest = np.asarray(found.x)
+            else:
+                rise = float(np.sum(part(rest) ** 2)) - least
+            if abs(rise / level - 1.0) < 0.03:
+                end = place
+                break
+            if rise < level:
+                bracket_low = at
+                if at >= _FAR or place in (low[i], high[i]):
+                    break
+            else:
+                bracket_high = at
+                end = place
+            step = math.sqrt(level / max(rise, 1e-3 * level))
+            at = at * min(max(step, 0.2), 4.0)
+            if math.isfinite(bracket_high) and not bracket_low < at < bracket_high:
+                at = 0.5 * (bracket_low + bracket_high)
+        ends.append(end)
+    return ends[0], ends[1]
+
+
+def verdict_of(value: float, low: float, high: float, is_log: bool) -> str:
+    """Return the verdict on an interval of a parameter."""
+    if not (math.isfinite(low) and math.isfinite(high)) or (is_log and low <= 0.0):
+        return BOUNDED if math.isfinite(low) or math.isfinite(high) else NOT
+    half = 0.5 * math.log(high / low) if is_log else 0.5 * (high - low)
+    return IDENTIFIED if half <= _NARROW else BOUNDED
+
+
+def parameters_of(
+    problem: _Problem, q: Floats, least: float, covariance: Floats
+) -> dict[str, Parameter]:
+    """Return the free parameters with profile intervals and verdicts."""
+    parameters = {}
+    rig = problem.statistics.rig
+    for i, one in enumerate(problem.unknowns):
+        error = math.sqrt(max(float(covariance[i, i]), 0.0))
+        low, high = profile(problem, q, least, i, error)
+        value = float(q[i])
+        if one.is_log:
+            value, low, high = math.exp(value), math.exp(low), math.exp(min(high, 700.0))
+            low = 0.0 if low < 1e-300 else low
+            high = math.inf if high > 1e300 else high
+        verdict = verdict_of(value, low, high, one.is_log)
+        if one.name == "rig_stiffness":
+            verdict = ASSUMED if rig is not None else BOUNDED
+        parameters[one.name] = Parameter(one.name, one.unit, value, low, high, verdict)
+    return parameters
+
+
+def step_of(
+    statistics: Statistics,
+    law: Law,
+    problem: _Problem,
+    least: float,
+    parameters: Mapping[str, Parameter],
+    q: Floats,
+) -> SecondStep:
+    """Return the result of a law."""
+    fit, count = statistics.fit, len(problem.unknowns)
+    misfit = max(least - statistics.least, 0.0)
+    told = statistics.dimension - count
+    limit = float(chdtri(max(told, 1), 0.01)) * statistics.level / QUANTILE
+    limit = max(limit - statistics.least, 0.0)
+    chi = fit.chi_squared + misfit
+    forces = fit.measured.size
+    return SecondStep(
+        law=law.name,
+        parameters=dict(parameters),
+        misfit=misfit,
+        misfit_limit=limit,
+        chi_squared=chi,
+        degrees_of_freedom=max(forces - len(fit.rows) - count, 1),
+        aic=chi + 2.0 * count,
+        bic=chi + count * math.log(forces),
+        values=problem.values(q),
+    )

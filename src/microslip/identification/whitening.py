@@ -1,0 +1,42 @@
+"""Weights of residuals whose nuisances are eliminated: generalised least squares."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from microslip._core.checks import Floats
+
+_SMALL = 0.02  # of the noise: a nuisance that moves the answer less is left where it is
+
+
+@dataclass(frozen=True, eq=False)
+class Metric:
+    """Whitening of the residuals of a record with its nuisances eliminated."""
+
+    directions: Floats
+    shrink: Floats
+
+    def apply(self, rows: Floats) -> Floats:
+        """Rows (..., bins) of weighted residuals or derivatives, whitened."""
+        return rows - ((rows @ self.directions) * self.shrink) @ self.directions.T
+
+    @property
+    def log_determinant(self) -> float:
+        """Log-determinant of the covariance, over that of the force's noise alone."""
+        limited = self.shrink[self.shrink < 1.0]
+        return float(-2.0 * np.log1p(-limited).sum())
+
+
+def metric_of(flat: Floats, uncertain: Floats) -> Metric:
+    """The metric of nuisances without limits and of variance 1 (bins, nuisances)."""
+    basis, _ = np.linalg.qr(flat)
+    uncertain = uncertain - basis @ (basis.T @ uncertain)
+    square, turned = np.linalg.eigh(uncertain.T @ uncertain)
+    matters = square > _SMALL**2
+    basis_uncertain = (uncertain @ turned[:, matters]) / np.sqrt(square[matters])
+    shrink = 1.0 - 1.0 / np.sqrt(1.0 + square[matters])
+    return Metric(
+        np.hstack((basis, basis_uncertain)), np.concatenate((np.ones(basis.shape[1]), shrink))
+    )

@@ -1,0 +1,251 @@
+"""What the shape of the mean loop says of its rig: clearance, lost motion, springs, and doubts.
+
+At a constant load the force of a contact with memory rises after each reversal along a concave
+branch (Masing), whatever its law. Where a branch is not concave, something else acts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from microslip._core.checks import Floats
+from microslip._core.units import engineering
+
+BINS = 48
+"""Bins of the displacement on each branch."""
+UNDECIDED = "cause not determined"
+NOT_CONCAVE, _ERRORS = 0.05, 5.0
+"""Depth of a hollow of the branches over the force amplitude from which on they are not those of
+friction alone, and over its standard error."""
+_ASYMMETRIC = 0.05
+"""Difference of both branches over the force amplitude from which on directions are unequal."""
+_OFFSET = 0.05
+_PINCHED, _BAND = 0.35, 0.15
+"""Slope at zero force over those before and after it, and half the band of force about zero."""
+_FLAT, _FLAT_BINS = 0.25, 2
+"""Slope after a reversal over the largest one of the branch, and bins over which it is lost
+motion."""
+_STRAIGHT, _SPRING, _STEEP = 0.06, 0.05, 1.8
+"""Relative change of the slope in the last half of a branch that is straight, least share of the
+range of the force that it has, and slope after the reversal over it, at least."""
+
+
+class Shape(NamedTuple):
+    """The mean branch after a reversal: both ways together, the second turned around."""
+
+    place: Floats
+    """Displacement since the reversal over its whole range [-]."""
+    force: Floats
+    """Force since the middle over the force amplitude [-]."""
+    error: float
+    """Standard error of a bin [-]."""
+    asymmetry: float
+    """Largest difference of both ways, offset taken off [-]."""
+    offset: float
+    """Middle of the force over its amplitude [-]."""
+    amplitude: float
+    """[m]"""
+    force_amplitude: float
+    """[N]"""
+
+
+def shape_of(
+    x: Floats, force: Floats, columns: Mapping[str, Floats], rows: NDArray[np.intp]
+) -> Shape | None:
+    """Average the branches of some cycles; None where too few samples lie on them."""
+    branches: list[list[tuple[Floats, Floats]]] = [[], []]
+    for row in rows[np.linspace(0, rows.size - 1, min(64, rows.size)).astype(int)]:
+        first = int(columns["start"][row])
+        part = slice(first, first + int(columns["period"][row]) + 1)
+        middle, amplitude = (columns[name][row] for name in ("displacement_offset", "amplitude"))
+        offset, size = (columns[name][row] for name in ("force_offset", "force_amplitude"))
+        if not (amplitude > 0.0 and size > 0.0):
+            continue
+        p, f = (x[part] - middle) / amplitude, (force[part] - offset) / size
+        top, low = int(np.argmax(p)), int(np.argmin(p))
+        order = np.arange(p.size - 1)
+        falling = ((order - top) % order.size) < ((low - top) % order.size)
+        branches[0].append((0.5 * (1.0 - p[:-1][falling]), -f[:-1][falling]))
+        branches[1].append((0.5 * (1.0 + p[:-1][~falling]), f[:-1][~falling]))
+    if not branches[0]:
+        return None
+    means = []
+    errors = []
+    for parts in branches:
+        place, values = (np.concatenate([part[i] for part in parts]) for i in (0, 1))
+        at = np.clip((place * BINS).astype(int), 0, BINS - 1)
+        count = np.bincount(at, minlength=BINS)
+        if np.count_nonzero(count) < BINS // 2:
+            return None
+        full = count > 0
+        grid = (np.arange(BINS) + 0.5) / BINS
+        mean = np.bincount(at, values, minlength=BINS)[full] / count[full]
+        where = np.bincount(at, place, minlength=BINS)[full] / count[full]
+        means.append(np.interp(grid, where, mean))
+        away = values - np.interp(place, where, mean)
+        noise = 1.4826 * float(np.median(np.abs(away)))
+        errors.append(noise / np.sqrt(float(np.median(count[full]))))
+    both = 0.5 * (means[0] + means[1])
+    skew = 0.5 * (means[1] - means[0])
+    inner = slice(2, -2)
+    return Shape(
+        grid,
+        both,
+        max(errors) / np.sqrt(2.0),
+        float(np.abs(skew - np.median(skew))[inner].max()),
+        float(np.median(columns["force_offset"][rows] / columns["force_amplitude"][rows])),
+        float(np.median(columns["amplitude"][rows])),
+        float(np.median(columns["force_amplitude"][rows])),
+    )
+
+
+def hollow_of(shape: Shape) -> tuple[float, float]:
+    """Depth of the deepest hollow of the branch below its concave hull [-], and its place [-]."""
+    points = [(0, float(shape.force[0]))]
+    for i, value in enumerate(shape.force.tolist()):
+        while len(points) > 1:
+            (a, fa), (b, fb) = points[-2:]
+            if (fb - fa) * (i - a) > (value - fa) * (b - a):
+                break
+            points.pop()
+        if i:
+            points.append((i, value))
+    hull = np.interp(np.arange(shape.force.size), *np.array(points).T)
+    hull = np.maximum.accumulate(hull)
+    depth = hull - shape.force
+    at = int(depth.argmax())
+    return float(depth[at]), float(shape.place[at])
+
+
+class ParallelSpring(NamedTuple):
+    """A spring beside the contact."""
+
+    stiffness: float
+    """[N/m]"""
+    force: float
+    """Its force at the amplitude, over the force amplitude [-]."""
+
+
+def parallel_spring(shape: Shape) -> ParallelSpring | None:
+    """Find a spring in parallel: the last half of the branch is straight and rises."""
+    slope = np.polynomial.polynomial.polyfit
+    p, f = shape.place, shape.force
+    third, last = (
+        float(slope(p[part], f[part], 1)[1]) for part in (_part(p, 0.5, 0.74), _part(p, 0.74, 0.97))
+    )
+    first = float(np.max(np.diff(f[: BINS // 2]) * BINS))
+    straight = abs(third - last) < _STRAIGHT * last + _ERRORS * shape.error * 4.0
+    if not (last > 0.0 and straight and 0.5 * last > _SPRING and first > _STEEP * last):
+        return None
+    # Of elastic springs alone there is no loop to speak of.
+    if _ERRORS * shape.error * 4.0 > 0.3 * last:
+        return None
+    k = 0.5 * (third + last) * shape.force_amplitude / (2.0 * shape.amplitude)
+    return ParallelSpring(k, k * shape.amplitude / shape.force_amplitude)
+
+
+def without_spring(
+    columns: Mapping[str, Floats], shape: Shape, spring: ParallelSpring
+) -> dict[str, Floats]:
+    """Columns by which regimes are told, of the loop without a spring in parallel."""
+    rest = 1.0 - spring.force
+    force = shape.force - spring.force * (2.0 * shape.place - 1.0)
+    crossing = float(np.interp(0.0, np.maximum.accumulate(force), shape.place))
+    slid = columns["amplitude"] * (1.0 - 2.0 * crossing)
+    pushed = columns["force_amplitude"] * rest
+    energy = columns["dissipated_energy"]
+    return {
+        **columns,
+        "force_amplitude": pushed,
+        "sliding_distance": slid,
+        "energy_ratio": columns["energy_ratio"] / rest,
+        "fouvry_ratio": energy / (4.0 * pushed * slid),
+    }
+
+
+def _part(p: Floats, low: float, high: float) -> NDArray[np.bool_]:
+    return np.asarray((p >= low) & (p <= high))
+
+
+def clearance_of(shape: Shape) -> float | None:
+    """Width [m] of a dead zone at zero force; None without one."""
+    p, f = shape.place, shape.force
+    inside = np.flatnonzero(np.abs(f) < _BAND)
+    before, after = np.flatnonzero(f <= -_BAND), np.flatnonzero(f >= _BAND)
+    if inside.size < 3 or not before.size or not after.size or before[-1] > after[0]:
+        return None
+    slopes = np.diff(f) / np.diff(p)
+    first, last = inside[0], inside[-1]
+    at_zero = float((f[last] - f[first]) / (p[last] - p[first]))
+    steep = float(np.max(slopes[: first + 1])), float(np.max(slopes[last:]))
+    if at_zero > _PINCHED * min(steep):
+        return None
+    width = float(p[last] - p[first] - (f[last] - f[first]) / min(steep))
+    return float(2.0 * shape.amplitude * max(width, 0.0))
+
+
+def lost_motion_of(shape: Shape) -> float | None:
+    """Displacement [m] after a reversal in which the force stands still; None without any."""
+    slopes = np.diff(shape.force) / np.diff(shape.place)
+    is_flat = np.abs(slopes) < _FLAT * slopes.max()
+    steep = int(np.argmax(~is_flat[1:])) + 1
+    if steep <= _FLAT_BINS or slopes[:steep].max() > 0.5 * slopes.max():
+        return None
+    return float(shape.place[steep]) * 2.0 * shape.amplitude
+
+
+def shape_notes(shape: Shape | None, is_rippled: bool) -> list[str]:
+    """Notes on what the shape shows; causes that the loop alone cannot tell are not named."""
+    if shape is None:
+        return []
+    notes: list[str] = []
+    depth, place = hollow_of(shape)
+    found = False
+    if depth > NOT_CONCAVE + _ERRORS * shape.error:
+        if (width := clearance_of(shape)) is not None:
+            found = True
+            notes.append(
+                f"clearance: a dead zone of {engineering(width, 'm')} at zero force, in which the "
+                "joint is not held; energy and stiffness are of joint and clearance together"
+            )
+        elif (width := lost_motion_of(shape)) is not None:
+            found = True
+            notes.append(
+                f"lost motion: after each reversal the force stands still over "
+                f"{engineering(width, 'm')}, as of play between the joint and its displacement "
+                "sensor; energies and amplitudes include it"
+            )
+        else:
+            load = "" if is_rippled else "the normal load within the cycle, or "
+            notes.append(
+                f"the force does not rise along concave branches, as friction at a constant load "
+                f"does: it is {100.0 * depth:.0f} % of its amplitude too low at "
+                f"{100.0 * place:.0f} % of the way after a reversal; {UNDECIDED} (a load that "
+                "changes within the cycle, stick-slip, a force that depends on the rate, a delay); "
+                f"a record with {load}at another frequency would tell"
+            )
+    if not found and shape.asymmetry > _ASYMMETRIC + _ERRORS * shape.error:
+        notes.append(
+            f"both ways of the loop differ by {100.0 * shape.asymmetry:.0f} % of the force "
+            f"amplitude; {UNDECIDED} (a load that changes with the displacement, a tilted or "
+            "worn specimen, a sensor that is not linear); a record of the normal load within the "
+            "cycle, or with the specimen turned around, would tell"
+        )
+    elif abs(shape.offset) > _OFFSET:
+        notes.append(
+            f"the middle of the force is off by {100.0 * abs(shape.offset):.0f} % of its "
+            f"amplitude; {UNDECIDED} (a zero of the sensor, or friction that differs with the "
+            "direction); a record without contact, or with the specimen turned around, would tell"
+        )
+    if not notes and (spring := parallel_spring(shape)) is not None:
+        notes.append(
+            f"a spring in parallel of {engineering(spring.stiffness, 'N/m')}: the force rises "
+            f"along a straight line to each reversal, by {100.0 * spring.force:.0f} % of its "
+            "amplitude on each side; regimes are of the loop without it, friction by the peak is "
+            f"{1.0 - spring.force:.3g} times the value given"
+        )
+    return notes

@@ -1,0 +1,203 @@
+"""Reversal points of cycles between samples, and the energy of loops through them.
+
+A polygon through the samples cuts the corners of a loop: of a sine sampled n times a cycle it
+encloses (2 pi/n)^2/6 less. So the reversal points are estimated between the samples, and on each
+branch from one to the next the force is integrated over the displacement along cubics in time.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from microslip._core.checks import Floats
+from microslip.laboratory.cuts import Cuts, noise_of
+
+_CORNER, _OF_RANGE = 3.0, 3e-3
+"""Residuals of the smooth fit of a turning point from which on it is a corner: over the noise, and
+over the range of the displacement in the window, added."""
+_NEAR = 0.5
+"""Samples closer than this to a reversal are left out of its branches [samples]."""
+_JUMP = 0.5
+"""Change of the force from one sample to the next over its range that is a jump."""
+_PIECE = 1 << 15
+_GAUSS = np.polynomial.legendre.leggauss(3)
+
+
+class Reversals(NamedTuple):
+    """Reversal points, in their order."""
+
+    place: Floats
+    """[samples], not whole."""
+    x: Floats
+    """Displacement [m]."""
+    force: Floats
+    """Force at the end of the branch before [N]."""
+
+
+def reversals_of(
+    x: Floats, force: Floats, places: NDArray[np.int64], cycles: Cuts, noise: float
+) -> Reversals:
+    """Estimate reversals near some samples: turns of ``x`` [m], whose noise [m] is known."""
+    half = max(3 if cycles.period >= 40.0 else 2, cycles.window)
+    t = np.arange(-half, half + 1.0)
+    rows = _reflected(x, places, half)
+    shift, height, smooth = _smooth_turns(rows, t, noise)
+    misfit = float(np.median(np.sqrt(np.mean((rows - smooth) ** 2, axis=1))))
+    limit = _CORNER * noise + _OF_RANGE * float(np.median(np.ptp(rows, axis=1)))
+    is_corner = t.size > 5 and misfit > limit
+    if is_corner:
+        shift, height, smooth = _corners(rows, t)
+    # The force is a smooth function of the way that is still to go.
+    few = half < 4
+    number = 4 if few else half
+    last = np.floor(places + shift - 0.25).astype(np.int64)
+    at = last[:, None] - np.arange(number)
+    column = np.clip(at - places[:, None] + half, 0, 2 * half)
+    inside = np.clip(at, 0, x.size - 1)
+    way = height[:, None] - (x[inside] if few else np.take_along_axis(smooth, column, axis=1))
+    size = np.maximum(np.abs(way).max(axis=1, keepdims=True), 1e-300)
+    basis = (way / size)[:, :, None] ** np.arange(3 if few or is_corner else 2)
+    normal = np.einsum("cni,cnj->cij", basis, basis) + 1e-12 * np.eye(basis.shape[2])
+    right = np.einsum("cni,cn->ci", basis, force[inside])
+    ends = np.linalg.solve(normal, right[..., None])[:, 0, 0]
+    return Reversals(places + shift, height, np.asarray(ends, dtype=np.float64))
+
+
+def _reflected(x: Floats, places: NDArray[np.int64], half: int) -> Floats:
+    """Samples around places, a row for each, mirrored at the ends of the record."""
+    rows = np.abs(places[:, None] + np.arange(-half, half + 1))
+    return np.asarray(x[np.minimum(rows, 2 * (x.size - 1) - rows)])
+
+
+def _smooth_turns(rows: Floats, t: Floats, noise: float) -> tuple[Floats, Floats, Floats]:
+    """Place and height of the turns of quartics through rows of samples, and the quartics."""
+    powers = t[:, None] ** np.arange(5)
+    inverse = np.linalg.pinv(powers)
+    c = rows @ inverse.T
+    derivative = c[:, 1:] * np.arange(1, 5)
+    second = derivative[:, 1:] * np.arange(1, 4)
+    shift = np.zeros(rows.shape[0])
+    bend = np.where(second[:, 0] < 0.0, second[:, 0], -np.abs(rows).max(axis=1) - 1e-300)
+    for _ in range(4):
+        s = shift[:, None] ** np.arange(4)
+        bend_there = np.einsum("cn,cn->c", second, s[:, :3])
+        is_fine = bend_there * bend > 0.0
+        bend = np.where(is_fine, bend_there, bend)
+        step = np.einsum("cn,cn->c", derivative, s) / bend
+        shift = np.clip(shift - step, -0.5 * t[-1], 0.5 * t[-1])
+    height = np.einsum("cn,cn->c", c, shift[:, None] ** np.arange(5))
+    # The top of a noisy curve is too high, by the variance of its slope over twice its bend.
+    height += 0.5 * noise**2 * float(inverse[1] @ inverse[1]) / np.minimum(bend, -1e-300)
+    return shift, height, c @ powers.T
+
+
+def _corners(rows: Floats, t: Floats) -> tuple[Floats, Floats, Floats]:
+    """Place and height of the corners of rows of samples: straight lines on both sides."""
+    half = t.size // 2
+    lines = []
+    for part in (slice(0, half), slice(half + 1, None)):
+        inverse = np.linalg.pinv(t[part, None] ** np.arange(2))
+        lines.append(rows[:, part] @ inverse.T)
+    (a, b), (c, d) = lines[0].T, lines[1].T
+    shift = np.clip((c - a) / (b - d), -1.5, 1.5)
+    height = a + b * shift
+    before = t < shift[:, None]
+    return (
+        shift,
+        height,
+        np.where(before, a[:, None] + b[:, None] * t, c[:, None] + d[:, None] * t),
+    )
+
+
+class Branches(NamedTuple):
+    """The reversals of the cycles of a block, and where the cycles begin and end."""
+
+    peaks: Reversals
+    troughs: Reversals
+    edges: Floats
+    """Beginnings of the cycles and the end of the last [samples], not whole."""
+    energy: Floats
+    """Energy of each cycle [J], closed by its chord."""
+
+
+def branches_of(x: Floats, force: Floats, cycles: Cuts) -> Branches:
+    """Find the reversals of cycles and integrate the force over the displacement between them."""
+    noise = noise_of(x)
+    cuts = cycles.cuts
+    is_peak_cut = bool(np.array_equal(cuts[:-1], cycles.peaks))
+    tops = np.append(cycles.peaks, cuts[-1]) if is_peak_cut else cycles.peaks
+    peaks = reversals_of(x, force, tops, cycles, noise)
+    low = reversals_of(-x, -force, cycles.troughs, cycles, noise)
+    troughs = Reversals(low.place, -low.x, -low.force)
+    middle = 0.5 * (float(np.median(peaks.force)) + float(np.median(troughs.force)))
+    turns = np.concatenate((peaks.place, troughs.place))
+    order = np.argsort(turns, kind="stable")
+    turns = turns[order]
+    turned_x = np.concatenate((peaks.x, troughs.x))[order]
+    turned_force = np.concatenate((peaks.force, troughs.force))[order]
+    first, last = int(cuts[0]), int(cuts[-1])
+    sample = np.arange(first, last + 1)
+    at = np.searchsorted(turns, sample)
+    padded = np.concatenate(([-np.inf], turns, [np.inf]))
+    kept = sample[np.minimum(sample - padded[at], padded[at + 1] - sample) > _NEAR]
+    slot = np.searchsorted(kept, turns)
+    time, moved, pushed = (
+        np.insert(values, slot, at_turns)
+        for values, at_turns in (
+            (kept.astype(float), turns),
+            (x[kept], turned_x),
+            (force[kept] - middle, turned_force - middle),
+        )
+    )
+    reversal = slot + np.arange(turns.size)
+    work = _work(time, moved, pushed, reversal)
+    if is_peak_cut:
+        ends = np.searchsorted(time, peaks.place)
+    else:
+        ends = np.minimum(np.searchsorted(time, cuts), time.size - 1)
+    energy = np.add.reduceat(np.append(work, 0.0), ends[:-1])
+    energy[-1] = work[ends[-2] : ends[-1]].sum()
+    begin, end = ends[:-1], ends[1:]
+    chord = 0.5 * (pushed[begin] + pushed[end]) * (moved[begin] - moved[end])
+    n = cycles.peaks.size
+    heads = Reversals(*(values[:n] for values in peaks))
+    edges = peaks.place if is_peak_cut else cuts.astype(float)
+    return Branches(heads, troughs, edges, np.asarray(energy + chord, dtype=np.float64))
+
+
+def _work(time: Floats, x: Floats, force: Floats, reversal: NDArray[np.intp]) -> Floats:
+    """Work [J] from each node to the next, by cubics that no reversal lies within."""
+    number = time.size - 1
+    edges = np.unique(np.concatenate(([0], reversal, [number])))
+    work = np.empty(number)
+    nodes, weights = 0.5 * (_GAUSS[0] + 1.0), 0.5 * _GAUSS[1]
+    is_jump = np.abs(np.diff(force)) > _JUMP * np.ptp(force)
+    for begin in range(0, number, _PIECE):
+        i = np.arange(begin, min(begin + _PIECE, number))
+        right = np.searchsorted(edges, i, side="right")
+        low, high = edges[right - 1], edges[right]
+        stencil = np.clip(i - 1, low, np.maximum(high - 3, low))
+        # Of a jump, as of dry friction, a cubic overshoots.
+        is_plain = high - low < 3
+        for k in range(3):
+            is_plain |= is_jump[np.minimum(stencil + k, number - 1)]
+        s = np.minimum(stencil[:, None] + np.arange(4), number)
+        t, step = time[s] - time[i][:, None], time[i + 1] - time[i]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            total = np.zeros(i.size)
+            for node, weight in zip(nodes, weights, strict=True):
+                away = node * step[:, None] - t
+                value, slope = np.zeros(i.size), np.zeros(i.size)
+                for k in range(4):
+                    others = [m for m in range(4) if m != k]
+                    under = np.prod(t[:, k, None] - t[:, others], axis=1)
+                    a, b, c = (away[:, m] for m in others)
+                    value += force[s[:, k]] * a * b * c / under
+                    slope += x[s[:, k]] * (a * b + b * c + a * c) / under
+                total += weight * value * slope * step
+        plain = 0.5 * (force[i] + force[i + 1]) * (x[i + 1] - x[i])
+        work[i] = np.where(is_plain | ~np.isfinite(total), plain, total)
+    return work

@@ -1,0 +1,105 @@
+"""Errors of the columns of cycles by the spacing of their samples."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from microslip._core.checks import Floats
+from microslip.laboratory.blocks import Block
+from microslip.laboratory.cuts import Cuts
+from microslip.laboratory.cycle_columns import STIFFNESSES, block_columns
+from microslip.laboratory.record import Record
+
+_MOST_SAMPLES, _MOST_CYCLES, _FEWEST = 400.0, 64, 16.0
+"""Samples a cycle above which the error is bounded by that of a polygon, cycles that are compared,
+and samples a cycle from which on half of them are still a loop."""
+_ORDER = 2.0
+"""Change from all samples to half of them, over the error of all of them: 3 at a kink of the
+branch, 15 where it is smooth; less, for where the kink lies between the samples is chance."""
+_NO_LENGTH = (
+    *("start", "period", "frequency", "displacement_offset", "force_offset"),
+    *("normal_load", "closure_error"),
+)
+_ENCLOSED = (
+    *("dissipated_energy", "energy_ratio", "loss_factor", "damping_ratio"),
+    *("fouvry_ratio", "friction_energy"),
+)
+"""Columns in proportion to the enclosed area."""
+
+
+def sampling_errors(
+    record: Record, block: Block, columns: Mapping[str, Floats], compliance: float
+) -> dict[str, float]:
+    """Relative half widths of the errors of the means that the spacing of the samples leaves [-].
+
+    The columns of a block are evaluated again from its even and from its odd samples; ``columns``
+    are those of all of its samples. Stiffnesses also know by how much two shapes of the branch
+    differ.
+    """
+    names = [name for name in columns if name not in _NO_LENGTH]
+    period = block.cycles.period
+    polygon = (2.0 * math.pi / period) ** 2 / 6.0
+    errors = dict.fromkeys(names, 0.0)
+    if period > _MOST_SAMPLES:
+        errors = dict.fromkeys(names, polygon)
+    elif period >= _FEWEST:
+        sign = -1.0 if block.cycles.flipped else 1.0
+        x, force = sign * record.displacement[block.samples], sign * record.force[block.samples]
+        load = record.normal_load
+        pressed = load[block.samples] if isinstance(load, np.ndarray) else load
+        few = _first(block.cycles)
+        whole = block_columns(x, force, pressed, few, compliance)
+        for parity in (0, 1):
+            half = _halved(few, parity, x[parity::2].size)
+            load_part = pressed[parity::2] if isinstance(pressed, np.ndarray) else pressed
+            part = block_columns(x[parity::2], force[parity::2], load_part, half, compliance)
+            for name in names:
+                change = _relative(whole[name], part[name], name in STIFFNESSES)
+                errors[name] = max(errors[name], change / _ORDER)
+    else:
+        errors = dict.fromkeys(names, polygon)
+    for name in _ENCLOSED:
+        # A kink of the branch between two samples costs up to three times the mean of a polygon.
+        if name in errors:
+            errors[name] = max(errors[name], 0.5 * polygon)
+    doubt = columns["chord_doubt"]
+    fine = doubt[np.isfinite(doubt)]
+    for name in STIFFNESSES:
+        errors[name] = math.hypot(errors[name], float(np.median(fine)) if fine.size else 0.0)
+    return errors
+
+
+def _first(cycles: Cuts) -> Cuts:
+    n = min(_MOST_CYCLES, cycles.peaks.size)
+    return cycles._replace(
+        cuts=cycles.cuts[: n + 1], peaks=cycles.peaks[:n], troughs=cycles.troughs[:n]
+    )
+
+
+def _halved(cycles: Cuts, parity: int, size: int) -> Cuts:
+    """The same cycles in every other sample."""
+    cuts, peaks, troughs = (
+        np.clip((places - parity + 1) // 2, 0, size - 1)
+        for places in (cycles.cuts, cycles.peaks, cycles.troughs)
+    )
+    return cycles._replace(
+        cuts=cuts,
+        peaks=peaks,
+        troughs=troughs,
+        period=0.5 * cycles.period,
+    )
+
+
+def _relative(whole: Floats, half: Floats, is_stiffness: bool) -> float:
+    """Relative change of a mean from all samples to half of them [-]."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        if is_stiffness:
+            whole, half = 1.0 / whole, 1.0 / half
+        fine = np.isfinite(whole) & np.isfinite(half)
+        if not fine.any():
+            return 0.0
+        mean = float(whole[fine].mean())
+        return abs(float(half[fine].mean()) - mean) / abs(mean) if mean else 0.0

@@ -1,0 +1,76 @@
+"""The study of a scanned joint, which `microslip predict` takes."""
+
+from __future__ import annotations
+
+import math
+import os
+from pathlib import Path
+from typing import Any
+
+from microslip._core.files import seen_from
+from microslip._core.units import engineering
+from microslip.study.toml_text import as_toml
+from microslip.surfaces.findings import Findings, Request
+from microslip.surfaces.joints import FaceJoint
+
+NAME = "study.toml"
+
+
+def study_text(findings: Findings, face: FaceJoint, folder: Path) -> str:
+    """Return a study of the solved face, for a file in this folder."""
+    request = findings.request
+    tables = {
+        "surface": _surface(findings, face, folder),
+        "joint": {
+            "friction_coefficient": request.friction_coefficient,
+            "normal_load": engineering(face.joint.normal_load, "N", 9, trim=True),
+        },
+        "excitation": {"amplitudes": [_length(face.amplitude)]},
+    }
+    head = [
+        f"# A joint of {findings.raw.name}, written by microslip surface:",
+        f"#   microslip predict {NAME}",
+        "schema = 1",
+        f"title = {as_toml(findings.raw.name)}",
+    ]
+    lines = [
+        line
+        for name, table in tables.items()
+        for line in ("", f"[{name}]", *(f"{key} = {as_toml(v)}" for key, v in table.items()))
+    ]
+    return "\n".join([*head, *lines]) + "\n"
+
+
+def _surface(findings: Findings, face: FaceJoint, folder: Path) -> dict[str, Any]:
+    """Return the keys of the face, tightened by the load of the joint."""
+    request = findings.request
+    path = request.path
+    keys: dict[str, Any] = {
+        "law": "face",
+        "materials": list(request.materials or ()),
+        "scan": os.fspath(path) if path.is_absolute() else seen_from(folder, path),
+        "level": findings.level or "none",
+        **_lengths(request, "cutoff", "long_cutoff", "crop"),
+        "tightening_pressure": engineering(face.law.numbers.pressure, "Pa", 6, trim=True),
+        "piece": face.piece or "none",
+        "area": f"{face.law.area * 1e4:.6g} cm^2",
+    }
+    if request.direction is not None:
+        keys["direction"] = f"{math.degrees(request.direction):.6g} deg"
+    return keys | {key: _read(value) for key, value in request.reading.items() if value != ()}
+
+
+def _lengths(request: Request, *names: str) -> dict[str, Any]:
+    values = {name: getattr(request, name) for name in names}
+    return {name: _read(value) for name, value in values.items() if value is not None}
+
+
+def _read(value: Any) -> Any:
+    """Return an option of reading: lengths with their unit, several as a list, one by itself."""
+    if isinstance(value, tuple):
+        return _read(value[0]) if len(value) == 1 else [_read(item) for item in value]
+    return _length(value) if isinstance(value, float) else value
+
+
+def _length(value: float) -> str:
+    return engineering(value, "m", 6, trim=True).replace("\N{MICRO SIGN}", "u")

@@ -1,0 +1,110 @@
+"""Section of tests against the bands of a structure, its limits, and rise and fall."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from microslip._core.quantities import json_value
+from microslip.report import cells
+from microslip.report.document import Block, Column, Note, Section, Table
+from microslip.study.runs.structure_prediction import StructurePrediction
+from microslip.study.runs.structure_verdicts import QuantityVerdict
+
+_WORDS = {"frequency": "Frequency", "damping_ratio": "Damping ratio"}
+
+
+def verdict_sentences(prediction: StructurePrediction) -> list[str]:
+    """Return one sentence for each quantity of each test."""
+    return [_sentence(verdict) for verdict in prediction.judged]
+
+
+def _sentence(verdict: QuantityVerdict) -> str:
+    name = f"{_WORDS[verdict.quantity]} of mode {verdict.mode}, {verdict.test or 'test'}"
+    if verdict.word == "not compared":
+        text = f"{name}: not compared, no point lies within the predicted amplitudes"
+    elif verdict.word == "inside":
+        return f"{name}: inside the 5 to 95 % band in all {verdict.points} points."
+    else:
+        parts = [f"{count} {word}" for count, word in
+                 ((verdict.above, "above"), (verdict.below, "below")) if count]  # fmt: skip
+        text = (
+            f"{name}: {' and '.join(parts)} the 5 to 95 % band of {verdict.points} points, by up "
+            f"to {abs(verdict.distance):.2%} of its end"
+        )
+    if verdict.unit:
+        return f"{text}. Likely a unit error: {verdict.unit} would bring all points inside."
+    if verdict.candidates:
+        listed = ", ".join(f"{more} {name}" for name, more in verdict.candidates)
+        text += f". Candidates, the strongest first: {listed}"
+    elif verdict.word != "not compared":
+        text += ". No uncertain input moves it: look at the inputs given as one number"
+    return f"{text}."
+
+
+def tested_section(prediction: StructurePrediction) -> Section | None:
+    """Return the limits of the frequencies, the verdicts on tests, and rise and fall."""
+    blocks: list[Block] = []
+    if prediction.limits:
+        rows = tuple(
+            (mode.number, limit.open, limit.washers, mode.curve.linear_frequency, limit.tied)
+            for mode, limit in zip(prediction.modes, prediction.limits, strict=True)
+        )
+        heads = ("Lap open", "Tied under the washers", "Predicted, stuck", "Tied wholly")
+        keys = ("open", "washers", "predicted", "tied")
+        listed = (
+            Column("mode", "Mode"),
+            *(
+                Column(key, head, "Hz", write=lambda f: f"{f:.5g}")
+                for key, head in zip(keys, heads, strict=True)
+            ),
+        )
+        caption = (
+            "A test near one of the limits shows what the lap does; a test outside of them shows "
+            "that an input is wrong, such as a size, a modulus or a mass."
+        )
+        blocks.append(
+            Table("Limits of the frequencies", listed, rows, caption=caption, noun="modes")
+        )
+    if prediction.changes:
+        listed = (
+            Column("source", "Of"),
+            Column("mode", "Mode"),
+            Column("base_damping", "Base damping", "", write=cells.ratio),
+            Column("rise", "Rise of ζ", "", write=cells.ratio),
+            Column("fall", "Change of frequency", "", write=lambda x: f"{x:+.3%}"),
+            Column("ratio", "Rise over fall", "", write=lambda x: f"{x:.2f}"),
+        )
+        rows = tuple(
+            (c.source, c.mode, *json_value([c.base_damping, c.rise, c.fall, c.ratio]))
+            for c in prediction.changes
+        )
+        caption = " ".join(
+            ["From the smallest to the largest amplitude; microslip has a ratio of 0.40 to 0.50.",
+             *(c.doubt for c in prediction.changes if c.doubt)]
+        )  # fmt: skip
+        blocks.append(Table("Rise and fall", listed, rows, caption=caption, noun="curves"))
+    blocks += [Note(text) for text in verdict_sentences(prediction)]
+    return Section("Limits and tests", tuple(blocks)) if blocks else None
+
+
+def tested_numbers(prediction: StructurePrediction) -> dict[str, Any]:
+    """Return limits, verdicts and changes for the summary, in SI units."""
+    return {
+        "limits": [
+            {"mode": mode.number, **json_value(limit._asdict())}
+            for mode, limit in zip(prediction.modes, prediction.limits, strict=True)
+        ],
+        "tests": [
+            {
+                **json_value({k: v for k, v in verdict._asdict().items() if k != "candidates"}),
+                "inside": verdict.inside,
+                "candidates": [list(pair) for pair in verdict.candidates],
+            }
+            for verdict in prediction.judged
+        ],
+        "changes": [
+            json_value({**c._asdict(), "ratio": c.ratio if math.isfinite(c.ratio) else None})
+            for c in prediction.changes
+        ],
+    }

@@ -1,0 +1,84 @@
+"""Frequencies of a joint with its lap open and tied: between them lies any real contact."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from microslip._core.checks import Floats
+from microslip.structures.reduction_model import ReducedJoint
+
+_RIGID = 1e-6  # of the largest square of an angular frequency
+_CANDIDATES = 24
+_COVERED = 0.25  # share of a patch under a washer from which it counts as tied
+
+
+class TieLimits(NamedTuple):
+    """Frequencies of one mode by what the lap does [Hz]."""
+
+    open: float
+    """No contact: bolts alone hold the parts."""
+    washers: float
+    """Patches under the washers tied, all others open."""
+    tied: float
+    """All patches tied."""
+
+
+def tie_limits(
+    joint: ReducedJoint,
+    circles: Sequence[tuple[float, float, float, int]],
+    shapes: Floats,
+) -> list[TieLimits]:
+    """Return the frequencies of modes with the lap open, tied under washers, and tied wholly.
+
+    Parameters
+    ----------
+    joint : ReducedJoint
+        The joint without its contact.
+    circles : sequence
+        Place along and across [m], diameter [m] and number of contact of each washer.
+    shapes : ndarray
+        Shapes of the modes (degrees of freedom, modes); of each limit the mode most alike by mass
+        is given.
+
+    Notes
+    -----
+    A patch is tied by its three mean relative displacements, so the limits have the resolution of
+    the patches: a patch counts as under a washer from a quarter of its area on, or as the best
+    covered patch of its bolt.
+    """
+    every = np.arange(joint.size)
+    samples = joint.samples
+    contacts = joint.patch_contacts[samples.patches]
+    pressed = np.zeros(joint.patches, dtype=bool)
+    areas = np.bincount(samples.patches, samples.weights, minlength=joint.patches)
+    for x, y, diameter, contact in circles:
+        near = np.hypot(samples.places[:, 0] - x, samples.places[:, 1] - y) < 0.5 * diameter
+        near &= contacts == contact
+        covered = np.bincount(samples.patches, samples.weights * near, minlength=joint.patches)
+        pressed |= covered >= _COVERED * areas
+        pressed[np.argmax(covered)] |= bool(near.any())
+    tied = {
+        "open": np.zeros(joint.patches, dtype=bool),
+        "washers": pressed,
+        "tied": np.ones(joint.patches, dtype=bool),
+    }
+    found = {}
+    for name, held in tied.items():
+        fixed = (3 * np.flatnonzero(held)[:, None] + np.arange(3)).ravel()
+        found[name] = _alike(joint, np.setdiff1d(every, fixed), shapes)
+    return [TieLimits(*(float(found[name][k]) for name in tied)) for k in range(shapes.shape[1])]
+
+
+def _alike(joint: ReducedJoint, free: Floats, shapes: Floats) -> Floats:
+    """Frequencies [Hz] of the modes of free degrees of freedom most alike to given shapes."""
+    from scipy.linalg import eigh
+
+    grid = np.ix_(free, free)
+    squares, modes = eigh(joint.stiffness[grid], joint.mass[grid])
+    elastic = squares > _RIGID * squares[-1] * 1e-6
+    squares, modes = squares[elastic][:_CANDIDATES], modes[:, elastic][:, :_CANDIDATES]
+    overlap = (modes.T @ joint.mass[free] @ shapes) ** 2
+    return np.asarray(np.sqrt(squares[np.argmax(overlap, axis=0)]) / (2.0 * np.pi))

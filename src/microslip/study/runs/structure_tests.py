@@ -1,0 +1,138 @@
+"""Judge tests of modes against the bands of a prediction: inside, above or below."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from microslip._core.checks import Floats
+from microslip.structures import ModalCurve, ModalTest
+from microslip.structures.periodic_motion import POWERS
+from microslip.study.runs.structure_prediction import Mode
+from microslip.study.runs.structure_verdicts import Change, QuantityVerdict, Word
+
+_UNITS = (
+    (1e3, "1000 times larger"), (1e-3, "1000 times smaller"),
+    (9.80665, "g where m/s^2 is written"), (1.0 / 9.80665, "m/s^2 where g is written"),
+    (1e6, "a million times larger"), (1e-6, "a million times smaller"),
+)  # fmt: skip
+"""Factors on amplitudes that come from errors of units, and what they mean."""
+_FACTOR = {"frequency": ((2.0 * math.pi, "rad/s where Hz is written"),
+                         (1.0 / (2.0 * math.pi), "Hz where rad/s is written"),
+                         (1e3, "Hz where kHz is written"), (1e-3, "kHz where Hz is written")),
+           "damping_ratio": ((100.0, "a ratio where percent is written"),
+                             (0.01, "percent where a ratio is written"),
+                             (0.5, "the loss factor, twice the damping ratio"))}  # fmt: skip
+
+
+def judge(
+    tests: tuple[ModalTest, ...], modes: tuple[Mode, ...], quantity: str
+) -> tuple[QuantityVerdict, ...]:
+    """Judge frequency and damping of each test whose mode has a band.
+
+    Parameters
+    ----------
+    tests : tuple of ModalTest
+        Tests, their modes counted from 0.
+    modes : tuple of Mode
+        Predicted modes.
+    quantity : str
+        Quantity of the predicted amplitudes: displacement, velocity or acceleration.
+    """
+    verdicts = []
+    for test in tests:
+        mode = next(mode for mode in modes if mode.number == test.mode + 1)
+        if mode.bands is None:
+            continue
+        moved = test.amplitude * (2.0 * math.pi * test.frequency) ** POWERS[quantity]
+        for name in ("frequency", "damping_ratio"):
+            verdicts.append(_judged(test, mode, name, moved))
+    return tuple(verdicts)
+
+
+def _judged(test: ModalTest, mode: Mode, name: str, moved: Floats) -> QuantityVerdict:
+    assert mode.bands is not None  # the caller has looked
+    value, band = getattr(test, name), getattr(mode.bands, name)
+    if name == "damping_ratio" and test.motion == "decay":  # compared as in steady motion
+        value = value * _steady_over_decay(mode.curve, moved)
+    above, below, points, distance = _against(mode, band, moved, value)
+    word: Word = "inside"
+    if not points:
+        word = "not compared"
+    elif above and below:
+        word = "on both sides"
+    elif above or below:
+        word = "above" if above else "below"
+    unit = "" if word == "inside" else _unit(mode, band, moved, value, name)
+    slopes = mode.bands.slopes[name]
+    order = sorted(slopes, key=lambda pair: -abs(pair[1]))
+    wanted = 1.0 if above >= below else -1.0
+    candidates = tuple(
+        (key, "more" if wanted * slope > 0.0 else "less")
+        for key, slope in order
+        if abs(slope) > 0.1 * abs(order[0][1])
+    )
+    return QuantityVerdict(
+        test.name, mode.number, name, word, points, above, below, distance,
+        candidates if above or below else (), unit,
+    )  # fmt: skip
+
+
+def _against(mode: Mode, band: Floats, moved: Floats, value: Floats) -> tuple[int, int, int, float]:
+    """Points above and below a band, points compared, and the largest distance [-]."""
+    at, known = mode.curve.amplitude, np.isfinite(band).all(axis=0)
+    if not known.any():
+        return 0, 0, 0, 0.0
+    at, band = at[known], band[:, known]
+    within = (moved >= 0.999 * at[0]) & (moved <= 1.001 * at[-1])
+    if not within.any():
+        return 0, 0, 0, 0.0
+    low, high = (np.exp(np.interp(np.log(moved[within]), np.log(at), np.log(end)))
+                 for end in (band[0], band[-1]))  # fmt: skip
+    over, under = value[within] / high - 1.0, value[within] / low - 1.0
+    apart = np.where(over > 0.0, over, np.minimum(under, 0.0))
+    worst = float(apart[np.argmax(abs(apart))])
+    return int((over > 0.0).sum()), int((under < 0.0).sum()), int(within.sum()), worst
+
+
+def _unit(mode: Mode, band: Floats, moved: Floats, value: Floats, name: str) -> str:
+    """Error of units with which all points of a test lie inside, or empty."""
+    tries = [(factor, 1.0, word) for factor, word in _UNITS]
+    tries += [(1.0, factor, word) for factor, word in _FACTOR[name]]
+    for of_amplitude, of_value, word in tries:
+        above, below, points, _ = _against(mode, band, of_amplitude * moved, of_value * value)
+        if points == moved.size and not above + below:
+            what = "amplitudes" if of_value == 1.0 else name.replace("_", " ") + "s"
+            return f"{what}: {word}"
+    return ""
+
+
+def _steady_over_decay(curve: ModalCurve, moved: Floats) -> Floats:
+    """Damping ratio in steady motion over that in a decay at amplitudes [-]."""
+    ratio = curve.damping_ratio / curve.decay_damping_ratio
+    known = np.isfinite(ratio)
+    if not known.any():
+        return np.ones(moved.size)
+    return np.interp(np.log(moved), np.log(curve.amplitude[known]), ratio[known])
+
+
+def changes(tests: tuple[ModalTest, ...], modes: tuple[Mode, ...]) -> tuple[Change, ...]:
+    """Return rise and fall of the predictions, then of the tests, each over its own amplitudes."""
+    found = []
+    for mode in modes:
+        known = np.flatnonzero(mode.curve.converged)
+        if len(known) > 1:
+            ends = mode.curve.frequency[known[[0, -1]]], mode.curve.damping_ratio[known[[0, -1]]]
+            found.append(_change("prediction", mode.number, mode.curve.base_damping, *ends))
+    for test in tests:
+        order = np.argsort(test.amplitude)[[0, -1]]
+        if test.amplitude.size > 1:
+            ends = test.frequency[order], test.damping_ratio[order]
+            found.append(_change(test.name or "test", test.mode + 1, math.nan, *ends))
+    return tuple(found)
+
+
+def _change(source: str, number: int, base: float, frequency: Floats, damping: Floats) -> Change:
+    rise = float(damping[1] - damping[0])
+    return Change(source, number, float(base), rise, float(frequency[1] / frequency[0] - 1.0))

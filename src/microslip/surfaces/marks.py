@@ -1,0 +1,154 @@
+"""Faults of single places and of the form of a scan: spikes, scratches, dust, edges, kinks, waves.
+
+Lengths are in metres, heights without their plane; each function returns the sentences of what it
+finds, none in most scans.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from microslip._core.checks import Floats
+from microslip._core.units import engineering
+
+_NORMAL = 1.4826  # standard deviation over median distance
+_FAR = 5.0
+"""Distance from the median, in robust deviations, of the points of scratches and of dust."""
+_EDGE = 3.0
+"""Rise of the outermost lines over their neighbours, over the usual rise inside."""
+_KINK = 0.5
+"""Residual of two planes over that of a parabola: smaller is a kink."""
+_WAVE = 0.3
+"""Residual of a wave over that of a parabola: smaller is waviness, larger is a bow."""
+_PARITY = 0.5
+"""Fourth differences at every second point over those of the points between."""
+
+
+def _long(length: float) -> str:
+    return engineering(length, "m", 3, trim=True)
+
+
+def spike_words(heights: Floats, pointed: NDArray[np.bool_]) -> list[str]:
+    """Report spikes that :func:`microslip.surfaces.repair.spikes` has found."""
+    count = int(np.count_nonzero(pointed))
+    if not count:
+        return []
+    size = float(np.max(np.abs(heights[pointed] - np.nanmedian(heights))))
+    return [
+        f"spikes: {count} points stand out of all points around them, by up to {_long(size)}; they "
+        "are removed before a face is solved (`repaired()`)."
+    ]
+
+
+def scratch_and_dust_words(flat: Floats, rms: float) -> list[str]:
+    """Report few long grooves, and few compact grains, far below and far above all other points."""
+    from scipy import ndimage
+
+    words = []
+    for deep in (True, False):
+        far = (flat < -_FAR * rms) if deep else (flat > _FAR * rms)
+        total = int(np.count_nonzero(far))
+        if not 9 <= total <= 0.04 * flat.size:
+            continue
+        square = np.ones((3, 3), dtype=bool)
+        labels, _ = ndimage.label(ndimage.binary_closing(far, square), square)
+        large = []
+        for part in ndimage.find_objects(labels):
+            y, x = np.nonzero(labels[part] > 0)
+            if y.size < 9:
+                continue
+            spread = np.linalg.eigvalsh(np.cov(np.stack([x, y]).astype(float)))
+            length = math.sqrt(12.0 * float(spread[1]))
+            slender = math.sqrt(float(spread[1]) / max(float(spread[0]), 1.0 / 12.0))
+            large.append((y.size, length, slender))
+        if not large or len(large) > 5 or sum(part[0] for part in large) < 0.7 * total:
+            continue
+        long_ones = [p for p in large if p[2] > 6.0 and p[1] > 0.15 * min(flat.shape)]
+        if deep and len(long_ones) == len(large):
+            words.append(
+                f"scratches: {len(large)} grooves up to {max(p[1] for p in large):.0f} points long "
+                f"lie more than {_FAR:g} standard deviations below all else; if the joint has "
+                "none, scan a place without them."
+            )
+        elif not deep and not long_ones:
+            words.append(
+                f"dust: {len(large)} grains, {total} points, rise more than {_FAR:g} standard "
+                "deviations above all else; they would bear the load: clean the face and scan "
+                "again, or mark them as missing."
+            )
+    return words
+
+
+def edge_words(lines: str, flat: Floats) -> list[str]:
+    """Report an overshoot of the outermost lines, by their rise over lines six points inside."""
+    if len(flat) < 40:
+        return []
+    there = np.where(np.isnan(flat), 0.0, flat)
+    blocks = 0.5 * (there[1:] + there[:-1])
+    rises = np.sqrt(np.mean((blocks[6:] - blocks[:-6]) ** 2, axis=1))
+    inside = rises[8:-8]
+    limit = max(_EDGE * float(np.median(inside)), 1.5 * float(inside.max()))
+    ends = [name for name, at in (("first", 0), ("last", -1)) if rises[at] > limit]
+    if not ends:
+        return []
+    return [
+        f"edge overshoots: the {' and '.join(ends)} {lines} deviate from those beside them more "
+        "than any lines inside do; cut the edges off by `crop`."
+    ]
+
+
+def form_words(lines: str, plane: Floats) -> list[str]:
+    """Report a kink or a wave of the mean profile across lines that is larger than all else."""
+    profile = np.median(np.where(np.isnan(plane), 0.0, plane), axis=1)
+    x = np.linspace(0.0, 1.0, profile.size)
+    line = np.stack([np.ones_like(x), x])
+
+    def residual(*columns: Floats) -> float:
+        basis = np.vstack([line, *columns]).T
+        found = np.linalg.lstsq(basis, profile, rcond=None)[0]
+        return float(np.mean((profile - basis @ found) ** 2))
+
+    straight = residual()
+    rest = max(float(np.nanvar(plane)) - straight, 0.0)
+    if straight < 0.25 * rest:
+        return []
+    parabola = residual(x * x)
+    waves = {
+        f: residual(np.cos(2.0 * math.pi * f * x), np.sin(2.0 * math.pi * f * x))
+        for f in np.arange(0.6, 2.6, 0.1).tolist()
+    }
+    periods = min(waves, key=lambda f: waves[f])
+    kinks = {c: residual(np.maximum(x - c, 0.0)) for c in np.arange(0.1, 0.91, 0.02).tolist()}
+    place = min(kinks, key=lambda c: kinks[c])
+    if kinks[place] < min(_KINK * parabola, waves[periods]):
+        return [
+            f"tilted stitch: the {lines} before and after number {round(place * profile.size)} lie "
+            "on two planes; stitch again with more overlap, or cut the scan there."
+        ]
+    if straight > rest and waves[periods] < _WAVE * parabola:
+        return [
+            f"waviness: {periods:.2g} periods of a wave across the {lines}, "
+            f"{_long(math.sqrt(2.0 * straight))} in amplitude; it is no form, and belongs to the "
+            "face unless a `long_cutoff` removes it."
+        ]
+    return []
+
+
+def interpolation_words(lines: str, heights: Floats) -> list[str]:
+    """Report lines that were interpolated between every two, by their fourth differences."""
+    if len(heights) < 24:
+        return []
+    weights = (1.0, -4.0, 6.0, -4.0, 1.0)
+    size = len(heights) - 4
+    bend = np.sum([w * heights[k : k + size] for k, w in enumerate(weights)], axis=0)
+    power = np.nanmean(bend * bend, axis=1)
+    even, odd = float(np.median(power[::2])), float(np.median(power[1::2]))
+    if not max(even, odd) > 0.0 or min(even, odd) > _PARITY * max(even, odd):
+        return []
+    return [
+        f"interpolated {lines}: every second of the {lines} is made of those beside it, so that "
+        "the pixel is twice what the file says; export the scan as it was measured."
+    ]

@@ -1,0 +1,48 @@
+"""Compliance of the solid behind a contact: closed forms against each other and by hand."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+import microslip as ms
+from microslip.contact.half_space import in_series, solid_stiffness
+
+PAIR = ms.MaterialPair(ms.Material(200e9, 0.3), ms.Material(70e9, 0.33))
+
+
+def test_a_round_contact_by_hand() -> None:
+    normal, tangential = solid_stiffness(PAIR, math.pi * 1e-6)
+    assert normal == pytest.approx(2e-3 * PAIR.composite_modulus, rel=1e-14)
+    # Mindlin: k_n/k_t is E*/4G* of any round contact.
+    assert normal / tangential == pytest.approx(PAIR.stiffness_ratio, rel=1e-14)
+
+
+@pytest.mark.parametrize("hole", [0.3, 0.6, 0.8])
+def test_an_annulus_lies_between_thin_ring_and_full_disc(hole: float) -> None:
+    """Of one outer radius a hole takes little; rings of rigid discs bound it from below."""
+    area = math.pi * (1.0 - hole**2) * 1e-6
+    (ring, _), (disc, _) = solid_stiffness(PAIR, area, hole), solid_stiffness(PAIR, math.pi * 1e-6)
+    assert 0.9 * disc < ring < disc
+    # A thin ring of width w and radius R as a charged wire of radius w/4: pi^2 R E*/ln(32 R/w).
+    if hole == 0.8:
+        thin = math.pi**2 * 0.9e-3 / math.log(32.0 * 0.9 / 0.2) * PAIR.composite_modulus
+        assert ring == pytest.approx(thin, rel=0.03)
+
+
+def test_springs_in_series() -> None:
+    assert in_series(2.0, 2.0) == 1.0
+    assert in_series(3.0, 0.0) == 0.0
+
+
+def test_a_study_reports_both_stiffnesses_and_a_structure_does_not() -> None:
+    from laps import STRIP
+
+    text = STRIP.partition("[structure]")[0].replace("0.35", '0.35\nnormal_load = ["60 N"]')
+    result = ms.Study.from_toml(text).run()
+    joint = result.summary["joints"][0]
+    alone, rig = joint["tangential_stiffness"], joint["rig_tangential_stiffness"]
+    pair = result.joints[0].surface.pair
+    assert rig == pytest.approx(in_series(alone, solid_stiffness(pair, 2e-4)[1]), rel=1e-12)
+    assert rig < alone

@@ -1,0 +1,175 @@
+"""The law of a face by the numbers of its drawing."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import microslip as ms
+from microslip.contact import face_table as table
+from microslip.surfaces import random_surface
+
+STEEL = ms.Material(210e9, 0.3, hardness=2.4e9)
+PAIR = ms.MaterialPair(STEEL, STEEL)
+
+
+def ground(**changes: object) -> ms.DrawnFace:
+    values = {"rms": 4e-7, "slope": 0.1, "area": 1e-4, "tightening_pressure": 1e8} | changes
+    return ms.DrawnFace(values.pop("pair", PAIR), **values)  # type: ignore[arg-type]
+
+
+def test_the_stored_nodes_give_the_stored_fit() -> None:
+    """The coefficients are those of the nodes; single precision of these leaves 1e-6."""
+    arrays = table.stored()
+    at = arrays["hardness"], arrays["pressure"], arrays["breadth"]
+    shipped = table.values(*at)
+    fitted = table.fit(arrays)
+    for name, terms in table._TERMS.items():
+        basis = table._basis(table._powers(*table.groups(*at[:2]))[0], at[2], terms)
+        assert fitted[name] @ basis == pytest.approx(arrays[f"fitted_{name}"] @ basis, abs=1e-6)
+    # The fit is a mean over the faces: single nodes of few faces scatter about it.
+    heavy = arrays["level"] >= 0.03
+    miss = (np.log(shipped.stiffness) - arrays["stiffness"])[heavy]
+    assert math.sqrt(np.mean(miss**2)) < 0.09
+
+
+def test_the_law_has_the_stiffness_of_its_table_and_is_convex() -> None:
+    law = ground()
+    numbers = table.values(law._groups[0], law._groups[1])
+    assert law.stiffness(law.closest) == pytest.approx(
+        float(numbers.stiffness[0]) * 1e8 * 1e-4 / 4e-7, rel=2e-3
+    )
+    assert law.load(law.closest) == pytest.approx(1e4, rel=1e-12)
+    d = np.linspace(law.closest, law.closest + 2e-6, 4000)
+    fall = law.stiffness(d)
+    assert np.all(np.diff(law.load(d)) < 0.0)
+    assert np.all(np.diff(fall) <= 1e-9 * fall[0])
+    assert law.contact_area(law.closest) / 1e-4 == pytest.approx(1e8 / 2.4e9, rel=0.2)
+
+
+@pytest.mark.parametrize("hardness", [0.2, 0.5, 1.3, 3.0, 9.0, 1e6])
+@pytest.mark.parametrize("pressure", [1e-6, 0.004, 0.05, 0.3, 0.5])
+def test_every_law_of_the_table_falls_and_is_convex(hardness: float, pressure: float) -> None:
+    """By its groups: hardness over E* h' from 0.01 to elastic."""
+    pair = PAIR.with_hardness(hardness * 1e9)
+    pressure = min(pressure * hardness * 1e9, 0.3 * 0.14 * PAIR.composite_modulus)
+    law = ground(pair=pair, tightening_pressure=pressure)
+    d = np.linspace(law.closest, law._span[1], 2000)
+    loads, fall = law.load(d), law.stiffness(d)
+    assert np.all(np.diff(loads[loads > 0.0]) < 0.0)
+    assert np.all(np.diff(fall) <= 1e-9 * fall[0])
+    first = law.first_loading
+    assert np.all(np.diff(first.separation) < 0.0)
+    # Unloading is stiffer than first loading; the spline of the table leaves 0.2 %.
+    assert law.stiffness(law.closest) > 0.998 * first.stiffness[-1]
+
+
+def test_the_law_scales_as_its_groups_say() -> None:
+    """One shape at k times the heights and lengths; and twice the modulus, hardness and load."""
+    law, higher = ground(), ground(rms=1.2e-6)
+    assert higher.slip_length == pytest.approx(3.0 * law.slip_length, rel=1e-12)
+    hard = ms.Material(420e9, 0.3, hardness=4.8e9)
+    stiff = ground(pair=ms.MaterialPair(hard, hard), tightening_pressure=2e8)
+    assert stiff.stiffness(stiff.closest) == pytest.approx(2 * law.stiffness(law.closest), rel=1e-9)
+    assert stiff.slip_length == pytest.approx(law.slip_length, rel=1e-9)
+
+
+def test_a_lay_turns_the_ratio_of_stiffnesses() -> None:
+    """Mean and the two axes: (1 - nu c)/(1 - nu), c the share of the slope along the motion."""
+    law = ground(lay=1.0 / 3.0)
+    for direction, share in ((0.0, 0.75), (math.pi / 2.0, 0.25)):
+        ratio = (1.0 - 0.3 * share) / 0.7
+        assert law.slip_per_indentation(direction) == pytest.approx(ratio, rel=1e-12)
+        assert law.along(direction).stiffness_ratio == pytest.approx(ratio, rel=1e-12)
+    assert ground().slip_per_indentation() == pytest.approx(PAIR.stiffness_ratio, rel=1e-12)
+    joint = ms.Interface(law, 0.2, normal_load=5e3, direction=0.0)
+    assert joint.normal_stiffness / joint.tangential_stiffness == pytest.approx(0.775 / 0.7)
+
+
+def test_places_are_tightened_by_their_own_pressure() -> None:
+    """Stiffness of each place exactly, its backbone as far as the shape depends on the pressure."""
+    law, places = ground(), np.array([1e8, 4e7, 1e7])
+    found = law._tightened_by(places)
+    assert found.lengths[0] == pytest.approx(1.0, rel=1e-12)
+    for p, share, length in zip(places, found.share, found.lengths, strict=True):
+        own = ground(tightening_pressure=float(p))
+        assert own.slip_length == pytest.approx(length * law.slip_length, rel=1e-9)
+        joint, scaled = (
+            ms.Interface(s, 0.3, normal_load=q * 1e-4) for s, q in ((own, p), (law, 1e8))
+        )
+        u = joint.force_limit / joint.tangential_stiffness * np.array([0.1, 0.5, 1.0, 2.0])
+        assert share * scaled.backbone(u / length) == pytest.approx(joint.backbone(u), rel=0.05)
+    with pytest.raises(ms.InputError, match="must be at least 1"):
+        law._check_rest(np.array([1e4, 1.5e4]))
+
+
+# -- drawings --------------------------------------------------------------------------------------
+
+
+def test_a_drawing_finds_rq_and_rdq_of_gaussian_profiles_again() -> None:
+    """Ra, Rz and RSm of long Gaussian profiles, by counting."""
+    made = random_surface((1024, 256), 1e-6, m0=1e-12, m2=4e-3, m4=8e7, seed=5)
+    heights = made.heights - made.heights.mean()
+    ra = float(np.abs(heights).mean())
+    ups = np.count_nonzero((heights[:, :-1] < 0.0) & (heights[:, 1:] >= 0.0))
+    finish = ms.Finish(ra=ra, rsm=heights.shape[0] * (heights.shape[1] - 1) * 1e-6 / ups)
+    # One realisation: some hundred waves along each axis.
+    assert finish.rms.middle == pytest.approx(made.moments().rms, rel=0.02)
+    assert finish.slope.middle == pytest.approx(made.moments().rms_slope, rel=0.05)
+    for rz in (5e-6, 4e-5):
+        waves = (0.8e-3 if rz < 1e-5 else 2.5e-3) / 1e-4
+        rng = np.random.default_rng(0)
+        # Extremes of so many independent waves: Rayleigh peaks of a narrow band.
+        peaks = np.sqrt(-2.0 * np.log(rng.random((4000, round(waves), 2)))).max(axis=1)
+        by_height = ms.Finish(rz=rz, rsm=1e-4).rms
+        assert rz / by_height.middle == pytest.approx(peaks.sum(axis=1).mean(), rel=0.02)
+
+
+def test_two_faces_and_what_a_drawing_leaves_open() -> None:
+    exact, open_ = ms.Finish(rq=3e-7, rdq=0.06), ms.Finish(rq=4e-7, process="EDM")
+    assert open_.process == "eroded"
+    law = ms.DrawnFace.from_finish(PAIR, exact, exact, area=1e-4, tightening_pressure=1e8)
+    assert law.rms == pytest.approx(math.sqrt(2.0) * 3e-7)
+    assert law.slope == pytest.approx(math.sqrt(2.0) * 0.06)
+    assert not law.spreads
+    known = law.errors
+    law = ms.DrawnFace.from_finish(PAIR, exact, open_, area=1e-4, tightening_pressure=1e8)
+    assert set(law.spreads) == {"slope"}
+    assert law.errors.inputs > 1.5 * known.inputs
+
+
+def test_drawn_faces_scatter_as_their_errors_say() -> None:
+    """First order against 400 draws: log-normal inputs of 5 to 20 %."""
+    spreads = {"rms": 0.1, "slope": 0.2, "hardness": 0.1, "tightening_pressure": 0.05}
+    law, random = ground(breadth=0.84, lay=1.0, spreads=spreads), np.random.default_rng(2)
+    logs = [math.log(f.stiffness(f.closest)) for f in (law.drawn(random) for _ in range(400))]
+    assert np.std(logs) == pytest.approx(law.errors.total, rel=0.12)
+
+
+def test_a_heavier_joint_tightens_the_face_anew() -> None:
+    joint = ms.Interface(ground(), 0.2, normal_load=3e4)
+    assert joint.surface.tightening_pressure == pytest.approx(3e8)  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"pair": ms.MaterialPair(ms.Material(210e9, 0.3), STEEL.rigid())}, "hardness=2.4e9"),
+        ({"tightening_pressure": 1.3e9}, "at most 0.5 of the hardness"),
+        ({"slope": 15.0}, "tangent"),
+        ({"slope": 0.01, "tightening_pressure": 8e8}, "rms gradient"),
+        ({"rms": 0.03}, "check its unit"),
+        ({"pair": PAIR.with_hardness(24e9)}, "a tenth of the modulus"),
+        ({"plateau": 5e-7}, "at most 4e-07"),
+        ({"breadth": 1.5}, "at most 0.95"),
+        ({"lay": 3.0}, "lay must be at most 1"),
+        ({"rms": -1.0}, "rms must be above zero"),
+        ({"spreads": {"ra": 0.1}}, "must name some of rms"),
+    ],
+)
+def test_what_it_refuses(changes: dict[str, object], words: str) -> None:
+    with pytest.raises(ms.InputError) as caught:
+        ground(**changes)
+    assert words in str(caught.value)

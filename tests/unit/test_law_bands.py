@@ -1,0 +1,85 @@
+"""Intervals of a law travel in its file and through a prediction."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import microslip as ms
+from microslip.friction import LawBand, load_law, save_law
+
+LAW = ms.SegalmanIwan.examples()[0]
+REACH = LAW.force_limit / LAW.tangential_stiffness
+SHARES = {"force": 0.01, "dissipated_energy": 0.03, "damping_ratio": 0.02}
+
+
+def exact(name: str, a: np.ndarray) -> np.ndarray:
+    """A quantity of the law."""
+    return np.asarray(getattr(LAW, "backbone" if name == "force" else name)(a))
+
+
+def band(points: int = 40) -> LawBand:
+    """Return intervals that lie some per cent about the law."""
+    a = np.geomspace(0.1 * REACH, 3.0 * REACH, points)
+    ends = {
+        name: exact(name, a) * np.array([[1.0 - share], [1.0 + share]])
+        for name, share in SHARES.items()
+    }
+    return LawBand(a, ends, 0.95)
+
+
+def test_ends_are_interpolated_about_the_exact_value() -> None:
+    a = REACH * np.array([0.05, 0.1, 0.37, 2.9, 3.1])
+    found = band().of(LAW, a)
+    for name, share in SHARES.items():
+        assert np.isnan(found[name][:, [0, -1]]).all()
+        low, high = found[name][:, 1:-1] / exact(name, a)[1:-1]
+        # Between 40 amplitudes over a factor of 30 a constant share is kept to a few per mille.
+        assert low == pytest.approx(1.0 - share, abs=0.01 * share)
+        assert high == pytest.approx(1.0 + share, abs=0.01 * share)
+
+
+def test_a_prediction_carries_the_band(tmp_path: Path) -> None:
+    save_law(LAW, tmp_path / "law.json", band=band())
+    text = f"""schema = 1
+    [joint]
+    law_file = "law.json"
+    [excitation]
+    amplitudes = ["{0.2 * REACH} m", "{20 * REACH} m"]
+    """
+    result = ms.Study.from_toml(text, folder=tmp_path).run()
+    bands = result.summary["uncertainty"]["bands"]
+    low, high = np.array(bands["dissipated_energy"]["quantiles"], dtype=float)[:, 0]
+    energy = result.rows[0].dissipated_energy
+    assert low[0] / energy[0] == pytest.approx(0.97, abs=1e-3)
+    assert high[0] / energy[0] == pytest.approx(1.03, abs=1e-3)
+    assert np.isnan(low[1])  # far beyond what was measured
+    result.save(tmp_path / "out")
+    table = (tmp_path / "out" / "bands.csv").read_text("utf-8").splitlines()
+    assert len(table) == 1 + 2 * result.curves[0].amplitude.size
+    assert "identified law" in (tmp_path / "out" / "report.html").read_text("utf-8")
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"amplitude": [2e-6, 1e-6]}, "amplitude must hold 2 to 10000 amplitudes above zero"),
+        ({"force": [[1.0], [2.0]]}, "ends of force must be a lower and an upper end"),
+        ({"confidence": 1.5}, "confidence must be between 0 and 1"),
+        ({"force": "none"}, "band must hold numbers"),
+        ({"more": 1}, "band must have amplitude, confidence"),
+    ],
+)
+def test_a_wrong_band_is_refused(change: dict[str, object], message: str, tmp_path: Path) -> None:
+    file = tmp_path / "law.json"
+    save_law(LAW, file, band=band(5))
+    content = json.loads(file.read_text("utf-8"))
+    content["band"] |= change
+    file.write_text(json.dumps(content), "utf-8")
+    assert isinstance(load_law(file), ms.SegalmanIwan)  # the law itself can be read
+    text = '[joint]\nlaw_file = "law.json"\n[excitation]\namplitudes = ["1 um"]\n'
+    with pytest.raises(ms.StudyError, match=message):
+        ms.Study.from_toml("schema = 1\n" + text, folder=tmp_path).run()

@@ -41,8 +41,8 @@ for load in found.loads:
 print(found.masing.text.partition(":")[0])
 
 # %%
-# With the materials the parameters of the interface follow, such as the spread of the heights, which
-# was 500 nm.
+# With the materials the parameters of the interface follow, such as the spread of the heights,
+# which was 500 nm.
 
 step = found.interface(pair, area=2e-4)
 for name in ("friction_coefficient", "slip_scale", "standardised_separation", "std"):

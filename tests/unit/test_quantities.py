@@ -138,8 +138,34 @@ def test_lists_and_labelled_arrays_of_quantities() -> None:
     labelled = xarray.DataArray(REGISTRY.Quantity([0.1, 0.2], "um"), dims="time")
     np.testing.assert_allclose(JOINT.force(labelled), wanted, rtol=1e-14)
     result = JOINT.force(xarray.DataArray([1e-7, 2e-7], dims="time", attrs={"units": "um"}))
-    assert type(result) is np.ndarray  # dimensions and attributes are not read
+    assert result.dims == ("time",)
+    assert not result.attrs  # those of the displacement are not those of the force
     np.testing.assert_array_equal(result, wanted)
+
+
+def test_labels_of_pandas_and_xarray_are_kept():
+    pandas, xarray = pytest.importorskip("pandas"), pytest.importorskip("xarray")
+    rows = np.array([[1e-7, 2e-7], [3e-7, 4e-7]])
+    times = pandas.Index([0.1, 0.2], name="time")
+    series = pandas.Series(rows[0], index=times, name="displacement")
+    frame = pandas.DataFrame(rows, index=times, columns=["a", "b"])
+    array = xarray.DataArray(rows, coords={"time": [0.1, 0.2]}, dims=("time", "node"))
+    for name in ("backbone", "dissipated_energy", "loss_factor", "secant_stiffness"):
+        method = getattr(JOINT, name)
+        of_series, of_frame, of_array = method(series), method(frame), method(array)
+        assert of_series.index.equals(times)
+        assert of_series.name is None  # it is no displacement
+        assert list(of_frame.columns) == ["a", "b"]
+        assert of_array.dims == array.dims
+        assert of_array.coords.equals(array.coords)
+        np.testing.assert_array_equal(of_series, method(rows[0]))
+        np.testing.assert_array_equal(of_frame, method(rows))
+        np.testing.assert_array_equal(of_array, method(rows))
+    assert JOINT.force(series).index.equals(times)
+    loads = xarray.DataArray([10.0, 20.0], dims="bolt")
+    separations = JOINT.surface.separation(loads)
+    assert separations.dims == ("bolt",)
+    assert JOINT.surface.stiffness(separations).dims == ("bolt",)
 
 
 class Length:

@@ -2,8 +2,8 @@
 
 Numbers are in SI units. A quantity that carries a unit (pint, astropy, unyt) is converted to the
 unit of its argument, and refused where the dimension is another one or where the argument has no
-unit: it is never stripped. Labels, dimensions and attributes of xarray and pandas objects are not
-read; their values are taken in SI units and results are plain arrays.
+unit: it is never stripped. Values of xarray and pandas objects are taken in SI units, whatever
+their attributes say.
 """
 
 from __future__ import annotations
@@ -264,6 +264,20 @@ def record(name: str, value: ArrayLike, unit: str = "") -> Floats:
     return array
 
 
-def plain(array: Floats) -> Any:
-    """A float for a number that came as a number, else the array."""
+def plain(array: Floats, like: Any = None) -> Any:
+    """Return the result in the form of its argument ``like``.
+
+    A zero-dimensional result becomes a float. Where ``like`` is an object of xarray or pandas with
+    the shape of the result, the result gets its dimensions, coordinates, index and columns. Name
+    and attributes are not copied: they belong to the quantity of the argument.
+    """
+    if type(like) not in _PLAIN:
+        library = type(like).__module__.partition(".")[0]
+        if library == "xarray" and getattr(like, "shape", None) == array.shape:
+            return type(like)(array, coords=like.coords, dims=like.dims)
+        if library == "pandas" and getattr(like, "shape", None) == array.shape:
+            labels = {
+                name: getattr(like, name) for name in ("index", "columns") if hasattr(like, name)
+            }
+            return type(like)(array, **labels) if labels else array
     return float(array) if array.ndim == 0 else array

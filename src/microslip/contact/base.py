@@ -255,11 +255,11 @@ class NormalLaw(Parametric, ABC):
         float or ndarray
             Loads [N], shape of ``separation``.
         """
-        return plain(self._derivative(self._separations(separation), 0))
+        return plain(self._derivative(self._separations(separation), 0), separation)
 
     def stiffness(self, separation: ArrayLike) -> Any:
         """Normal stiffness -N'(d) [N/m] at separations [m] of any shape; errors as :meth:`load`."""
-        return plain(-self._derivative(self._separations(separation), 1))
+        return plain(-self._derivative(self._separations(separation), 1), separation)
 
     def separation(self, load: ArrayLike) -> Any:
         """Separation d at which the interface carries a load: the inverse of :meth:`load`.
@@ -289,7 +289,7 @@ class NormalLaw(Parametric, ABC):
                 f"`load` must be one that the surface can carry, got {exact(heaviest)} N, which "
                 "would press its summits by more than their radius"
             )
-        return plain(places.reshape(loads.shape))
+        return plain(places.reshape(loads.shape), load)
 
     def tightened(self, *load: Any, **how: Any) -> NormalLaw:
         """The surface after summits yielded under a load [N], of a law that knows its summits."""

@@ -187,17 +187,19 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
             Forces [N], shape of ``displacement``.
         """
         x = floats("displacement", displacement, "m")
-        return plain(np.copysign(self._backbone(np.abs(x).reshape(-1)).reshape(x.shape), x))
+        force = np.copysign(self._backbone(np.abs(x).reshape(-1)).reshape(x.shape), x)
+        return plain(force, displacement)
 
     def backbone_stiffness(self, displacement: ArrayLike) -> Any:
         """Tangent stiffness T0' [N/m] of the backbone at displacements [m] of any shape."""
         x = floats("displacement", displacement, "m")
-        return plain(self._slope(np.abs(x).reshape(-1)).reshape(x.shape))
+        return plain(self._slope(np.abs(x).reshape(-1)).reshape(x.shape), displacement)
 
     def backbone_displacement(self, force: ArrayLike) -> Any:
         """Displacement [m] at which the backbone reaches forces [N] of any shape: its inverse."""
         f = self._below_limit("force", floats("force", force, "N"))
-        return plain(np.copysign(self._inverse(np.abs(f).reshape(-1)).reshape(f.shape), f))
+        displacement = np.copysign(self._inverse(np.abs(f).reshape(-1)).reshape(f.shape), f)
+        return plain(displacement, force)
 
     # -- histories ------------------------------------------------------------------------------
 
@@ -238,7 +240,7 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
         x = record("displacement", displacement, "m")
         # A state would also count what is lost on the way, which takes half as long again.
         result = Memory().respond(x.reshape(-1), self._backbone, self._table)
-        return float(result[0]) if x.ndim == 0 else result
+        return plain(result.reshape(x.shape), displacement)
 
     def displacement(self, force: ArrayLike) -> Any:
         """Displacement [m] along any force record [N], from rest: the inverse of :meth:`force`.
@@ -247,7 +249,7 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
         """
         f = self._below_limit("force", record("force", force, "N"))
         result = Memory().respond(f.reshape(-1), self._inverse, None)
-        return float(result[0]) if f.ndim == 0 else result
+        return plain(result.reshape(f.shape), force)
 
     def periodic(self, displacement_cycle: ArrayLike, rest: Rest = 0.0) -> PeriodicResponse:
         """The settled cycle of a periodic displacement: what it is after one pass from rest.

@@ -89,7 +89,8 @@ class CycleMeasures(ABC):
         self, amplitude: Any, force_amplitude: Any, measure: Callable[[Floats], Floats]
     ) -> Any:
         a = self._amplitudes(amplitude, force_amplitude)
-        return plain(measure(a.reshape(-1)).reshape(a.shape))
+        like = force_amplitude if amplitude is None else amplitude
+        return plain(measure(a.reshape(-1)).reshape(a.shape), like)
 
     def dissipated_energy(
         self, amplitude: ArrayLike | None = None, *, force_amplitude: ArrayLike | None = None

@@ -36,7 +36,7 @@ def summary(folder: Path) -> dict[str, Any]:
 
 @pytest.fixture(scope="module")
 def joint() -> ms.Interface:
-    al = ms.Material(young_modulus=69e9, poisson_ratio=0.33, hardness=1.2e9)
+    al = ms.Material(young_modulus=69e9, poisson_ratio=0.33, hardness=1.03e9)
     surface = ms.GreenwoodWilliamson(
         ms.MaterialPair(al, al), heights=ms.Gaussian(std=5e-7), radius=1e-3, density=1e8, area=2e-4
     )

@@ -75,9 +75,9 @@ def test_sliding_ratio(law):
         a = share * reach_of(law)
         wanted = 1 - 2 * law.backbone_displacement(0.5 * law.backbone(a)) / a
         errors = [abs(law.loop(a, samples=size).sliding_ratio - wanted) for size in (201, 3201)]
-        # A chord between two samples, wherever they fall: second order in its bounds only.
-        assert errors[0] < 2e-4
-        assert errors[1] < 1e-6
+        # A chord between two samples, wherever they and the corners of the law fall: second order.
+        assert errors[0] < 3e-4
+        assert errors[1] < 3e-4 / 16**2
 
 
 @all_laws

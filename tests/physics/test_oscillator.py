@@ -489,10 +489,10 @@ def test_stored_and_dissipated_energy_are_the_work(law: ms.BackboneLaw) -> None:
     x[20:24] = scale * np.array([3.0, -1.0, 1.0, -5.0])
     stored, lost = energies_along(law, x, law.force(x))
     fine = np.concatenate(
-        [np.linspace(a, b, 1000, endpoint=False) for a, b in pairwise([0.0, *x])] + [x[-1:]]
+        [np.linspace(a, b, 2000, endpoint=False) for a, b in pairwise([0.0, *x])] + [x[-1:]]
     )
     force = law.force(fine)
-    work = np.cumsum(np.append(0.0, 0.5 * (force[1:] + force[:-1]) * np.diff(fine)))[1000::1000]
+    work = np.cumsum(np.append(0.0, 0.5 * (force[1:] + force[:-1]) * np.diff(fine)))[2000::2000]
     # Dry friction jumps within a sample of the trapezoidal rule at each reversal.
     rough = 2e-3 if isinstance(law, ms.Coulomb) else 2e-6
     np.testing.assert_allclose(stored + lost, work, rtol=0, atol=rough * lost[-1])

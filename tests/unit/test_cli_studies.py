@@ -45,7 +45,7 @@ def test_check_shows_what_was_written_in_si_units() -> None:
     assert re.search(
         r"\n3 kN +7418 +4\.02 % +7\.83 GN/m +466 MN/m +1\.65 kN +343 nm +0\.329\n", outcome.stdout
     )
-    assert "\n  watch   plasticity index: 0.841 (ok up to 0.6)" in outcome.stdout
+    assert "\n  watch   plasticity index: 0.721 (ok up to 0.6)" in outcome.stdout
     assert "\njoint.normal_load was overridden: 3 kN.\n" in outcome.stdout
     assert outcome.stdout.endswith(
         " To compute 2 loops, curves of 20 points in all, and write 4 files:\n"

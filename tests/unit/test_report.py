@@ -168,12 +168,12 @@ def test_the_verdict_comes_first(text: str) -> None:
     verdict = text[text.index('<div class="verdict') : text.index("</div>")]
     assert verdict.startswith('<div class="verdict watch">')
     assert "Read with care:" in verdict
-    assert "plasticity index 0.721 (ok up to 0.6): watch" in verdict
+    assert "plasticity index 0.841 (ok up to 0.6): watch" in verdict
     assert text.index("verdict watch") < text.index("<h2>")
     rows = found.table("What is judged")[1:]
     assert [row[1:4] for row in rows] == [
         ["real over apparent area", "0.780 % to 6.31 %", "up to 1 %"],
-        ["plasticity index", "0.721", "up to 0.6"],
+        ["plasticity index", "0.841", "up to 0.6"],
         ["density × radius × std", "0.0500", "up to 0.1"],
         ["contact radius over summit spacing", "0.154 to 0.200", "up to 0.25"],
         ["contacts", "2081 to 10041", "from 30"],

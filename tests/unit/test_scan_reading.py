@@ -251,7 +251,7 @@ def test_files_that_are_not_there_or_no_files() -> None:
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no devices among its files")
 def test_a_device_is_no_file() -> None:
-    refused("wanted a file, got a device or a pipe", "/dev/zero", "text", **UM)
+    refused("wanted a scan, got a device", "/dev/zero", "text", **UM)
 
 
 @pytest.mark.parametrize("kept", [3, 60, 100, 130, 200])

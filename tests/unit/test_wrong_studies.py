@@ -143,7 +143,7 @@ def test_odd_paths_and_sizes_are_reported(tmp_path: Path) -> None:
     assert "cannot be read" in message_of(Path("a\0b"))
     assert "nested too deeply" in message_of_text("a = " + 100_000 * "[")
     if Path("/dev/zero").exists():
-        assert message_of(Path("/dev/zero")) == "/dev/zero: wanted a study of at most 16 MB"
+        assert "wanted a study file, got a device" in message_of(Path("/dev/zero"))
 
 
 def message_of_text(text: str) -> str:

@@ -256,7 +256,7 @@ class TabulatedNormalLaw(Locked, NormalLaw):
         return run, k, u - run.starts[k]
 
     def __getstate__(self) -> dict[str, Any]:
-        return {key: value for key, value in self.__dict__.items() if key != "_last_run"}
+        return {key: value for key, value in super().__getstate__().items() if key != "_last_run"}
 
     def _corners(self, d: float) -> tuple[Floats, Floats]:
         knots, jumps = self._spline.knots, self._spline.jumps

@@ -14,7 +14,7 @@ REMOVED: dict[str, str] = {
     "EllipticSummits": "use a measured face with its direction, microslip.MeasuredContact",
     "BoucWen": "use ms.SegalmanIwan or ms.Iwan: every friction law is given by its backbone",
 }
-"""Public names that 0.2 had, and what to use instead; the next version drops this table."""
+"""Public names of version 0.2 with their replacements. The next version drops this table."""
 
 __getattr__, __dir__, __all__ = _names(__name__, __file__, removed=REMOVED)
 __all__ = [*__all__, "__version__"]

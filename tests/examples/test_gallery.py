@@ -53,7 +53,7 @@ peak force 1000 N of 1100 N
 peak displacement 0.3809 µm
 left when the force is gone: 0.1115 µm
 forth and back: equal
-force must stay below the force limit 1100 N in size (at the limit slip is unlimited), got 1100 N
+force must be below the force limit 1100 N in magnitude (at the limit slip is unlimited), got 1100 N
 """,
     "05_damping": """
 small: E = 1.5659e+16 J/m³ δ³, at 0.1 nm it is 0.99987 of that

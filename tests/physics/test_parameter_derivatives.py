@@ -140,10 +140,10 @@ def test_batches_are_their_rows() -> None:
         (joint(), ("drag", 1e-7), "quantity must be one of backbone, force"),
         (joint(), ("backbone", 1e-7, ["mass"]), "names must be a list of friction_coefficient"),
         (joint(), ("backbone", 1e-7, "std"), "names must be a list of friction_coefficient"),
-        (joint(), ("force", 1e-7), "at must be a row of numbers for force"),
+        (joint(), ("force", 1e-7), "at must be a sequence of displacements"),
         (joint(), ("loss_factor", 0.0), "at must be amplitudes above zero"),
         (joint(), ("backbone", np.nan), "at must be finite"),
-        (ms.Coulomb(1.0), ("backbone", 1e-7), "Coulomb has no derivatives"),
+        (ms.Coulomb(1.0), ("backbone", 1e-7), "Coulomb has no parameter derivatives"),
     ],
 )  # fmt: skip
 def test_impossible_values_are_refused(law: Any, given: tuple[Any, ...], says: str) -> None:

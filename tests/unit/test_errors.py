@@ -205,7 +205,7 @@ def test_force_at_or_beyond_the_limit(joint: ms.Interface, factor: float) -> Non
     limit = joint.force_limit
     force = factor * limit
     ending = (
-        f" must stay below the force limit {limit:.10g} N in size (at the limit slip "
+        f" must be below the force limit {limit:.10g} N in magnitude (at the limit slip "
         f"is unlimited), got {force:.10g} N"
     )
     for sign in (1.0, -1.0):

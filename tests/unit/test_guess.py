@@ -157,14 +157,14 @@ PAIR = ms.Interface.examples()[0].surface.pair
 @pytest.mark.parametrize(
     ("data", "message"),
     [
-        (7.0, "data must be a Loop, a Record or a list of such"),
-        ([], "data must be loops or records, at least one, got none"),
-        (Plain(np.zeros(9), np.arange(9.0)), "displacement must move, got 0 m throughout"),
+        (7.0, "data must be a Loop, a Record or a list of these"),
+        ([], "data must be one or more loops or records, got an empty list"),
+        (Plain(np.zeros(9), np.arange(9.0)), "displacement must vary, got 0 m throughout"),
         (Plain(np.arange(9.0), np.ones(9)), "force must vary, got 1 N throughout"),
-        (Plain(np.arange(9.0), np.arange(8.0)), "must be of one length"),
+        (Plain(np.arange(9.0), np.arange(8.0)), "must have the same length"),
         (Plain(np.arange(9.0), np.full(9, np.nan)), "force must be finite"),
         (Plain(np.arange(9.0), np.arange(9.0)), "data must hold a closed cycle"),
-        (Plain(LOOP.displacement, -LOOP.force), "reverse the sign of one"),
+        (Plain(LOOP.displacement, -LOOP.force), "reverse the sign of the force"),
     ],
     ids=["number", "none", "rest", "constant", "lengths", "nan", "one way", "sign"],
 )

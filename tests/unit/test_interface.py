@@ -84,7 +84,7 @@ def test_surface_refused(surface: object) -> None:
         ("1 um", "must be a finite number in m, got '1 um', for example separation=1"),
         (False, "must be a finite number in m, got False"),
         ([0.0], "must be a finite number in m, got [0.0]"),
-        (1.0, "must be one at which the surface carries a load, got 1 m, where nothing touches"),
+        (1.0, "must be one at which the surface carries a load, got 1 m, where there is"),
     ],
     ids=str,
 )

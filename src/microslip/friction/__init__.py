@@ -1,9 +1,9 @@
-"""Friction laws, each given by its backbone; joints, fields, their states, loops and sweeps."""
+"""Friction laws, each defined by its backbone; joints, fields, their states, loops and sweeps."""
 
 from microslip._core.packages import names_of_stub as _names
 
-# Every law turns into other models, whichever of them is imported first.
+# Register `to_iwan` and `to_segalman` on every law, whichever law is imported first.
 from microslip.friction import conversions as _conversions  # noqa: F401
 
-# One law alone does not load the others.
+# Lazy: importing one law does not load the others.
 __getattr__, __dir__, __all__ = _names(__name__, __file__)

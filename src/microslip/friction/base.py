@@ -1,4 +1,4 @@
-"""Friction laws, each defined by its backbone, from which everything else follows."""
+"""Base class of friction laws: a law is defined by its backbone, everything else follows."""
 
 from __future__ import annotations
 
@@ -37,34 +37,34 @@ Self = TypeVar("Self", bound="BackboneLaw")
 
 
 class BackboneLaw(CycleMeasures, Parametric, ABC):
-    """A tangential law that obeys Masing's rules, fully given by its first loading curve T0.
+    """Friction law that obeys Masing's rules, fully defined by its first loading curve T0.
 
-    A subclass gives :meth:`_backbone`, :meth:`_slope` and :attr:`force_limit`; all else has a
-    default, which a subclass replaces where it knows better. ``T`` is the force needed to hold a
-    positive displacement.
+    A subclass defines :meth:`_backbone`, :meth:`_slope` and :attr:`force_limit`. All other methods
+    have defaults, which a subclass overrides where it has a closed form. ``T`` is the force needed
+    to hold a positive displacement.
     """
 
-    # Other models of the same law by their names; `friction.conversions` makes them.
+    # Conversions to other models by name; `friction.conversions` registers them.
     _conversions: ClassVar[dict[str, Callable[..., Any]]] = {}
 
-    # -- what a law gives ---------------------------------------------------------------------
+    # -- required of a subclass ---------------------------------------------------------------
 
     @abstractmethod
     def _slope(self, u: Floats) -> Floats:
         """T0' [N/m] for displacements u >= 0 [m], one-dimensional."""
 
-    # -- what a law may give better -----------------------------------------------------------
+    # -- defaults that a subclass may override ------------------------------------------------
 
     @property
     def _table(self) -> Table | None:
-        """The backbone as a table, where one pays."""
+        """Table of the backbone, or None for a law that is cheap to evaluate directly."""
         return None
 
     @cached_property
     def _pieces(self) -> Pieces | None:
-        """The backbone cut at its kinks, for harmonics of a law without a table.
+        """Backbone cut at its kinks, used for harmonics of a law without a table.
 
-        None of a law that is rigid at rest, or whose force limit lies too far out.
+        None if the law is rigid at rest or its force limit is too far out to be tabulated.
         """
         stiffness = self.tangential_stiffness
         if not (math.isfinite(stiffness) and stiffness > 0.0):
@@ -75,30 +75,30 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
 
     @property
     def _coupling(self) -> LoadCurve | None:
-        """The load curve on which a load may vary; None for a law without a surface."""
+        """Load curve for a varying normal load, or None for a law without a surface."""
         return None
 
     def _backbone_and_slope(self, u: Floats) -> tuple[Floats, Floats]:
-        """Both, the slope only as good as Newton's method needs it."""
+        """Return T0 [N] and T0' [N/m], the slope only accurate enough for Newton's method."""
         table = self._table
         if table is None:
             return self._backbone(u), self._slope(u)
         return table.value_and_slope(u)
 
     def _backbone_at(self, u: float) -> tuple[float, float]:
-        """Both at one place, each as good as for many."""
+        """Return T0 [N] and T0' [N/m] at one displacement, equal to the vectorised values."""
         place = np.array([u])
         return float(self._backbone(place)[0]), float(self._slope(place)[0])
 
     def _inverse(self, force: Floats) -> Floats:
-        """U >= 0 at which T0 has the values ``force``, 0 <= force < limit, one-dimensional."""
+        """Return u >= 0 [m] at which T0(u) = force, for 0 <= force < limit, one-dimensional."""
         low = force / self.tangential_stiffness
-        # T0 is concave: it lies below its first tangent, so the answer is not below `low`.
+        # T0 is concave and lies below its first tangent, so `low` is a lower bound of u.
         high = np.maximum(low, self.force_limit / self.tangential_stiffness)
         reached = np.zeros_like(high)
         for _ in range(1000):
             before, reached = reached, self._backbone(high)
-            # A limit may round to a last place less than the force asked for: stop there, too.
+            # The limit may be one rounding error below the requested force: stop if T0 stalls.
             short = (reached < force) & (reached > before)
             if not short.any():
                 break
@@ -107,13 +107,12 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
         return invert(self._backbone_and_slope, force, low, high)
 
     def _energy(self, amplitude: Floats) -> Floats:
-        """Energy of a closed cycle [J] for amplitudes >= 0, one-dimensional.
+        """Energy of a closed cycle [J] for amplitudes >= 0 [m], one-dimensional.
 
-        The default integrates dE_d/da = 4 (T0 - a T0'), adaptively, since a law may have kinks.
+        The default integrates dE_d/da = 4 (T0 - a T0') adaptively, since a law may have kinks.
         """
 
-        # Finer than the rounding of T0 - a T0' nothing is found out: small amplitudes would be
-        # halved for ever.
+        # Stop at the rounding error of T0 - a T0': small amplitudes would be bisected for ever.
         def noise(low: Floats, high: Floats) -> Floats:
             return 4e-15 * self._backbone(high) * (high - low)
 
@@ -125,11 +124,11 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
         return 4.0 * np.maximum(value - amplitude * slope, 0.0)
 
     def _parameter_derivatives(self, u: Floats) -> Floats | None:
-        """T0 by each parameter (parameters, places), u >= 0 [m]; None where differences must do."""
+        """Derivatives of T0 for u >= 0 [m], shape (parameters, u.size), or None if not known."""
         return None
 
     def _derivative_backbones(self) -> Mapping[str, DerivativeBackbone]:
-        """DT0/dp of each parameter that is known exactly; none where differences must do."""
+        """Derivatives dT0/dp by parameter name, empty if a law has no exact derivatives."""
         if self._parameter_derivatives(np.zeros(1)) is None:
             return {}
         names = [item.name for item in parameters_of(type(self))]
@@ -155,10 +154,10 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
         return {name: derivative_of(i) for i, name in enumerate(names)}
 
     _quantities: ClassVar[tuple[tuple[str, str], ...]] = ()
-    """Properties that follow from the parameters and are worth telling, with their units."""
+    """Derived properties to report with the parameters, as (name, unit)."""
 
     def _slider_density(self, u: Floats) -> Floats:
-        """-T0'' [N/m^2]; the default by central differences of the slope."""
+        """Density of sliders -T0'' [N/m^2]. The default takes central differences of the slope."""
         scale = self.force_limit / self.tangential_stiffness
         step = 1e-5 * np.maximum(u, scale)
         low = np.maximum(u - step, 0.0)
@@ -196,7 +195,7 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
         return plain(self._slope(np.abs(x).reshape(-1)).reshape(x.shape), displacement)
 
     def backbone_displacement(self, force: ArrayLike) -> Any:
-        """Displacement [m] at which the backbone reaches forces [N] of any shape: its inverse."""
+        """Inverse of the backbone: displacement [m] at given forces [N] of any shape."""
         f = self._below_limit("force", floats("force", force, "N"))
         displacement = np.copysign(self._inverse(np.abs(f).reshape(-1)).reshape(f.shape), f)
         return plain(displacement, force)
@@ -206,31 +205,31 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
     def start(
         self, arrays: Mapping[str, ArrayLike] | None = None, *, depth: int | None = None
     ) -> State:
-        """A state at rest, to be advanced sample by sample or piece by piece.
+        """Return a state at rest, to be advanced step by step or in chunks of a record.
 
         Parameters
         ----------
         arrays : mapping of str to array_like, optional
-            What :meth:`microslip.State.to_arrays` gave [m, N, J], shapes there; or what
-            ``numpy.load`` reads of it. The state goes on from there, with its depth.
+            Output of :meth:`microslip.State.to_arrays` [m, N, J], shapes as described there, or the
+            same arrays read by ``numpy.load``. The state continues from it, with its depth.
         depth : int, optional
-            Rows of memory [-] that are kept, four at least, of an interface: what is older is
-            lumped, and ``error_bound`` says what it may cost. Without it all is remembered.
+            Largest number of memory rows kept [-], at least four, for an interface. Older rows are
+            merged, and ``error_bound`` bounds the resulting error. Unlimited by default.
         """
         return State(self, depth) if arrays is None else State.from_arrays(self, arrays)
 
     def force(self, displacement: ArrayLike) -> Any:
         """Compute the force along any displacement record, from rest, with exact memory.
 
-        First loading (19.19), unloading (19.20), (19.23), and reloading (19.21), with sliding
-        (19.15)-(19.17), for any record and in their corrected form. Minor loops, wiping-out and
-        the return to the first loading curve follow Masing's and Madelung's rules, so the cost is
-        O(1) a sample, whatever the number of asperities.
+        First loading (19.19), unloading (19.20), (19.23) and reloading (19.21), with sliding
+        (19.15)-(19.17), in their corrected form. Minor loops, wiping-out and the return to the
+        first loading curve follow Masing's and Madelung's rules. The cost is O(1) per sample,
+        independent of the number of asperities.
 
         Parameters
         ----------
         displacement : array_like
-            Displacements [m] in the order of time, one-dimensional.
+            Displacements [m] in time order, one-dimensional.
 
         Returns
         -------
@@ -238,35 +237,36 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
             Forces [N], one for each sample.
         """
         x = record("displacement", displacement, "m")
-        # A state would also count what is lost on the way, which takes half as long again.
+        # A state would also accumulate the dissipated energy, which costs 50 % more time.
         result = Memory().respond(x.reshape(-1), self._backbone, self._table)
         return plain(result.reshape(x.shape), displacement)
 
     def displacement(self, force: ArrayLike) -> Any:
         """Displacement [m] along any force record [N], from rest: the inverse of :meth:`force`.
 
-        The record is as :meth:`force` has it, but below the force limit in size.
+        The record is one-dimensional as for :meth:`force`; its absolute values must stay below the
+        force limit, otherwise InputError is raised.
         """
         f = self._below_limit("force", record("force", force, "N"))
         result = Memory().respond(f.reshape(-1), self._inverse, None)
         return plain(result.reshape(f.shape), force)
 
     def periodic(self, displacement_cycle: ArrayLike, rest: Rest = 0.0) -> PeriodicResponse:
-        """The settled cycle of a periodic displacement: what it is after one pass from rest.
+        """Compute the settled cycle of a periodic displacement, reached after one pass from rest.
 
         Parameters
         ----------
         displacement_cycle : array_like
             One period of displacements [m], one-dimensional, its first sample not repeated.
         rest : float or "mean", optional
-            Displacement [m] at which the joint began, without force; or the mean of the cycle. The
-            settled mean force depends on it: codes differ, so say which. From zero is what most
-            take, and what :meth:`force` does.
+            Displacement [m] at which the joint was free of force before the cycle, or "mean" for
+            the mean of the cycle. The settled mean force depends on it. The default 0 agrees with
+            :meth:`force` and with most codes.
 
         Returns
         -------
         PeriodicResponse
-            ``force`` [N], ``stiffness`` [N/m], ``parent`` and ``root``, and its ``derivative``.
+            ``force`` [N], ``stiffness`` [N/m], ``parent`` and ``root``, with method ``derivative``.
         """
         return settled_cycle(self, displacement_cycle, rest)
 
@@ -278,7 +278,7 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
         *,
         rtol: float = 1e-10,
     ) -> HarmonicForce:
-        """Fourier coefficients of the settled force with their Jacobian: harmonic balance.
+        """Compute Fourier coefficients of the settled force and their Jacobian (harmonic balance).
 
         Parameters
         ----------
@@ -286,25 +286,25 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
             Coefficients of the displacement [m] in the order of ``harmonics``, one-dimensional:
             [mean,] cos 1, sin 1, cos 3, sin 3 for (0, 1, 3).
         harmonics : sequence of int, optional
-            Numbers of the harmonics, rising; 0 is the mean.
+            Orders of the harmonics, increasing; 0 is the mean.
         rest : float or "mean", optional
             As for :meth:`periodic`.
         rtol : float, optional
-            Error of the coefficients [-] over the largest force; the Jacobian's over the stiffness
-            is a hundred times that.
+            Error of the coefficients relative to the largest force [-]. The error of the Jacobian
+            relative to the stiffness is a hundred times larger.
 
         Returns
         -------
         HarmonicForce
-            ``force`` [N] and ``jacobian`` [N/m], force coefficients (rows) by those of the
-            displacement (columns).
+            ``force`` [N] and ``jacobian`` [N/m]: rows are force coefficients, columns displacement
+            coefficients.
 
         Notes
         -----
-        There are no samples: the smooth pieces of the cycle are integrated one by one, between
-        turning points and where inner loops close, and cut at the kinks of the law. Where two
-        displacements of largest size tie, in a cycle about zero, the derivative by the mean is that
-        of the positive one; a displacement that does not move has the tangents of small cycles.
+        The cycle is not sampled: its smooth pieces are integrated one by one, cut at turning
+        points, at closures of inner loops and at the kinks of the law. If the largest and the
+        smallest displacement have equal magnitude, the derivative with respect to the mean is that
+        of the positive one. A constant displacement has the tangents of small cycles.
         """
         return harmonic_force(self, coefficients, harmonics, rest, rtol)
 
@@ -317,7 +317,7 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
         harmonics: Any = (0, 1),
         rest: Rest = 0.0,
     ) -> dict[str, Any]:
-        """Exact derivatives of what the law does by its parameters.
+        """Compute exact derivatives of a response with respect to the law's parameters.
 
         Parameters
         ----------
@@ -326,40 +326,41 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
             ``harmonics`` [N]; ``dissipated_energy`` [J], ``secant_stiffness`` [N/m],
             ``loss_factor`` or ``damping_ratio`` [-] of a closed cycle.
         at : array_like
-            Displacements or amplitudes [m] of any shape; histories, cycles or coefficients [m]
-            along the last axis, a row each of any number.
+            Displacements or amplitudes [m] of any shape, or histories, cycles or coefficients [m]
+            along the last axis.
         names : sequence of str, optional
-            Parameters; all without it. Those of an :class:`microslip.Interface` are
-            friction_coefficient and normal_load, and of its Greenwood-Williamson surface std (all
-            heights times a number), radius, density, area, young_modulus and poisson_ratio, of
-            both bodies or of the first, with other_young_modulus and other_poisson_ratio.
+            Parameters, all by default. An :class:`microslip.Interface` has friction_coefficient
+            and normal_load, and with a Greenwood-Williamson surface std (a scale of all heights),
+            radius, density, area, young_modulus and poisson_ratio. If the two materials differ,
+            the last two are those of the first body, and other_young_modulus and
+            other_poisson_ratio those of the second.
         harmonics, rest
-            As of :meth:`harmonics`.
+            See :meth:`harmonics`.
 
         Returns
         -------
         dict of str to float or ndarray
-            Derivatives a unit of each parameter, in the shape of ``at``. An interface keeps its
-            load: its separation moves with what it is made of.
+            Derivatives per unit of each parameter, shape of ``at``. The load of an interface is
+            held constant, so its separation changes with the surface parameters.
 
         Notes
         -----
-        All of these are linear in the backbone, along branches that depend on the displacement
-        alone (Masing's rules; Jaeger 1998, DOI 10.1115/1.2833765): they are those of the law whose
-        backbone is dT0/dp.
+        Every response is linear in the backbone, along branches that depend on the displacement
+        alone (Masing's rules; Jaeger 1998, DOI 10.1115/1.2833765). Its derivative is the response
+        of a law with backbone dT0/dp.
         """
         return derivatives_by_parameters(self, quantity, at, names, harmonics, rest)
 
     @property
     def _kinks(self) -> Floats:
-        """Displacements [m], rising, at which the backbone is not smooth."""
+        """Displacements [m], increasing, at which the backbone is not smooth."""
         return np.unique(self.sliders().yield_displacements)
 
     def sliders(self) -> Sliders:
-        """The law as a parallel Iwan model (Iwan 1966, DOI 10.1115/1.3625199).
+        """Return the law as a parallel Iwan model (Iwan 1966, DOI 10.1115/1.3625199).
 
-        A density of sliders -T0'' [N/m^2] over their yield displacement [m], discrete ones, or
-        both.
+        It has a density of sliders -T0'' [N/m^2] over the yield displacement [m], discrete sliders,
+        or both.
         """
         nothing = lock(np.zeros(0))
         return Sliders(nothing, nothing, self._slider_density)
@@ -373,27 +374,27 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
         smallest_amplitude: float | None = None,
         largest_amplitude: float | None = None,
     ) -> CellModel:
-        """The law as a parallel Iwan model (Iwan 1966, DOI 10.1115/1.3625199) of some cells.
+        """Convert to a parallel Iwan model (Iwan 1966, DOI 10.1115/1.3625199) with given cells.
 
         Parameters
         ----------
         cells : int
-            Number of cells [-], 1 to 10 million; fewer come back where the law has fewer sliders.
+            Number of cells [-], 1 to 10 million. A law with fewer sliders gives fewer cells.
         smallest_amplitude, largest_amplitude : float, optional
-            Range of amplitudes [m] that the cells are for. With it (one of them will do; the other
-            is then 0.01 or 10 times the displacement at which the first tangent meets the force
-            limit) small cycles are met as well as large ones: 50 cells over three decades err by
-            up to 1.5 % of the energy, and by the inverse square of their number. The ``fit`` of
-            what comes back has the errors over the range.
+            Range of amplitudes [m] over which the relative error is balanced. If only one end is
+            given, the other defaults to 0.01 or 10 times the displacement force_limit /
+            tangential_stiffness. With 50 cells over three decades the energy error is at most
+            1.5 %, falling with the inverse square of the number of cells. The attribute ``fit`` of
+            the result holds the errors over the range.
 
         Returns
         -------
         Iwan
-            Cells that hold the stiffness at rest and the force limit exactly. Their backbone is
-            the polygon of tangents at ``cells`` places: nowhere below the law, above it by an
-            error that falls with the square of the number of cells. Cycles too small for the
-            first cell to yield cost them nothing; without a range the places make the errors of
-            the force even, and the first cell yields late.
+            Cells with exact stiffness at rest and force limit. Their backbone is the polygon of
+            tangents at ``cells`` displacements. It is nowhere below the law, and its error falls
+            with the square of the number of cells. Cycles too small for the first cell to yield
+            dissipate nothing. Without a range the force error is uniform over displacement, so the
+            first cell yields late.
         """
         model: CellModel = self._conversions["iwan"](
             self, cells, smallest_amplitude, largest_amplitude
@@ -403,13 +404,13 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
     def to_segalman(
         self, smallest_amplitude: float | None = None, largest_amplitude: float | None = None
     ) -> SegalmanFit:
-        """The four-parameter model of Segalman (2005, DOI 10.1115/1.1989354) closest to the law.
+        """Fit the four-parameter model of Segalman (2005, DOI 10.1115/1.1989354) to the law.
 
-        Its force limit and its stiffness at rest are those of the law. Its chi and beta make the
-        dissipated energies agree best: least squares of their logarithms at 61 amplitudes [m],
-        spread evenly on a logarithmic scale over a range: without one, from 0.01 to 10 times the
-        displacement at which the first tangent meets the force limit. What comes back is the model,
-        ``law``, and its ``misfit``.
+        Force limit and stiffness at rest are those of the law. chi and beta minimise the squared
+        difference of the logarithms of the dissipated energies at 61 amplitudes [m], spaced
+        logarithmically over the range. The range defaults to 0.01 to 10 times the displacement
+        force_limit / tangential_stiffness. The result holds the model as ``law`` and its
+        ``misfit``.
         """
         fit: SegalmanFit = self._conversions["segalman"](
             self, smallest_amplitude, largest_amplitude
@@ -418,16 +419,16 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
 
     @classmethod
     def guess(cls: type[Self], data: Any) -> Self:
-        """A law to start a fit from.
+        """Return an initial guess for a fit.
 
-        The default serves any law that says its parameters with units of newtons and metres: it
-        draws the shapes of its examples through the branches, and settles what else there is by
-        least squares.
+        The default works for any law that declares all parameters with units of newtons and metres.
+        It scales the examples of the class to the measured branches and refines the remaining
+        parameters by least squares.
 
         Parameters
         ----------
-        data : Loop, Record or sequence of such
-            Measured data: displacement [m] and force [N], at least one closed cycle each.
+        data : Loop, Record or sequence of these
+            Measured displacement [m] and force [N], at least one closed cycle each.
 
         Returns
         -------
@@ -439,12 +440,12 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
 
     @classmethod
     def examples(cls: type[Self]) -> tuple[Self, ...]:
-        """Instances that stand for the class in the shared tests; none for an abstract one."""
+        """Return instances used by the shared tests; empty for an abstract class."""
         return ()
 
 
 class CellModel(BackboneLaw):
-    """A law of springs with sliders side by side, which :class:`Iwan` is."""
+    """Law of parallel springs, each in series with a slider; the base class of :class:`Iwan`."""
 
     if TYPE_CHECKING:
 
@@ -454,7 +455,7 @@ class CellModel(BackboneLaw):
 
         @property
         def force_limits(self) -> ArrayLike:
-            """Force at which each of them slips [N]."""
+            """Force at which each cell slips [N]."""
 
         @property
         def cell_count(self) -> int:
@@ -462,11 +463,11 @@ class CellModel(BackboneLaw):
 
         @property
         def fit(self) -> Any:
-            """Accuracy of the cells over a range of amplitudes; None where none was asked for."""
+            """Accuracy of the cells over a range of amplitudes, None if no range was given."""
 
 
 class PowerModel(BackboneLaw):
-    """A law whose sliders are dense as a power, which :class:`SegalmanIwan` is."""
+    """Law with a power-law slider density; the base class of :class:`SegalmanIwan`."""
 
     if TYPE_CHECKING:
 
@@ -476,26 +477,25 @@ class PowerModel(BackboneLaw):
 
         @property
         def chi(self) -> float:
-            """Exponent of the density."""
+            """Exponent of the slider density [-]."""
 
         @property
         def beta(self) -> float:
-            """Stiffness of the last slider over that of all others."""
+            """Ratio of the stiffness of the last slider to that of all others [-]."""
 
 
 class SegalmanFit(NamedTuple):
-    """The four-parameter model (DOI 10.1115/1.1989354) closest to a law, and how close that is."""
+    """Four-parameter model (DOI 10.1115/1.1989354) fitted to a law, with its errors."""
 
     law: PowerModel
-    """The model, a :class:`SegalmanIwan`: force limit and stiffness at rest are those of the law
-    fitted."""
+    """Fitted :class:`SegalmanIwan`, with the force limit and stiffness at rest of the law."""
     misfit: float
     """Root mean square of ln(E_d of the model / E_d of the law) over the amplitudes [-]."""
     largest_misfit: float
-    """Largest size of that logarithm [-]."""
+    """Largest absolute value of that logarithm [-]."""
     force_misfit: float
-    """Largest difference of the backbones over the amplitudes, of the force limit [-]."""
+    """Largest difference of the backbones over the amplitudes, relative to the force limit [-]."""
     smallest_amplitude: float
     """Smallest amplitude at which the energies were compared [m]."""
     largest_amplitude: float
-    """Largest one [m]."""
+    """Largest amplitude at which the energies were compared [m]."""

@@ -1,7 +1,7 @@
 """Conversion of a law to another model: `to_iwan` and `to_segalman` of every law.
 
-The models are laws themselves, so these conversions live above them. Importing this module hands
-them to :class:`~microslip.friction.base.BackboneLaw`.
+The models are laws themselves, so the conversions are defined above the base class. Importing this
+module registers them with :class:`~microslip.friction.base.BackboneLaw`.
 """
 
 from __future__ import annotations
@@ -18,28 +18,29 @@ from microslip._core.frozen import assign
 from microslip.friction.base import BackboneLaw, CellModel, SegalmanFit
 from microslip.friction.iwan import Iwan, IwanFit
 
-_PANELS_A_CELL = 16  # panels a cell on which the law is looked at
-_STEP_ASIDE = 1e-12  # on either side of a discrete slider, of its yield displacement
-_SAMPLES = 24  # amplitudes between two places where a cell yields at which errors are looked for
+_PANELS_A_CELL = 16  # panels per cell on which the law is evaluated
+_STEP_ASIDE = 1e-12  # relative distance of the knots on either side of a discrete slider
+_SAMPLES = 24  # amplitudes between two yield displacements at which errors are evaluated
 _MOST_SAMPLES = 20_000
-_BETWEEN = 1.01  # what errors between those may be of the largest at them: (1/24)^2 and to spare
-_LEFT_OUT = 0.4  # of the square of the step of a ladder, whose sixth is its error
-_ROUNDING = 8.0 * float(np.finfo(float).eps)  # shares of stiffness and force below it are rounding
+_BETWEEN = 1.01  # bound of the error between samples over the largest sampled error
+_LEFT_OUT = 0.4  # neglected part of the limit over the squared step of the ladder
+_ROUNDING = 8.0 * float(np.finfo(float).eps)  # smaller fractions of stiffness or force are rounding
 
 
 def discretise(law: BackboneLaw, count: int) -> Iwan:
-    """Cells whose backbone is the polygon of a law's tangents; at most ``count`` of them.
+    """Return at most ``count`` cells whose backbone is the polygon of the law's tangents.
 
-    Between two knots one cell stands for all sliders that yield there, with their stiffness, the
-    fall of T0', and their force, the rise of T0 - u T0'. So force and slope are exact at every
-    knot, and so are the stiffness at rest and the force limit. Between knots h apart the polygon
-    is above the law by up to h^2 |T0''|/8.
+    One cell replaces all sliders that yield between two knots. Its stiffness is the decrease of
+    T0',
+    its force limit the increase of T0 - u T0'. Force and slope are exact at every knot, as are the
+    stiffness at rest and the force limit. Between knots h apart the polygon is above the law by up
+    to h^2 |T0''|/8.
     """
     sliders = law.sliders()
     places = sliders.yield_displacements
     if sliders._density is None and places.size <= count:
         return Iwan(sliders.stiffnesses, sliders.stiffnesses * places)
-    if 2 * places.size < count:  # a cell for each discrete slider alone
+    if 2 * places.size < count:  # each discrete slider gets its own cell
         alone = np.concatenate((places * (1.0 - _STEP_ASIDE), places * (1.0 + _STEP_ASIDE)))
         knots = np.union1d(_knots(law, count - alone.size), alone)
     else:
@@ -52,14 +53,15 @@ def discretise(law: BackboneLaw, count: int) -> Iwan:
 
 
 def discretise_over(law: BackboneLaw, count: int, smallest: float, largest: float) -> Iwan:
-    """The same for amplitudes of a range, up to a tangent at the largest, with its errors.
+    """Return at most ``count`` cells with uniform relative error over a range of amplitudes.
 
-    Knots are geometric, so that every cycle of the range has as many cells that yield in it, in
-    relation to its size; and closer where sliders crowd, as at a sphere's slip limit: between knots
-    h apart the polygon is above the law by up to h^2 |T0''|/8, and 4 a times that is what a cycle
-    of the amplitude a has too much or too little of its energy E, so that they part the integral of
-    sqrt(a |T0''|/E). The first lie below the smallest amplitude, since sliders that yield there
-    count, too.
+    Knots are geometric up to the largest amplitude, so each cycle of the range has the same number
+    of
+    yielding cells relative to its size, and denser where the slider density is high, as at the slip
+    limit of a sphere. Between knots h apart the polygon is above the law by up to h^2 |T0''|/8, and
+    the energy E of a cycle of amplitude a is wrong by 4 a times that; knots therefore divide the
+    integral of sqrt(a |T0''|/E) evenly. The first knots are below the smallest amplitude, since
+    sliders that yield there contribute too.
     """
     sliders = law.sliders()
     places = sliders.yield_displacements
@@ -75,7 +77,7 @@ def discretise_over(law: BackboneLaw, count: int, smallest: float, largest: floa
         slopes = np.append(law._slope(knots), 0.0)
         forces = np.append(0.25 * law._energy_slope(knots), law.force_limit)
         stiffnesses, limits = -np.diff(slopes), np.diff(forces)
-        # Differences that are no more than the rounding of what they are differences of.
+        # Drop differences within the rounding error of their terms.
         real = (stiffnesses > _ROUNDING * slopes[:-1]) & (limits > _ROUNDING * forces[1:])
         cells = Iwan(stiffnesses[real], limits[real])
     assign(cells, fit=_errors(law, cells, _amplitudes(cells, smallest, largest)))
@@ -83,7 +85,7 @@ def discretise_over(law: BackboneLaw, count: int, smallest: float, largest: floa
 
 
 def _amplitudes(cells: Iwan, smallest: float, largest: float) -> Floats:
-    """Amplitudes of a range, some between any two places at which a cell yields."""
+    """Return amplitudes of a range, with several between any two yield displacements."""
     yields = cells.sliders().yield_displacements
     corners = yields[(yields > smallest) & (yields < largest)]
     corners = np.concatenate(([smallest], corners, [largest]))
@@ -98,7 +100,7 @@ def _errors(law: BackboneLaw, cells: Iwan, a: Floats) -> IwanFit:
     force, energy = law._backbone(a), law._energy(a)
     lost = energy > 0.0
     off = np.abs(cells._energy(a)[lost] / energy[lost] - 1.0)
-    free = float(np.max(cells._energy(a)[~lost], initial=0.0))  # where the law loses nothing
+    free = float(np.max(cells._energy(a)[~lost], initial=0.0))  # where the law is elastic
     most = float(np.max(off, initial=0.0))
     return IwanFit(
         backbone_error=_BETWEEN * float(np.max(np.abs(cells._backbone(a) / force - 1.0))),
@@ -110,10 +112,10 @@ def _errors(law: BackboneLaw, cells: Iwan, a: Floats) -> IwanFit:
 
 
 def _range_knots(law: BackboneLaw, rungs: int, smallest: float, largest: float) -> Floats:
-    """Knots for amplitudes of a range, the last at the largest or where hardly a slider is left."""
+    """Return knots for a range of amplitudes, up to the largest or to nearly full slip."""
     height = math.log(largest / smallest) / rungs
     low, top = smallest, largest
-    for _ in range(60):  # sliders that yield further out bear less of the limit than is missed
+    for _ in range(60):  # later sliders carry less than the discretisation error
         middle = math.sqrt(low * top)
         yielded = 0.25 * float(law._energy_slope(np.array([middle]))[0])
         few = law.force_limit - yielded < _LEFT_OUT * height * height * law.force_limit
@@ -126,22 +128,22 @@ def _range_knots(law: BackboneLaw, rungs: int, smallest: float, largest: float) 
         crowded = np.sqrt((high - low) * high * rate / 1.5)
         return np.maximum(np.log(high / low), crowded)
 
-    # What the first cell lumps together, up to c times the smallest amplitude, costs that c^3/2 of
-    # its energy; the ladder itself, of steps h in the logarithm, costs about h^2/6.
+    # The first cell, up to c times the smallest amplitude, changes its energy by c^3/2; the
+    # ladder with logarithmic step h changes it by about h^2/6.
     below = min(0.5, (height * height / 3.0) ** (1.0 / 3.0))
     places, parts = _parts(law, np.geomspace(below * smallest, end, 129), mass, rungs)
     return np.interp(np.linspace(0.0, parts[-1], rungs), parts, places)
 
 
 def _knots(law: BackboneLaw, count: int) -> Floats:
-    """Knots from 0 on that part the integral of sqrt(-T0'') evenly, the last part endless.
+    """Return knots from 0 that divide the integral of sqrt(-T0'') evenly.
 
-    The polygon's error is then of one size everywhere, and of second order in 1/count also where
-    the density of sliders is infinite or has no end. Neither it nor its integral is ever asked
-    for: on a panel so narrow that it is constant the integral is sqrt(width * fall of T0'), and a
-    discrete slider makes that as small as one likes.
+    The error of the polygon is then uniform, and of second order in 1/count even for an infinite or
+    unbounded slider density. The density itself is not evaluated: on a panel narrow enough for a
+    constant density the integral is sqrt(width * decrease of T0'), which vanishes with the width
+    at a discrete slider.
     """
-    # Off any round number, so that no edge of a panel falls on a corner of the law.
+    # An irregular factor, so that no edge of a panel coincides with a corner of the law.
     edge = 1.0123456789 * law.force_limit / law.tangential_stiffness
     edges = [0.0, edge]
     total = np.sqrt(law.force_limit)  # sqrt(stiffness * reach)
@@ -160,9 +162,10 @@ def _knots(law: BackboneLaw, count: int) -> Floats:
 def _parts(
     law: BackboneLaw, places: Floats, mass: Callable[[Floats, Floats, Floats], Floats], count: int
 ) -> tuple[Floats, Floats]:
-    """Places from the first to the last, refined, and the mass of the panels up to each of them.
+    """Refine panels until none exceeds a fraction of the mass of a cell.
 
-    ``mass`` takes the ends of panels and how much T0' falls on them.
+    Return the edges and the cumulative mass. ``mass`` is called with the lower ends, upper ends and
+    decreases of T0' of the panels.
     """
     slopes = law._slope(places)
     while True:
@@ -187,7 +190,7 @@ def to_iwan(
     smallest_amplitude: float | None,
     largest_amplitude: float | None,
 ) -> CellModel:
-    """See :meth:`BackboneLaw.to_iwan`."""
+    """Convert to cells; see :meth:`BackboneLaw.to_iwan`."""
     count = whole_number("cells", cells, 1, MOST_CELLS)
     check_not_rigid(law, "Iwan's cells")
     if smallest_amplitude is None and largest_amplitude is None:
@@ -199,7 +202,7 @@ def to_iwan(
 def to_segalman(
     law: BackboneLaw, smallest_amplitude: float | None, largest_amplitude: float | None
 ) -> SegalmanFit:
-    """See :meth:`BackboneLaw.to_segalman`."""
+    """Fit the four-parameter model; see :meth:`BackboneLaw.to_segalman`."""
     from microslip.friction.segalman import fit_segalman
 
     check_not_rigid(law, "the four parameters")
@@ -208,18 +211,18 @@ def to_segalman(
 
 
 def check_not_rigid(law: BackboneLaw, model: str) -> None:
-    """Springs beside each other have no place where a law is rigid at rest."""
+    """Raise InputError for a law that is rigid at rest, which has no parallel springs."""
     if math.isinf(law.tangential_stiffness):
         raise InputError(
-            f"{model} need a finite stiffness at rest, "
-            f"and {type(law).__name__} friction is rigid there"
+            f"{model} need a finite stiffness at rest, got {type(law).__name__} friction, "
+            "which is rigid at rest"
         )
 
 
 def amplitude_range(
     law: BackboneLaw, smallest: float | None, largest: float | None
 ) -> tuple[float, float]:
-    """A range of amplitudes [m]; 0.01 to 10 times limit over stiffness where it was not given."""
+    """Return the range of amplitudes [m], by default 0.01 to 10 times limit over stiffness."""
     reach = law.force_limit / law.tangential_stiffness
     low = 0.01 * reach if smallest is None else smallest
     high = 10.0 * reach if largest is None else largest

@@ -1,4 +1,4 @@
-"""Coulomb's friction: rigid, then plastic."""
+"""Coulomb friction: rigid, perfectly plastic."""
 
 from __future__ import annotations
 
@@ -18,23 +18,23 @@ from microslip.friction.sliders import Sliders
 
 @dataclass(frozen=True)
 class Coulomb(BackboneLaw):
-    """Rigid, perfectly plastic friction: any motion meets the whole force limit.
+    """Rigid, perfectly plastic friction: any motion meets the full force limit.
 
     Parameters
     ----------
     force_limit : float
-        Force at which it slips [N], above zero.
+        Force at which the slider slips [N], above zero.
 
     Notes
     -----
-    The cell of Iwan (1966, DOI 10.1115/1.3625199) without its spring. Its backbone is 0 at
-    displacement 0 and the limit anywhere else, so that from rest the force is 0 until something
-    moves; then it has the size of the limit and the sign of the last motion. A cycle dissipates
+    The cell of Iwan (1966, DOI 10.1115/1.3625199) without its spring. The backbone is 0 at
+    displacement 0 and the limit anywhere else: from rest the force is 0 until the first motion,
+    then it has the magnitude of the limit and the sign of the last motion. A cycle dissipates
     4 mu N a, and eta = 4/pi at every amplitude.
 
-    Its stiffness is infinite at rest and zero once it has moved; trials say the same. A force is
-    answered by no displacement or by all, so the inverse, force records and force amplitudes are
-    errors.
+    The stiffness is infinite at rest and zero after the first motion, also in trials. A force does
+    not determine a displacement, so the inverse, force records and force amplitudes raise
+    InputError.
     """
 
     force_limit: float = field(metadata=parameter("F", "N", "force at which it slips", above=0.0))
@@ -52,22 +52,22 @@ class Coulomb(BackboneLaw):
         return np.full_like(amplitude, 4.0 * self.force_limit)
 
     def _below_limit(self, name: str, force: Floats) -> Floats:
-        # Every conversion of a force into a displacement passes here.
+        # Every conversion of a force into a displacement calls this method.
         raise InputError(
-            f"{name} does not determine a displacement: Coulomb friction is rigid below its limit "
-            f"{self.force_limit:.10g} N; give displacements [m]"
+            f"`{name}` does not determine a displacement: Coulomb friction is rigid below its "
+            f"limit {self.force_limit:.10g} N; give displacements [m]"
         )
 
     def sliders(self) -> Sliders:
-        """One slider that yields at displacement 0, its stiffness infinite [N/m]."""
+        """Return one slider with yield displacement 0 [m] and infinite stiffness [N/m]."""
         return Sliders(lock(np.zeros(1)), lock(np.array([np.inf])), None)
 
     @classmethod
     def guess(cls, data: Any) -> Coulomb:
-        """A law to start a fit from: its limit is the middle force of a branch."""
+        """Return an initial guess for a fit: the limit is the median force of the branches."""
         return cls(float(np.median([np.median(f.force) for f in all_features(data)])))
 
     @classmethod
     def examples(cls) -> tuple[Coulomb, ...]:
-        """One limit stands for all."""
+        """Return one law."""
         return (cls(force_limit=1100.0),)

@@ -248,7 +248,7 @@ class CoupledLaw(BackboneLaw):
         if beyond.size:
             i = int(beyond[0])
             raise InputError(
-                "`force` must stay below the force limit mu N in size (no displacement holds it "
+                "`force` must be below the force limit mu N in size (no displacement holds it "
                 f"beyond), got {exact(f[i])} N at sample {i}, where the limit is {limit[i]:.10g} N"
             )
         places = Diagram().hold(steps, f / curve.friction, curve)

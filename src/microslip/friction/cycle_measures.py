@@ -16,9 +16,9 @@ from microslip.friction.loops import Loop, checked_cycle, halves_of
 
 
 class CycleMeasures(ABC):
-    """Measures of closed cycles, from a law's backbone, its inverse and its energies."""
+    """Measures of closed cycles, computed from backbone, inverse and energies of a law."""
 
-    if TYPE_CHECKING:  # fields or properties, as a law likes
+    if TYPE_CHECKING:  # a law implements these as fields or as properties
 
         @property
         def force_limit(self) -> float:
@@ -30,42 +30,42 @@ class CycleMeasures(ABC):
 
     @property
     def _slip_scale(self) -> tuple[float, str]:
-        """Displacement [m] over which it goes from sticking to sliding, and what that is."""
-        if math.isinf(self.tangential_stiffness):  # it slides at once, so any length will do
+        """Displacement scale of the transition from sticking to sliding [m] and its definition."""
+        if math.isinf(self.tangential_stiffness):  # no transition: any length is valid
             return 1e-6, "1 um, since the law is rigid at rest"
         return self.force_limit / self.tangential_stiffness, "force_limit / tangential_stiffness"
 
     @abstractmethod
     def _backbone(self, u: Floats) -> Floats:
-        """T0 [N] for displacements u >= 0 [m], one-dimensional."""
+        """Return T0 [N] for displacements u >= 0 [m], one-dimensional."""
 
     @abstractmethod
     def _backbone_at(self, u: float) -> tuple[float, float]:
-        """T0 [N] and its slope [N/m] at one displacement u >= 0 [m]."""
+        """Return T0 [N] and its slope [N/m] at one displacement u >= 0 [m]."""
 
     @abstractmethod
     def _inverse(self, force: Floats) -> Floats:
-        """U >= 0 at which T0 has the values ``force``, 0 <= force < limit, one-dimensional."""
+        """Return u >= 0 [m] at which T0(u) = force, for 0 <= force < limit, one-dimensional."""
 
     @abstractmethod
     def _energy(self, amplitude: Floats) -> Floats:
-        """Energy of a closed cycle [J] for amplitudes >= 0, one-dimensional."""
+        """Return the energy of a closed cycle [J] for amplitudes >= 0 [m], one-dimensional."""
 
     @abstractmethod
     def _energy_slope(self, amplitude: Floats) -> Floats:
-        """Derivative of :meth:`_energy` [N]."""
+        """Return the derivative of :meth:`_energy` [N]."""
 
     @property
     def _small_exponent(self) -> float:
-        """The exponent towards amplitude 0; not a number where there is none."""
+        """Limit of the dissipation exponent for amplitude 0, NaN if there is none."""
         return math.nan
 
     def _below_limit(self, name: str, force: Floats) -> Floats:
         largest = float(np.abs(force).max())
         if largest >= self.force_limit:
             raise InputError(
-                f"`{name}` must stay below the force limit {self.force_limit:.10g} N in size (at "
-                f"the limit slip is unlimited), got {largest:.10g} N"
+                f"`{name}` must be below the force limit {self.force_limit:.10g} N in magnitude "
+                f"(at the limit slip is unlimited), got {largest:.10g} N"
             )
         return force
 
@@ -79,7 +79,7 @@ class CycleMeasures(ABC):
         )
         if values.min() < 0.0:
             raise InputError(f"`{name}` must not be negative, got {values.min():g}")
-        values = np.abs(values)  # -0.0 is 0.0 here
+        values = np.abs(values)  # -0.0 becomes 0.0
         if force_amplitude is None:
             return values
         self._below_limit(name, values)
@@ -95,14 +95,14 @@ class CycleMeasures(ABC):
     def dissipated_energy(
         self, amplitude: ArrayLike | None = None, *, force_amplitude: ArrayLike | None = None
     ) -> Any:
-        """Energy dissipated in a closed cycle between -amplitude and +amplitude (19.29).
+        """Compute the energy of a closed cycle between -amplitude and +amplitude (19.29).
 
         Parameters
         ----------
         amplitude : array_like, optional
             Displacement amplitudes [m], not negative, any shape.
         force_amplitude : array_like, optional
-            Force amplitudes [N] instead, below the force limit.
+            Force amplitudes [N], given instead; below the force limit.
 
         Returns
         -------
@@ -114,7 +114,7 @@ class CycleMeasures(ABC):
     def energy_ratio(
         self, amplitude: ArrayLike | None = None, *, force_amplitude: ArrayLike | None = None
     ) -> Any:
-        """Energy ratio A = E_d / 4 delta_m T_m [-]: 1 for rigid-plastic friction, 0 at rest.
+        """Compute the energy ratio A = E_d/(4 delta_m T_m) [-]: 1 for rigid-plastic friction.
 
         Parameters, shapes and errors as :meth:`dissipated_energy`.
         """
@@ -128,11 +128,11 @@ class CycleMeasures(ABC):
     def loss_factor(
         self, amplitude: ArrayLike | None = None, *, force_amplitude: ArrayLike | None = None
     ) -> Any:
-        """Loss factor eta = E_d/(2 pi U) = E_d/(pi delta_m T_m) = (4/pi) A [-].
+        """Compute the loss factor eta = E_d/(2 pi U) = E_d/(pi delta_m T_m) = (4/pi) A [-].
 
-        This is what (19.30) computes and calls the damping ratio xi; the equivalent viscous damping
-        ratio is half of it. It belongs to the interface, not to a mode of a structure:
-        zeta_mode = sum of E_d / (4 pi U). Parameters, shapes and errors as
+        Equation (19.30) calls this quantity the damping ratio xi; the equivalent viscous damping
+        ratio is half of it. It is a property of the interface, not of a mode of a structure, for
+        which zeta = sum of E_d / (4 pi U). Parameters, shapes and errors as
         :meth:`dissipated_energy`.
         """
         ratio = self.energy_ratio(amplitude, force_amplitude=force_amplitude)
@@ -141,9 +141,9 @@ class CycleMeasures(ABC):
     def damping_ratio(
         self, amplitude: ArrayLike | None = None, *, force_amplitude: ArrayLike | None = None
     ) -> Any:
-        """Equivalent viscous damping ratio zeta = eta/2 = (2/pi) A [-] of the interface.
+        """Compute the equivalent viscous damping ratio zeta = eta/2 = (2/pi) A [-].
 
-        Half of what (19.30) computes under this name. Parameters, shapes and errors as
+        Half of the quantity that (19.30) calls damping ratio. Parameters, shapes and errors as
         :meth:`dissipated_energy`.
         """
         return 0.5 * self.loss_factor(amplitude, force_amplitude=force_amplitude)
@@ -151,7 +151,7 @@ class CycleMeasures(ABC):
     def secant_stiffness(
         self, amplitude: ArrayLike | None = None, *, force_amplitude: ArrayLike | None = None
     ) -> Any:
-        """Secant stiffness T0(delta_m)/delta_m [N/m]; the stiffness at rest for amplitude 0.
+        """Compute T0(delta_m)/delta_m [N/m]; the stiffness at rest for amplitude 0.
 
         Parameters, shapes and errors as :meth:`dissipated_energy`.
         """
@@ -159,7 +159,7 @@ class CycleMeasures(ABC):
         def secant(a: Floats) -> Floats:
             moved = a > 0.0
             stiffness = np.full_like(a, self.tangential_stiffness)
-            with np.errstate(over="ignore"):  # a rigid law at next to no amplitude
+            with np.errstate(over="ignore"):  # a rigid law at a very small amplitude
                 return np.divide(self._backbone(a), a, out=stiffness, where=moved)
 
         return self._measure(amplitude, force_amplitude, secant)
@@ -167,12 +167,12 @@ class CycleMeasures(ABC):
     def dissipation_exponent(
         self, amplitude: ArrayLike | None = None, *, force_amplitude: ArrayLike | None = None
     ) -> Any:
-        """Local exponent d ln E_d / d ln delta_m [-]: 3 for small microslip, 1 in gross slip.
+        """Compute d ln E_d / d ln delta_m [-]: 3 for small microslip, 1 in gross slip.
 
-        Where the energy underflows it is the limit of small amplitudes; not a number for a law that
-        dissipates nothing there, as on a straight run of a table. Given a force amplitude, the same
-        exponent (of the displacement) at the displacement that belongs to it. Parameters, shapes
-        and errors as :meth:`dissipated_energy`.
+        If the energy underflows, return the limit for amplitude 0, NaN for a law without
+        dissipation there. For a force amplitude, the exponent of the displacement amplitude is
+        returned, at the corresponding displacement. Parameters, shapes and errors as
+        :meth:`dissipated_energy`.
         """
 
         def exponent(a: Floats) -> Floats:
@@ -191,26 +191,26 @@ class CycleMeasures(ABC):
         color: str | None = None,
         label: str = "",
     ) -> Any:
-        """Draw the backbone, or a measure of closed cycles against their amplitude.
+        """Draw the backbone, or a measure of closed cycles over their amplitude.
 
         Parameters
         ----------
         ax : matplotlib.axes.Axes, optional
-            Axes to draw on; without, a new figure. Laws laid over each other share their units.
+            Axes to draw on, by default a new figure. Laws drawn on the same axes share units.
         quantity : str, optional
             "backbone", "backbone_stiffness", "secant_stiffness", "dissipated_energy",
             "loss_factor", "damping_ratio" or "dissipation_exponent".
         amplitudes : array_like, optional
-            Displacement amplitudes [m]; by default from deep microslip to far in the slip.
+            Displacement amplitudes [m], by default from microslip to gross slip.
         color : str, optional
-            Color of the line; by default the next of the package's colors.
+            Color of the line, by default the next color of the package.
         label : str, optional
-            Name for ``ax.legend()``.
+            Label for ``ax.legend()``.
 
         Returns
         -------
         matplotlib.axes.Axes
-            What was drawn on.
+            The axes.
         """
         from microslip.figures import draw
         from microslip.friction.figures import law_figure
@@ -233,13 +233,13 @@ class CycleMeasures(ABC):
         amplitude : float
             Displacement amplitude [m], above zero.
         samples : int, optional
-            Number of samples, at least 5; they lie denser at the turning points, the first and the
-            last are both at +amplitude, and -amplitude is among them.
+            Number of samples, at least 5, denser at the turning points. The first and the last
+            sample are at +amplitude, and one is at -amplitude.
 
         Returns
         -------
         Loop
-            From +amplitude down to -amplitude and up again.
+            Samples from +amplitude to -amplitude and back.
         """
         a, shape, turn = checked_cycle(amplitude, samples)
         peak = self._backbone_at(a)[0]

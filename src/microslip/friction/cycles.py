@@ -1,4 +1,4 @@
-"""The settled cycle of a periodic displacement, and its derivative by whatever moves it."""
+"""Settled cycle of a periodic displacement and its derivatives."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from microslip.friction.energies import dissipated_along
 from microslip.friction.memory import Memory, Nodes
 
 Rest: TypeAlias = float | Literal["mean"]
-"""Displacement at which a joint began, without force: a number [m], or the mean of its cycle."""
+"""Displacement of the force-free state before a cycle: a number [m] or the mean of the cycle."""
 
 
 class Backbone(Protocol):
-    """Interface of a law to settled cycles, for displacements u >= 0 [m]."""
+    """Interface of a law for settled cycles, for displacements u >= 0 [m]."""
 
     def _backbone(self, u: Floats) -> Floats:
         """T0 [N]."""
@@ -35,23 +35,23 @@ class _Cycle(NamedTuple):
 
 
 class PeriodicResponse(_Cycle):
-    """The settled cycle of a periodic displacement, as solvers need it: (19.20)-(19.24), closed.
+    """Settled cycle of a periodic displacement, (19.20)-(19.24) for a closed cycle.
 
-    It unpacks as ``force, stiffness, parent, root``, one entry a sample each but the last:
+    Unpacks as ``force, stiffness, parent, root``. The arrays have one entry per sample.
 
     ``force``
         Forces of the settled cycle [N].
     ``stiffness``
         Tangent stiffness at each sample [N/m].
     ``parent``
-        Index of the reversal that each sample hangs from; the root is its own parent.
+        Index of the reversal at which the branch of each sample began; the root is its own parent.
     ``root``
-        Index of the sample farthest from where the joint began; it lies on the first loading curve.
+        Index of the sample farthest from the rest displacement; it is on the first loading curve.
 
-    For any parameter p of the displacement c (a Fourier coefficient, say), with D = dT/dp and
-    c' = dc/dp: D[root] = stiffness[root] c'[root], and in the cyclic order that begins at the root
-    D[t] = D[parent[t]] + stiffness[t] (c'[t] - c'[parent[t]]): :meth:`derivative`. Where the joint
-    began at the mean, c' is less its own mean.
+    For any parameter p of the displacement c, such as a Fourier coefficient, let D = dT/dp and
+    c' = dc/dp. Then D[root] = stiffness[root] c'[root], and in cyclic order from the root
+    D[t] = D[parent[t]] + stiffness[t] (c'[t] - c'[parent[t]]); see :meth:`derivative`. If the rest
+    displacement is the mean, the mean of c' is subtracted from c' first.
     """
 
     _rest_is_mean = False
@@ -66,18 +66,18 @@ class PeriodicResponse(_Cycle):
         return float(lost[-1] - lost[self.force.size - 1])
 
     def derivative(self, directions: ArrayLike) -> Floats:
-        """Derivatives of the forces along given directions of the displacements.
+        """Compute derivatives of the forces along given directions of the displacements.
 
         Parameters
         ----------
         directions : array_like
-            Changes of the displacement at each sample a unit of each parameter, shape
-            (samples, parameters) or (samples,), in [m] where parameters have no unit.
+            Derivatives of the displacement at each sample with respect to each parameter, shape
+            (samples, parameters) or (samples,), [m] for dimensionless parameters.
 
         Returns
         -------
         ndarray
-            Changes of the force a unit of each parameter, shape of ``directions`` ([N]).
+            Derivatives of the force, shape of ``directions``, [N] for dimensionless parameters.
         """
         change = rows_of("directions", directions, self.force.size)
         if self._rest_is_mean:
@@ -86,22 +86,20 @@ class PeriodicResponse(_Cycle):
         order = (np.arange(size) + root) % size
         change = change[order]
         parent = (self.parent[order] - root) % size
-        stiffness = self.stiffness[order].reshape(-1, *[1] * (change.ndim - 1))
+        column = (-1, *[1] * (change.ndim - 1))
+        stiffness = self.stiffness[order].reshape(column)
         parent[0] = -1
+        first = parent.reshape(column)
         with np.errstate(invalid="ignore"):
             rise = np.ascontiguousarray(
-                stiffness * (change - np.where(_like(parent, change) < 0, 0.0, change[parent]))
+                stiffness * (change - np.where(first < 0, 0.0, change[parent]))
             )
         kernels.compiled.accumulate(parent, rise, np.zeros(rise[0].size))
         return np.roll(rise, root, axis=0)
 
 
-def _like(parent: NDArray[np.int64], change: Floats) -> NDArray[np.int64]:
-    return parent.reshape(-1, *[1] * (change.ndim - 1))
-
-
 def rows_of(name: str, value: ArrayLike, samples: int) -> Floats:
-    """Numbers with a first axis of so many samples and at most one axis more."""
+    """Check an array of shape (samples,) or (samples, n) and convert it to floats."""
     rows = floats(name, value)
     if rows.ndim not in (1, 2) or rows.shape[0] != samples:
         raise InputError(
@@ -111,7 +109,10 @@ def rows_of(name: str, value: ArrayLike, samples: int) -> Floats:
 
 
 def rest_of(rest: Any, cycle: Floats, nodes: Nodes | None = None) -> tuple[Any, bool]:
-    """Displacement at which a joint began, or each node of many, and whether it is the mean."""
+    """Return the rest displacement [m] (one per node if ``nodes`` is given).
+
+    The second value is True if it is the mean of the cycle.
+    """
     if isinstance(rest, str):
         if rest != "mean":
             raise InputError(f'rest must be a displacement [m] or "mean", got {show(rest)}')
@@ -124,12 +125,12 @@ def rest_of(rest: Any, cycle: Floats, nodes: Nodes | None = None) -> tuple[Any, 
 def settled_cycle(
     law: Backbone, displacement_cycle: ArrayLike, rest: Rest = 0.0
 ) -> PeriodicResponse:
-    """See :meth:`microslip.BackboneLaw.periodic`."""
+    """Compute the settled cycle; see :meth:`microslip.BackboneLaw.periodic`."""
     x = record("displacement_cycle", displacement_cycle, "m").reshape(-1)
     begin, is_mean = rest_of(rest, x)
     x = x - begin
     root = int(np.argmax(np.abs(x)))
-    # Memory is gone at the largest displacement: the cycle begins there.
+    # The largest displacement wipes out all memory, so the cycle begins there.
     tree = Memory().tree(np.roll(x, -root))
     stiffness = law._slope(tree.half)
     force = law._backbone(tree.half) * tree.sign

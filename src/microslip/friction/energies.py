@@ -1,11 +1,12 @@
 """Energy balance of a record: stored and dissipated energy.
 
-With E(a) for the energy of a closed cycle of amplitude a, first loading to u dissipates E(u)/4 and
-stores u T0(u)/2 - E(u)/8. A branch whose end is 2h away from its reversal dissipates E(h)/2: each
-slider (Iwan 1966, DOI 10.1115/1.3625199) that yields at y slips 4 (a - y) in a cycle, u - y at
-first and 2 (h - y) on a branch. What the branch stores changes by the work of the force it began
-with plus 2h T0(h). Both add up down the tree of the record. A loop closes where a sample hangs from
-another reversal than the one before it did; it leaves E of half its width behind.
+Let E(a) be the energy of a closed cycle of amplitude a. First loading to u dissipates E(u)/4 and
+stores u T0(u)/2 - E(u)/8. A branch that ends 2h away from its reversal dissipates E(h)/2, because
+a slider with yield displacement y (Iwan 1966, DOI 10.1115/1.3625199) slips 4 (a - y) in a cycle,
+u - y on first loading and 2 (h - y) on a branch. The stored energy changes on the branch by the
+work of the force at its reversal plus 2h T0(h). Both sums accumulate down the branch tree of the
+record. A loop closes where the parent reversal of a sample differs from that of the sample before;
+the closed loop has dissipated E of half its width.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from microslip.friction.memory import Memory
 
 
 class LawWithEnergy(Protocol):
-    """Interface of a law to the energies of its records, for displacements u >= 0 [m]."""
+    """Interface of a law for the energies of its records, for displacements u >= 0 [m]."""
 
     def _backbone(self, u: Floats) -> Floats:
         """T0 [N]."""
@@ -33,7 +34,7 @@ class LawWithEnergy(Protocol):
 def energies_along(
     joint: LawWithEnergy, displacement: Floats, force: Floats
 ) -> tuple[Floats, Floats]:
-    """Energy that a joint has stored, and that it has dissipated, along a record from rest."""
+    """Return the stored and the dissipated energy [J] along a record from rest."""
     half, sign, parent = Memory().tree(displacement)
     energy, backbone = joint._energy(half), joint._backbone(half)
     above = np.maximum(parent, 0)
@@ -47,7 +48,10 @@ def energies_along(
 
 
 def dissipated_along(joint: LawWithEnergy, displacement: Floats, record: Floats) -> Floats:
-    """Energy that a joint has dissipated along a record from rest."""
+    """Return the energy dissipated [J] along a record from rest.
+
+    Reversals are detected in ``record`` and distances measured in ``displacement`` [m].
+    """
     _, sign, parent = Memory().tree(record)
     first = parent < 0
     half = 0.5 * np.abs(displacement - displacement[np.maximum(parent, 0)])
@@ -56,10 +60,13 @@ def dissipated_along(joint: LawWithEnergy, displacement: Floats, record: Floats)
 
 
 def _dissipated(energy: Floats, sign: Floats, parent: Integers) -> Floats:
-    """Energy dissipated up to each sample, from that of a cycle with the size of its branch."""
+    """Return the energy dissipated up to each sample [J].
+
+    ``energy`` is that of a closed cycle with the half-width of the branch at each sample [J].
+    """
     first = parent < 0
     branch = np.where(first, 0.25, 0.5) * energy
-    # Two branches make a loop, so that it takes every other one of a chain of reversals.
+    # Two branches make one loop, so a chain of reversals is summed over every other reversal.
     loops, above = 2.0 * branch, np.where(first, -1, parent[np.maximum(parent, 0)])
     kernels.compiled.accumulate(above, loops, np.zeros(1))
     turned = np.append(False, (sign[1:] > 0.0) != (sign[:-1] > 0.0))

@@ -1,4 +1,4 @@
-"""Start values of a fit, from loops and records."""
+"""Initial guesses of fits from loops and records."""
 
 from __future__ import annotations
 
@@ -15,26 +15,26 @@ from microslip._core.parameters import rescaled, says_all, values_of
 from microslip.friction.fit_parameters import FitParameter, fit_parameters_of
 
 Share = Callable[[Floats], Floats]
-"""Share of a force limit against displacement over a length: 0 at 0, 1 in the end."""
+"""Normalised backbone: T0 over the force limit as a function of displacement over a length."""
 
 _MOST_BINS = 48
 
 
 class Features(NamedTuple):
-    """One closed loop, the mean of all cycles of a loop or a record, about its own middle."""
+    """Mean cycle of a loop or a record, centred about its mean displacement and force."""
 
     amplitude: float
     """Half the range of displacement [m]."""
     force_amplitude: float
-    """Half the range of force [N], between the ends of the branches."""
+    """Half the difference of the forces at both ends of the branches [N]."""
     gone: Floats
-    """Ways from a reversal [m], rising."""
+    """Distances from the reversal [m], increasing."""
     force: Floats
-    """Forces along the motion there [N]; symmetric, so one branch stands for both."""
+    """Force in the direction of motion at each distance [N], averaged over both branches."""
 
     @property
     def half(self) -> Floats:
-        """Half the way from the reversal [m]: where Masing's rule asks for the backbone."""
+        """Half the distance from the reversal [m], which is the backbone displacement."""
         return 0.5 * self.gone
 
     @property
@@ -44,7 +44,7 @@ class Features(NamedTuple):
 
     @property
     def stiffness(self) -> float:
-        """Stiffness after a reversal [N/m], as far as the samples resolve it."""
+        """Stiffness after a reversal [N/m], within the resolution of the samples."""
         u, force = self.half, self.backbone
         first = max(2, int(np.argmax(force > 0.35 * self.force_amplitude)))
         u, force = u[:first], force[:first]
@@ -59,7 +59,7 @@ class Features(NamedTuple):
 
     @property
     def sliding_ratio(self) -> float:
-        """Width of the loop at its middle force over its range of displacement [-]."""
+        """Width of the loop at mid force relative to the range of displacement [-]."""
         crossed = float(np.interp(0.0, np.maximum.accumulate(self.force), self.gone))
         return max(0.0, 1.0 - crossed / self.amplitude)
 
@@ -68,30 +68,30 @@ class Features(NamedTuple):
 
 
 def all_features(data: Any) -> list[Features]:
-    """Features of a loop, of a record, or of each of several."""
+    """Return the features of a loop, a record, or each item of a list."""
     return [_features(*pair) for pair in _pairs(data)]
 
 
 def _pairs(data: Any) -> list[tuple[Floats, Floats]]:
     several = list(data) if isinstance(data, (list, tuple)) else [data]
     if not several:
-        raise InputError("`data` must be loops or records, at least one, got none")
+        raise InputError("`data` must be one or more loops or records, got an empty list")
     pairs = []
     for item in several:
         if not hasattr(item, "displacement") or not hasattr(item, "force"):
             raise InputError(
-                "`data` must be a Loop, a Record or a list of such (anything that has "
+                "`data` must be a Loop, a Record or a list of these (any object with "
                 f"displacement [m] and force [N]), got {show(item)}"
             )
         if callable(item.force):
             raise InputError(
-                "`data` must be what was measured, a Loop or a Record, got a law; give "
-                f"law.loop(amplitude), got {show(item)}"
+                f"`data` must be measured data, a Loop or a Record, got the law {show(item)}; "
+                "write law.loop(amplitude)"
             )
         x, t = series("displacement", item.displacement), series("force", item.force)
         if x.shape != t.shape or x.size < 4:
             raise InputError(
-                "displacement and force must be of one length, at least four samples, "
+                "`displacement` and `force` must have the same length, at least four samples, "
                 f"got {x.size} and {t.size}"
             )
         pairs.append((x, t))
@@ -101,7 +101,7 @@ def _pairs(data: Any) -> list[tuple[Floats, Floats]]:
 def _features(x: Floats, t: Floats) -> Features:
     span = float(np.ptp(x))
     if span <= 0.0:
-        raise InputError(f"`displacement` must move, got {x[0]:g} m throughout")
+        raise InputError(f"`displacement` must vary, got {x[0]:g} m throughout")
     if float(np.ptp(t)) <= 0.0:
         raise InputError(f"`force` must vary, got {t[0]:g} N throughout")
     turns = _turns(_smoothed(x, len(_turns(x))))
@@ -111,11 +111,11 @@ def _features(x: Floats, t: Floats) -> Features:
     ways = np.sign(np.diff(x[turns]))[full] if lengths.size else lengths
     if not (np.any(ways > 0.0) and np.any(ways < 0.0)):
         raise InputError(
-            "`data` must hold a closed cycle, one way and back over the whole range of "
+            "`data` must hold a closed cycle, forward and back over the whole range of "
             f"displacement, got {x.size} samples with {turns.size} turning points"
         )
     bins = int(np.clip(np.median(np.diff(turns)[full]) // 2, 3, _MOST_BINS))
-    # Even in the phase of a sine, so that bins are narrow where a branch begins.
+    # Bins of equal phase of a sine are narrow near the reversal.
     edges = 0.5 * (1.0 - np.cos(math.pi * np.arange(bins + 1) / bins))
     edges[-1] = np.inf
     rows: dict[float, list[tuple[Floats, Floats]]] = {1.0: [], -1.0: []}
@@ -136,14 +136,14 @@ def _features(x: Floats, t: Floats) -> Features:
     if top <= 0.0:
         raise InputError(
             "`force` must rise with the displacement, got a loop whose force falls on "
-            "average; reverse the sign of one"
+            "average; reverse the sign of the force or the displacement"
         )
     real = distance > 0.0
     return Features(0.5 * float(np.median(lengths[full])), top, distance[real], force[real])
 
 
 def _middle(rows: Floats) -> Floats:
-    """Medians of columns, not a number where a column has none."""
+    """Return the medians of columns, NaN for columns without finite values."""
     filled = np.isfinite(rows).any(axis=0)
     result = np.full(rows.shape[1], np.nan)
     result[filled] = np.nanmedian(rows[:, filled], axis=0)
@@ -151,7 +151,7 @@ def _middle(rows: Floats) -> Floats:
 
 
 def _turns(x: Floats) -> Any:
-    """Indices of the turning points of all swings over most of the range, and of both ends."""
+    """Return the indices of the turning points of large swings and of both ends of the record."""
     low, high = float(x.min()), float(x.max())
     side = np.where(x > low + 0.7 * (high - low), 1, np.where(x < low + 0.3 * (high - low), -1, 0))
     outside = np.flatnonzero(side)
@@ -161,12 +161,12 @@ def _turns(x: Floats) -> Any:
         part = x[start:end] * side[start]
         extremes.append(start + int(np.argmax(part)))
     turns = sorted({0, *extremes, x.size - 1})
-    # What leads from an end of the record to the next turning point may be a branch or none.
+    # The parts before the first and after the last turning point may be incomplete branches.
     return np.array(turns)
 
 
 def _smoothed(x: Floats, turns: int) -> Floats:
-    """The displacement without its noise, if it has any to speak of."""
+    """Smooth the displacement if its noise exceeds 5e-4 of the range."""
     if x.size < 64:
         return x
     noise = float(np.std(np.diff(x, 3))) / math.sqrt(20.0)
@@ -180,7 +180,7 @@ def _smoothed(x: Floats, turns: int) -> Floats:
 
 
 def loads_of(loads: Any, count: int, data: Any = None) -> list[float]:
-    """Normal loads [N] as one for each of ``count`` loops: as given, or those of the records."""
+    """Return one normal load [N] per loop, as given or from the records."""
     if loads is None and data is not None:
         records = list(data) if isinstance(data, (list, tuple)) else [data]
         stated = [getattr(item, "normal_load", None) for item in records]
@@ -191,21 +191,21 @@ def loads_of(loads: Any, count: int, data: Any = None) -> list[float]:
     if len(listed) != count:
         raise InputError(
             f"`normal_load` must be one number [N] or one for each of the {count} records, "
-            f"got {len(listed)}"
+            f"got {len(listed)} numbers"
         )
     if any(load is None for load in listed):
         raise InputError(
-            "`normal_load` must be known for every record: the model scales with it; give "
-            "normal_load=... [N], or state it with the record"
+            "`normal_load` must be known for every record, since the model scales with it; write "
+            "normal_load=... [N], or set it in the record"
         )
     return [positive("normal_load", load, "N", 500.0) for load in listed]
 
 
-# -- laws of one length ---------------------------------------------------------------------------
+# -- fits of scaled shapes ------------------------------------------------------------------------
 
 
 class Scaled(NamedTuple):
-    """A shape drawn through points: force limit [N], length [m], and what is left over [-]."""
+    """Fit of a scaled shape: force limit [N], length [m] and relative residual [-]."""
 
     limit: float
     length: float
@@ -213,13 +213,13 @@ class Scaled(NamedTuple):
 
 
 def points_of(features: Sequence[Features]) -> tuple[Floats, Floats]:
-    """Displacements [m] and forces [N] of the backbone as all loops show it."""
+    """Return the displacements [m] and forces [N] of the backbone from all loops."""
     u, force = (np.concatenate([getattr(f, k) for f in features]) for k in ("half", "backbone"))
     return u, force
 
 
 def draw(u: Floats, force: Floats, share: Share) -> Scaled:
-    """The length and the limit with which a shape goes best through points."""
+    """Fit force limit and length of a normalised backbone to points."""
 
     def rows(lengths: Floats) -> Floats:
         return share((u / lengths[:, None]).ravel()).reshape(lengths.size, u.size)
@@ -228,7 +228,10 @@ def draw(u: Floats, force: Floats, share: Share) -> Scaled:
 
 
 def best_of(rows: Callable[[Floats], Floats], force: Floats, low: float, high: float) -> Scaled:
-    """The best of many lengths between two: ``rows`` gives the curve of each."""
+    """Fit force limit and length by a refined grid search over lengths.
+
+    ``rows`` returns the normalised curves (lengths, points) for an array of lengths.
+    """
     best = Scaled(0.0, 0.0, math.inf)
     square = float(force @ force)
     for count in (81, 25, 25):
@@ -236,7 +239,7 @@ def best_of(rows: Callable[[Floats], Floats], force: Floats, low: float, high: f
         curves = rows(lengths)
         limits = np.maximum(curves @ force, 0.0) / np.maximum((curves**2).sum(axis=1), 1e-300)
         misfits = ((force - limits[:, None] * curves) ** 2).sum(axis=1)
-        # Of equally good ones the shortest: what no loop shows is not there.
+        # Among equally good lengths take the shortest, the one within the data.
         at = int(np.argmax(misfits <= misfits.min() + 1e-9 * square))
         if misfits[at] < best.misfit:
             best = Scaled(float(limits[at]), float(lengths[at]), float(misfits[at]))
@@ -246,12 +249,16 @@ def best_of(rows: Callable[[Floats], Floats], force: Floats, low: float, high: f
 
 
 def guessed_law(kind: Any, data: Any) -> Any:
-    """A law of any kind that says its parameters: the one closest to the branches of loops."""
+    """Return an initial guess for any law that declares its parameters.
+
+    The shapes of its examples are scaled to the measured branches; the best one is refined by least
+    squares.
+    """
     parameters = fit_parameters_of(kind)
     if not says_all(kind) or any(item.many or item.dimension is None for item in parameters):
         raise InputError(
-            f"{kind.__name__} must have a classmethod guess(data) of its own to be guessed: the "
-            "default serves laws that declare their parameters, as numbers with units of N and m"
+            f"{kind.__name__} must define a classmethod guess(data): the default works only for "
+            "laws that declare all parameters as numbers with units of N and m"
         )
     u, force = points_of(all_features(data))
     best, values = math.inf, dict[str, float]()
@@ -260,16 +267,16 @@ def guessed_law(kind: Any, data: Any) -> Any:
         if fit.misfit < best:
             best, values = fit.misfit, rescaled(kind, shape, fit.limit, fit.length)
     if not math.isfinite(best):
-        raise InputError(f"{kind.__name__} has no values with which it draws these loops")
+        raise InputError(f"{kind.__name__} has no parameter values that reproduce these loops")
     scales = [item.dimension for item in parameters if item.dimension != (0, 0)]
-    # A limit and a length are settled already.
+    # Two parameters, a force and a length, are already determined.
     if len(parameters) > 2 or len(set(scales)) < len(parameters):
         values = _settled(kind, parameters, values, u, force)
     return kind(**values)
 
 
 def _shapes(kind: Any, parameters: Sequence[FitParameter]) -> list[dict[str, float]]:
-    """Values to try in units of force and length: those of the examples, and of the defaults."""
+    """Return trial parameters in units of force limit and length, from examples and defaults."""
     shapes = []
     for law in kind.examples():
         stiffness = law.tangential_stiffness
@@ -295,7 +302,7 @@ def _settled(
     u: Floats,
     force: Floats,
 ) -> dict[str, float]:
-    """Values near some that draw a law best through points, within what is searched."""
+    """Refine parameters by least squares within their search ranges."""
     from scipy.optimize import least_squares
 
     logs = [item.is_positive for item in parameters]
@@ -320,7 +327,7 @@ def _settled(
 
 
 def yield_grid(data: Any, cells: int) -> Floats:
-    """Yield displacements [m] of cells, geometric over what the loops resolve."""
+    """Return a geometric grid of yield displacements [m] over the resolution of the loops."""
     features = all_features(data)
     u, _ = points_of(features)
     last = 0.95 * float(u.max())
@@ -330,7 +337,7 @@ def yield_grid(data: Any, cells: int) -> Floats:
 
 
 def cell_stiffnesses(data: Any, yields: Floats) -> Floats:
-    """Stiffnesses [N/m], not negative, of cells with given yield displacements [m]."""
+    """Fit nonnegative stiffnesses [N/m] of cells with given yield displacements [m]."""
     from scipy.optimize import nnls
 
     u, force = points_of(all_features(data))

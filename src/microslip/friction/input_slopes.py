@@ -1,4 +1,4 @@
-"""Sensitivities d ln answer / d ln input of an interface."""
+"""Sensitivities d ln(output)/d ln(input) of an interface."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from microslip.contact.rough import RoughSurface
 from microslip.friction.interface import Interface
 
 _STEP = 0.02
-"""Half of the logarithm over which a slope is taken: its error is of the order of its square."""
+"""Half width of the central difference in ln(input); the error is of second order."""
 
 _ELASTIC = 1e15
-"""Hardness [Pa] of a face that does not yield."""
+"""Hardness [Pa] of a face without yielding."""
 
 _SCALED = {
     "radius": "radius",
@@ -32,22 +32,24 @@ _SCALED = {
     "yield_stress": "yield_stress",
     "tightening_load": "tightening_load",
 }
-"""Parameters of surfaces that are numbers of their own, and as what they count: all summits of a
-tightened surface are their density at the same area, which counts as the density does."""
+"""Parameters of surfaces and the input they are reported as. The summit count of a tightened
+surface at constant area is a density."""
 
 
 def input_slopes(joint: Interface, amplitude: float) -> dict[str, dict[str, float]]:
-    """Slopes d ln/d ln [-] of stiffness and loss factor, at an amplitude [m], over each input.
+    """Return d ln(output)/d ln(input) [-] of stiffness and loss factor at an amplitude [m].
 
-    By central differences over four per cent, the steepest first. Of a surface that is a table only
-    friction and load are inputs; one that was tightened is tightened anew. Modulus, hardness and
-    heights of a measured face count as those of the Gaussian face with its Rq, slope and stiffness.
+    Central differences over four per cent, sorted by magnitude. A tabulated surface has only
+    friction
+    and load as inputs. A tightened surface is tightened again for each change. Modulus, hardness
+    and
+    heights of a measured face are those of the Gaussian face with its Rq, slope and stiffness.
     """
     slopes_of: dict[str, dict[str, float]] = {"tangential_stiffness": {}, "loss_factor": {}}
     for name, scaled in _inputs(joint).items():
         try:
             ends = [scaled(math.exp(sign * _STEP)) for sign in (-1.0, 1.0)]
-        except InputError:  # such as a load beyond what the summits carry
+        except InputError:  # for example, a load above the largest load of the summits
             continue
         for quantity, values in (
             ("tangential_stiffness", [end.tangential_stiffness for end in ends]),
@@ -62,7 +64,7 @@ def input_slopes(joint: Interface, amplitude: float) -> dict[str, dict[str, floa
 
 
 def _inputs(joint: Interface) -> dict[str, Callable[[float], Interface]]:
-    """Inputs by name, each with the joint in which that input is multiplied by a factor."""
+    """Return functions of a factor by input name: the joint with that input multiplied."""
     surface, mu, load = joint.surface, joint.friction_coefficient, joint.normal_load
 
     def on(law: NormalLaw) -> Interface:
@@ -112,7 +114,7 @@ def _inputs(joint: Interface) -> dict[str, Callable[[float], Interface]]:
 
 @lru_cache(maxsize=32)
 def _scaled(surface: Any, name: str, factor: float) -> NormalLaw:
-    """A surface with one of its parameters times a factor; made once for all loads of a study."""
+    """Return a surface with one parameter multiplied; cached, since a study has many loads."""
     if name == "pair":
         changes: dict[str, Any] = {"pair": _stiffer(surface.pair, factor)}
     elif name == "heights":
@@ -126,10 +128,11 @@ def _scaled(surface: Any, name: str, factor: float) -> NormalLaw:
 
 
 def _like(joint: Interface, name: str, factor: float) -> DrawnFace:
-    """Return the Gaussian face like a measured one, with one of its inputs times a factor.
+    """Return the Gaussian face equivalent to a measured one, with one input multiplied.
 
-    It has the rms height, slope and tightening of the measured face, and by a factor its stiffness,
-    so that the slopes of the measured face need no second solution of the scan.
+    It has the rms height, slope and tightening of the measured face, and is scaled to its
+    stiffness,
+    which avoids a second solution of the scan.
     """
     surface: Any = joint.surface
     numbers, pair = surface.numbers, surface.pair
@@ -160,7 +163,7 @@ def _stiffer(pair: MaterialPair, factor: float) -> MaterialPair:
 
 
 def _higher(surface: Any, factor: float) -> dict[str, Any]:
-    """All heights times a factor, their spread that is."""
+    """Return the changed fields of a surface whose heights are multiplied by a factor."""
     heights = surface.heights
     if isinstance(heights, Discrete):
         heights = Discrete(factor * np.asarray(heights.values))

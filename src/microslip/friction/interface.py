@@ -1,4 +1,4 @@
-"""The Extended Greenwood Model of a whole interface."""
+"""Extended Greenwood Model of an interface."""
 
 from __future__ import annotations
 
@@ -38,30 +38,30 @@ from microslip.friction.sliders import Sliders
 
 @dataclass(frozen=True, eq=False)
 class Interface(CoupledLaw):
-    """A jointed interface: a surface, a coefficient of friction and a constant normal load.
+    """Jointed interface: a surface, a coefficient of friction and a constant normal load.
 
     Parameters
     ----------
     surface : NormalLaw
-        The normal load law, e.g. a :class:`microslip.GreenwoodWilliamson` surface.
+        Normal load law, e.g. a :class:`microslip.GreenwoodWilliamson` surface.
     friction_coefficient : float
         Coulomb's coefficient mu [-], above zero, the same for all contacts.
     normal_load : float, optional
         Normal load N [N], above zero.
     separation : float, optional
-        Separation d [m] instead, at which the surface carries a load.
+        Separation d [m], given instead of the load. The surface must carry a load there.
     direction : float, optional
-        Direction of the motion [rad] from x of the scan, of a surface that was measured: the joint
-        stands on `surface.along(direction)`.
+        Direction of motion [rad] from the x axis of the scan, for a measured surface. The joint
+        uses ``surface.along(direction)``.
 
     Notes
     -----
-    All summits share the displacement, and the slip limit of each is kappa times its indentation,
-    kappa = mu E*/4G* (19.12). Summed over any population the backbone (19.15) is the difference of
+    All summits have the same displacement. The slip limit of each is kappa times its indentation,
+    kappa = mu E*/4G* (19.12). Summed over any population, the backbone (19.15) is the difference of
     two normal loads, T0(delta) = mu [N(d) - N(d + delta/kappa)] (Jaeger 1998,
-    DOI 10.1115/1.2833765; Ciavarella 1998, J. Appl. Mech. 65, 998), odd in delta, and every history
-    follows from it by Masing's rule: (19.13)-(19.14), (19.16)-(19.17) and (19.19)-(19.24),
-    corrected and for any record.
+    DOI 10.1115/1.2833765; Ciavarella 1998, J. Appl. Mech. 65, 998), odd in delta. Every history
+    follows by Masing's rule: (19.13)-(19.14), (19.16)-(19.17) and (19.19)-(19.24), corrected and
+    for any record.
     """
 
     surface: NormalLaw
@@ -74,7 +74,7 @@ class Interface(CoupledLaw):
         )
         | fit_range(1e-3, 10.0, log=True)
     )
-    # Both are always set after creation.
+    # Both are set by __post_init__.
     normal_load: float = field(
         default=None,  # type: ignore[assignment]
         metadata=parameter("N", "N", "normal load", above=0.0),
@@ -101,7 +101,7 @@ class Interface(CoupledLaw):
             separation = number("separation", separation, "m")
             load = self.surface.load(separation)
             if load < FAINTEST:
-                where = "nothing touches" if load <= 0.0 else f"it is {load:g} N"
+                where = "there is no contact" if load <= 0.0 else f"the load is {load:g} N"
                 raise InputError(
                     "`separation` must be one at which the surface carries a load, got "
                     f"{separation:g} m, where {where}"
@@ -109,7 +109,7 @@ class Interface(CoupledLaw):
         assign(self, friction_coefficient=friction, normal_load=load, separation=separation)
 
     def at(self, *, normal_load: float | None = None, separation: float | None = None) -> Interface:
-        """The same joint at another normal load [N], or at another separation [m]."""
+        """Return the joint at another normal load [N] or separation [m]."""
         return Interface(
             self.surface,
             self.friction_coefficient,
@@ -137,12 +137,12 @@ class Interface(CoupledLaw):
 
     @cached_property
     def contact_count(self) -> float | None:
-        """Summits in contact (19.6); None for a surface that does not know its contacts."""
+        """Number of summits in contact (19.6), None if the surface does not know it."""
         return self._of_surface("contact_count")
 
     @cached_property
     def contact_area(self) -> float | None:
-        """Real contact area [m^2] (19.7); None for a surface that does not know its contacts."""
+        """Real contact area [m^2] (19.7), None if the surface does not know it."""
         return self._of_surface("contact_area")
 
     def _of_surface(self, name: str) -> float | None:
@@ -154,10 +154,11 @@ class Interface(CoupledLaw):
 
     @property
     def slip_scale(self) -> float:
-        """Displacement over which the joint goes from sticking to sliding [m].
+        """Displacement scale of the transition from sticking to sliding [m].
 
-        The slip per indentation times the spread of the heights, where the surface has one, else
-        the force limit over the stiffness at rest.
+        The slip per indentation times the spread of the heights if the surface has one, otherwise
+        the
+        force limit over the stiffness at rest.
         """
         return self._slip_scale[0]
 
@@ -171,25 +172,25 @@ class Interface(CoupledLaw):
 
     @property
     def standardised_separation(self) -> float | None:
-        """Separation over the spread of the heights [-]; None where there is no such number."""
+        """Separation over the spread of the heights [-], None for a surface without a spread."""
         return self.surface._standardised(self.separation)
 
     @property
     def validity(self) -> tuple[Verdict, ...]:
-        """Verdicts on the assumptions of the model: name, value, limit, word, meaning."""
+        """Verdicts on the assumptions of the model."""
         return validity(self)
 
     def stick_area(self, displacement: ArrayLike) -> Any:
         """Compute the contact area [m^2] that still sticks on first loading.
 
-        The sum of the stick circles c^2 = rho (s - delta/kappa) of (19.9). On a branch that began
-        at a reversal, the zone that does not slip is that of half the distance from the reversal;
-        at zero force it is (19.18).
+        The sum of the stick circles c^2 = rho (s - delta/kappa) of (19.9). On a branch after a
+        reversal, take half the distance from the reversal as the displacement; at zero force this
+        gives (19.18).
 
         Parameters
         ----------
         displacement : array_like
-            Displacements [m] from rest, any shape; their signs do not matter.
+            Displacements [m] from rest, any shape. The sign is ignored.
 
         Returns
         -------
@@ -201,16 +202,16 @@ class Interface(CoupledLaw):
         area = self.surface.contact_area(self.separation + place / self.slip_per_indentation)
         return plain(np.asarray(area))
 
-    # -- the backbone and what it gives -----------------------------------------------------------
+    # -- backbone ---------------------------------------------------------------------------------
 
     def _steps(self, u: Floats) -> Floats:
-        """Displacements as steps of the separation; where numbers end all has slipped long ago."""
+        """Convert displacements to steps of the separation [m], limited to avoid overflow."""
         return np.minimum(u, 1e200) / self.slip_per_indentation
 
     def _exact(self, u: Floats) -> Floats:
         # (19.28), the sum of (19.15) over all asperities, as the difference of two loads (19.8).
         force = self._friction * self.surface._drop(self.separation, self._steps(u))
-        return np.minimum(force, self.force_limit)  # not a last place above it
+        return np.minimum(force, self.force_limit)  # remove rounding above the limit
 
     def _exact_energy(self, amplitude: Floats) -> Floats:
         kappa = self.slip_per_indentation
@@ -219,7 +220,7 @@ class Interface(CoupledLaw):
 
     @cached_property
     def _end(self) -> float | None:
-        """Displacement from which on no contact sticks, in double precision; None without one."""
+        """Smallest displacement of full slip in double precision [m], None if not bounded."""
         reach = self.surface._table_reach(self.separation)
         return None if reach is None else reach * self.slip_per_indentation
 
@@ -234,14 +235,14 @@ class Interface(CoupledLaw):
         if self._end is None:
             return None
         last = float(self._exact_energy(np.array([self._end]))[0])
-        # Past the end all slides: E_d grows by 4 mu N a unit of amplitude.
+        # Beyond full slip dE_d/da = 4 mu N.
         return Table.sample(
             lambda u: self._exact_energy(u) / u**3,
             self._end,
             3,
             last,
             4.0 * self.force_limit,
-            tolerance=1e-12,  # far out the energy is a small difference of large numbers
+            tolerance=1e-12,  # at large u the energy is a small difference of large numbers
         )
 
     def _backbone(self, u: Floats) -> Floats:
@@ -290,10 +291,11 @@ class Interface(CoupledLaw):
         return of_interface(self)
 
     def sliders(self) -> Sliders:
-        """The interface as a parallel Iwan model (Iwan 1966, DOI 10.1115/1.3625199).
+        """Return the interface as a parallel Iwan model (Iwan 1966, DOI 10.1115/1.3625199).
 
-        Its density is -T0'' = (mu/kappa^2) N''(d + u/kappa) [N/m^2]; it has discrete sliders only
-        where N' jumps (a table with straight runs).
+        The density is -T0'' = (mu/kappa^2) N''(d + u/kappa) [N/m^2]. There are discrete sliders
+        only
+        where N' jumps, as in a piecewise-linear table.
         """
         places, jumps = self.surface._corners(self.separation)
         kappa = self.slip_per_indentation
@@ -317,30 +319,29 @@ class Interface(CoupledLaw):
         radius: float | None = None,
         area: float | None = None,
     ) -> Interface:
-        """A joint to start a fit from: friction, length and separation that draw the loops best.
+        """Return an initial guess for a fit: friction, slip scale and separation of best fit.
 
         Parameters
         ----------
         data : Loop, Record or sequence of such
-            As of :meth:`BackboneLaw.guess`; loops of several loads tell the separation, those of
-            one hardly do.
+            As for :meth:`BackboneLaw.guess`. Loops at several loads determine the separation;
+            loops at a single load hardly do.
         pair : MaterialPair
-            The two materials, which must be given.
+            The two materials. Required.
         normal_load : array_like, optional
-            Normal load [N], one number or one for each of the data; without it that of the
-            records.
+            Normal load [N], a number or one per record. Defaults to the load of the records.
         heights : HeightDistribution, frozen scipy.stats distribution or array_like, optional
-            Heights of which the shape counts; without them Gaussian ones.
+            Heights, of which only the shape is used. Gaussian by default.
         radius : float, optional
-            Summit radius [m]. Loops determine the product of density and root of the radius alone;
-            without it a radius is chosen by convention: density * radius * std = 0.05.
+            Summit radius [m]. Loops determine only the product of density and the square root of
+            the radius; the default is the convention density * radius * std = 0.05.
         area : float, optional
-            Apparent area [m^2]; without it 1 cm^2, by convention.
+            Apparent area [m^2], by default 1 cm^2. Loops do not depend on it.
 
         Returns
         -------
         Interface
-            On a :class:`microslip.GreenwoodWilliamson` surface, at the geometric mean of the loads.
+            Joint on a :class:`microslip.GreenwoodWilliamson` surface at the geometric mean load.
         """
         if pair is None:
             raise InputError(
@@ -355,15 +356,15 @@ class Interface(CoupledLaw):
     @classmethod
     @made_once
     def examples(cls) -> tuple[Interface, ...]:
-        """One on each kind of surface, at a light and a heavy load.
+        """Return joints on each kind of surface, at light and heavy loads.
 
-        The first is the project's worked example, the milled Al 2017 pair at 2 kN.
+        The first is the worked example, the milled Al 2017 pair at 2 kN.
         """
         joints = [cls(law, 0.55, 2000.0) for law in normal.NORMAL_LAWS[0].examples()[:1]]
         for law in normal.NORMAL_LAWS:
             for surface in law.examples():
                 largest = surface.load(surface._span[0])
-                # Heights that begin abruptly: also so heavy that every summit touches.
+                # For bounded heights, include a load at which every summit is in contact.
                 heavy = 3.0 if surface._edge == surface._span[0] else 0.3
                 heavy = min(heavy, surface._heaviest / largest)
                 joints += [cls(surface, 0.3, share * largest) for share in (heavy, 1e-3, 1e-6)]

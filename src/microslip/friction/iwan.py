@@ -1,4 +1,4 @@
-"""Iwan's parallel model: any number of Jenkins' cells side by side."""
+"""Parallel Iwan model: any number of Jenkins cells side by side."""
 
 from __future__ import annotations
 
@@ -19,29 +19,29 @@ from microslip.friction.sliders import Sliders
 
 
 class _Cells(NamedTuple):
-    """Cells in the order in which they yield, with what has slipped and what still sticks."""
+    """Cells sorted by yield displacement, with cumulative stiffness and force."""
 
     yields: Floats
     stiffnesses: Floats
-    stuck: Floats  # stiffness of the cells from each on; after the last one 0
-    slipped: Floats  # force of the cells before each; after the last one the limit
+    stuck: Floats  # stiffness [N/m] of each cell and all later ones, with a final 0
+    slipped: Floats  # force [N] of all earlier cells, with the force limit as the last entry
     forces: Floats  # backbone at each yield displacement
-    energies: Floats  # of a cycle of that amplitude
+    energies: Floats  # energy [J] of a cycle with that amplitude
 
 
 class IwanFit(NamedTuple):
-    """Accuracy of cells (Iwan 1966, DOI 10.1115/1.3625199) against a law over a range."""
+    """Errors of an Iwan model (1966, DOI 10.1115/1.3625199) of a law over a range of amplitudes."""
 
     backbone_error: float
-    """Largest relative error of the backbone, which lies nowhere below the law [-]."""
+    """Largest relative error of the backbone [-]; the backbone is nowhere below the law."""
     energy_error: float
     """Largest relative error of the dissipated energy [-]."""
     error_at_smallest: float
-    """Energy error at the smallest amplitude, where the first cells begin to yield [-]."""
+    """Relative error of the energy at the smallest amplitude [-]."""
     smallest_amplitude: float
-    """Smallest amplitude looked at [m]."""
+    """Lower end of the range [m]."""
     largest_amplitude: float
-    """Largest one [m]."""
+    """Upper end of the range [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,13 +53,13 @@ class Iwan(Locked, CellModel):
     stiffnesses : array_like
         Stiffness of the spring of each cell [N/m], above zero, one-dimensional.
     force_limits : array_like
-        Force at which the slider of each cell slips [N], above zero, as many.
+        Force at which the slider of each cell slips [N], above zero, one for each stiffness.
 
     Notes
     -----
     T0(u) = sum of min(k_i u, f_i) (Iwan 1966, DOI 10.1115/1.3625199), a polygon with a corner at
-    every yield displacement y_i = f_i/k_i; E_d(a) = 4 sum of f_i (a - y_i) over the cells that
-    yield. Sorted once, a value costs O(log n), and every sum has terms of one sign only.
+    every yield displacement y_i = f_i/k_i, and E_d(a) = 4 sum of f_i (a - y_i) over the yielded
+    cells. Cells are sorted once, so a value costs O(log n). No sum has terms of opposite sign.
     """
 
     stiffnesses: ArrayLike = field(
@@ -70,15 +70,15 @@ class Iwan(Locked, CellModel):
     )
 
     fit: ClassVar[IwanFit | None] = None
-    """Error of the cells against the law that they were made from, over a range of amplitudes."""
+    """Errors with respect to the law that the cells were converted from, if a range was given."""
 
     def __post_init__(self) -> None:
         self._check_parameters()
         cells = [np.size(values) for values in (self.stiffnesses, self.force_limits)]
         if cells[0] != cells[1]:
             raise InputError(
-                "stiffnesses and force_limits must be of one length, one of each for a cell, "
-                f"got {cells[0]} and {cells[1]}"
+                "`stiffnesses` and `force_limits` must have the same length, got "
+                f"{cells[0]} and {cells[1]}"
             )
 
     @property
@@ -108,7 +108,7 @@ class Iwan(Locked, CellModel):
         yielded = np.searchsorted(cells.yields, u, side="right")
         stretched = np.minimum(u, cells.yields[-1])
         force = cells.slipped[yielded] + stretched * cells.stuck[yielded]
-        return np.asarray(np.minimum(force, self.force_limit))  # not a last place above it
+        return np.asarray(np.minimum(force, self.force_limit))  # remove rounding above the limit
 
     def _slope(self, u: Floats) -> Floats:
         yielded = np.searchsorted(self._cells.yields, u, side="right")
@@ -118,7 +118,7 @@ class Iwan(Locked, CellModel):
         cells = self._cells
         yielded = np.searchsorted(cells.forces[:-1], force, side="right")
         u = (force - cells.slipped[yielded]) / cells.stuck[yielded]
-        # Between the corners, also where a difference of close forces rounds beyond them.
+        # A small difference of forces may round to a displacement outside its segment.
         low = np.where(yielded > 0, cells.yields[yielded - 1], 0.0)
         return np.asarray(np.clip(u, low, cells.yields[yielded]))
 
@@ -134,7 +134,7 @@ class Iwan(Locked, CellModel):
         return 4.0 * cells.slipped[np.searchsorted(cells.yields, amplitude, side="right")]
 
     def sliders(self) -> Sliders:
-        """The cells themselves, in the order in which they yield [m, N/m]."""
+        """Return the cells in order of yield displacement [m], with stiffnesses [N/m]."""
         return Sliders(lock(self._cells.yields.copy()), lock(self._cells.stiffnesses.copy()), None)
 
     def __repr__(self) -> str:
@@ -145,10 +145,11 @@ class Iwan(Locked, CellModel):
 
     @classmethod
     def guess(cls, data: Any, cells: int = 12) -> Iwan:
-        """Cells to start a fit from: stiffnesses by least squares on a geometric grid of yields.
+        """Return an initial guess for a fit: stiffnesses by nonnegative least squares.
 
-        There are ``cells`` to choose from, 1 to 1000; those without stiffness are left out. The
-        rest is as of :meth:`BackboneLaw.guess`.
+        The yield displacements form a geometric grid of ``cells`` values, 1 to 1000. Cells with
+        zero
+        stiffness are dropped. ``data`` as for :meth:`BackboneLaw.guess`.
         """
         yields = yield_grid(data, whole_number("cells", cells, 1, 1000))
         stiffnesses = cell_stiffnesses(data, yields)
@@ -157,7 +158,7 @@ class Iwan(Locked, CellModel):
 
     @classmethod
     def examples(cls) -> tuple[Iwan, ...]:
-        """One cell, a few unlike ones with two that yield together, and very many."""
+        """Return one cell, a few cells of which two yield together, and a thousand cells."""
         unlike = cls([4e8, 1e7, 2e8, 5e7, 1e8], [10.0, 20.0, 30.0, 40.0, 15.0])
         shares = (np.arange(1000.0) + 0.5) / 1000.0
         dense = cls(np.full(1000, 1e6), 0.8 * shares)
@@ -165,7 +166,7 @@ class Iwan(Locked, CellModel):
 
 
 def _running_sum(x: Floats) -> Floats:
-    """Sums of the first 1, 2, 3 ... values by pairs: rounding grows with log n, not with n."""
+    """Return cumulative sums by pairwise addition: the rounding error grows with log n, not n."""
     if x.size < 8:
         return np.cumsum(x)
     pairs = _running_sum(x[:-1:2] + x[1::2])

@@ -1,4 +1,4 @@
-"""Jenkins' cell: a spring and a slider in series."""
+"""Jenkins cell: a spring and a slider in series."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from microslip.friction.sliders import Sliders
 
 @dataclass(frozen=True)
 class Jenkins(BackboneLaw):
-    """A spring and a Coulomb slider in series: elastic, perfectly plastic.
+    """Spring and Coulomb slider in series: elastic, perfectly plastic.
 
     Parameters
     ----------
@@ -26,7 +26,7 @@ class Jenkins(BackboneLaw):
 
     Notes
     -----
-    One cell of Iwan (1966, DOI 10.1115/1.3625199). With its yield displacement y = limit/stiffness
+    One cell of Iwan (1966, DOI 10.1115/1.3625199). With the yield displacement y = limit/stiffness
     a cycle dissipates 4 limit (a - y) for amplitudes a > y, and nothing below.
     """
 
@@ -43,7 +43,7 @@ class Jenkins(BackboneLaw):
     def _backbone(self, u: Floats) -> Floats:
         end = self.yield_displacement
         elastic = np.minimum(self.stiffness * np.minimum(u, end), self.force_limit)
-        return np.where(u < end, elastic, self.force_limit)  # the limit itself, not its rounding
+        return np.where(u < end, elastic, self.force_limit)  # the exact limit, without rounding
 
     def _slope(self, u: Floats) -> Floats:
         return np.where(u < self.yield_displacement, self.stiffness, 0.0)
@@ -58,18 +58,18 @@ class Jenkins(BackboneLaw):
         return np.where(amplitude < self.yield_displacement, 0.0, 4.0 * self.force_limit)
 
     def _parameter_derivatives(self, u: Floats) -> Floats:
-        # At the yield displacement those beyond it.
+        # At the yield displacement the derivatives are those of the sliding side.
         sticks = u < self.yield_displacement
         return np.stack((np.where(sticks, u, 0.0), np.where(sticks, 0.0, 1.0)))
 
     _quantities = (("yield_displacement", "m"),)
 
     def sliders(self) -> Sliders:
-        """One slider, see there [N/m, m]."""
+        """Return the slider of the cell: yield displacement [m] and stiffness [N/m]."""
         yields, stiffnesses = np.array([self.yield_displacement]), np.array([self.stiffness])
         return Sliders(lock(yields), lock(stiffnesses), None)
 
     @classmethod
     def examples(cls) -> tuple[Jenkins, ...]:
-        """A stiff one and a soft one."""
+        """Return a stiff cell and a soft one."""
         return cls(stiffness=5e7, force_limit=100.0), cls(stiffness=1e3, force_limit=2e-3)

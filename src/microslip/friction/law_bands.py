@@ -1,4 +1,4 @@
-"""Intervals of an identified law against amplitude, as its file holds them."""
+"""Confidence intervals of an identified law over amplitude, as stored in a law file."""
 
 from __future__ import annotations
 
@@ -16,25 +16,25 @@ from microslip._core.frozen import Locked, assign, lock
 from microslip.friction.base import BackboneLaw
 
 BANDED = ("force", "dissipated_energy", "damping_ratio")
-"""Quantities with an interval."""
+"""Quantities with a confidence interval."""
 _MOST = 10_000
 _ROUNDED = 1e-6
-"""Relative rounding of an amplitude that was written with six digits."""
+"""Relative rounding of an amplitude written with six digits."""
 
 
 @dataclass(frozen=True, eq=False)
 class LawBand(Locked):
-    """Intervals of force, energy and damping of a law over the amplitudes that were measured.
+    """Confidence intervals of force, energy and damping of a law over the measured amplitudes.
 
     Parameters
     ----------
     amplitude : array_like
-        Displacement amplitudes [m], rising, at least two.
+        Displacement amplitudes [m], increasing, at least two.
     ends : mapping
-        For "force" [N], "dissipated_energy" [J] and "damping_ratio" [-]: the lower and the upper
-        end at each amplitude, as an array of shape (2, n).
+        Arrays of shape (2, n) for "force" [N], "dissipated_energy" [J] and "damping_ratio" [-]:
+        lower and upper end at each amplitude.
     confidence : float
-        Confidence level of each interval by itself [-].
+        Confidence level of each single interval [-], between 0 and 1.
     """
 
     amplitude: NDArray[np.float64]
@@ -45,7 +45,7 @@ class LawBand(Locked):
         a = np.asarray(amplitude, dtype=float)
         if a.ndim != 1 or not 2 <= a.size <= _MOST or not np.all(np.diff(a, prepend=0.0) > 0.0):
             raise InputError(
-                f"`amplitude` must hold 2 to {_MOST} amplitudes above zero [m], rising, got "
+                f"`amplitude` must hold 2 to {_MOST} amplitudes above zero [m], increasing, got "
                 f"{show(amplitude)}"
             )
         if set(ends) != set(BANDED):
@@ -64,22 +64,23 @@ class LawBand(Locked):
         assign(self, amplitude=lock(a.copy()), ends=locked, confidence=level)
 
     def of(self, law: BackboneLaw, amplitude: ArrayLike) -> dict[str, Floats]:
-        """Return the intervals at other amplitudes; NaN outside those of the band.
+        """Interpolate the intervals to other amplitudes; NaN outside the range of the band.
 
-        The distances of both ends from the value of the law are interpolated, so that the exact
-        value is inside.
+        The distances of both ends from the value of the law are interpolated, so the interval
+        always
+        contains the value of the law.
 
         Parameters
         ----------
         law : BackboneLaw
-            The law that the band is of.
+            The law of this band.
         amplitude : array_like
             Displacement amplitudes [m], one-dimensional.
 
         Returns
         -------
         dict of ndarray
-            For each quantity an array of shape (2, n).
+            Array of shape (2, n) for each quantity, in its unit.
         """
         at = np.asarray(amplitude, dtype=float)
         known, wanted = (_values(law, a) for a in (self.amplitude, at))
@@ -88,7 +89,7 @@ class LawBand(Locked):
         )
         result = {}
         for name, ends in self.ends.items():
-            # Relative to scales that are never zero, as an energy may be.
+            # Relative to scales that are never zero; an energy may be zero.
             distance = np.abs(ends - known[name]) / known[f"{name} scale"]
             apart = np.array([np.interp(np.log(at), np.log(self.amplitude), d) for d in distance])
             apart *= wanted[f"{name} scale"] * np.array([[-1.0], [1.0]])
@@ -98,13 +99,13 @@ class LawBand(Locked):
 
     @property
     def content(self) -> dict[str, Any]:
-        """Plain values, as a law file holds them."""
+        """Content of the band in a law file, as lists and numbers."""
         ends = {name: values.tolist() for name, values in self.ends.items()}
         return {"confidence": self.confidence, "amplitude": self.amplitude.tolist(), **ends}
 
     @classmethod
     def of_content(cls, content: Any) -> LawBand:
-        """Return the band of the plain values of a law file."""
+        """Return the band with the given content of a law file."""
         wanted = {"confidence", "amplitude", *BANDED}
         if not isinstance(content, dict) or set(content) != wanted:
             raise InputError(f"band must have {', '.join(sorted(wanted))}, got {show(content)}")
@@ -121,7 +122,7 @@ class LawBand(Locked):
 
 
 def _values(law: BackboneLaw, a: Floats) -> dict[str, Floats]:
-    """Return the banded quantities of a law, and a scale of each that is above zero."""
+    """Return the banded quantities of a law, each with a positive scale."""
     force = np.asarray(law.backbone(a))
     return {
         "force": force,

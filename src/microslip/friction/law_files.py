@@ -1,4 +1,4 @@
-"""Friction laws as JSON files: the name of a law and its numbers in SI units."""
+"""Friction laws as JSON files: name of the law and parameters in SI units."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ _LARGEST = 10_000_000  # bytes: a million cells of an Iwan model
 
 
 def _by_name() -> dict[str, type[BackboneLaw]]:
-    """Return the laws that are made of declared numbers only, by their names."""
+    """Return the laws that are defined by declared parameters only, by key."""
     return {key_of(kind): kind for kind in laws.LAWS if says_all(kind)}
 
 
 def law_content(law: BackboneLaw, band: LawBand | None = None) -> dict[str, Any]:
-    """Return the content of a law file; InputError for a law that needs more than numbers."""
+    """Return the content of a law file; InputError if the law needs more than its parameters."""
     kinds = _by_name()
     if kinds.get(key_of(type(law))) is not type(law):
         raise InputError(f"`law` must be one of {', '.join(kinds)}, got {show(law)}")
@@ -43,7 +43,7 @@ def law_content(law: BackboneLaw, band: LawBand | None = None) -> dict[str, Any]
 
 
 def law_text(content: dict[str, Any]) -> str:
-    """Return the text of a law file by its content."""
+    """Format the content of a law file as JSON."""
     return json.dumps(content, indent=1, allow_nan=False) + "\n"
 
 
@@ -54,23 +54,24 @@ def save_law(
     overwrite: bool = False,
     band: LawBand | None = None,
 ) -> None:
-    """Write a friction law to a JSON file: its name and its numbers in SI units.
+    """Write a friction law to a JSON file: name of the law and parameters in SI units.
 
     Parameters
     ----------
     law : BackboneLaw
-        A law that is given by its declared parameters, such as Jenkins or SegalmanIwan.
+        A law that is defined by its declared parameters, such as Jenkins or SegalmanIwan.
     path : str or path
-        The file, ending in ``.json``. It is written whole or not at all.
+        File name ending in ``.json``. The write is atomic.
     overwrite : bool, optional
-        Whether a file in its place may be replaced.
+        Replace an existing file.
     band : LawBand, optional
-        Intervals of the law, which a prediction of a study with this file carries.
+        Confidence intervals of the law. A study that uses the file adds them to its predictions.
 
     Raises
     ------
     InputError
-        If the law needs more than numbers (a surface, other laws), or the file is not a ``.json``.
+        If the law has a surface or other laws as parameters, or the name does not end in
+        ``.json``.
     """
     file, content = Path(path), law_content(law, band)
     if file.suffix.lower() != ".json":
@@ -80,28 +81,29 @@ def save_law(
 
 
 def load_law(path: str | PathLike[str]) -> BackboneLaw:
-    """Read a friction law that :func:`save_law` wrote.
+    """Read a friction law written by :func:`save_law`.
 
     Parameters
     ----------
     path : str or path
-        The JSON file.
+        JSON file.
 
     Returns
     -------
     BackboneLaw
-        The law.
+        An instance of the stored class.
 
     Raises
     ------
     InputError
-        If the file is no law, of a later version, of an unknown law, or has wrong numbers.
+        If the file does not hold a law, has another version, names an unknown law, or has
+        invalid parameters.
     """
     return _law_of(*_read(path))
 
 
 def load_law_and_band(path: str | PathLike[str]) -> tuple[BackboneLaw, LawBand | None]:
-    """Read a friction law with the intervals in its file; None for a file without intervals."""
+    """Read a friction law and its confidence intervals, None if the file has no intervals."""
     file, content = _read(path)
     law = _law_of(file, content)
     if "band" not in content:
@@ -113,7 +115,7 @@ def load_law_and_band(path: str | PathLike[str]) -> tuple[BackboneLaw, LawBand |
 
 
 def _read(path: str | PathLike[str]) -> tuple[Path, dict[str, Any]]:
-    """Return the content of a law file of this version."""
+    """Return the path and the checked content of a law file."""
     file = Path(path)
     try:
         if file.stat().st_size > _LARGEST:
@@ -133,7 +135,6 @@ def _read(path: str | PathLike[str]) -> tuple[Path, dict[str, Any]]:
 
 
 def _law_of(file: Path, content: dict[str, Any]) -> BackboneLaw:
-    """Return the law of the content of a file."""
     kinds, name = _by_name(), content.get("law")
     if not isinstance(name, str) or name not in kinds:
         raise InputError(f"{file.name}: law must be one of {', '.join(kinds)}, got {show(name)}")

@@ -22,4 +22,4 @@ LAWS: tuple[type[BackboneLaw], ...] = (
     Parallel,
     PressedJoint,
 )
-"""Every backbone law; the shared tests run over it."""
+"""All backbone laws; the shared tests are parametrised by this list."""

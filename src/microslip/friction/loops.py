@@ -1,4 +1,4 @@
-"""Closed hysteresis loops and what is read from them."""
+"""Closed hysteresis loops and their measures."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ MOST_SAMPLES = 10_000_000
 
 @dataclass(frozen=True, eq=False)
 class Loop(Locked):
-    """One closed cycle of displacement and force, sampled, the first sample repeated at the end.
+    """Sampled closed cycle of displacement and force; the first sample is repeated at the end.
 
     Parameters
     ----------
     displacement : array_like
-        Displacements [m], one-dimensional, at least four, in the order of time.
+        Displacements [m], one-dimensional, at least four, in time order.
     force : array_like
         Forces [N], one for each displacement.
 
     Notes
     -----
-    Amplitudes are half ranges, so that a loop about any mean is read alike. What a loop says of its
-    energy carries the error of its sampling (second order in the step); the closed forms are on the
-    joint: ``joint.dissipated_energy(amplitude)`` and its kin.
+    Amplitudes are half ranges, so measures do not depend on the mean. The energy has the
+    discretisation error of the samples, of second order in the step. Closed forms without this
+    error are methods of the law, such as ``joint.dissipated_energy(amplitude)``.
     """
 
     displacement: NDArray[np.float64]
@@ -42,11 +42,11 @@ class Loop(Locked):
         x, t = record("displacement", displacement, "m"), record("force", force, "N")
         if x.ndim != 1 or x.shape != t.shape or x.size < 4:
             raise InputError(
-                "displacement and force must be of one length, at least four samples, "
+                "`displacement` and `force` must have the same length, at least four samples, "
                 f"got {x.size} and {t.size}"
             )
         if x.min() == x.max():
-            raise InputError(f"`displacement` must move, got {x[0]:g} m throughout")
+            raise InputError(f"`displacement` must vary, got {x[0]:g} m throughout")
         assign(self, displacement=lock(x.copy()), force=lock(t.copy()))
 
     @cached_property
@@ -61,23 +61,23 @@ class Loop(Locked):
 
     @cached_property
     def energy_ratio(self) -> float:
-        """E_d over 4 delta_m T_m [-]: 1 for a rigid-plastic loop; 0 if the force is constant."""
+        """Energy ratio E_d/(4 delta_m T_m) [-]: 1 for a rigid-plastic loop, 0 without loss."""
         if self.force_amplitude == 0.0:
             return 0.0
         x = (self.displacement - self.displacement[0]) / self.displacement_amplitude
         t = (self.force - self.force[0]) / self.force_amplitude
-        # Of an open cycle the chord from its last to its first sample closes the polygon.
+        # An open cycle is closed by the chord from the last to the first sample.
         area = 0.5 * (np.dot(t[1:] + t[:-1], np.diff(x)) - (t[-1] + t[0]) * (x[-1] - x[0]))
         return 0.25 * float(area)
 
     @property
     def dissipated_energy(self) -> float:
-        """Area of the loop E_d [J] (19.29): positive where force leads displacement."""
+        """Area of the loop E_d [J] (19.29), positive if force leads displacement."""
         return 4.0 * self.energy_ratio * self.displacement_amplitude * self.force_amplitude
 
     @property
     def loss_factor(self) -> float:
-        """Loss factor eta = E_d/(pi delta_m T_m) [-]; what (19.30) calls damping ratio."""
+        """Loss factor eta = E_d/(pi delta_m T_m) [-], called damping ratio in (19.30)."""
         return 4.0 / math.pi * self.energy_ratio
 
     @property
@@ -92,10 +92,11 @@ class Loop(Locked):
 
     @cached_property
     def sliding_ratio(self) -> float:
-        """Width of the loop at its middle force over its range of displacement, D [-].
+        """Width of the loop at mid force relative to the range of displacement, D [-].
 
-        The sliding ratio of Fouvry, Kapsa and Vincent (Wear 185, 35, 1995): 0 without loss, 1 for a
-        rigid-plastic loop.
+        The sliding ratio of Fouvry, Kapsa and Vincent (Wear 185, 35, 1995): 0 for an elastic loop,
+        1
+        for a rigid-plastic loop.
         """
         middle = 0.5 * (float(self.force.max()) + float(self.force.min()))
         t = np.append(self.force, self.force[0]) - middle
@@ -109,9 +110,9 @@ class Loop(Locked):
 
     @property
     def force_minus_secant(self) -> NDArray[np.float64]:
-        """Force less secant stiffness times displacement, about the middle of the loop [N].
+        """Force minus secant stiffness times displacement, about the centre of the loop [N].
 
-        The remainder of a thin loop is its width: its area is that of the loop.
+        Shows the width of a thin loop. Its area over displacement is that of the loop.
         """
         middle = 0.5 * (float(self.displacement.max()) + float(self.displacement.min()))
         level = 0.5 * (float(self.force.max()) + float(self.force.min()))
@@ -119,7 +120,7 @@ class Loop(Locked):
 
     @cached_property
     def closure_error(self) -> float:
-        """Distance between the forces of the first and the last sample, of the range of force."""
+        """Difference of the first and the last force relative to the range of force [-]."""
         gap, span = abs(float(self.force[-1] - self.force[0])), float(np.ptp(self.force))
         return gap / span if span > 0.0 else 0.0
 
@@ -131,10 +132,12 @@ class Loop(Locked):
         color: str | None = None,
         label: str = "",
     ) -> Any:
-        """Draw force over displacement, or with ``minus_secant`` the force less that on the secant.
+        """Draw force over displacement.
 
-        That shows the width of a thin loop. Loops laid over each other share their units. Axes,
-        colour and label are as of :meth:`microslip.BackboneLaw.plot`.
+        With ``minus_secant`` the secant line is subtracted, which shows the width of a thin loop.
+        Loops
+        drawn on the same axes share their units. ``ax``, ``color`` and ``label`` as for
+        :meth:`microslip.BackboneLaw.plot`.
         """
         from microslip.figures import draw
         from microslip.figures.kit import force_prefix, length_prefix
@@ -162,9 +165,9 @@ class Loop(Locked):
 
 @lru_cache(maxsize=32)
 def unit_cycle(samples: int) -> tuple[Floats, int]:
-    """Displacements of one cycle of amplitude one, and the index of -1.
+    """Return the displacements of a cycle of amplitude 1 and the index of -1.
 
-    From +1 down to -1 and up again, denser at the turning points.
+    Samples go from +1 to -1 and back, denser at the turning points.
     """
     turn = (samples - 1) // 2
     down = np.cos(math.pi * np.arange(turn + 1) / turn)
@@ -176,13 +179,13 @@ def unit_cycle(samples: int) -> tuple[Floats, int]:
 
 @lru_cache(maxsize=32)
 def halves_of(samples: int) -> Floats:
-    """Half the distance of each sample of the unit cycle from the turning point before it."""
+    """Return half the distance of each sample of the unit cycle from the last turning point."""
     shape, turn = unit_cycle(samples)
     return lock(0.5 * np.concatenate((1.0 - shape[: turn + 1], 1.0 + shape[turn + 1 :])))
 
 
 def checked_cycle(amplitude: float, samples: int) -> tuple[float, Floats, int]:
-    """An amplitude, the samples of a cycle of amplitude one, and the index of -1 among them."""
+    """Check the amplitude [m] and return it with the unit cycle and the index of -1."""
     count = whole_number("samples", samples, 5, MOST_SAMPLES)
     a = sized("amplitude", amplitude)
     if a.ndim > 0 or a <= 0.0:

@@ -1,4 +1,4 @@
-"""Laws side by side, which share the displacement."""
+"""Parallel sum of friction laws with a common displacement."""
 
 from __future__ import annotations
 
@@ -20,20 +20,19 @@ from microslip.friction.sliders import Sliders
 
 @dataclass(frozen=True, eq=False)
 class Parallel(Locked, BackboneLaw):
-    """Laws that share the displacement, such as the patches of one joint: a law again.
+    """Sum of laws with a common displacement, such as the patches of one joint.
 
     Parameters
     ----------
     laws : sequence of BackboneLaw
-        The laws, at least one, of any kind, mixed as one likes.
+        One or more laws of any kind.
 
     Notes
     -----
-    All obey Masing's rules with the same reversals, so their sum does: backbones, stiffnesses,
-    energies and densities of sliders add (Iwan 1966, DOI 10.1115/1.3625199). A joint under a
-    pressure that varies from place to place is such a sum, each place at a separation of its own.
-    Where one of the laws is rigid at rest, as :class:`microslip.Coulomb` is, so is the sum, and
-    forces that the rigid ones hold belong to displacement 0.
+    All laws obey Masing's rules with the same reversals, so their sum does too: backbones,
+    stiffnesses, energies and slider densities add (Iwan 1966, DOI 10.1115/1.3625199). If one law
+    is rigid at rest, such as :class:`microslip.Coulomb`, so is the sum: forces up to the limit of
+    the rigid laws belong to displacement 0.
     """
 
     laws: Sequence[BackboneLaw]
@@ -89,7 +88,7 @@ class Parallel(Locked, BackboneLaw):
 
     @cached_property
     def _soft(self) -> Parallel | None:
-        """Members that move before they slip, if others do not."""
+        """Sum of the laws with finite stiffness at rest, None if all laws are rigid."""
         soft = [law for law in self.laws if math.isfinite(law.tangential_stiffness)]
         return Parallel(soft) if soft else None
 
@@ -109,7 +108,7 @@ class Parallel(Locked, BackboneLaw):
         return np.unique(np.concatenate([law._kinks for law in self.laws]))
 
     def sliders(self) -> Sliders:
-        """The sliders of all laws together [m, N/m, N/m^2], see there."""
+        """Return the sliders of all laws together [m, N/m, N/m^2]."""
         parts = [law.sliders() for law in self.laws]
         places = np.concatenate([part.yield_displacements for part in parts])
         stiffnesses = np.concatenate([part.stiffnesses for part in parts])
@@ -130,13 +129,13 @@ class Parallel(Locked, BackboneLaw):
 
     @classmethod
     def guess(cls, data: Any) -> Parallel:
-        """A law to start a fit from: one of Jenkins' cells, which can be joined by others."""
+        """Return an initial guess for a fit: one Jenkins cell, to which others can be added."""
         return cls([Jenkins.guess(data)])
 
     @classmethod
     @made_once
     def examples(cls) -> tuple[Parallel, ...]:
-        """A joint pressed unevenly, and one beside a cell."""
+        """Return a nonuniformly pressed joint and a joint with a parallel cell."""
         joint = Interface.examples()[0]
         uneven = [joint.at(normal_load=load) for load in (50.0, 600.0, 1350.0)]
         return cls(uneven), cls([joint, Jenkins(stiffness=2e9, force_limit=300.0)])

@@ -1,8 +1,8 @@
-"""Derivatives of what a law does by its parameters, exact: one more backbone for each of them.
+"""Exact derivatives of the response of a law with respect to its parameters.
 
 A force along a history, a settled cycle, its harmonics and its energy are linear in the backbone,
-and which branch a sample lies on depends on the displacements alone. So their derivatives by a
-parameter p are theirs of the law whose backbone is dT0/dp.
+and the branch of each sample depends on the displacements alone. The derivative with respect to a
+parameter p is therefore the response of a law with backbone dT0/dp.
 """
 
 from __future__ import annotations
@@ -27,31 +27,31 @@ QUANTITIES = (
     "backbone", "force", "periodic", "harmonics",
     "dissipated_energy", "secant_stiffness", "loss_factor", "damping_ratio",
 )  # fmt: skip
-"""Quantities that are differentiated by parameters."""
+"""Quantities that have parameter derivatives."""
 
 
 @dataclass(frozen=True)
 class DerivativeBackbone:
-    """DT0/dp of a law by one of its parameters, as its cycles and harmonics ask for a backbone."""
+    """Derivative dT0/dp of a backbone by one parameter, used like a backbone in cycles."""
 
     _backbone: Callable[[Floats], Floats]
-    """DT0/dp for displacements u >= 0 [m], one-dimensional."""
+    """Function dT0/dp of displacements u >= 0 [m], one-dimensional."""
     _energy: Callable[[Floats], Floats]
-    """Derivatives of the energies of closed cycles for amplitudes >= 0."""
+    """Function dE_d/dp of amplitudes >= 0 [m], one-dimensional."""
     _kinks: Floats
-    """Displacements [m] at which it is not smooth."""
+    """Displacements [m] at which dT0/dp is not smooth."""
     size: float
-    """Largest size of the terms that it sums, over T0 [1/unit of the parameter]."""
+    """Bound of the terms of dT0/dp relative to T0 [1/unit of the parameter], for rounding."""
 
     _table = None
-    tangential_stiffness = 0.0  # slopes only make Jacobians, which nobody asks of it
+    tangential_stiffness = 0.0  # slopes enter only Jacobians, which are not used
 
     def _slope(self, u: Floats) -> Floats:
         return np.zeros_like(u)
 
 
 class Differentiable(Protocol):
-    """Interface of a law to its derivatives, for displacements >= 0 [m]."""
+    """Interface of a law with parameter derivatives, for displacements >= 0 [m]."""
 
     def _backbone(self, u: Floats) -> Floats: ...
 
@@ -68,14 +68,14 @@ def derivatives_by_parameters(
     harmonics: Any,
     rest: Rest,
 ) -> dict[str, Any]:
-    """See :meth:`microslip.BackboneLaw.parameter_derivatives`."""
+    """Compute derivatives; see :meth:`microslip.BackboneLaw.parameter_derivatives`."""
     if quantity not in QUANTITIES:
         raise InputError(f"`quantity` must be one of {', '.join(QUANTITIES)}, got {show(quantity)}")
     known = law._derivative_backbones()
     if not known:
         raise InputError(
-            f"{type(law).__name__} has no derivatives by parameters; an Interface and laws of "
-            "numbers such as SegalmanIwan have them; for other laws take finite differences"
+            f"{type(law).__name__} has no parameter derivatives; an Interface and laws such as "
+            "SegalmanIwan have them; for other laws use finite differences"
         )
     chosen = tuple(known) if names is None else names
     if isinstance(chosen, str) or not set(chosen) <= set(known):
@@ -84,7 +84,9 @@ def derivatives_by_parameters(
     if quantity in ("force", "periodic", "harmonics"):
         rows = floats("at", at, "m")
         if rows.ndim == 0:
-            raise InputError(f"`at` must be a row of numbers for {quantity} [m], got {rows:g}")
+            raise InputError(
+                f"`at` must be a sequence of displacements [m] for {quantity}, got {rows:g}"
+            )
         batch = [record("at", row) for row in rows.reshape(-1, rows.shape[-1])]
 
         def of_row(backbone: DerivativeBackbone, row: Floats) -> Floats:
@@ -107,7 +109,7 @@ def derivatives_by_parameters(
 def _at_amplitudes(
     law: Differentiable, quantity: str, at: ArrayLike
 ) -> Callable[[DerivativeBackbone], Any]:
-    """Derivatives of quantities of one displacement, or of the amplitude of a cycle."""
+    """Return a function for the derivatives of a backbone value or a measure of a cycle."""
     x = floats("at", at, "m")
     a = np.abs(x).reshape(-1)
     if quantity == "backbone":
@@ -123,7 +125,7 @@ def _at_amplitudes(
             result = backbone._energy(a)
         elif quantity == "secant_stiffness":
             result = backbone._backbone(a) / a
-        else:  # energy over pi a T0, or half of that
+        else:  # E_d/(pi a T0) or half of it
             share = backbone._energy(a) / energy - backbone._backbone(a) / force
             factor = 1.0 if quantity == "loss_factor" else 0.5
             result = factor * energy / np.pi / a / force * share
@@ -133,11 +135,11 @@ def _at_amplitudes(
 
 
 def of_interface(joint: Any) -> Mapping[str, DerivativeBackbone]:
-    """By friction and load of an Interface; on summits of one radius also by what they are.
+    """Derivatives of the backbone of an Interface by parameter name.
 
-    With N = C F(d/L) and s = u/kappa, at a given load, T0 = mu N drop(s)/N and the energy is
-    8 mu kappa excess(s), of which the separation moves by -(N/k_n) d ln(N/C) and s by
-    -s d ln(kappa L).
+    A surface of summits of one radius also has derivatives by its own parameters. With N = C F(d/L)
+    and s = u/kappa, T0 = mu N drop(s)/N and the energy is 8 mu kappa excess(s). At a given load the
+    separation changes by -(N/k_n) d ln(N/C) and s by -s d ln(kappa L).
     """
     surface, d = joint.surface, joint.separation
     load, fall = joint.normal_load, joint.normal_stiffness
@@ -146,7 +148,7 @@ def of_interface(joint: Any) -> Mapping[str, DerivativeBackbone]:
     def derivative(
         friction: float, pressed: float, stiff: float, slip: float, length: float
     ) -> Any:
-        """By logarithms of mu, N, C, kappa and L a unit of the parameter."""
+        """Derivative for given d ln mu, d ln N, d ln C, d ln kappa and d ln L per unit of p."""
         shift = -load / fall * (pressed - stiff)
         direct, reach = friction + pressed, -(slip + length)
 

@@ -1,4 +1,4 @@
-"""The law of a joint that is pressed unevenly: a sum of joints, one for each place."""
+"""Joint under a nonuniform pressure: a sum of interfaces, one for each pressure level."""
 
 from __future__ import annotations
 
@@ -25,7 +25,6 @@ from microslip.friction.pressure import Pressure
 
 
 def _checked_pressure(pressure: Any) -> Pressure:
-    """A distribution of pressure, and nothing else."""
     if isinstance(pressure, Pressure):
         return pressure
     raise InputError(
@@ -35,27 +34,27 @@ def _checked_pressure(pressure: Any) -> Pressure:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PressedJoint(Parallel):
-    """A joint under a pressure that varies from place to place, while the body moves as one.
+    """Joint under a pressure that varies over the area, while the bodies move rigidly.
 
-    Every place is at the separation that its pressure asks for, so the law is a sum of joints, one
-    for each area that is pressed alike: a :class:`Parallel` law.
+    Each area of equal pressure is an :class:`Interface` at its own separation; the joint is their
+    sum, a :class:`Parallel` law.
 
     Parameters
     ----------
     surface : NormalLaw
-        A surface with an apparent area, which must hold what is pressed.
+        A surface whose apparent area contains the pressed area.
     friction_coefficient : float
         Coulomb's coefficient mu [-], above zero.
     pressure : Pressure
         Distribution of the load.
     normal_load : float
-        All of it [N].
+        Total normal load [N], above zero.
 
     Notes
     -----
-    The sum of Ciavarella and Jaeger's superposition over the places, T0 = sum mu [N_p(d_p) -
+    The superposition of Ciavarella and Jaeger, summed over the areas: T0 = sum mu [N_p(d_p) -
     N_p(d_p + delta/kappa)] (DOI 10.1115/1.2833765). A tightened surface was tightened under the
-    same distribution. The bodies beneath are rigid: what they give way is not in it.
+    same distribution. The elastic deformation of the bodies is not included.
     """
 
     laws: Sequence[BackboneLaw] = field(init=False, default=())
@@ -77,8 +76,8 @@ class PressedJoint(Parallel):
         apparent = getattr(self.surface, "area", None)
         if apparent is not None and self.pressure.area > apparent * (1.0 + 1e-9):
             raise InputError(
-                f"`pressure` must lie within the area of the surface, {exact(apparent)} m^2, got "
-                f"one on {self.pressure.area:.6g} m^2"
+                f"`pressure` must act on at most the area of the surface, {exact(apparent)} m^2, "
+                f"got {self.pressure.area:.6g} m^2"
             )
         places = zip(self.pressure.areas.tolist(), self.pressure.shares.tolist(), strict=True)
         laws = tuple(
@@ -88,9 +87,9 @@ class PressedJoint(Parallel):
         assign(self, laws=laws)
 
     def at(self, *, normal_load: float) -> PressedJoint:
-        """The same joint under another load [N], spread in the same way."""
+        """Return the joint under another total load [N] with the same distribution."""
         load = positive("normal_load", normal_load, "N", 2000.0)
-        # The places keep their surfaces, so that tightening is computed once for each.
+        # Interfaces keep their surfaces, so tightening is computed once for each area.
         joint = copy(self)
         joint.__dict__.clear()
         shares = self.pressure.shares.tolist()
@@ -107,7 +106,7 @@ class PressedJoint(Parallel):
         joint.__dict__.update(fields)
         return joint
 
-    # -- places -----------------------------------------------------------------------------------
+    # -- single areas -----------------------------------------------------------------------------
 
     @cached_property
     def pressures(self) -> Floats:
@@ -116,7 +115,7 @@ class PressedJoint(Parallel):
 
     @cached_property
     def separations(self) -> Floats:
-        """Separation [m] of each."""
+        """Separation [m] of each area of the distribution."""
         return lock(np.array([law.separation for law in self._joints]))
 
     @property
@@ -124,35 +123,35 @@ class PressedJoint(Parallel):
         return self.laws  # type: ignore[return-value]
 
     def slip_shares(self, displacement: float) -> Floats:
-        """Ratio T/(mu N) of each place at a displacement [m], 0 to 1."""
+        """Return the ratio T/(mu N) [-] of each area at a displacement [m], between 0 and 1."""
         u = number("displacement", displacement, "m", 1e-7)
         return np.array([float(law.backbone(u)) / law.force_limit for law in self._joints])
 
-    # -- all of it --------------------------------------------------------------------------------
+    # -- whole joint ------------------------------------------------------------------------------
 
     @cached_property
     def separation(self) -> float:
-        """Separation [m] where the pressure is largest."""
+        """Separation [m] of the area with the largest pressure."""
         return float(self.separations[np.argmax(self.pressures)])
 
     @property
     def slip_per_indentation(self) -> float:
-        """Kappa [-], the same everywhere."""
+        """Slip per indentation kappa [-], equal for all areas."""
         return self._joints[0].slip_per_indentation
 
     @cached_property
     def normal_stiffness(self) -> float:
-        """Normal stiffness [N/m] of the faces that move as one."""
+        """Normal stiffness [N/m] for a uniform approach of the faces."""
         return math.fsum(law.normal_stiffness for law in self._joints)
 
     @cached_property
     def contact_count(self) -> float | None:
-        """Summits in contact; None for a surface that does not know its contacts."""
+        """Number of summits in contact, None if the surface does not know it."""
         return self._total("contact_count")
 
     @cached_property
     def contact_area(self) -> float | None:
-        """Real contact area [m^2]; None for a surface that does not know its contacts."""
+        """Real contact area [m^2], None if the surface does not know it."""
         return self._total("contact_area")
 
     def _total(self, name: str) -> float | None:
@@ -160,19 +159,22 @@ class PressedJoint(Parallel):
         return None if any(value is None for value in values) else math.fsum(values)
 
     def stick_area(self, displacement: ArrayLike) -> Any:
-        """Compute the contact area [m^2] that still sticks on first loading, (19.9) summed.
+        """Compute the contact area [m^2] that sticks on first loading: the sum of (19.9).
 
         Parameters
         ----------
         displacement : array_like
-            Displacements [m] of any shape, which the result has too.
+            Displacements [m] of any shape; the result has the same shape.
         """
         x = floats("displacement", displacement, "m")
         return plain(np.asarray(sum(np.asarray(law.stick_area(x)) for law in self._joints)))
 
     @property
     def validity(self) -> tuple[Verdict, ...]:
-        """Verdicts where the pressure is largest; contacts are those of the whole joint."""
+        """Verdicts for the area with the largest pressure.
+
+        The number of contacts is that of the whole joint.
+        """
         worst = self._joints[int(np.argmax(self.pressures))]
         return validity(worst, contacts=self.contact_count)
 
@@ -195,10 +197,12 @@ class PressedJoint(Parallel):
         radius: float | None = None,
         area: float | None = None,
     ) -> PressedJoint:
-        """A joint to start a fit from: that of :meth:`Interface.guess` under a given pressure.
+        """Return an initial guess for a fit: :meth:`Interface.guess` under a given pressure.
 
-        The ``pressure`` is required; without an ``area`` [m^2] the surface has that of the
-        pressure.
+        ``pressure`` is required. ``area`` [m^2] defaults to the area of the pressure.
+        ``normal_load``
+        [N] is a number or one-dimensional, one per record. Other parameters as for
+        :meth:`Interface.guess`.
         """
         spread = _checked_pressure(pressure)
         area = spread.area if area is None else area
@@ -210,7 +214,7 @@ class PressedJoint(Parallel):
     @classmethod
     @made_once
     def examples(cls) -> tuple[PressedJoint, ...]:
-        """The project's worked example under a ring that is pressed on few places."""
+        """Return the worked example under three patches of different pressure."""
         joint = Interface.examples()[0]
         spread = Pressure.patches([2e-5, 4e-5, 6e-5], [3.0, 2.0, 0.5])
         return (cls(joint.surface, joint.friction_coefficient, spread, 2000.0),)

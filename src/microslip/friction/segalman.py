@@ -20,7 +20,7 @@ from microslip.friction.sliders import Sliders
 
 @dataclass(frozen=True)
 class SegalmanIwan(PowerModel):
-    """An Iwan model whose slider density is a power with one more slider at its end.
+    """Iwan model with a power-law slider density and one discrete slider at its end.
 
     Parameters
     ----------
@@ -29,30 +29,31 @@ class SegalmanIwan(PowerModel):
     stiffness : float
         Stiffness at rest K_T [N/m], above zero.
     chi : float
-        Exponent of the density [-], above -1: small cycles dissipate like amplitude^(3 + chi).
-        Segalman takes it between -1 and 0.
+        Exponent of the density [-], above -1: small cycles dissipate in proportion to
+        amplitude^(3 + chi). Segalman takes it between -1 and 0.
     beta : float
-        Stiffness of the last slider over that of all others [-], not negative; 0 is smooth.
+        Ratio of the stiffness of the last slider to that of all others [-], not negative. For 0
+        the transition to gross slip is smooth.
 
     Notes
     -----
     After Segalman (2005, DOI 10.1115/1.1989354). Sliders of density R u^chi yield at displacements
-    u up to the last, phi, where a discrete one of stiffness S = beta K_T/(1 + beta) yields. With
+    u up to phi, where a discrete slider of stiffness S = beta K_T/(1 + beta) yields. With
     p = 1 + chi, K = K_T/(1 + beta) and x = u/phi <= 1 the definition integrates to
-    T0 = u [K_T - K x^p/(p + 1)] and E_d = 4 K a^2 x^p p/((p + 1) (p + 2)) with x = a/phi,
-    sums of nothing that cancels.
+    T0 = u [K_T - K x^p/(p + 1)] and E_d = 4 K a^2 x^p p/((p + 1) (p + 2)) with x = a/phi, free of
+    cancellation.
     """
 
     force_limit: float = field(metadata=parameter("F_S", "N", "force of gross slip", above=0.0))
     stiffness: float = field(metadata=parameter("K_T", "N/m", "stiffness at rest", above=0.0))
-    # A joint of rough surfaces tends to chi = 0, and what stiffens may lie above.
+    # A joint of rough surfaces tends to chi = 0; stiffening joints may have chi above 0.
     chi: float = field(
         metadata=parameter(
             "chi",
             meaning="exponent of the density of sliders",
             above=-1.0,
             example=-0.5,
-            why="sliders that dense at displacement 0 would be infinitely stiff",
+            why="at -1 or below the stiffness of the sliders is infinite",
         )
         | fit_range(-0.99, 3.0)
     )
@@ -76,11 +77,11 @@ class SegalmanIwan(PowerModel):
 
     @property
     def _spread(self) -> float:
-        """Stiffness of all sliders but the last [N/m]."""
+        """Stiffness of the continuous sliders [N/m], without the last one."""
         return self.stiffness / (1.0 + self.beta)
 
     def _powers(self, u: Floats) -> tuple[Floats, Floats]:
-        """(u/phi)^(1 + chi), and displacements, none of them beyond phi."""
+        """Return (v/phi)^(1 + chi) and v [m], with v = min(u, phi)."""
         phi = self.slip_displacement
         stretched = np.minimum(u, phi)
         return (stretched / phi) ** (1.0 + self.chi), stretched
@@ -102,7 +103,7 @@ class SegalmanIwan(PowerModel):
         return self.stiffness
 
     def _inverse(self, force: Floats) -> Floats:
-        # Concave: from the left Newton's steps never go too far.
+        # T0 is concave, so Newton steps from the left do not overshoot.
         end = np.full_like(force, self.slip_displacement)
         low = np.minimum(force / self.stiffness, end)
         return invert(self._backbone_and_slope, force, low, end)
@@ -125,8 +126,8 @@ class SegalmanIwan(PowerModel):
         return 3.0 + self.chi
 
     def _parameter_derivatives(self, u: Floats) -> Floats:
-        # Sums of nothing that cancels; phi depends on the others, and what that gives is in them.
-        # At phi and beyond they are those of gross slip.
+        # Total derivatives, phi being a function of all parameters, arranged without cancellation.
+        # From phi on they are those of gross slip.
         p, beta, phi = 1.0 + self.chi, self.beta, self.slip_displacement
         denominator = beta * (p + 1.0) + p
         sticks = u < phi
@@ -151,7 +152,7 @@ class SegalmanIwan(PowerModel):
 
     def _slider_density(self, u: Floats) -> Floats:
         phi = self.slip_displacement
-        with np.errstate(divide="ignore"):  # infinite at 0 for chi below zero, as it is
+        with np.errstate(divide="ignore"):  # for chi < 0 the density at 0 is infinite
             power = np.minimum(u / phi, 1.0) ** self.chi
         return np.where(u < phi, self._spread * (1.0 + self.chi) / phi * power, 0.0)
 
@@ -160,7 +161,7 @@ class SegalmanIwan(PowerModel):
         return np.array([self.slip_displacement])
 
     def sliders(self) -> Sliders:
-        """Sliders of density R u^chi [N/m^2] up to phi [m], and for beta > 0 a discrete one there.
+        """Return sliders of density R u^chi [N/m^2] up to phi [m], and for beta > 0 one at phi.
 
         For chi < 0 the density is infinite at 0.
         """
@@ -170,7 +171,7 @@ class SegalmanIwan(PowerModel):
 
     @classmethod
     def guess(cls, data: Any) -> SegalmanIwan:
-        """A model to start a fit from: the closest of a grid of chi and beta."""
+        """Return an initial guess for a fit: the best of a grid of chi and beta."""
         u, force = points_of(all_features(data))
         fits = []
         for chi in (-0.9, -0.75, -0.5, -0.25, 0.0, 0.5, 1.5):
@@ -184,7 +185,7 @@ class SegalmanIwan(PowerModel):
 
     @classmethod
     def examples(cls) -> tuple[SegalmanIwan, ...]:
-        """A typical lap joint, a smooth one, one with sliders crowded at 0, one with few there."""
+        """Return a typical lap joint, a smooth law, and laws with many and few early sliders."""
         return (
             cls(force_limit=4000.0, stiffness=1.5e8, chi=-0.5, beta=0.6),
             cls(force_limit=1100.0, stiffness=5.7e9, chi=0.0, beta=0.0),
@@ -194,14 +195,14 @@ class SegalmanIwan(PowerModel):
 
 
 def fit_segalman(law: BackboneLaw, amplitudes: Floats) -> SegalmanFit:
-    """The model with the limit and the stiffness of a law whose energies are closest."""
+    """Fit the dissipated energies with the force limit and the stiffness of a law."""
     from scipy.optimize import least_squares
 
     energy = law._energy(amplitudes)
     loses = energy > 0.0
     if np.count_nonzero(loses) < 4:
         raise InputError(
-            "`amplitudes` must be such that the law dissipates at four of them at least, got "
+            "the law must dissipate energy at four or more of the fitted amplitudes, got "
             f"{np.count_nonzero(loses)} between {amplitudes[0]:g} and {amplitudes[-1]:g} m"
         )
     amplitudes, energy = amplitudes[loses], energy[loses]
@@ -215,13 +216,14 @@ def fit_segalman(law: BackboneLaw, amplitudes: Floats) -> SegalmanFit:
     def misfits(point: Floats) -> Floats:
         return np.log(model(point)._energy(amplitudes) / energy)
 
-    # ln(1 + chi) and the share of the last slider; the best of a coarse grid starts it.
+    # Parameters are ln(1 + chi) and the stiffness fraction of the last slider. The initial
+    # guess is the best of a coarse grid.
     grid = [np.array([p, s]) for p in np.log([0.1, 0.3, 0.6, 1.0, 2.0, 5.0]) for s in _SHARES]
     start = min(grid, key=lambda point: float(np.sum(misfits(point) ** 2)))
     best = least_squares(
         misfits, start, bounds=([-7.0, 0.0], [4.0, 1.0 - 1e-9]), xtol=1e-12, ftol=1e-12, gtol=1e-12
     )
-    # At its lower bound the share is next to nothing instead of nothing.
+    # The solver stops slightly above the lower bound, which means beta = 0.
     fitted = model(best.x * [1.0, best.x[1] > 1e-9])
     off = np.log(fitted._energy(amplitudes) / energy)
     force = np.abs(fitted._backbone(amplitudes) - law._backbone(amplitudes))

@@ -1,4 +1,4 @@
-"""Law of sliders found from measured loops: a piecewise-linear backbone with its range."""
+"""Discrete sliders identified from measured loops, with their range of amplitudes."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from microslip.friction.sliders import Sliders
 
 @dataclass(frozen=True, eq=False)
 class SliderLaw(Locked, BackboneLaw):
-    """Sliders in parallel, each elastic up to its yield displacement, with a range of amplitudes.
+    """Parallel elastic-plastic sliders with the range of amplitudes in which they are known.
 
     Parameters
     ----------
@@ -29,13 +29,13 @@ class SliderLaw(Locked, BackboneLaw):
     stiffnesses : array_like
         Stiffness of each slider [N/m], above zero, one for each yield displacement.
     smallest_amplitude, largest_amplitude : float
-        Range of amplitudes [m] in which the law is known. Below, it is elastic; above, sliders that
-        did not slip in the range go on as springs.
+        Range of amplitudes [m] in which the law is known. Below the range it is elastic; above,
+        sliders that did not slip in the range remain elastic.
 
     Notes
     -----
     T0(u) is the sum of k_i min(u, y_i) (Iwan 1966, DOI 10.1115/1.3625199), a concave polygon.
-    :func:`microslip.identify` finds it from loops without an assumption on its shape.
+    :func:`microslip.identify` finds it from loops without assuming its shape.
     """
 
     yield_displacements: ArrayLike = field(
@@ -95,11 +95,11 @@ class SliderLaw(Locked, BackboneLaw):
         return self._cells._energy_slope(amplitude)
 
     def sliders(self) -> Sliders:
-        """Return the sliders in the order in which they slip [m, N/m]."""
+        """Return the sliders in order of yield displacement [m], with stiffnesses [N/m]."""
         return self._cells.sliders()
 
     def outside(self, amplitude: ArrayLike) -> Any:
-        """Return whether amplitudes [m], of any shape, are outside the range of the law."""
+        """Return True where amplitudes [m], of any shape, are outside the range of the law."""
         a = np.asarray(amplitude, dtype=float)
         return (a < self.smallest_amplitude) | (a > self.largest_amplitude)
 
@@ -111,7 +111,7 @@ class SliderLaw(Locked, BackboneLaw):
 
     @classmethod
     def examples(cls) -> tuple[SliderLaw, ...]:
-        """Return a few sliders, and many whose last one slips far outside the range."""
+        """Return a law of three sliders and one of 61, the last slipping far outside the range."""
         few = cls([1e-7, 3e-7, 2e-6], [4e8, 1e8, 5e7], 5e-8, 1e-6)
         grid = np.geomspace(1e-8, 1e-6, 60)
         many = cls(np.append(grid, 1e-4), np.append(np.full(60, 5e6), 2e7), 1e-8, 1e-6)

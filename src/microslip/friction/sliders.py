@@ -1,4 +1,4 @@
-"""A backbone as sliders in parallel, as in Iwan models."""
+"""Sliders of a backbone law, as in parallel Iwan models."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from microslip._core.frozen import Locked
 
 @dataclass(frozen=True, eq=False)
 class Sliders(Locked):
-    """A backbone seen as a parallel Iwan model: elastic sliders by their yield displacement.
+    """Parallel Iwan model of a backbone: sliders by yield displacement.
 
-    After Iwan (1966), DOI 10.1115/1.3625199.
-    T0(u) is the sum over sliders of stiffness times min(u, yield displacement).
+    After Iwan (1966), DOI 10.1115/1.3625199. T0(u) is the sum over all sliders of
+    stiffness * min(u, yield displacement).
     """
 
     yield_displacements: Floats
@@ -29,11 +29,11 @@ class Sliders(Locked):
     _density: Callable[[Floats], Floats] | None
 
     def density(self, yield_displacement: ArrayLike) -> Any:
-        """Stiffness per yield displacement -T0'' [N/m^2] of the spread sliders, any shape."""
+        """Density -T0'' [N/m^2] of continuous sliders at yield displacements [m] of any shape."""
         u = floats("yield_displacement", yield_displacement, "m")
         if u.min() < 0.0:
             raise InputError(f"`yield_displacement` must not be negative, got {u.min():g} m")
         if self._density is None:
             return plain(np.zeros(u.shape))
-        # So far out that nothing yields there, and close enough that laws do not overflow.
+        # Beyond every slider, and small enough that laws do not overflow.
         return plain(self._density(np.minimum(u, 1e200).reshape(-1)).reshape(u.shape))

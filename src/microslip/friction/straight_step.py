@@ -1,4 +1,4 @@
-"""First loading along a straight path of separation and displacement, in closed form."""
+"""Closed-form first loading along a straight path of separation and displacement."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ class FirstLoading(NamedTuple):
     """
 
     force: Any
-    """Tangential forces T [N], shape of the arguments together."""
+    """Tangential forces T [N], broadcast shape of the arguments."""
     load: Any
     """Normal loads N [N], the same shape."""
     tangent: Floats
-    """d(T, N)/d(displacement, separation) [N/m], two axes of length 2 after that shape."""
+    """d(T, N)/d(displacement, separation) [N/m], broadcast shape with two more axes of length 2."""
 
     @property
     def normal_load(self) -> Any:
-        """The same as ``load``, as it was called before trials and fields had that name."""
+        """Alias of ``load`` [N]."""
         return self.load
 
 
@@ -41,36 +41,36 @@ def first_loading(
     separation: ArrayLike,
     start: ArrayLike,
 ) -> FirstLoading:
-    """Forces after one straight step from (start, 0) to (separation, displacement), from rest.
+    """Compute the forces after one straight step from (start, 0) to (separation, displacement).
 
-    Evaluation by a static or quasi-static solver, at all of its contacts at once.
+    For static and quasi-static solvers, vectorised over contacts.
 
     Parameters
     ----------
     surface : NormalLaw
-        The surface that all contacts share.
+        Surface of all contacts.
     friction_coefficient : float
         Coulomb's coefficient mu [-], above zero.
     displacement : array_like
-        Displacements delta at the end [m], any shape. For a motion in two tangential directions
-        the size of the displacement: on a straight path the force points along it.
+        Displacements delta at the end [m], any shape. For motion in two tangential directions use
+        the magnitude of the displacement: on a straight path the force is parallel to it.
     separation : array_like
-        Separations d at the end [m], any shape that goes with the others.
+        Separations d at the end [m], any shape that broadcasts with the others.
     start : array_like
-        Separations d0 before the step [m], where displacement and force were zero. There need not
-        be a contact.
+        Separations d0 before the step [m], with zero displacement and force. The surfaces need
+        not be in contact.
 
     Returns
     -------
     FirstLoading
-        ``force`` and ``load`` [N], and ``tangent`` [N/m], see there.
+        ``force`` [N], ``load`` [N] and ``tangent`` [N/m].
 
     Notes
     -----
-    Where slip has begun, T = mu [N(d) - N(d + abs(delta)/kappa)] with kappa = mu E*/4G*. Where the
-    surfaces have come nearer by w = d0 - d >= abs(delta)/kappa, new contact sticks as it forms,
-    and T = mu delta/(kappa w) [N(d) - N(d0)] (Jaeger 1998, DOI 10.1115/1.2833765). Between the two
-    the tangent jumps; where both hold it is that of sticking.
+    For slip, T = mu [N(d) - N(d + abs(delta)/kappa)] with kappa = mu E*/4G*. If the approach
+    w = d0 - d >= abs(delta)/kappa, new contact sticks as it forms and
+    T = mu delta/(kappa w) [N(d) - N(d0)] (Jaeger 1998, DOI 10.1115/1.2833765). The tangent jumps
+    between the two cases; on their boundary it is that of sticking.
     """
     check_surface(surface)
     mu = positive("friction_coefficient", friction_coefficient)
@@ -86,16 +86,16 @@ def loaded(
     separation: ArrayLike,
     start: ArrayLike,
 ) -> FirstLoading:
-    """The same with the displacement ``slip`` per place beside the coefficient."""
+    """Compute first loading for given ``friction`` mu and ``slip`` per indentation kappa [-]."""
     x = floats("displacement", displacement, "m")
-    # By their own names, should they be refused.
+    # Convert one by one, so that an error names the argument.
     end = surface._separations(floats("separation", separation, "m"))
     before = surface._separations(floats("start", start, "m"))
     try:
         x, end, before = np.broadcast_arrays(x, end, before)
     except ValueError:
         raise InputError(
-            "displacement, separation and start must have shapes that go together, got "
+            "`displacement`, `separation` and `start` must have shapes that broadcast, got "
             f"{x.shape}, {end.shape} and {before.shape}"
         ) from None
     curve = LoadCurve(surface, 0.0, math.nan)
@@ -115,10 +115,14 @@ def loaded(
 def straight_step(
     curve: LoadCurve, place: Floats, step: Floats, rest: Floats
 ) -> tuple[Floats, Floats, Floats, Floats, Floats]:
-    """T/mu, N, the derivatives of T/mu by place and step, and -N', one-dimensional."""
+    """Return T/mu, N, d(T/mu)/d(place), d(T/mu)/d(step) and -N', one-dimensional.
+
+    ``place`` is the displacement over kappa, ``step`` and ``rest`` are the separations at the end
+    and before the step, relative to the origin of the curve [m].
+    """
     size, approach = np.abs(place), rest - step
     sticks = size <= approach
-    width = np.where(sticks, approach, size)  # over which D is not 0
+    width = np.where(sticks, approach, size)  # support of the memory diagram D
     load, fall = curve.load(step)
     drop, ahead = curve.drop(step, width), curve.fall(step + width)
     density = np.copysign(

@@ -1,4 +1,4 @@
-"""Start values of a rough surface, from loops."""
+"""Initial guesses of a rough surface from loops."""
 
 from __future__ import annotations
 
@@ -18,33 +18,33 @@ from microslip.contact.materials import MaterialPair
 from microslip.friction.guesses import Features, Scaled, all_features, best_of, loads_of
 
 CONVENTIONAL_AREA = 1e-4
-"""Apparent area [m^2] where none is known: no loop depends on it."""
+"""Apparent area [m^2] if unknown; loops do not depend on it."""
 
 _SPREAD = 0.05
 
 
 @dataclass(frozen=True)
 class Shape:
-    """A normal law with lengths in a ``unit`` [m] of its own."""
+    """Normal law with lengths in a given ``unit`` [m]."""
 
     law: NormalLaw
     unit: float
 
     def separation(self, z: float, ratio: float) -> float:
-        """The separation at which the load is ``ratio`` times that at z."""
+        """Return the separation at which the load is ``ratio`` times the load at z."""
         if ratio == 1.0:
             return z
         load = ratio * self.law._derivative_at(z * self.unit, 0)
         return float(self.law.separation(load)) / self.unit
 
     def share(self, z: float, x: Floats) -> Floats:
-        """Share of the force limit at steps x from z: 1 - n(z + x)/n(z)."""
+        """Return the force over the force limit at steps x from z: 1 - n(z + x)/n(z)."""
         load = self.law._derivative_at(z * self.unit, 0)
         return self.law._drop(z * self.unit, x * self.unit) / load
 
 
 def shape_of(heights: HeightDistribution, pair: MaterialPair) -> tuple[Shape, tuple[float, float]]:
-    """The shape of heights, and the standardised separations between which loads are."""
+    """Return the shape of the heights and its range of standardised separations."""
     unit = heights.spread
     if not unit > 0.0:
         raise InputError(f"`heights` must differ from one another, got {show(heights)}")
@@ -59,13 +59,13 @@ _STEPS = np.concatenate(([0.0], np.geomspace(1e-5, 100.0, 240)))
 def interface_values(
     data: Any, loads: Sequence[float], reference: float, shape: Shape, span: tuple[float, float]
 ) -> tuple[float, float, float]:
-    """Friction coefficient, slip scale [m] and separation at the reference load of an interface."""
+    """Fit the friction coefficient, slip scale [m] and separation at the reference load."""
     features = all_features(data)
     best = (math.inf, 0.0, 0.0, 0.0)
     low, high = max(span[0], -1.0), min(span[1], 5.0)
     if not low < high:
         low, high = span
-    # A load beyond the range of the heights has no separation: such loads are skipped.
+    # Separations at which a load exceeds the range of the heights are skipped.
     for count in (7, 5):
         grid = np.linspace(low, high, count)
         for z in grid.tolist():
@@ -82,15 +82,15 @@ def interface_values(
         low, high = max(span[0], best[3] - step), min(span[1], best[3] + step)
     if not math.isfinite(best[0]):
         raise InputError(
-            "`normal_load` must be loads that one surface of these heights can carry, got "
+            "`normal_load` must be in the range that one surface with these heights carries, got "
             f"{min(loads):g} to {max(loads):g} N"
         )
     return best[1], best[2], best[3]
 
 
 def _fit_all(features: Sequence[Features], loads: Sequence[float], curves: list[Floats]) -> Scaled:
-    """Like :func:`draw`: a common length, and limits that are mu times each load."""
-    # Each loop counts alike, whatever its load.
+    """Fit a common length and limits proportional to the loads; see :func:`draw`."""
+    # Each loop has the same weight, independent of its load.
     sizes = [1.0 / math.sqrt(float(f.backbone @ f.backbone)) for f in features]
     force = np.concatenate([f.backbone * size for f, size in zip(features, sizes, strict=True)])
     parts = list(zip(features, loads, sizes, curves, strict=True))
@@ -112,12 +112,12 @@ def _fit_all(features: Sequence[Features], loads: Sequence[float], curves: list[
 
 
 def conventional_radius(density_root: float, std: float) -> float:
-    """A radius where loops leave it open: the one for which density * radius * std is 0.05.
+    """Return the radius [m] for which density * radius * std is 0.05.
 
-    Loops determine the product density * sqrt(radius) alone. Of measured engineering surfaces
-    density * radius * std is a few hundredths, as in Greenwood and Williamson (1966,
-    DOI 10.1098/rspa.1966.0242). It is a convention, not a result: no loop depends on it, contact
-    counts and areas do.
+    Loops determine only the product density * sqrt(radius). Measured engineering surfaces have
+    density * radius * std of a few hundredths, see Greenwood and Williamson (1966,
+    DOI 10.1098/rspa.1966.0242). Loops do not depend on this convention; contact counts and areas
+    do.
     """
     return (_SPREAD / (density_root * std)) ** 2
 
@@ -130,7 +130,7 @@ def guessed_surface(
     radius: float | None,
     area: float | None,
 ) -> tuple[GreenwoodWilliamson, float, float]:
-    """Surface, coefficient of friction and mean load [N] of :meth:`Interface.guess`."""
+    """Fit surface, coefficient of friction and mean load [N]; see :meth:`Interface.guess`."""
     check_pair(pair)
     loads = loads_of(normal_load, len(all_features(data)), data)
     shape_heights = Gaussian(std=1.0) if heights is None else as_heights(heights)

@@ -434,7 +434,7 @@ def _below(force: Floats, limit: Floats) -> None:
     worst = int(np.argmax(force - limit))
     if force[worst] >= limit[worst]:
         raise InputError(
-            "`force_amplitude` must stay below the force limit of each joint, "
+            "`force_amplitude` must be below the force limit of each joint, "
             f"{limit[worst]:.10g} N of one; got {force[worst]:.10g} N"
         )
 

@@ -232,7 +232,7 @@ def _of_interface(
         limits, largest = friction.min() * load, float(given.max())
         if largest >= limits.min():
             raise InputError(
-                "`force_amplitude` must stay below the force limit at every load, and at "
+                "`force_amplitude` must be below the force limit at every load, and at "
                 f"{exact(load[np.argmin(limits)])} N it is {limits.min():.10g} N; "
                 f"got {largest:.10g} N"
             )

@@ -163,9 +163,9 @@ def beam_mesh(
         for k in range(len(lap.bolts)):
             washer = [*flat.head[k], *flat.pressed[k]]
             disc = [*flat.head[k], *flat.clearance[k], *flat.shank[k]]
-            for side, name in ((-1.0, lower.name), (1.0, upper.name)):
-                levels = side * (arm + np.array([0.0, thick, thick + tall]))[:: int(side)]
-                quads = (washer, disc)[:: int(side)]
+            for sign, name in ((-1, lower.name), (1, upper.name)):
+                levels = sign * (arm + np.array([0.0, thick, thick + tall]))[::sign]
+                quads = (washer, disc)[::sign]
                 for place, ring in enumerate(quads):
                     fixings += solids.extrude(
                         flat.points, ring, levels[place : place + 2], [name] * 2

@@ -47,8 +47,11 @@ class _Drawing(Part):
     @property
     def finish(self) -> Finish:
         """Rms height and slope with their spreads."""
-        values: dict[str, Any] = {name: getattr(self, name) for name in _DRAWN}
-        return Finish(**{k: float(v) if isinstance(v, float) else v for k, v in values.items()})
+        values: dict[str, Any] = {}
+        for name in _DRAWN:
+            value = getattr(self, name)
+            values[name] = float(value) if isinstance(value, float) else value
+        return Finish(**values)
 
     def check(self, place: Place) -> None:
         """Refuse here whatever a finish refuses."""

@@ -214,7 +214,7 @@ def headline(data: Mapping[str, Any]) -> str:
     if curve["normal_load"] is not None:
         at += f" and {engineering(curve['normal_load'], 'N', 3, trim=True)}"
     energy, damping = (
-        interval_text(*(curve[name][key][-1] for key in Estimate._fields), unit)
+        interval_text(Estimate(*(curve[name][key][-1] for key in Estimate._fields)), unit)
         for name, unit in (("dissipated_energy", "J"), ("damping_ratio", ""))
     )
     return f"The {data['of']} dissipates at {at} {energy} in a cycle, and ζ is {damping}."
@@ -229,8 +229,9 @@ def _number(data: Mapping[str, Any]) -> Headline:
     return Headline(f"energy at ±{at}", engineering(value, "J", digits), f"{ends} ({LEVEL})")
 
 
-def interval_text(value: float | None, low: float | None, high: float | None, unit: str) -> str:
-    """Return a value with its interval as text; an end that is not known is left open."""
+def interval_text(estimate: Estimate, unit: str) -> str:
+    """Return an estimate with its interval as text; None marks a value or an end not known."""
+    value, low, high = estimate
 
     def text(number: float, digits: int) -> str:
         if unit in ("N", "J", "m", "N/m"):
@@ -252,7 +253,7 @@ def interval_text(value: float | None, low: float | None, high: float | None, un
 def _facts(data: Mapping[str, Any]) -> Facts:
     def of(name: str) -> str:
         number = data[name]
-        return interval_text(*(number[key] for key in Estimate._fields), number["unit"])
+        return interval_text(Estimate(*(number[key] for key in Estimate._fields)), number["unit"])
 
     rig = of("rig_stiffness")
     rig += ", as given" if data["rig_stiffness"]["given"] else ": loops give no more than this"
@@ -282,7 +283,7 @@ def _amplitudes(data: Mapping[str, Any]) -> Table:
         for a in curve["measured_amplitudes"]:
             at = curve["amplitude"].index(a)
             texts = (
-                interval_text(*(curve[name][key][at] for key in Estimate._fields), unit)
+                interval_text(Estimate(*(curve[name][key][at] for key in Estimate._fields)), unit)
                 for name, (_, unit) in _COLUMNS.items()
             )
             rows.append((curve["normal_load"], a, *texts))
@@ -310,7 +311,9 @@ def _parameters(data: Mapping[str, Any]) -> tuple[Any, ...]:
     rows = tuple(
         (
             capital(name.replace("_", " ")),
-            interval_text(one["value"], one["low"], one["high"], one["unit"].replace("-", ""))
+            interval_text(
+                Estimate(one["value"], one["low"], one["high"]), one["unit"].replace("-", "")
+            )
             if one["verdict"] != "not determined"
             else cells.UNKNOWN,
             Judged(_WORDS.get(one["verdict"], "outside"), one["verdict"]),

@@ -138,7 +138,8 @@ def _at_rig(
         return dict.fromkeys(names)
     alone = joint.normal_stiffness, joint.tangential_stiffness
     pressure, hole, count = getattr(study.joint, "pressure", None), 0.0, 1
-    if (outer := getattr(pressure, "outer", None)) is not None:
+    outer = getattr(pressure, "outer", None)
+    if pressure is not None and outer is not None:
         hole, count = float(pressure.inner or 0.0) / outer, pressure.count
         area = count * math.pi * outer**2 * (1.0 - hole**2)
     solid = solid_stiffness(pair, area / count, hole)
